@@ -5,7 +5,7 @@
 //! both agree.
 
 use crate::feedback::{Gains, Kind, NoGains};
-use crate::maneuver::{Problem, Rule, Settings, Solution};
+use crate::maneuver::{Problem, Rule, Settings, Trajectory};
 use crate::optimize::linear_plan::{LinearPlan, Unlinearised};
 use crate::plan::{self, Guess, Observer, Plan, PlanError, Status};
 use crate::uncertainty::chance::{Chance, normal_quantile};
@@ -40,17 +40,19 @@ pub enum NotKnown {
 }
 
 impl Beside {
-    /// Along the plan of `solution`, a solution of `problem` on its own grid ([`Solution::on_grid`]).
+    /// Along a plan of `problem`, which is on the grid of the plan ([`Solution::on_grid`]).
+    ///
+    /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
     ///
     /// # Errors
     /// [`NotKnown`].
     pub fn along(
         problem: &Problem,
-        solution: &Solution,
+        plan: &Trajectory,
         feedback: Option<Kind>,
         uncertainty: Option<&Uncertainty>,
     ) -> Result<Self, NotKnown> {
-        let linear = LinearPlan::flown(problem, &solution.trajectory)?;
+        let linear = LinearPlan::flown(problem, plan)?;
         let gains = feedback.map(|kind| Gains::along(&linear, kind, problem.switches())).transpose()?;
         let open = uncertainty.map(|uncertainty| Covariance::along(&linear, None, uncertainty));
         let closed = match (uncertainty, &gains) {
@@ -110,7 +112,10 @@ pub fn plan(
     margins.margins = chances.iter().map(|kept| margin(&with, kept.constraint)).collect();
     while found.status == Status::Solved && margins.plans < MOST_PLANS {
         let on_grid = found.solution.on_grid(&with);
-        let Ok(beside) = Beside::along(&on_grid, &found.solution, feedback, Some(uncertainty)) else { break };
+        let Ok(beside) = Beside::along(&on_grid, &found.solution.trajectory, feedback, Some(uncertainty))
+        else {
+            break;
+        };
         let needed: Vec<f64> = chances.iter().map(|kept| needed(kept, &beside, problem)).collect();
         let apart = needed.iter().zip(&margins.margins).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         if apart <= SAME_MARGIN {

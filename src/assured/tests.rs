@@ -71,7 +71,8 @@ fn a_chance_takes_the_margin_of_the_reference() {
     assert!((margins.margins[0] / margin - 1.0).abs() < 0.05, "{} for {margin}", margins.margins[0]);
     assert!((plan.solution.cost / cost - 1.0).abs() < 2e-3, "{} for {cost}", plan.solution.cost);
     assert!((margins.cost_without - 1.155_823_235_548_22).abs() < 1e-7);
-    let beside = Beside::along(&with, &plan.solution, Some(Kind::Tvlqr(None)), Some(&uncertainty)).unwrap();
+    let beside =
+        Beside::along(&with, &plan.solution.trajectory, Some(Kind::Tvlqr(None)), Some(&uncertainty)).unwrap();
     let chance = beside.chances[0].largest();
     assert!(chance <= 0.0101 && chance > 0.005, "{chance}");
 }

@@ -167,7 +167,8 @@ impl<'a> Campaign<'a> {
     /// The plan's inputs as they are to be commanded: `count` of them at the nodes, behind those that were commanded before the start.
     ///
     /// Where lag and delay are known, a command is what the plan gives on average while it acts, a delay after it is given, and ahead
-    /// of the lag: `c = (w − q v)/(1 − q)`, so that at the end of the interval the actuators have reached what the plan gives there.
+    /// of the lag: with `v` what the actuators have reached before and `m` the mean of `e^{−t/τ}` over the ticks, they give
+    /// `c + (v − c) m` on average, so `c = (u* − m v)/(1 − m)`.
     fn led(&self) -> Vec<(f64, Vec<f64>)> {
         let times = self.plan.times();
         let count = self.plan.count();
@@ -181,26 +182,25 @@ impl<'a> Campaign<'a> {
         let before = (1..=early).rev().map(|j| (delay - j as f64 * step).max(0.0));
         let starts: Vec<f64> = before.chain(times.iter().map(|time| time + delay)).collect();
         let (mut reached, mut commands) = (vec![0.0; m], Vec::with_capacity(starts.len()));
-        let within = 1.0 - 1.0 / self.ticks as f64;
         for ends in starts.windows(2) {
-            let mean = self.planned(ends[0], ends[1]);
-            if self.plant.lag <= 0.0 {
-                commands.push((ends[0], mean));
-                continue;
+            let mut command = self.planned(ends[0], ends[1]);
+            if self.plant.lag > 0.0 {
+                let parts = self.ticks as f64;
+                let kept = ((ends[0] - ends[1]) / (parts * self.plant.lag)).exp();
+                let (mean, whole) = (self.mean_kept(kept), kept.powf(parts));
+                for (command, reached) in command.iter_mut().zip(&mut reached) {
+                    *command = (*command - mean * *reached) / (1.0 - mean);
+                    *reached = *command + whole * (*reached - *command);
+                }
             }
-            let kept = ((ends[0] - ends[1]) / self.plant.lag).exp();
-            let next = self.planned(ends[1], ends[1] + (ends[1] - ends[0]));
-            let command = (0..m)
-                .map(|i| {
-                    let wanted = mean[i] + 0.5 * within * (next[i] - mean[i]);
-                    let command = (wanted - kept * reached[i]) / (1.0 - kept);
-                    reached[i] = wanted;
-                    command
-                })
-                .collect();
             commands.push((ends[0], command));
         }
         commands
+    }
+
+    /// Mean of `q, q², … qⁿ` over the ticks of a step.
+    fn mean_kept(&self, kept: f64) -> f64 {
+        (1..=self.ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / self.ticks as f64
     }
 
     /// Mean of the plan's inputs between two times; beyond its end those of its last step.
@@ -328,14 +328,22 @@ impl<'a> Campaign<'a> {
             line.command(acts, command);
             let tick = step / ticks as f64;
             for index in 0..ticks {
-                let now = time + index as f64 * tick;
-                // A command whose time comes within round-off of the tick acts from that tick on.
-                let wanted = line.at(now + SAME_TIME * tick);
-                let follow = if self.plant.lag > 0.0 { -(-tick / self.plant.lag).exp_m1() } else { 1.0 };
-                given.iter_mut().zip(wanted).for_each(|(given, wanted)| *given += follow * (wanted - *given));
+                let (mut now, end) = (time + index as f64 * tick, time + (index + 1) as f64 * tick);
                 let noise = self.roots.1 * Vector3::from_fn(|_, _| torques.normal()) / tick.sqrt();
-                let held = Held { force: Vector3::zeros(), torque: errors.torque(set, &given) + noise };
-                flight.carry(&mut body, now, &held, tick, 1, Some(&mut excess)).ok_or(Lost)?;
+                while now < end - SAME_TIME * tick {
+                    // A command whose time comes within the tick acts from then on.
+                    let (wanted, until) = line.at(now + SAME_TIME * tick);
+                    let until = until.min(end);
+                    let part = until - now;
+                    let follow = if self.plant.lag > 0.0 { -(-part / self.plant.lag).exp_m1() } else { 1.0 };
+                    given
+                        .iter_mut()
+                        .zip(wanted)
+                        .for_each(|(given, wanted)| *given += follow * (wanted - *given));
+                    let held = Held { force: Vector3::zeros(), torque: errors.torque(set, &given) + noise };
+                    flight.carry(&mut body, now, &held, part, 1, Some(&mut excess)).ok_or(Lost)?;
+                    now = until;
+                }
             }
         }
         let time = self.plan.times()[count];
@@ -441,13 +449,14 @@ impl DelayLine {
         self.waiting.push_back((from, inputs));
     }
 
-    fn at(&mut self, time: f64) -> &[f64] {
+    /// What acts at a time, and until when.
+    fn at(&mut self, time: f64) -> (&[f64], f64) {
         while self.waiting.front().is_some_and(|(from, _)| *from <= time) {
             if let Some((_, inputs)) = self.waiting.pop_front() {
                 self.acting = inputs;
             }
         }
-        &self.acting
+        (&self.acting, self.waiting.front().map_or(f64::INFINITY, |(from, _)| *from))
     }
 }
 

@@ -9,6 +9,7 @@ mod cells;
 pub mod epoch;
 pub mod exchange;
 pub mod export;
+pub mod flown;
 pub mod formats;
 pub mod identity;
 mod rounding;

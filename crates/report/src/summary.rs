@@ -4,6 +4,7 @@
 mod brief;
 pub(crate) mod firings;
 mod fixed_axis;
+pub mod flown;
 mod found;
 pub(crate) mod inputs;
 mod lines;

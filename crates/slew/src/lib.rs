@@ -25,6 +25,7 @@ mod console;
 mod convert;
 mod export;
 mod failure;
+mod fly;
 mod interrupt;
 mod memory;
 mod output;
@@ -80,6 +81,8 @@ enum Command {
     Sky(sky::Args),
     /// Plan the maneuver of a spec and verify it
     Plan(plan::Args),
+    /// Fly a plan with gains and with what is uncertain, again and again
+    Fly(fly::Args),
     /// Verify a plan file by the witnesses, without the solver
     Verify(verify::Args),
     /// Write a plan file in the formats of other programs
@@ -130,6 +133,7 @@ impl Command {
     fn common(&self) -> Common {
         match self {
             Self::Plan(args) => args.output.common(),
+            Self::Fly(args) => args.output.common(),
             Self::Simulate(args) => args.output.common(),
             Self::Export(args) => args.output.common(),
             Self::Check(args) => args.report.common(),
@@ -155,6 +159,7 @@ impl Command {
     fn run(self, console: &mut Console) -> Result<Exit, Failure> {
         match self {
             Self::Plan(args) => plan::run(&args, console),
+            Self::Fly(args) => fly::run(&args, console),
             Self::Check(args) => check::run(&args, console),
             Self::Sky(args) => sky::run(&args, console),
             Self::Verify(args) => verify::run(&args, console),
@@ -202,7 +207,7 @@ fn print(text: &[u8]) -> Result<Exit, Failure> {
 ///
 /// ```
 /// assert_eq!(slewkit_cli::run(["slew", "explain", "E0123"]), 0);
-/// assert_eq!(slewkit_cli::run(["slew", "fly"]), 2);
+/// assert_eq!(slewkit_cli::run(["slew", "drive"]), 2);
 /// ```
 pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) -> u8 {
     interrupt::prepare();

@@ -7,12 +7,13 @@ use super::{
     report, spec_file, summary,
 };
 use clap::ValueEnum;
-use slewkit::maneuver::{Outcome, Problem, ProblemError};
-use slewkit::plan::{self, Control, Guess, Observer, PlanError, Progress, Status};
+use slewkit::assured::{self, Beside, Kept, Margins};
+use slewkit::maneuver::{Outcome, Problem, ProblemError, Settings};
+use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
 use slewkit_files::exchange::read_attitudes;
 use slewkit_files::export::{PlanFile, read_guess};
 use slewkit_files::formats;
-use slewkit_files::spec::Loaded;
+use slewkit_files::spec::{ClosedLoop, Loaded};
 use slewkit_report::plan_page;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -54,7 +55,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let tables = args.tables.checked(&destination)?;
     let page =
         args.report.as_deref().map(|path| report::target(path, args.output.force, &inputs)).transpose()?;
-    let Loaded { problem, settings, identity, .. } =
+    let Loaded { problem, settings, identity, closed_loop, .. } =
         spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     // Known before the work: a plan must not be lost for want of a name.
     export::check(&destination, &problem, &identity)?;
@@ -62,9 +63,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
 
     interrupt::watch();
-    let plan = plan::plan(&problem, &settings, guess.as_ref(), &mut Watcher(console)).map_err(refusal)?;
+    let (problem, plan, margins) = planned(&problem, &settings, &closed_loop, guess.as_ref(), console)?;
 
     let problem = plan.solution.on_grid(&problem);
+    let beside = beside(&problem, &plan, &closed_loop, console);
     let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));
     let file = args.output.output.as_deref().filter(|_| {
         matches!(destination, Destination::File(..)) && matches!(format, Some(formats::Format::Json))
@@ -76,6 +78,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         identity: &identity,
         verbose: args.verbose,
         file,
+        beside: beside.as_ref().map(|beside| (&closed_loop, beside, margins.as_ref())),
     };
     console.say(&summary::plan(console, &args.spec, &told));
     interrupt::writing();
@@ -83,6 +86,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         console.say(&summary::line("wrote", "nothing: there is no plan, and this format holds nothing else"));
     } else if let Some(format) = format {
         let file = PlanFile::new(&problem, &settings, &plan);
+        let file = file.with_beside(&problem, beside.as_ref(), &closed_loop, margins.as_ref());
         destination.write(console, |_, output| format.write(&file, &problem, &identity, tables, output))?;
     }
     if let Some(target) = &page {
@@ -92,6 +96,53 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         Status::Solved => Exit::Solved,
         status => Exit::Plan(status),
     })
+}
+
+/// Plans a maneuver; where constraints are to keep chances, with the margins that this takes.
+fn planned(
+    problem: &Problem,
+    settings: &Settings,
+    closed_loop: &ClosedLoop,
+    guess: Option<&Guess>,
+    console: &mut Console,
+) -> Result<(Problem, Plan, Option<Margins>), Failure> {
+    let Some(uncertainty) = closed_loop.uncertainty.as_ref().filter(|_| !closed_loop.chances.is_empty())
+    else {
+        let plan = plan::plan(problem, settings, guess, &mut Watcher(console)).map_err(refusal)?;
+        return Ok((problem.clone(), plan, None));
+    };
+    let kept: Vec<Kept<'_>> = closed_loop
+        .chances
+        .iter()
+        .map(|chance| Kept { constraint: &chance.constraint, at_most: chance.at_most })
+        .collect();
+    let feedback = closed_loop.feedback;
+    let found = assured::plan(problem, settings, feedback, uncertainty, &kept, &mut Watcher(console));
+    let (with, plan, margins) = found.map_err(|error| match error {
+        PlanError::Problem(error @ ProblemError::Violated { .. }) => {
+            let reason = format!("{error}: with the margin that its chance takes");
+            let remedy = "allow a larger chance, make less uncertain, or give [feedback]";
+            Failure::Problem(Message::new("E0172", reason, remedy))
+        }
+        other => refusal(other),
+    })?;
+    Ok((with, plan, Some(margins)))
+}
+
+/// What is known of a plan beside it, where the spec asks for that and there is a plan.
+fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Beside> {
+    if !closed_loop.is_asked() || plan.solution.outcome != Outcome::Converged {
+        return None;
+    }
+    let uncertainty = closed_loop.uncertainty.as_ref();
+    match Beside::along(problem, &plan.solution.trajectory, closed_loop.feedback, uncertainty) {
+        Ok(beside) => Some(beside),
+        Err(error) => {
+            let reason = format!("no gains and no covariance along this plan: {error}");
+            console.warn("W0171", &reason, "give [feedback] kind = \"tvlqr\", or larger limits");
+            None
+        }
+    }
 }
 
 fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess, Failure> {

@@ -2,12 +2,13 @@
 
 use super::advice::{advice, word};
 use super::{Console, SpecArgs, Tone};
+use slewkit::assured::{Beside, Margins};
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::plan::{Plan, Status};
 use slewkit::verify::Verification;
 use slewkit_files::export::Target;
 use slewkit_files::identity::Identity;
-use slewkit_files::spec::escape;
+use slewkit_files::spec::{ClosedLoop, escape};
 use slewkit_report::summary;
 pub use slewkit_report::summary::{Judged, Lines, line, scheme};
 use std::path::Path;
@@ -32,14 +33,19 @@ pub struct Told<'a> {
     pub verbose: bool,
     /// The plan file that will be written.
     pub file: Option<&'a Path>,
+    /// What is known of it beside it, as the spec asks.
+    pub beside: Option<(&'a ClosedLoop, &'a Beside, Option<&'a Margins>)>,
 }
 
 /// The summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
-    let Told { problem, settings, plan, identity, verbose, file } = *told;
+    let Told { problem, settings, plan, identity, verbose, file, beside } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
     if verbose {
         lines.extend(summary::details(console.colour, problem, settings, plan, identity));
+    }
+    if let Some((closed_loop, beside, margins)) = beside {
+        lines.extend(summary::flown::beside(problem, closed_loop, beside, margins));
     }
     let advice = advice(args, problem, settings, plan);
     if advice.is_empty() && plan.status == Status::Solved {

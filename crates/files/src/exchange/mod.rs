@@ -53,6 +53,7 @@ mod xml;
 pub use ccsds::AemVersion;
 pub use compared::{FileReport, judge_file};
 pub use lacking::Lacking;
+pub use numpy::Arrays;
 pub use reading::{Attitudes, read_attitudes};
 pub use record::{Record, Tables};
 

@@ -11,11 +11,37 @@ const ALIGNMENT: usize = 64;
 
 /// Writes every quantity of the trajectory by its key in plan files.
 pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
-    let mut archive = Archive { output, written: 0, directory: Vec::new(), files: 0 };
+    let mut arrays = Arrays::new(output);
     for (key, rows, width, numbers) in table(record.trajectory) {
-        archive.add(&format!("{key}.npy"), &array(rows, width, &numbers))?;
+        arrays.add(key, rows, width, &numbers)?;
     }
-    Ok(archive.close()?)
+    Ok(arrays.close()?)
+}
+
+/// Arrays by name, written one after the other.
+pub struct Arrays<'o>(Archive<'o>);
+
+impl<'o> Arrays<'o> {
+    /// Into this stream.
+    pub fn new(output: &'o mut dyn Write) -> Self {
+        Self(Archive { output, written: 0, directory: Vec::new(), files: 0 })
+    }
+
+    /// Appends an array of rows of so many numbers, or of plain numbers for a width of 1.
+    ///
+    /// # Errors
+    /// The stream, or more than an archive can hold.
+    pub fn add(&mut self, name: &str, rows: usize, width: usize, numbers: &[f64]) -> io::Result<()> {
+        self.0.add(&format!("{name}.npy"), &array(rows, width, numbers))
+    }
+
+    /// Writes the directory.
+    ///
+    /// # Errors
+    /// The stream.
+    pub fn close(self) -> io::Result<()> {
+        self.0.close()
+    }
 }
 
 /// An array file: rows of so many numbers, or plain numbers for a width of 1.

@@ -7,7 +7,7 @@ mod attitude;
 mod columns;
 mod file;
 mod judged;
-mod nulls;
+pub(crate) mod nulls;
 mod plan_file;
 mod recorded;
 mod restored;

@@ -6,7 +6,7 @@ use serde::forward_to_deserialize_any;
 use serde_json::{Error, Value};
 
 /// For `#[serde(deserialize_with)]` on the small parts of a file; a trajectory never passes here.
-pub(super) fn null_is_nan<'de, D: Deserializer<'de>, T: DeserializeOwned>(
+pub(crate) fn null_is_nan<'de, D: Deserializer<'de>, T: DeserializeOwned>(
     deserializer: D,
 ) -> Result<T, D::Error> {
     let value = Value::deserialize(deserializer)?;

@@ -2,11 +2,13 @@
 
 use super::nulls::null_is_nan;
 use super::{ExportError, TrajectoryDocument, TrajectoryError, check_trajectory};
+use crate::flown::{FeedbackRecord, MarginsRecord, UncertaintyRecord};
 use crate::identity::Identity;
-use crate::spec::SpecDocument;
+use crate::spec::{ClosedLoop, SpecDocument};
 use serde::{Deserialize, Serialize};
 use serde_json::ser::{CompactFormatter, Formatter};
 use slewkit::Vector3;
+use slewkit::assured::{Beside, Margins};
 use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
     ActiveConstraint, ChosenSteps, ConvexWork, Landing, Method, Optimality, Outcome, Problem, Rival,
@@ -98,6 +100,12 @@ pub struct PlanFile<'a> {
     /// Other extremals found.
     #[serde(deserialize_with = "null_is_nan")]
     pub rivals: Vec<Rival>,
+    /// Gains along the plan, where [feedback] asks for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub feedback: Option<FeedbackRecord>,
+    /// Covariances along it, where something is uncertain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<UncertaintyRecord>,
     /// Why no input can meet the terminal conditions, where that is proved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
@@ -190,6 +198,8 @@ impl<'a> PlanFile<'a> {
             active: solution.active.clone(),
             switching: solution.switching.clone(),
             rivals: solution.rivals.clone(),
+            feedback: None,
+            uncertainty: None,
             obstruction: solution.infeasible.as_ref().map(|proof| proof.reason.clone()),
             shortest_duration_s: solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound),
             shortfall: solution.shortfall.as_ref().map(Shortfall::to_string),
@@ -204,6 +214,25 @@ impl<'a> PlanFile<'a> {
     /// The file with what files for other programs call the maneuver, and when it begins.
     pub fn with_identity(mut self, identity: &Identity) -> Self {
         self.spec = self.spec.map(|spec| spec.with_identity(identity));
+        self
+    }
+
+    /// The file with what is known of the plan beside it, and the sections of the spec that ask for it.
+    pub fn with_beside(
+        mut self,
+        problem: &Problem,
+        beside: Option<&Beside>,
+        closed_loop: &ClosedLoop,
+        margins: Option<&Margins>,
+    ) -> Self {
+        self.spec = self.spec.map(|spec| spec.with_closed_loop(closed_loop));
+        if let Some(beside) = beside {
+            self.feedback = FeedbackRecord::new(problem, beside);
+            self.uncertainty = UncertaintyRecord::new(problem, beside, closed_loop.uncertainty.as_ref());
+            if let Some(uncertainty) = &mut self.uncertainty {
+                uncertainty.margins = margins.map(|margins| MarginsRecord::new(closed_loop, margins));
+            }
+        }
         self
     }
 

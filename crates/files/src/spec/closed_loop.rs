@@ -220,7 +220,8 @@ fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
             let reason = format!("\"{}\" has a chance, and nothing is uncertain", escape(&constraint.name));
             section.error("E0172", "chance", reason, "add [uncertainty], or give margin_deg");
         }
-        if section.has("margin_deg") || section.has("margin_rad") {
+        // In a spec that slew wrote the margin is the one that the chance took.
+        if !section.keeps_rounding && (section.has("margin_deg") || section.has("margin_rad")) {
             let reason = "a chance and a margin: the larger of the two acts";
             section.warn("W0170", "chance", reason, "leave the margin out, unless it is for something else");
         }

@@ -1,0 +1,314 @@
+//! Results of `slew fly`: what many cases say, each case, and one case step by step.
+
+use super::plan::{PointingRecord, boresights};
+use crate::exchange::Arrays;
+use crate::export::{ExportError, write_document};
+use serde::Serialize;
+use slewkit::Vector3;
+use slewkit::closed_loop::{Flown, Lost, Moment, Proportion, Sampled, quantile};
+use slewkit::lie;
+use slewkit::maneuver::Problem;
+use slewkit::optimize::linear_plan::Vector6;
+use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
+use std::io::Write;
+
+/// The cases of one loop.
+#[derive(Debug)]
+pub struct Flight<'a> {
+    /// "closed loop" or "open loop".
+    pub name: &'static str,
+    /// The linear prediction.
+    pub covariance: &'a Covariance,
+    /// What became of each case.
+    pub cases: Vec<Result<Flown, Lost>>,
+}
+
+/// What `slew fly` tells.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunRecord {
+    /// Name of the maneuver.
+    pub name: String,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// The first case.
+    pub first: u64,
+    /// How many.
+    pub cases: usize,
+    /// Wall time \[s\]: the only key that differs between two runs.
+    pub time_s: f64,
+    /// Of each loop.
+    pub loops: Vec<LoopRecord>,
+}
+
+/// What the cases of one loop say.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoopRecord {
+    /// "closed loop" or "open loop".
+    pub name: String,
+    /// Cases that could not be followed.
+    pub lost: usize,
+    /// Inertias drawn that are none, and drawn again.
+    pub rejected_inertias: u64,
+    /// Mean part of the steps in which a limit of the inputs cut a command.
+    pub saturated: f64,
+    /// What the ends say.
+    pub end: CampaignRecord,
+}
+
+/// Ends of many cases beside their linear prediction.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CampaignRecord {
+    /// Mean attitude error, body axes \[deg\].
+    pub attitude_mean_deg: [f64; 3],
+    /// One standard deviation of it.
+    pub attitude_sigma_deg: [f64; 3],
+    /// The linear prediction of that.
+    pub attitude_sigma_linear_deg: [f64; 3],
+    /// One standard deviation of the error of the angular velocity [deg/s].
+    pub rate_sigma_deg_s: [f64; 3],
+    /// The linear prediction of that.
+    pub rate_sigma_linear_deg_s: [f64; 3],
+    /// Angle of the attitude error that 50, 90, 99 and 99.73 % of the cases do not exceed \[deg\].
+    pub angle_quantiles_deg: [f64; 4],
+    /// Least and largest eigenvalue of the sampled covariance over the linear one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eigenvalues: Option<[f64; 2]>,
+    /// Cases inside the ellipsoid that holds 99.73 % by the linear covariance.
+    pub inside_9973: Part,
+    /// Of each boresight.
+    pub pointing: Vec<PointedRecord>,
+    /// Of each constraint.
+    pub constraints: Vec<ConstraintRecord>,
+}
+
+/// A part of the cases with its interval of 95 %.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Part {
+    /// How many cases.
+    pub count: u64,
+    /// Which part.
+    pub part: f64,
+    /// Its interval (Clopper and Pearson).
+    pub interval: [f64; 2],
+}
+
+impl From<Proportion> for Part {
+    fn from(of: Proportion) -> Self {
+        Self { count: of.count, part: of.part(), interval: [of.low, of.high] }
+    }
+}
+
+/// A boresight at the ends of all cases.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PointedRecord {
+    /// The linear prediction.
+    #[serde(flatten)]
+    pub linear: PointingRecord,
+    /// The angle that 99.73 % of the cases do not exceed \[deg\].
+    pub sampled_9973_deg: f64,
+}
+
+/// A constraint along all cases.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ConstraintRecord {
+    /// Its name.
+    pub name: String,
+    /// Cases that violate it at any time.
+    pub violated: Part,
+    /// What is left of it in the median case, and in the one of a thousand, and at least: deg of cones, of rates a part of the limit.
+    pub room_quantiles: [f64; 3],
+}
+
+const LEVELS: [f64; 4] = [0.5, 0.9, 0.99, 0.9973];
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+fn degrees(vector: &Vector6, first: usize) -> [f64; 3] {
+    [0, 1, 2].map(|row| vector[first + row].to_degrees())
+}
+
+impl LoopRecord {
+    /// Of the cases of a loop.
+    pub fn new(problem: &Problem, flight: &Flight<'_>) -> Self {
+        let flown: Vec<&Flown> = flight.cases.iter().filter_map(|case| case.as_ref().ok()).collect();
+        let ends: Vec<Vector6> = flown.iter().map(|flown| flown.end).collect();
+        let sampled = Sampled::of(&ends, &flight.covariance.end);
+        let (sigma, linear) = (sampled.sigma(), flight.covariance.end_sigma());
+        let turn = |end: &Vector6| end.fixed_rows::<3>(0).norm().to_degrees();
+        let angles = sorted(ends.iter().map(turn));
+        let of_attitude = flight.covariance.end.fixed_view::<3, 3>(0, 0).into_owned();
+        let pointing = boresights(problem).into_iter().map(|boresight| {
+            let radius = Radius::of(&boresight, &of_attitude);
+            let off = |end: &Vector6| {
+                let turned = lie::exp(&end.fixed_rows::<3>(0).into_owned()) * boresight;
+                boresight.cross(&turned).norm().atan2(boresight.dot(&turned)).to_degrees()
+            };
+            PointedRecord {
+                linear: PointingRecord {
+                    boresight_body: boresight.into(),
+                    sigma_deg: radius.sigma.map(f64::to_degrees),
+                    within_9973_deg: radius.within.to_degrees(),
+                },
+                sampled_9973_deg: quantile(&sorted(ends.iter().map(off)), LEVELS[3]),
+            }
+        });
+        let constraints = problem.constraints.iter().enumerate().map(|(index, constraint)| {
+            let unit = |room: f64| if is_cone(constraint) { room.to_degrees() } else { room };
+            let rooms = sorted(flown.iter().map(|flown| flown.room[index]));
+            let violated = rooms.iter().filter(|room| **room < 0.0).count();
+            ConstraintRecord {
+                name: constraint.name.clone(),
+                violated: Proportion::new(violated as u64, rooms.len() as u64).into(),
+                room_quantiles: [0.5, 1e-3, 0.0].map(|level| unit(quantile(&rooms, level))),
+            }
+        });
+        let count = flown.len().max(1) as f64;
+        Self {
+            name: flight.name.into(),
+            lost: flight.cases.len() - flown.len(),
+            rejected_inertias: flown.iter().map(|flown| u64::from(flown.rejected)).sum(),
+            saturated: flown.iter().map(|flown| flown.saturated).sum::<f64>() / count,
+            end: CampaignRecord {
+                attitude_mean_deg: degrees(&sampled.mean, 0),
+                attitude_sigma_deg: degrees(&sigma, 0),
+                attitude_sigma_linear_deg: degrees(&linear, 0),
+                rate_sigma_deg_s: degrees(&sigma, 3),
+                rate_sigma_linear_deg_s: degrees(&linear, 3),
+                angle_quantiles_deg: LEVELS.map(|level| quantile(&angles, level)),
+                eigenvalues: sampled.eigenvalues,
+                inside_9973: sampled.inside.into(),
+                pointing: pointing.collect(),
+                constraints: constraints.collect(),
+            },
+        }
+    }
+}
+
+fn is_cone(constraint: &slewkit::maneuver::Constraint) -> bool {
+    matches!(constraint.rule, slewkit::maneuver::Rule::Pointing(_))
+}
+
+impl RunRecord {
+    /// Writes the document.
+    ///
+    /// # Errors
+    /// The stream.
+    pub fn write(&self, output: impl Write) -> Result<(), ExportError> {
+        write_document(self, output)
+    }
+}
+
+/// The columns of a table of cases: what each is called, and its numbers of one case.
+struct Columns<'a> {
+    problem: &'a Problem,
+    uncertainty: &'a Uncertainty,
+}
+
+impl Columns<'_> {
+    fn heads(&self) -> Vec<String> {
+        let mut heads: Vec<String> =
+            ["x", "y", "z"].map(|axis| format!("attitude_error_{axis}_rad")).to_vec();
+        heads.extend(["x", "y", "z"].map(|axis| format!("rate_error_{axis}_rad_s")));
+        for constraint in &self.problem.constraints {
+            let unit = if is_cone(constraint) { "_rad" } else { "" };
+            heads.push(format!("room {}{unit}", constraint.name));
+        }
+        heads.extend(["saturated".into(), "rejected_inertias".into()]);
+        heads.extend(self.uncertainty.parameters.iter().map(|(name, ..)| name.clone()));
+        heads
+    }
+
+    /// A case that was lost has no numbers.
+    fn row(&self, case: &Result<Flown, Lost>) -> Vec<f64> {
+        let Ok(flown) = case else { return vec![f64::NAN; self.heads().len()] };
+        let mut row: Vec<f64> = flown.end.iter().copied().collect();
+        row.extend(&flown.room);
+        row.extend([flown.saturated, f64::from(flown.rejected)]);
+        row.extend(&flown.parameters);
+        row
+    }
+}
+
+/// Writes every case: as a table (CSV; what was lost has empty cells), or as arrays (NPZ; NaN).
+///
+/// # Errors
+/// The stream.
+pub fn write_cases(
+    problem: &Problem,
+    uncertainty: &Uncertainty,
+    first: u64,
+    flights: &[Flight<'_>],
+    as_arrays: bool,
+    output: &mut dyn Write,
+) -> Result<(), ExportError> {
+    let columns = Columns { problem, uncertainty };
+    let heads = columns.heads();
+    if as_arrays {
+        let mut arrays = Arrays::new(output);
+        for flight in flights {
+            let prefix = flight.name.replace(' ', "_");
+            let rows: Vec<f64> = flight.cases.iter().flat_map(|case| columns.row(case)).collect();
+            arrays.add(&format!("{prefix}_cases"), flight.cases.len(), heads.len(), &rows)?;
+        }
+        return Ok(arrays.close()?);
+    }
+    let quoted = |head: &String| {
+        if head.contains([',', '"', '\n']) {
+            format!("\"{}\"", head.replace('"', "\"\""))
+        } else {
+            head.clone()
+        }
+    };
+    writeln!(output, "loop,case,{}", heads.iter().map(quoted).collect::<Vec<_>>().join(","))?;
+    for flight in flights {
+        for (index, case) in flight.cases.iter().enumerate() {
+            write!(output, "{},{}", flight.name, first + index as u64)?;
+            for number in columns.row(case) {
+                if number.is_nan() { write!(output, ",")? } else { write!(output, ",{number:?}")? }
+            }
+            writeln!(output)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes one case step by step, CSV.
+///
+/// # Errors
+/// The stream.
+pub fn write_trace(inputs: usize, moments: &[Moment], output: &mut dyn Write) -> Result<(), ExportError> {
+    let commanded: Vec<String> = (1..=inputs).map(|index| format!("command_{index}")).collect();
+    writeln!(
+        output,
+        "time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z,angular_velocity_x_rad_s,\
+         angular_velocity_y_rad_s,angular_velocity_z_rad_s,attitude_error_x_rad,attitude_error_y_rad,\
+         attitude_error_z_rad,rate_error_x_rad_s,rate_error_y_rad_s,rate_error_z_rad_s,{}",
+        commanded.join(",")
+    )?;
+    let mut before = [1.0, 0.0, 0.0, 0.0];
+    for moment in moments {
+        let mut quaternion = lie::quaternion_from_rotation(&moment.attitude);
+        if quaternion.iter().zip(before).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
+            quaternion = quaternion.map(|part| -part);
+        }
+        before = quaternion;
+        write!(output, "{:?}", moment.time)?;
+        let rate: &Vector3 = &moment.angular_velocity;
+        for number in quaternion.iter().chain(rate.iter()).chain(moment.beside.iter()) {
+            write!(output, ",{number:?}")?;
+        }
+        // Nothing is commanded at the end any more.
+        for index in 0..inputs {
+            match moment.commanded.get(index) {
+                Some(number) => write!(output, ",{number:?}")?,
+                None => write!(output, ",")?,
+            }
+        }
+        writeln!(output)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,10 @@
+//! What is known of a plan beside it, and what became of it when it was flown: records of plan files, results of `slew fly`.
+
+mod campaign;
+mod plan;
+
+pub use campaign::{CampaignRecord, Flight, LoopRecord, RunRecord, write_cases, write_trace};
+pub use plan::{
+    ChanceRecord, FeedbackRecord, LoopUncertainty, MarginsRecord, PointingRecord, UncertaintyRecord,
+    boresights,
+};

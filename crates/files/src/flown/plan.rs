@@ -1,0 +1,216 @@
+//! Gains and covariances in a plan file.
+
+use crate::export::nulls::null_is_nan;
+use crate::spec::ClosedLoop;
+use serde::{Deserialize, Serialize};
+use slewkit::Vector3;
+use slewkit::assured::{Beside, Margins};
+use slewkit::feedback::Kind;
+use slewkit::maneuver::{Problem, Rule};
+use slewkit::optimize::linear_plan::{Matrix6, Vector6};
+use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
+
+/// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins and held over that step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FeedbackRecord {
+    /// "neighbouring" or "tvlqr".
+    pub kind: String,
+    /// The first step whose gains are those of the step before it.
+    pub frozen_from: usize,
+    /// For each step a row for each torque input: three numbers by `ζ = log(R*ᵀR)`, body axes \[rad\], three by the rate beside the
+    /// plan, body axes [rad/s].
+    pub gains: Vec<Vec<Vec<f64>>>,
+}
+
+/// What is uncertain along a plan, to first order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UncertaintyRecord {
+    /// Without gains.
+    #[serde(deserialize_with = "null_is_nan")]
+    pub open_loop: LoopUncertainty,
+    /// Under the gains of the plan.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
+    pub closed_loop: Option<LoopUncertainty>,
+    /// What keeping the chances took, where some were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub margins: Option<MarginsRecord>,
+}
+
+/// The uncertainty of a loop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LoopUncertainty {
+    /// One standard deviation of the attitude at the end, body axes \[deg\].
+    pub end_attitude_sigma_deg: [f64; 3],
+    /// Of the angular velocity [deg/s].
+    pub end_rate_sigma_deg_s: [f64; 3],
+    /// For each parameter which part of these six variances it makes.
+    pub shares: Vec<(String, [f64; 6])>,
+    /// Of each boresight at the end.
+    pub pointing: Vec<PointingRecord>,
+    /// Of each cone.
+    pub chances: Vec<ChanceRecord>,
+    /// One standard deviation of the correction of each input, a row for each step; none open loop.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub input_sigma: Vec<Vec<f64>>,
+    /// Covariance of `[ζ; δΠ]` at each node: 21 numbers, the upper triangle row after row [rad, N·m·s].
+    pub covariance: Vec<Vec<f64>>,
+}
+
+/// How far a boresight is from where it should point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointingRecord {
+    /// The boresight, body axes.
+    pub boresight_body: [f64; 3],
+    /// Standard deviations along the axes of its ellipse on the sky \[deg\].
+    pub sigma_deg: [f64; 2],
+    /// The angle within which it is with 99.73 % \[deg\].
+    pub within_9973_deg: f64,
+}
+
+/// The chance of violating a cone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChanceRecord {
+    /// Its name.
+    pub name: String,
+    /// The largest of all nodes.
+    pub largest: f64,
+    /// When that is \[s\].
+    pub time_s: f64,
+    /// One standard deviation of the angle from the cone then \[deg\].
+    pub sigma_deg: f64,
+    /// How far the plan is from it then, without margin \[deg\].
+    pub room_deg: f64,
+    /// At each node.
+    pub nodes: Vec<f64>,
+}
+
+/// What keeping chances took.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MarginsRecord {
+    /// Name and margin of each constraint with a chance \[deg\].
+    pub margins_deg: Vec<(String, f64)>,
+    /// Cost of the plan without margins.
+    pub cost_without: f64,
+    /// Plans until margins and covariances agreed.
+    pub plans: usize,
+    /// Whether they did.
+    pub agreed: bool,
+}
+
+impl MarginsRecord {
+    /// Of the chances of a spec.
+    pub fn new(closed_loop: &ClosedLoop, margins: &Margins) -> Self {
+        let names = closed_loop.chances.iter().map(|chance| chance.constraint.clone());
+        Self {
+            margins_deg: names.zip(margins.margins.iter().map(|margin| margin.to_degrees())).collect(),
+            cost_without: margins.cost_without,
+            plans: margins.plans,
+            agreed: margins.agreed,
+        }
+    }
+}
+
+/// The name of a kind of gains.
+fn name(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Neighbouring { .. } => "neighbouring",
+        Kind::Tvlqr(_) => "tvlqr",
+    }
+}
+
+impl FeedbackRecord {
+    /// Of the gains along a plan; `None` where there are none.
+    pub fn new(problem: &Problem, beside: &Beside) -> Option<Self> {
+        let gains = beside.gains.as_ref()?;
+        let j = problem.body.inertia.j();
+        // Flight software knows rates: K_Ω = K_Π J.
+        let row = |row: &[f64]| {
+            let by_momentum = Vector3::from_column_slice(&row[3..]);
+            let by_rate = j * by_momentum;
+            row[..3].iter().chain(by_rate.iter()).copied().collect()
+        };
+        let step = |k: usize| gains.row(k).chunks_exact(6).map(row).collect();
+        Some(Self {
+            kind: name(&gains.kind).into(),
+            frozen_from: gains.frozen_from,
+            gains: (0..beside.linear.count()).map(step).collect(),
+        })
+    }
+}
+
+/// The boresights of a maneuver: those of its cones and of its end; the body axes where it has none.
+pub fn boresights(problem: &Problem) -> Vec<Vector3> {
+    let mut all: Vec<Vector3> = problem.aim().map(|aim| aim.boresight).into_iter().collect();
+    for constraint in &problem.constraints {
+        if let Rule::Pointing(pointing) = &constraint.rule {
+            all.extend(&pointing.boresights);
+        }
+    }
+    let mut different: Vec<Vector3> = Vec::new();
+    for boresight in all {
+        if !different.contains(&boresight) {
+            different.push(boresight);
+        }
+    }
+    if different.is_empty() { vec![Vector3::x(), Vector3::y(), Vector3::z()] } else { different }
+}
+
+impl UncertaintyRecord {
+    /// Of what is uncertain along a plan; `None` where nothing is.
+    pub fn new(problem: &Problem, beside: &Beside, uncertainty: Option<&Uncertainty>) -> Option<Self> {
+        let uncertainty = uncertainty?;
+        let of = |covariance: &Covariance| LoopUncertainty::new(problem, beside, covariance, uncertainty);
+        Some(Self {
+            open_loop: of(beside.open.as_ref()?),
+            closed_loop: beside.closed.as_ref().map(of),
+            margins: None,
+        })
+    }
+}
+
+fn of_three(vector: &Vector6, first: usize) -> [f64; 3] {
+    [0, 1, 2].map(|row| vector[first + row].to_degrees())
+}
+
+impl LoopUncertainty {
+    fn new(problem: &Problem, beside: &Beside, covariance: &Covariance, uncertainty: &Uncertainty) -> Self {
+        use slewkit::uncertainty::chance::Chance;
+        let sigma = covariance.end_sigma();
+        let of_attitude = covariance.end.fixed_view::<3, 3>(0, 0).into_owned();
+        let pointing = boresights(problem).into_iter().map(|boresight| {
+            let radius = Radius::of(&boresight, &of_attitude);
+            PointingRecord {
+                boresight_body: boresight.into(),
+                sigma_deg: radius.sigma.map(f64::to_degrees),
+                within_9973_deg: radius.within.to_degrees(),
+            }
+        });
+        let chances =
+            Chance::of_cones(problem, &beside.linear, covariance).into_iter().map(|chance| ChanceRecord {
+                largest: chance.largest(),
+                time_s: beside.linear.times()[chance.worst],
+                sigma_deg: chance.sigma.to_degrees(),
+                room_deg: chance.room.to_degrees(),
+                name: chance.name,
+                nodes: chance.nodes,
+            });
+        Self {
+            end_attitude_sigma_deg: of_three(&sigma, 0),
+            end_rate_sigma_deg_s: of_three(&sigma, 3),
+            shares: covariance
+                .shares(uncertainty)
+                .into_iter()
+                .map(|(name, share)| (name, share.into()))
+                .collect(),
+            pointing: pointing.collect(),
+            chances: chances.collect(),
+            input_sigma: covariance.inputs.clone(),
+            covariance: covariance.states.iter().map(upper).collect(),
+        }
+    }
+}
+
+/// The upper triangle, row after row.
+fn upper(matrix: &Matrix6) -> Vec<f64> {
+    (0..6).flat_map(|row| (row..6).map(move |column| matrix[(row, column)])).collect()
+}

@@ -1,0 +1,243 @@
+//! What is told of gains, of what is uncertain, and of a plan that was flown.
+
+use super::lines::{Lines, TEXT, wrapped};
+use super::{Tone, headline};
+use slewkit::Vector3;
+use slewkit::assured::{Beside, Margins};
+use slewkit::closed_loop::Flown;
+use slewkit::feedback::Kind;
+use slewkit::maneuver::{Problem, Rule};
+use slewkit::numerics::figures::{counted, significant};
+use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
+use slewkit_files::flown::{LoopRecord, RunRecord, boresights};
+use slewkit_files::spec::{ClosedLoop, escape};
+
+/// Probabilities below this are told by the tail of the normal law alone.
+const SAMPLED: f64 = 1e-4;
+
+/// What the summary of a plan says of the plan beside it.
+pub fn beside(
+    problem: &Problem,
+    closed_loop: &ClosedLoop,
+    beside: &Beside,
+    margins: Option<&Margins>,
+) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(gains) = &beside.gains {
+        let steps = beside.linear.count();
+        let text = match gains.kind {
+            Kind::Neighbouring { .. } if gains.frozen_from < steps => {
+                format!(
+                    "neighbouring gains, held over the last {} of {steps} steps",
+                    steps + 1 - gains.frozen_from
+                )
+            }
+            Kind::Neighbouring { .. } => "neighbouring gains to the end".into(),
+            Kind::Tvlqr(_) => "regulator along the plan".into(),
+        };
+        lines.line("feedback", &text);
+    }
+    if let Some(open) = &beside.open {
+        let text = uncertain(problem, open, beside.closed.as_ref());
+        lines.lines("uncertain", wrapped(&text, TEXT));
+    }
+    if let (Some(closed), Some(uncertainty)) = (&beside.closed, &closed_loop.uncertainty)
+        && let Some(text) = largest_share(closed, uncertainty)
+    {
+        lines.lines("", wrapped(&text, TEXT));
+    }
+    if beside.gains.is_some()
+        && let Some(closed) = &beside.closed
+        && let Some(text) = demand(problem, beside, closed)
+    {
+        lines.lines("", wrapped(&text, TEXT));
+    }
+    let chances = beside.chances.iter().map(|chance| {
+        let asked = closed_loop.chances.iter().find(|asked| asked.constraint == chance.name);
+        let of =
+            asked.map_or(String::new(), |asked| format!(", asked at most {}", significant(asked.at_most, 2)));
+        let tail = if chance.largest() < SAMPLED { " (by the tail of the normal law)" } else { "" };
+        let at = significant(beside.linear.times()[chance.worst], 3);
+        let name = escape(&chance.name);
+        format!("{name}: {} at its worst, {at} s{of}{tail}", significant(chance.largest(), 2))
+    });
+    lines.lines("chance", chances.flat_map(|text| wrapped(&text, TEXT)));
+    if let Some(margins) = margins {
+        lines.lines("margin", wrapped(&kept(closed_loop, margins), TEXT));
+    }
+    lines
+}
+
+fn radii(problem: &Problem, covariance: &Covariance) -> f64 {
+    let of_attitude = covariance.end.fixed_view::<3, 3>(0, 0).into_owned();
+    boresights(problem).iter().map(|boresight| Radius::of(boresight, &of_attitude).within).fold(0.0, f64::max)
+}
+
+/// Where a boresight ends with 99.73 %.
+fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) -> String {
+    let of = |covariance: &Covariance| significant(radii(problem, covariance).to_degrees(), 3);
+    match closed {
+        Some(closed) => format!(
+            "boresights end within {} deg by the gains (99.73 %), {} deg without",
+            of(closed),
+            of(open)
+        ),
+        None => format!("boresights end within {} deg (99.73 %), without gains", of(open)),
+    }
+}
+
+/// What makes most of the attitude's variance at the end.
+fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<String> {
+    let all: f64 = (0..3).map(|row| covariance.end[(row, row)]).sum();
+    let of_parameters: f64 = (0..3).map(|row| covariance.end_of_parameters[(row, row)]).sum();
+    let share =
+        |(column, (name, _, sigma)): (&slewkit::optimize::linear_plan::Vector6, &(String, _, f64))| {
+            let part = column.fixed_rows::<3>(0).norm_squared() * sigma * sigma / all;
+            (name.clone(), part)
+        };
+    let mut shares: Vec<(String, f64)> =
+        covariance.end_by_parameter.iter().zip(&uncertainty.parameters).map(share).collect();
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let (name, part) = shares.first().filter(|(_, part)| part.is_finite() && *part > 0.0)?;
+    Some(format!(
+        "{} of its variance is of constant errors, most of {} ({})",
+        percent(of_parameters / all),
+        escape(name),
+        percent(*part)
+    ))
+}
+
+fn percent(part: f64) -> String {
+    format!("{} %", significant(100.0 * part, 2))
+}
+
+/// The largest correction, three deviations, beside what the limit leaves.
+fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<String> {
+    let sizes = problem.actuation.torque.limits().size.as_ref()?;
+    let mut worst = (0.0, 0, 0);
+    for (step, sigmas) in closed.inputs.iter().enumerate() {
+        for (input, sigma) in sigmas.iter().enumerate() {
+            let left = (sizes[input] - beside.linear.inputs(step)[input].abs()).max(f64::MIN_POSITIVE);
+            let part = 3.0 * sigma / left;
+            if part > worst.0 {
+                worst = (part, step, input);
+            }
+        }
+    }
+    let (part, step, input) = worst;
+    let at = significant(beside.linear.times()[step], 3);
+    (part > 1.0).then(|| {
+        format!(
+            "input {} has less left than three deviations of its correction, at {at} s: leave more, or plan within less",
+            input + 1
+        )
+    })
+}
+
+/// What keeping chances took.
+fn kept(closed_loop: &ClosedLoop, margins: &Margins) -> String {
+    let each = closed_loop.chances.iter().zip(&margins.margins).map(|(chance, margin)| {
+        format!("{} {} deg", escape(&chance.constraint), significant(margin.to_degrees(), 4))
+    });
+    let agreed = if margins.agreed { "" } else { "; margins and covariances do not agree yet" };
+    format!(
+        "{} for the chances asked, found in {}; without them the cost is {}{agreed}",
+        each.collect::<Vec<_>>().join(", "),
+        counted(margins.plans, "plan"),
+        significant(margins.cost_without, 6)
+    )
+}
+
+/// What one case came to.
+pub fn case(
+    problem: &Problem,
+    uncertainty: &Uncertainty,
+    case: u64,
+    closed: bool,
+    flown: &Flown,
+) -> Vec<String> {
+    let mut lines = Vec::new();
+    let name = if closed { "closed loop" } else { "open loop" };
+    let turn: Vector3 = flown.end.fixed_rows::<3>(0).into_owned();
+    let rate: Vector3 = flown.end.fixed_rows::<3>(3).into_owned();
+    lines.line(
+        "case",
+        &format!(
+            "{case}, {name}: ends {} deg and {} deg/s beside the plan",
+            significant(turn.norm().to_degrees(), 3),
+            significant(rate.norm().to_degrees(), 3)
+        ),
+    );
+    let drawn = uncertainty.parameters.iter().zip(&flown.parameters);
+    let drawn: Vec<String> =
+        drawn.map(|((name, ..), value)| format!("{} {}", escape(name), significant(*value, 3))).collect();
+    lines.lines("drawn", wrapped(&drawn.join(", "), TEXT));
+    for (constraint, room) in problem.constraints.iter().zip(&flown.room) {
+        let unit = if matches!(constraint.rule, Rule::Pointing(_)) {
+            format!("{} deg", significant(room.to_degrees(), 3))
+        } else {
+            format!("{} of the limit", percent(*room))
+        };
+        lines.line("room", &format!("{}: {unit}", escape(&constraint.name)));
+    }
+    lines
+}
+
+/// What many cases came to.
+pub fn runs(colour: bool, record: &RunRecord) -> Vec<String> {
+    let lost: usize = record.loops.iter().map(|one| one.lost).sum();
+    let verdict = format!("{} flown", counted(record.cases, "case"));
+    let tone = if lost == 0 { Tone::Good } else { Tone::Bad };
+    let mut lines = vec![headline(colour, &escape(&record.name), &verdict, tone)];
+    for one in &record.loops {
+        lines.lines(&one.name, told(one));
+    }
+    lines
+}
+
+fn told(one: &LoopRecord) -> Vec<String> {
+    let end = &one.end;
+    let [half, ninety, _, most] = end.angle_quantiles_deg.map(|angle| significant(angle, 3));
+    let mut lines = vec![format!(
+        "attitude off by {half} deg in the median, {ninety} in 90 %, {most} in 99.73 % of the cases"
+    )];
+    let most = |values: &[f64; 3]| values.iter().copied().fold(0.0, f64::max);
+    lines.push(format!(
+        "deviation {} deg and {} deg/s about the worst axes, {} and {} by linear theory",
+        significant(most(&end.attitude_sigma_deg), 3),
+        significant(most(&end.rate_sigma_deg_s), 3),
+        significant(most(&end.attitude_sigma_linear_deg), 3),
+        significant(most(&end.rate_sigma_linear_deg_s), 3),
+    ));
+    lines.push(format!(
+        "{} inside of the ellipsoid that is to hold 99.73 %{}",
+        percent(end.inside_9973.part),
+        end.eigenvalues.map_or(String::new(), |[least, largest]| format!(
+            ", variances {} to {} times the linear",
+            significant(least, 3),
+            significant(largest, 3)
+        ))
+    ));
+    for cone in &end.constraints {
+        let violated = match cone.violated.count {
+            0 => format!("violated by none, below {} at 95 %", significant(cone.violated.interval[1], 2)),
+            count => format!(
+                "violated by {count} ({}, {} to {})",
+                percent(cone.violated.part),
+                percent(cone.violated.interval[0]),
+                percent(cone.violated.interval[1])
+            ),
+        };
+        lines.push(format!("{}: {violated}", escape(&cone.name)));
+    }
+    if one.saturated > 0.0 {
+        lines.push(format!("limits cut the commands of {} of the steps", percent(one.saturated)));
+    }
+    if one.rejected_inertias > 0 {
+        lines.push(format!("{} inertias drawn that are none, and drawn again", one.rejected_inertias));
+    }
+    if one.lost > 0 {
+        lines.push(format!("{} lost: they turn faster than can be followed", counted(one.lost, "case")));
+    }
+    lines.iter().flat_map(|text| wrapped(text, TEXT)).collect()
+}
