@@ -340,7 +340,8 @@ impl<'a> Campaign<'a> {
                         .iter_mut()
                         .zip(wanted)
                         .for_each(|(given, wanted)| *given += follow * (wanted - *given));
-                    let held = Held { force: Vector3::zeros(), torque: errors.torque(set, &given) + noise };
+                    let torque = errors.torque(set, &given) + noise;
+                    let held = Held { force: Vector3::zeros(), torque, outside: errors.constant };
                     flight.carry(&mut body, now, &held, part, 1, Some(&mut excess)).ok_or(Lost)?;
                     now = until;
                 }
@@ -425,11 +426,11 @@ impl Errors {
         Self { scale, turn: lie::exp(&turn), constant, sensor_turn: lie::exp(&sensor), rate_scale, rate_bias }
     }
 
-    /// `exp S(α) B (1 + s) u + b`.
+    /// `exp S(α) B (1 + s) u`.
     fn torque(&self, set: &ActuatorSet, inputs: &[f64]) -> Vector3 {
         let axes = set.axes().iter().zip(inputs).zip(&self.scale);
         let torque: Vector3 = axes.map(|((axis, input), scale)| axis * (input * scale)).sum();
-        self.turn * torque + self.constant
+        self.turn * torque
     }
 }
 
@@ -461,7 +462,7 @@ impl DelayLine {
 }
 
 fn held(set: &ActuatorSet, inputs: &[f64]) -> Held {
-    Held { force: Vector3::zeros(), torque: set.output(inputs) }
+    Held { force: Vector3::zeros(), torque: set.output(inputs), outside: Vector3::zeros() }
 }
 
 /// Cuts inputs to the limits of their set; whether any was beyond.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::feedback::Kind;
+use crate::mechanics::actuators::{Actuation, Wheels};
 use crate::testing::planned;
 use crate::uncertainty::Covariance;
 
@@ -92,6 +93,47 @@ fn the_loop_has_the_derivatives_of_the_linear_model() {
             worst = worst.max(error);
         }
         worst
+    };
+    for closed in [false, true] {
+        let (coarse, fine) = (apart(60, closed), apart(120, closed));
+        let order = (coarse / fine).log2();
+        assert!((1.6..2.6).contains(&order) && fine < 2e-3, "{closed}: {coarse:e} {fine:e}");
+    }
+}
+
+/// The same of wheels, which store what they give: their momenta are states, and are as large as that of the body.
+#[test]
+fn the_loop_of_wheels_has_the_derivatives_of_the_linear_model() {
+    let apart = |steps: usize, closed: bool| {
+        let mut problem = maneuver(steps);
+        let axes =
+            [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)].map(|(x, y)| Vector3::new(x, y, 0.6)).to_vec();
+        let wheels = Wheels { momentum: vec![0.3, -0.2, 0.4, 0.1], momentum_limit: vec![100.0; 4] };
+        problem.actuation = Actuation::of_wheels(axes, vec![10.0; 4], wheels).unwrap();
+        let plan = planned(&problem);
+        let linear = LinearPlan::flown(&problem, &plan).unwrap();
+        let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+        let gains = closed.then_some(&gains);
+        let uncertainty = Uncertainty { parameters: parameters(1.0), ..Uncertainty::default() };
+        let covariance = Covariance::along(&linear, gains, &uncertainty);
+        let campaign = Campaign::new(&problem, &linear, gains, &uncertainty, Plant::default(), 1);
+        let end = |index: usize, size: f64| {
+            let mut values = vec![0.0; uncertainty.parameters.len()];
+            values[index] = size;
+            let mut j = *problem.body.inertia.j();
+            if let Parameter::Inertia(delta) = uncertainty.parameters[index].1 {
+                j += delta * size;
+            }
+            let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
+            campaign.run(&values, Inertia::new(j).unwrap(), &Vector6::zeros(), streams, |_| ()).unwrap().end
+        };
+        let size = 1e-5;
+        let largest = covariance.end_by_parameter.iter().map(|column| column.amax()).fold(0.0, f64::max);
+        let error = |index: usize| {
+            let found = (end(index, size) - end(index, -size)) / (2.0 * size);
+            (found - covariance.end_by_parameter[index]).amax() / largest
+        };
+        (0..uncertainty.parameters.len()).map(error).fold(0.0, f64::max)
     };
     for closed in [false, true] {
         let (coarse, fine) = (apart(60, closed), apart(120, closed));

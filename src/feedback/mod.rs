@@ -89,6 +89,9 @@ pub enum NoGains {
         "inputs that switch between their limits leave nothing to correct with: a neighbouring plan moves the switches"
     )]
     Switching,
+    /// Wheels drive the body.
+    #[error("the neighbouring extremal of wheels has their momenta as states: the regulator knows them")]
+    Wheels,
     /// The inputs that are not at their limits cannot bring the craft to the end from everywhere beside the start.
     #[error(
         "the inputs that are not at their limits along the plan cannot bring every error beside its start to the end"
@@ -127,6 +130,7 @@ impl Gains {
     pub fn along(plan: &LinearPlan, kind: Kind, switches: bool) -> Result<Self, NoGains> {
         let torques = match kind {
             Kind::Neighbouring { .. } if switches => return Err(NoGains::Switching),
+            Kind::Neighbouring { .. } if plan.has_wheels() => return Err(NoGains::Wheels),
             Kind::Neighbouring { freeze } => Sweep::neighbouring(plan, freeze)?,
             Kind::Tvlqr(weights) => Sweep::regulator(plan, weights),
         };

@@ -33,6 +33,8 @@ use tableau::{FOURTH, SIXTH, Tableau};
 pub(crate) struct Held {
     pub force: Vector3,
     pub torque: Vector3,
+    /// A torque that no actuator gives, body axes [N·m]: wheels do not store its reaction.
+    pub outside: Vector3,
 }
 
 /// A body on its way, SI units.
@@ -127,6 +129,7 @@ impl<'a> Flight<'a> {
             Held {
                 force: set.map_or_else(Vector3::zeros, |set| set.output(force)),
                 torque: problem.actuation.torque.output(torque),
+                outside: Vector3::zeros(),
             }
         };
         let steps = plan.time.len().saturating_sub(1);
@@ -348,14 +351,14 @@ impl<'a> Flight<'a> {
             linear_momentum: Vector3::zeros(),
         };
         if !POSED {
-            slope.momentum += held.torque;
+            slope.momentum += held.torque + held.outside;
             return slope;
         }
         let mut attitude = body.attitude * lie::exp(&change.turn);
         if let Some(frame) = self.frame(time + since) {
             attitude = frame * attitude;
         }
-        slope.momentum += self.torque_frame.to_body(&attitude, &held.torque);
+        slope.momentum += self.torque_frame.to_body(&attitude, &held.torque) + held.outside;
         let position = body.position + change.position;
         if !self.problem.environment.is_free() {
             let field = self.problem.environment.wrench(&Pose { position, attitude });
@@ -375,7 +378,11 @@ impl<'a> Flight<'a> {
 impl Held {
     /// The mean of two.
     pub fn mean(&self, other: &Self) -> Self {
-        Self { force: 0.5 * (self.force + other.force), torque: 0.5 * (self.torque + other.torque) }
+        Self {
+            force: 0.5 * (self.force + other.force),
+            torque: 0.5 * (self.torque + other.torque),
+            outside: 0.5 * (self.outside + other.outside),
+        }
     }
 }
 

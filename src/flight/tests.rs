@@ -11,7 +11,9 @@ use crate::verify::continuous_flow;
 fn held(random: &mut Random, problem: &Problem, steps: usize) -> Vec<(Held, f64)> {
     let mean = problem.seconds() / steps as f64;
     let mut vector = || random.vector3();
-    let outputs: Vec<Held> = (0..steps).map(|_| Held { force: vector(), torque: 2.0 * vector() }).collect();
+    let outputs: Vec<Held> = (0..steps)
+        .map(|_| Held { force: vector(), torque: 2.0 * vector(), outside: Vector3::zeros() })
+        .collect();
     outputs.into_iter().enumerate().map(|(k, held)| (held, mean * (0.7 + 0.6 * (k % 2) as f64))).collect()
 }
 
@@ -56,7 +58,10 @@ fn the_flow_is_that_of_the_witness() {
 fn tableaux_have_their_orders() {
     let mut random = Random(3);
     let problem = attitude_only(moving_ends(&mut random, AxisFrame::Body));
-    let (flight, held) = (Flight::new(&problem), Held { force: Vector3::zeros(), torque: random.vector3() });
+    let (flight, held) = (
+        Flight::new(&problem),
+        Held { force: Vector3::zeros(), torque: random.vector3(), outside: Vector3::zeros() },
+    );
     let end = |order: usize, parts: usize| {
         let mut body = flight.start;
         let h = 2.0 / parts as f64;

@@ -16,6 +16,16 @@
 //! `w₁` the full kick at the node that the step leads to. It is the discrete problem itself, exactly; its momenta are those after a
 //! full kick, and half a kick leads there from the physical start, and back at the end.
 
+//!
+//! Reaction wheels store the reaction of what they give. Their momentum `μ`, body axes, is then a state of its own beside `z`:
+//!
+//! ```text
+//! z_{k+1} = A_k z_k + B_k δτ_k + M_k δμ_k ,     δμ_{k+1} = δμ_k − h δτ_k
+//! ```
+//!
+//! with the drift of a gyrostat (`step::gyrostat`) in place of that of a body: `ζ' = Fᵀζ + ξ`, `H' = FᵀH`, `H = Π + μ`,
+//! `ξ = ξ_H δH + ξ_μ δμ`.
+
 use crate::flight::Flight;
 use crate::lie;
 use crate::maneuver::grid::{Grid, Scheme};
@@ -52,8 +62,10 @@ pub enum Unlinearised {
     /// The body translates.
     #[error("the body translates: gains and covariances are those of attitude and rate")]
     Translation,
-    /// Wheels drive it.
-    #[error("reaction wheels drive the body: their momenta would be states of the loop")]
+    /// Wheels drive it, and torques act at nodes.
+    #[error(
+        "reaction wheels drive the body: the discrete problem of torques at nodes has no costates of them"
+    )]
     Wheels,
     /// Torques are fixed in the reference frame.
     #[error("the torques are fixed in the reference frame")]
@@ -105,6 +117,8 @@ pub(crate) struct LinearStep {
     drift_b: Matrix3,
     /// `K₁ D`, what follows the first kick.
     after: Matrix6,
+    /// `M_k`, the answer to the momentum of wheels; zero where there are none.
+    pub wheels: Matrix6x3,
     /// `∂M/∂R` in the second kick.
     gradient: Matrix3,
 }
@@ -141,6 +155,7 @@ pub struct LinearPlan {
     nodes: Vec<(Matrix3, Vector3)>,
     /// Axes of the inputs, 3×m, SI.
     axes: Matrix3xX<f64>,
+    has_wheels: bool,
 }
 
 /// What an uncertain number of a maneuver multiplies.
@@ -174,6 +189,9 @@ impl LinearPlan {
         if problem.switches() && timing == Timing::AtNodes {
             return Err(Unlinearised::Switching);
         }
+        if problem.actuation.wheels.is_some() && timing == Timing::AtNodes {
+            return Err(Unlinearised::Wheels);
+        }
         Beside { problem, plan, timing, count: plan.time.len() - 1 }.linearise()
     }
 
@@ -181,9 +199,6 @@ impl LinearPlan {
     fn fits(problem: &Problem, plan: &Trajectory) -> Result<(), Unlinearised> {
         if problem.motion == Motion::RigidBody {
             return Err(Unlinearised::Translation);
-        }
-        if problem.actuation.wheels.is_some() {
-            return Err(Unlinearised::Wheels);
         }
         if problem.actuation.torque.frame() != AxisFrame::Body {
             return Err(Unlinearised::Frame);
@@ -194,6 +209,7 @@ impl LinearPlan {
         let fits = count > 0
             && plan.quaternion.len() == count + 1
             && plan.angular_velocity.len() == count + 1
+            && plan.wheel_momentum.len() == problem.actuation.wheels.as_ref().map_or(0, |_| (count + 1) * m)
             && plan.input_count >= m
             && plan.input.len() == rows * plan.input_count
             && rows >= if problem.switches() { count } else { problem.scheme.input_rows(count) };
@@ -226,6 +242,11 @@ impl LinearPlan {
     /// Times of the nodes \[s\].
     pub fn times(&self) -> &[f64] {
         &self.times
+    }
+
+    /// Whether reaction wheels give the torques.
+    pub fn has_wheels(&self) -> bool {
+        self.has_wheels
     }
 
     /// Attitude and angular velocity [rad/s] of the plan at a node.
@@ -306,13 +327,28 @@ impl LinearPlan {
     pub(crate) fn disturbance(&self, step: usize, parameter: &Parameter) -> Vector6 {
         let step = &self.steps[step];
         let error = self.torque_error(&step.applied, parameter);
+        // Wheels do not store what comes from outside.
+        let outside = matches!(parameter, Parameter::ConstantTorque(_));
+        let stored = if outside { Vector3::zeros() } else { step.kicks[0] * error };
         let mut out = step.after * momenta(&(step.kicks[0] * error)) + momenta(&(step.kicks[1] * error));
+        out -= step.wheels * stored;
         if let Parameter::Inertia(delta) = parameter {
             let turned = self.turned(step, delta);
             let attitude: Vector3 = turned.fixed_rows::<3>(0).into_owned();
             out += turned + momenta(&(step.kicks[1] * (step.gradient * attitude)));
         }
         out
+    }
+
+    /// What one unit of a parameter takes from the momentum of the wheels in a step, scaled.
+    pub(crate) fn stored(&self, step: usize, parameter: &Parameter) -> Vector3 {
+        match parameter {
+            Parameter::ConstantTorque(_) => Vector3::zeros(),
+            _ => {
+                let step = &self.steps[step];
+                self.torque_error(&step.applied, parameter) * step.length
+            }
+        }
     }
 
     /// What one unit of a parameter adds in the half kick before the first `z` (0), or in that after the end (1), scaled.
@@ -408,6 +444,7 @@ impl LinearStep {
             drift: Drift { h: 0.0, f: zero, momentum: still, momentum_after: still },
             drift_b: zero,
             after: zero6,
+            wheels: Matrix6x3::zeros(),
             gradient: zero,
         }
     }
@@ -487,7 +524,17 @@ impl Beside<'_> {
             times: plan.time.clone(),
             nodes,
             axes: Matrix3xX::from_fn(m, |row, column| axes[column][row]),
+            has_wheels: problem.actuation.wheels.is_some(),
         })
+    }
+
+    /// Momentum of the wheels at a node, body axes, scaled; `None` where there are none.
+    fn stored(&self, units: &Units, node: usize) -> Option<Vector3> {
+        self.problem.actuation.wheels.as_ref()?;
+        let set = &self.problem.actuation.torque;
+        let m = set.count();
+        // Each wheel's momentum is about its axis.
+        Some(set.output(&self.plan.wheel_momentum[node * m..(node + 1) * m]) / units.momentum())
     }
 
     fn pose(&self, units: &Units, attitude: &Matrix3) -> Pose {
@@ -527,19 +574,35 @@ impl Beside<'_> {
         let begin = self.pose(units, attitude);
         let field = dynamics.environment_wrench(&begin).moment;
         let momentum = dynamics.j * rate * units.time + ahead * (field + torque);
-        let mut point = Point {
-            position: Sum::new(begin.position),
-            linear_momentum: Sum::new(Vector3::zeros()),
-            attitude: Sum::new(*attitude),
-            momentum: Sum::new(momentum),
-        };
-        let drift = dynamics.drift::<6>(k, &mut point)?;
         let costate = self.costate(units, k);
         let (gradient, bent) = dynamics.field_derivatives(&self.pose(units, &nodes[k + 1].0), &costate.pi);
         let between = Costate { zeta: costate.zeta + kicks[1] * gradient.tr_mul(&costate.pi), ..costate };
-        let linear = dynamics.linear_drift(&drift, &dynamics.drift_matrix(&drift), &between);
-        let d = blocks([[&linear.f_t, &linear.b], [&Matrix3::zeros(), &linear.c]]);
-        let free = blocks([[&Matrix3::zeros(), &linear.h12], [&Matrix3::zeros(), &linear.h22]]);
+        let zero = Matrix3::zeros();
+        let mut free = Matrix6::zeros();
+        let mut wheels = Matrix6x3::zeros();
+        let (drift, drift_b, d) = if let Some(stored) = self.stored(units, k) {
+            let stored = stored - kicks[0] * torque;
+            let turned = dynamics.gyrostat_drift(k, &(momentum + stored), &stored)?;
+            let (f_t, after) = (turned.f.transpose(), turned.momentum_after);
+            let drift = Drift { h: length, f: turned.f, momentum: momentum + stored, momentum_after: after };
+            let by_both = turned.by_momentum + turned.by_wheels;
+            let of_momentum = f_t - Matrix3::identity() + lie::hat(&after) * by_both;
+            wheels.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_both);
+            wheels.fixed_view_mut::<3, 3>(3, 0).copy_from(&of_momentum);
+            let c = f_t + lie::hat(&after) * turned.by_momentum;
+            (drift, turned.by_momentum, blocks([[&f_t, &turned.by_momentum], [&zero, &c]]))
+        } else {
+            let mut point = Point {
+                position: Sum::new(begin.position),
+                linear_momentum: Sum::new(Vector3::zeros()),
+                attitude: Sum::new(*attitude),
+                momentum: Sum::new(momentum),
+            };
+            let drift = dynamics.drift::<6>(k, &mut point)?;
+            let linear = dynamics.linear_drift(&drift, &dynamics.drift_matrix(&drift), &between);
+            free = blocks([[&zero, &linear.h12], [&zero, &linear.h22]]);
+            (drift, linear.b, blocks([[&linear.f_t, &linear.b], [&zero, &linear.c]]))
+        };
         let of_attitudes = |block: Matrix3| blocks([[&block, &Matrix3::zeros()], [&Matrix3::zeros(); 2]]);
         let (mut before, mut h) =
             (Matrix6::identity(), free + d.transpose() * of_attitudes(kicks[1] * bent) * d);
@@ -549,17 +612,19 @@ impl Beside<'_> {
             before = kick(&(kicks[0] * gradient));
             h = of_attitudes(kicks[0] * bent) + before.transpose() * h * before;
         }
-        let after = kick(&(kicks[1] * gradient)) * d;
+        let last = kick(&(kicks[1] * gradient));
+        let (after, wheels) = (last * d, last * wheels);
         let of_momenta = |matrix: &Matrix6| matrix.fixed_view::<6, 3>(0, 3).into_owned();
         Ok(LinearStep {
             a: after * before,
-            b: kicks[0] * of_momenta(&after) + kicks[1] * of_momenta(&Matrix6::identity()),
+            b: kicks[0] * (of_momenta(&after) - wheels) + kicks[1] * of_momenta(&Matrix6::identity()),
             h,
             length: acts,
             kicks,
             drift,
-            drift_b: linear.b,
+            drift_b,
             after,
+            wheels,
             gradient,
             ..given
         })

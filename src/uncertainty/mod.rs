@@ -23,7 +23,7 @@ pub use pointing::Radius;
 use crate::feedback::Gains;
 use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use crate::{Matrix3, Vector3};
-use nalgebra::{Matrix6xX, SMatrix};
+use nalgebra::{Const, Dyn, OMatrix, SMatrix};
 
 type Matrix3x6 = SMatrix<f64, 3, 6>;
 type Matrix6x3 = SMatrix<f64, 6, 3>;
@@ -62,7 +62,11 @@ pub struct Covariance {
 impl Covariance {
     /// Carries what is uncertain along a plan; `gains` where the loop is closed.
     pub fn along(plan: &LinearPlan, gains: Option<&Gains>, uncertainty: &Uncertainty) -> Self {
-        Flow { plan, gains, uncertainty }.carry()
+        if plan.has_wheels() {
+            Flow::<9> { plan, gains, uncertainty }.carry()
+        } else {
+            Flow::<6> { plan, gains, uncertainty }.carry()
+        }
     }
 
     /// Standard deviations of attitude \[rad\] and rate [rad/s] at the end.
@@ -83,14 +87,17 @@ impl Covariance {
     }
 }
 
-/// A pass along a plan.
-struct Flow<'a> {
+/// A pass along a plan, with `N` states: 6, or 9 with the momentum of wheels.
+struct Flow<'a, const N: usize> {
     plan: &'a LinearPlan,
     gains: Option<&'a Gains>,
     uncertainty: &'a Uncertainty,
 }
 
-impl Flow<'_> {
+type Square<const N: usize> = SMatrix<f64, N, N>;
+type Columns<const N: usize> = OMatrix<f64, Const<N>, Dyn>;
+
+impl<const N: usize> Flow<'_, N> {
     /// `[ζ; δΩ]` in SI as a scaled `z` of momenta.
     fn of_rates(&self) -> Matrix6 {
         let mut map = Matrix6::identity();
@@ -98,33 +105,76 @@ impl Flow<'_> {
         map
     }
 
-    fn columns(&self, of: impl Fn(&Parameter) -> Vector6) -> Matrix6xX<f64> {
-        let columns: Vec<Vector6> =
-            self.uncertainty.parameters.iter().map(|(_, parameter, _)| of(parameter)).collect();
-        if columns.is_empty() { Matrix6xX::zeros(0) } else { Matrix6xX::from_columns(&columns) }
+    /// Columns of the state, one for each parameter.
+    fn columns(&self, of: impl Fn(&Parameter) -> Vector6) -> Columns<N> {
+        let parameters = &self.uncertainty.parameters;
+        let mut columns = Columns::<N>::zeros(parameters.len());
+        for (index, (_, parameter, _)) in parameters.iter().enumerate() {
+            columns.fixed_view_mut::<6, 1>(0, index).copy_from(&of(parameter));
+        }
+        columns
     }
 
     /// `S Σ_p Sᵀ`.
-    fn of_parameters(&self, columns: &Matrix6xX<f64>) -> Matrix6 {
-        let mut sum = Matrix6::zeros();
+    fn of_parameters(&self, columns: &Columns<N>) -> Square<N> {
+        let mut sum = Square::<N>::zeros();
         for (column, (_, _, sigma)) in columns.column_iter().zip(&self.uncertainty.parameters) {
             sum += column * column.transpose() * (sigma * sigma);
         }
         sum
     }
 
+    /// A matrix of `z` as one of the whole state: nothing else.
+    fn whole(of: &Matrix6) -> Square<N> {
+        let mut out = Square::<N>::zeros();
+        out.fixed_view_mut::<6, 6>(0, 0).copy_from(of);
+        out
+    }
+
+    /// The part of `z`.
+    fn part(of: &Square<N>) -> Matrix6 {
+        of.fixed_view::<6, 6>(0, 0).into_owned()
+    }
+
+    /// `A` and `B` of a step for the whole state.
+    fn step(&self, index: usize) -> (Square<N>, SMatrix<f64, N, 3>) {
+        let step = &self.plan.steps()[index];
+        let mut a = Self::whole(&step.a);
+        let mut b = SMatrix::<f64, N, 3>::zeros();
+        b.fixed_view_mut::<6, 3>(0, 0).copy_from(&step.b);
+        for row in 6..N {
+            a[(row, row)] = 1.0;
+            b[(row, row - 6)] = -step.length;
+            a.fixed_view_mut::<6, 1>(0, row).copy_from(&step.wheels.column(row - 6));
+        }
+        (a, b)
+    }
+
+    /// `E_k` for the whole state.
+    fn disturbed(&self, step: usize) -> Columns<N> {
+        let mut columns = self.columns(|parameter| self.plan.disturbance(step, parameter));
+        for (index, (_, parameter, _)) in self.uncertainty.parameters.iter().enumerate() {
+            let stored = self.plan.stored(step, parameter);
+            for row in 6..N {
+                columns[(row, index)] = -stored[row - 6];
+            }
+        }
+        columns
+    }
+
     fn carry(&self) -> Covariance {
         let (plan, count) = (self.plan, self.plan.count());
         let of_rates = self.of_rates();
-        let si = |scaled: &Matrix6| {
+        let si = |state: &Square<N>| {
+            let scaled = Self::part(state);
             Matrix6::from_fn(|row, column| scaled[(row, column)] * plan.unit(row) * plan.unit(column))
         };
         let torque_unit = plan.units().torque();
         let noise_of_torque = self.uncertainty.torque_noise / (torque_unit * torque_unit * plan.units().time);
-        let sensors = of_rates * self.uncertainty.sensor_noise * of_rates.transpose();
+        let sensors = Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()));
         let first = plan.first();
         let start = first * of_rates;
-        let mut p = start * self.uncertainty.start * start.transpose();
+        let mut p = Self::whole(&(start * self.uncertainty.start * start.transpose()));
         // A start whose rate is known has the momentum of the true body.
         let rate = *plan.node(0).1;
         let mut s = self.columns(|parameter| {
@@ -138,45 +188,47 @@ impl Flow<'_> {
         let mut torque = Vec::with_capacity(count);
         let mut inputs = Vec::new();
         states.push(si(&(p + self.of_parameters(&s))));
-        let mut last: Option<(Matrix6, Matrix6xX<f64>)> = None;
-        for (k, step) in plan.steps().iter().enumerate() {
-            let noise = step.b * (noise_of_torque / step.length) * step.b.transpose();
-            let disturbed = self.columns(|parameter| plan.disturbance(k, parameter));
+        let mut last: Option<(Matrix6, Columns<N>)> = None;
+        for k in 0..count {
+            let (a, b) = self.step(k);
+            let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
+            let disturbed = self.disturbed(k);
             let Some(gains) = self.gains else {
-                p = step.a * p * step.a.transpose() + noise;
-                s = step.a * &s + disturbed;
+                p = a * p * a.transpose() + noise;
+                s = a * &s + disturbed;
                 torque.push(Vector3::zeros());
                 states.push(si(&(p + self.of_parameters(&s))));
                 continue;
             };
-            let gain = gains.torque(plan, k);
+            let mut gain = SMatrix::<f64, 3, N>::zeros();
+            gain.fixed_view_mut::<3, 6>(0, 0).copy_from(&gains.torque(plan, k));
             let measured = self.columns(|parameter| plan.measured(k, parameter));
-            let seen = &s + &measured;
-            let covariance_seen = p + sensors + self.of_parameters(&seen);
-            torque.push(deviations(&gain, &covariance_seen).map(|sigma| sigma * torque_unit));
-            inputs.push(self.input_deviations(gains, k, &covariance_seen));
+            let seen = Self::part(&(p + sensors + self.of_parameters(&(&s + &measured))));
+            torque.push(deviations(&gains.torque(plan, k), &seen).map(|sigma| sigma * torque_unit));
+            inputs.push(self.input_deviations(gains, k, &seen));
             if k + 1 == count && plan.half_kick(1) > 0.0 {
                 // The last correction is still in part to come at the end, and belongs to what was seen before it.
-                let half: Matrix6x3 = momentum_rows() * plan.half_kick(1);
-                let back = plan.last();
-                let through = back * step.b - half;
-                let closed = back * step.a - through * gain;
+                let back = Self::whole(&plan.last());
+                let mut half = SMatrix::<f64, N, 3>::zeros();
+                half.fixed_view_mut::<6, 3>(0, 0).copy_from(&(momentum_rows() * plan.half_kick(1)));
+                let through = back * b - half;
+                let closed = back * a - through * gain;
                 let answered = through * gain;
                 let end = closed * p * closed.transpose()
                     + answered * sensors * answered.transpose()
                     + back * noise * back.transpose();
                 let moved = closed * &s + back * &disturbed - answered * &measured;
-                last = Some((end, moved));
+                last = Some((Self::part(&end), moved));
             }
-            let answered = step.b * gain;
-            let closed = step.a - answered;
+            let answered = b * gain;
+            let closed = a - answered;
             p = closed * p * closed.transpose() + answered * sensors * answered.transpose() + noise;
             s = closed * &s + disturbed - answered * measured;
             states.push(si(&(p + self.of_parameters(&s))));
         }
         let (end, moved) = last.unwrap_or_else(|| {
-            let back = plan.last();
-            (back * p * back.transpose(), back * &s)
+            let back = Self::whole(&plan.last());
+            (Self::part(&(back * p * back.transpose())), back * &s)
         });
         let moved = moved - self.columns(|parameter| plan.outer_disturbance(1, parameter));
         self.ended(states, torque, inputs, &end, &moved)
@@ -189,7 +241,7 @@ impl Flow<'_> {
         torque: Vec<Vector3>,
         inputs: Vec<Vec<f64>>,
         end: &Matrix6,
-        moved: &Matrix6xX<f64>,
+        moved: &Columns<N>,
     ) -> Covariance {
         let plan = self.plan;
         let to_rates = self.of_rates().try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN));
@@ -199,13 +251,16 @@ impl Flow<'_> {
             Parameter::Inertia(delta) => momenta(&(plan.scaled_inertia(delta) * rate)),
             _ => Vector6::zeros(),
         });
-        let columns = to_rates * (moved - known);
-        let end_of_parameters = self.of_parameters(&columns);
+        let columns = Self::whole(&to_rates) * (moved - known);
+        let end_of_parameters = Self::part(&self.of_parameters(&columns));
         Covariance {
             states,
             end: to_rates * end * to_rates.transpose() + end_of_parameters,
             end_of_parameters,
-            end_by_parameter: columns.column_iter().map(|column| column.into_owned()).collect(),
+            end_by_parameter: columns
+                .column_iter()
+                .map(|column| column.fixed_rows::<6>(0).into_owned())
+                .collect(),
             torque,
             inputs,
         }

@@ -169,7 +169,8 @@ fn held<const N: usize>(bvp: &BoundaryValueProblem<N>, nodes: &[Node]) -> Vec<(H
     let units = &dynamics.units;
     let output = |node: &Node| {
         let (force, torque) = dynamics.outputs(&node.point.pose(), &node.costate);
-        Held { force: force * units.force(), torque: torque * units.torque() }
+        let (force, torque) = (force * units.force(), torque * units.torque());
+        Held { force, torque, outside: Vector3::zeros() }
     };
     let first = grid.first_input();
     let mut before = (first == 0).then(|| output(&nodes[0]));

@@ -79,14 +79,12 @@ fn unsuited(problem: &Problem) -> Option<Unlinearised> {
     if problem.motion == Motion::RigidBody {
         return Some(Unlinearised::Translation);
     }
-    if problem.actuation.wheels.is_some() {
-        return Some(Unlinearised::Wheels);
-    }
     (problem.actuation.torque.frame() == AxisFrame::Reference).then_some(Unlinearised::Frame)
 }
 
 fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
-    let default = if problem.switches() { "tvlqr" } else { "neighbouring" };
+    let has_wheels = problem.actuation.wheels.is_some();
+    let default = if problem.switches() || has_wheels { "tvlqr" } else { "neighbouring" };
     let kind = if section.has("kind") { section.word("kind")? } else { default };
     let weights = ["attitude_weight", "rate_weight", "end_weight"];
     if kind == "neighbouring" {
@@ -95,6 +93,10 @@ fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
                 "where {} is minimised inputs switch between their limits, and a neighbouring plan moves the switches",
                 problem.objective.name()
             );
+            return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\"");
+        }
+        if has_wheels {
+            let reason = "of wheels a neighbouring plan is not known: their momenta would be states of it";
             return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\"");
         }
         if let Some(key) = weights.iter().find(|key| section.has(key)) {

@@ -6,7 +6,7 @@ tables! {
     /// Gains along the plan.
     pub(crate) static FEEDBACK[selector: Some("kind")] {
         /// neighbouring: of all corrections that bring the craft to the end those of least cost. tvlqr: the regulator of the weights
-        /// below, also where inputs switch. Default: neighbouring; tvlqr where time or fuel is minimised.
+        /// below, also where inputs switch and of wheels. Default: neighbouring; tvlqr where time or fuel is minimised, and of wheels.
         "kind": Choice(&["neighbouring", "tvlqr"], &[]);
         /// Part of the steps at the end over which neighbouring gains are held, at least four steps; 0: none. Default: 0.15.
         "freeze": Number(q::PART);
@@ -57,7 +57,7 @@ tables! {
     static UNCERTAIN_ACTUATORS {
         /// Scale of each input, as a part.
         "scale": Number(q::SPREAD);
-        /// A constant torque, body axes.
+        /// A constant torque from outside, body axes.
         "constant_n_m": Spread(q::SPREAD);
         /// Noise of the torque: the square root of its intensity. Over a step of h seconds it changes the momentum by this times √h.
         "noise_n_m_sqrt_s": Spread(q::SPREAD);
