@@ -183,8 +183,8 @@
 //!
 //! # What this crate does not do
 //!
-//! No flexible bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, no
-//! estimation, no control in the loop.
+//! No flexible bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, and no
+//! estimation: gains act on an attitude and a rate that are measured.
 //!
 //! # Conventions
 //!

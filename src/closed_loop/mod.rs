@@ -28,8 +28,8 @@ use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use crate::uncertainty::Uncertainty;
 use crate::{Matrix3, Vector3, lie};
 
-/// How the actuators follow what they are told; all zero: at once.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// How the actuators follow what they are told; by default at once, within the limits of the plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
     /// Time constant of their lag \[s\].
     pub lag: f64,
@@ -41,6 +41,14 @@ pub struct Plant {
     pub tick: f64,
     /// Whether the plan's commands lead a lag and a delay, which are known.
     pub leads: bool,
+    /// What the actuators can give, as a multiple of the limits that the plan keeps: what is above 1 is held back for gains.
+    pub authority: f64,
+}
+
+impl Default for Plant {
+    fn default() -> Self {
+        Self { lag: 0.0, delay: 0.0, quantum: 0.0, tick: 0.0, leads: false, authority: 1.0 }
+    }
 }
 
 /// What became of one case.
@@ -309,7 +317,7 @@ impl<'a> Campaign<'a> {
         let (before, during) = self.feedforward.split_at(self.feedforward.len() - count);
         for (from, command) in before {
             let mut command = command.clone();
-            limit(set, &mut command);
+            limit(set, self.plant.authority, &mut command);
             line.command(*from, command);
         }
         for k in 0..count {
@@ -320,7 +328,7 @@ impl<'a> Campaign<'a> {
                 let z = self.measured(k, &state, &errors, &mut sensors);
                 command.iter_mut().zip(gains.correction(k, &z)).for_each(|(command, less)| *command -= less);
             }
-            cut += usize::from(limit(set, &mut command));
+            cut += usize::from(limit(set, self.plant.authority, &mut command));
             if self.plant.quantum > 0.0 {
                 command.iter_mut().for_each(|u| *u = (*u / self.plant.quantum).round() * self.plant.quantum);
             }
@@ -465,12 +473,13 @@ fn held(set: &ActuatorSet, inputs: &[f64]) -> Held {
     Held { force: Vector3::zeros(), torque: set.output(inputs), outside: Vector3::zeros() }
 }
 
-/// Cuts inputs to the limits of their set; whether any was beyond.
-fn limit(set: &ActuatorSet, inputs: &mut [f64]) -> bool {
+/// Cuts inputs to `authority` times the limits of their set; whether any was beyond.
+fn limit(set: &ActuatorSet, authority: f64, inputs: &mut [f64]) -> bool {
     let limits = set.limits();
     let mut cut = false;
     if let Some(sizes) = &limits.size {
         for (input, size) in inputs.iter_mut().zip(sizes) {
+            let size = &(size * authority);
             let least = if limits.one_sided { 0.0 } else { -size };
             // What is at a limit by round-off is not cut.
             cut |= *input > size * (1.0 + ROUNDING) || *input < least - size * ROUNDING;
@@ -483,7 +492,7 @@ fn limit(set: &ActuatorSet, inputs: &mut [f64]) -> bool {
             };
         }
     }
-    if let Some(norm) = limits.norm {
+    if let Some(norm) = limits.norm.map(|norm| norm * authority) {
         let size = set.output(inputs).norm();
         if size > norm {
             cut |= size > norm * (1.0 + ROUNDING);

@@ -186,7 +186,7 @@ fn a_case_is_the_same_alone_and_among_others() {
     let linear = LinearPlan::flown(&problem, &plan).unwrap();
     let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
     let uncertainty = everything();
-    let plant = Plant { lag: 0.1, delay: 0.2, quantum: 1e-4, tick: 0.05, leads: true };
+    let plant = Plant { lag: 0.1, delay: 0.2, quantum: 1e-4, tick: 0.05, leads: true, authority: 1.0 };
     let campaign = Campaign::new(&problem, &linear, Some(&gains), &uncertainty, plant, 9);
     let all = campaign.fly_all(10, 40);
     let alone = campaign.fly(27).unwrap();
@@ -244,4 +244,30 @@ fn a_plate_whose_inertias_are_drawn_again_says_how_often() {
     let rejected: u32 = campaign.fly_all(0, 500).into_iter().map(|flown| flown.unwrap().rejected).sum();
     // Half of the draws are none: one more a case on average.
     assert!((400..620).contains(&rejected), "{rejected}");
+}
+
+/// Along a plan that uses all of its limits gains can do nothing within them; a tenth held back brings the body to the end.
+#[test]
+fn authority_held_back_flies_a_plan_of_least_time() {
+    use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.2, 0.8)).unwrap(), mass: None };
+    let end = State::at_rest(crate::lie::Rotation::exp(&Vector3::new(0.4, -0.8, 1.2)));
+    let limits = Limits { size: Some(vec![0.1; 3]), ..Limits::default() };
+    let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let problem = Problem::minimum_time(body, State::at_rest(Matrix3::identity()), end)
+        .with_actuation(Actuation::torques(torques));
+    let plan = planned(&problem);
+    let problem = problem.with_steps(plan.time.len() - 1);
+    let linear = LinearPlan::flown(&problem, &plan).unwrap();
+    let gains = Gains::along(&linear, Kind::Tvlqr(None), true).unwrap();
+    let start = Matrix6::identity() * 1e-6;
+    let uncertainty = Uncertainty { start, ..Uncertainty::default() };
+    let missed = |gains: Option<&Gains>, authority: f64| {
+        let plant = Plant { authority, ..Plant::default() };
+        let campaign = Campaign::new(&problem, &linear, gains, &uncertainty, plant, 1);
+        let ends = campaign.fly_all(0, 50);
+        ends.into_iter().map(|flown| flown.unwrap().end.norm()).sum::<f64>() / 50.0
+    };
+    let (open, cut, held) = (missed(None, 1.0), missed(Some(&gains), 1.0), missed(Some(&gains), 1.15));
+    assert!(held < 0.02 * open && held < 0.2 * cut, "{open:e} {cut:e} {held:e}");
 }

@@ -1,4 +1,10 @@
 //! Work shared among the threads of rayon; without the feature `threads`, done by the calling thread.
+//!
+//! # Why two threads for a plan?
+//!
+//! From some hundred steps on the replay and the continuous witness under linear torque run on one, the witnesses of the held
+//! torque on the other. Before them an extremal is recorded on one while its second order is tested on the other. Neither half
+//! reads what the other writes, so the bits do not depend on it.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

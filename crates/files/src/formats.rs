@@ -3,6 +3,7 @@
 use crate::epoch::Epoch;
 use crate::exchange::{self, AemVersion, Lacking, Record, Tables};
 use crate::export::{ExportError, PlanFile, write_csv, write_jsonl};
+use crate::flown::FeedbackRecord;
 use crate::identity::Identity;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::numerics::figures::error;
@@ -107,6 +108,7 @@ impl Format {
             Vec::new(),
             Tables::default(),
             Vec::new(),
+            None,
         ))
     }
 
@@ -134,7 +136,11 @@ impl Format {
             Self::Csv => write_csv(trajectory, problem, identity, tables.margins, output),
             Self::Exchange(format) => {
                 let notes = notes(file.verified.as_ref());
-                format.write(&record(problem, identity, trajectory, switches(file), tables, notes), output)
+                let gains = file.feedback.as_ref();
+                format.write(
+                    &record(problem, identity, trajectory, switches(file), tables, notes, gains),
+                    output,
+                )
             }
         }
     }
@@ -148,8 +154,18 @@ fn record<'a>(
     switches: Vec<usize>,
     tables: Tables,
     notes: Vec<String>,
+    gains: Option<&'a FeedbackRecord>,
 ) -> Record<'a> {
-    Record { problem, identity: Cow::Borrowed(identity), trajectory, switches, created: now(), tables, notes }
+    Record {
+        problem,
+        identity: Cow::Borrowed(identity),
+        trajectory,
+        switches,
+        created: now(),
+        tables,
+        notes,
+        gains: gains.map(Cow::Borrowed),
+    }
 }
 
 /// The nodes at which inputs of a plan switch, where it consists of arcs.

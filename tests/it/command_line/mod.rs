@@ -13,6 +13,7 @@ mod compare;
 mod convert;
 mod export;
 mod first_time;
+mod fly;
 mod monte_carlo;
 mod page;
 mod plan;

@@ -57,6 +57,7 @@ fn record<'a>(loaded: &'a Loaded, trajectory: &'a Trajectory) -> Record<'a> {
         created: Epoch::of_unix(1_700_000_000),
         tables: Tables::default(),
         notes: vec!["a note".into()],
+        gains: None,
     }
 }
 

@@ -5,6 +5,9 @@
 //! plan, attitudes are found between the nodes of the plan by a cubic; what it misses is stated, and so is what a
 //! reader misses who interpolates between the rows.
 //!
+//! A plan with gains has them at the end of each row, those of the step of the plan that the tick begins in: version 2 of the table.
+//! They are not interpolated.
+//!
 //! # Why is what an interpolation misses measured by leaving rows out?
 //!
 //! The rows are all there is to measure with. Every second row left out and found again from its neighbours gives the error
@@ -72,12 +75,18 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     let of_nodes = if on_nodes { 0.0 } else { missed(&nodes, time).1 };
     writeln!(text, "# rows against the plan: at most {of_nodes:.1e} rad")?;
     let inputs = record.input_heads();
+    let gains = record.gain_rows();
+    let mut heads = inputs.clone();
+    if let Some((width, _)) = &gains {
+        let axes = ["attitude_x", "attitude_y", "attitude_z", "rate_x", "rate_y", "rate_z"];
+        heads.extend((0..width / 6).flat_map(|input| axes.map(|axis| format!("gain_{}_{axis}", input + 1))));
+    }
     writeln!(
         text,
         "tick,time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z,angular_velocity_x_rad_s,\
          angular_velocity_y_rad_s,angular_velocity_z_rad_s,torque_x_n_m,torque_y_n_m,torque_z_n_m{}{}",
-        if inputs.is_empty() { "" } else { "," },
-        inputs.join(",")
+        if heads.is_empty() { "" } else { "," },
+        heads.join(",")
     )?;
     let mut last = record.trajectory.quaternion[0];
     for (index, row) in rows.iter().enumerate() {
@@ -98,6 +107,17 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
         for number in q.iter().chain(row.rate.iter()).chain(torque.iter()).chain(&inputs) {
             write!(text, ",{}", digits(*number))?;
         }
+        if let Some((width, numbers)) = &gains {
+            // The tick that begins at a node up to rounding is of the step that begins there; the last row has none.
+            let within = at + WHOLE * tick;
+            let step = time.partition_point(|node| *node <= within).saturating_sub(1);
+            let zeros = vec![0.0; *width];
+            let row =
+                if index + 1 < rows.len() { numbers.get(step * width..(step + 1) * width) } else { None };
+            for number in row.unwrap_or(&zeros) {
+                write!(text, ",{}", digits(*number))?;
+            }
+        }
         text.push('\n');
     }
     writeln!(text, "# crc32 {:08x} of all bytes before this line", crc32(text.as_bytes()))?;
@@ -106,7 +126,8 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
 
 /// What stands above the columns.
 fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportError> {
-    let mut text = format!("# slewkit flight table 1\n# {}\n", record.name());
+    let version = if record.gains.is_some() { 2 } else { 1 };
+    let mut text = format!("# slewkit flight table {version}\n# {}\n", record.name());
     for note in &record.notes {
         writeln!(text, "# {note}")?;
     }
@@ -119,6 +140,18 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
         text,
         "# rate and torque: axes of {body}; torque and inputs are held over the tick that begins at the row"
     )?;
+    if let Some(gains) = &record.gains {
+        writeln!(
+            text,
+            "# input = input of the row - gains [z; dw]: z = log(R*^T R) of the row in rad, dw = w - w* in rad/s, body axes; measured at \
+             the tick, held over it"
+        )?;
+        writeln!(
+            text,
+            "# gains of step {} of the plan are held to its end",
+            gains.frozen_from.saturating_sub(1)
+        )?;
+    }
     writeln!(text, "# tick_s {}\n# rows {rows}", digits(tick))?;
     Ok(text)
 }

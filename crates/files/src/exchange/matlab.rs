@@ -28,6 +28,9 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     for (key, rows, width, numbers) in table(record.trajectory) {
         matrix(key, rows, width, &numbers, output)?;
     }
+    if let Some((width, numbers)) = record.gain_rows() {
+        matrix("gains", numbers.len() / width.max(1), width, &numbers, output)?;
+    }
     Ok(())
 }
 

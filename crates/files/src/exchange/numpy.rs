@@ -15,6 +15,9 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     for (key, rows, width, numbers) in table(record.trajectory) {
         arrays.add(key, rows, width, &numbers)?;
     }
+    if let Some((width, numbers)) = record.gain_rows() {
+        arrays.add("gains", numbers.len() / width.max(1), width, &numbers)?;
+    }
     Ok(arrays.close()?)
 }
 

@@ -3,6 +3,7 @@
 use super::frames::{Meaning, meaning};
 use crate::epoch::Epoch;
 use crate::export::{ExportError, Names};
+use crate::flown::FeedbackRecord;
 use crate::identity::Identity;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::{Matrix3, Vector3, lie};
@@ -35,9 +36,18 @@ pub struct Record<'a> {
     pub tables: Tables,
     /// What to know about it, a line each, for comments.
     pub notes: Vec<String>,
+    /// Gains along it, where it has them.
+    pub gains: Option<Cow<'a, FeedbackRecord>>,
 }
 
 impl Record<'_> {
+    /// Gains in a row for each step, input after input, and how many numbers a row has; none where there are none.
+    pub(super) fn gain_rows(&self) -> Option<(usize, Vec<f64>)> {
+        let gains = &self.gains.as_ref()?.gains;
+        let width = gains.first().map_or(0, |step| step.iter().map(Vec::len).sum());
+        Some((width, gains.iter().flatten().flatten().copied().collect()))
+    }
+
     /// Whether the reference frame turns.
     pub(super) fn turns(&self) -> bool {
         self.problem.environment.frame_rate().amax() > 0.0

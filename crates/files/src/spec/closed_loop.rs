@@ -133,6 +133,7 @@ fn plant(section: &Section) -> Plant {
         quantum: number("torque_quantum_n_m"),
         tick: number("tick_s"),
         leads: section.word("feedforward") != Some("as_planned"),
+        authority: section.number("authority").unwrap_or(1.0),
     }
 }
 

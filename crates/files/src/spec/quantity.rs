@@ -97,6 +97,7 @@ pub(crate) const TOLERANCE_RAD: Quantity = quantity("a tolerance", "rad", 1e-18,
 pub(crate) const MARGIN: Quantity = quantity("a margin", "", TINY, 1e200, Sign::Any);
 pub(crate) const SPREAD: Quantity = quantity("a spread", "", TINY, 1e30, Sign::NotNegative);
 pub(crate) const PART: Quantity = quantity("a part", "", TINY, 1.0, Sign::NotNegative);
+pub(crate) const AUTHORITY: Quantity = quantity("a multiple of limits", "", 1.0, 1e6, Sign::Positive);
 pub(crate) const CHANCE: Quantity = quantity("a chance", "", 1e-12, 0.499, Sign::Positive);
 pub(crate) const NOT_NEGATIVE_TIME: Quantity = quantity("a time", "s", TINY, 1e12, Sign::NotNegative);
 pub(crate) const COVARIANCE: Quantity = quantity("a covariance", "", TINY, 1e60, Sign::Any);

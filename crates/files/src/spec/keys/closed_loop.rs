@@ -84,6 +84,9 @@ tables! {
         "torque_quantum_n_m": Number(q::SPREAD);
         /// Time between two changes of the torque; a whole part of a step. Default: the step.
         "tick_s": Number(q::DURATION);
+        /// What the actuators can give, as a multiple of the limits that the plan keeps, from 1 on: what is above is held back for
+        /// the gains, which along plans of least time and fuel have nothing else. Default: 1.
+        "authority": Number(q::AUTHORITY);
         /// Whether the commands of the plan lead lag and delay, which are known. Default: yes.
         "feedforward": Choice(&["leads", "as_planned"], &[]);
     }
