@@ -125,7 +125,7 @@ pub struct Lost;
 
 impl<'a> Campaign<'a> {
     /// Most cases of a run.
-    pub const MOST_CASES: u64 = 10_000_000;
+    pub const MOST_CASES: u64 = 1_000_000;
 
     /// Of a maneuver and the motion beside its plan (torques held); without gains it is flown open loop.
     pub fn new(
@@ -186,7 +186,8 @@ impl<'a> Campaign<'a> {
         }
         let delay = self.plant.delay;
         let step = times[1] - times[0];
-        let early = (delay / step - SAME_TIME).ceil().max(0.0) as usize;
+        // No more than the plan has steps, however long the delay.
+        let early = ((delay / step - SAME_TIME).ceil().max(0.0) as usize).min(count);
         let before = (1..=early).rev().map(|j| (delay - j as f64 * step).max(0.0));
         let starts: Vec<f64> = before.chain(times.iter().map(|time| time + delay)).collect();
         let (mut reached, mut commands) = (vec![0.0; m], Vec::with_capacity(starts.len()));

@@ -78,6 +78,10 @@ impl Sampled {
         let mean: Vector6 =
             ends.chunks(BLOCK).map(|block| block.iter().sum::<Vector6>()).sum::<Vector6>() / n;
         let covariance = summed(&|end| (end - mean) * (end - mean).transpose()) / (n - 1.0).max(1.0);
+        if !linear.iter().chain(&covariance).all(|value| value.is_finite()) {
+            let inside = Proportion::new(0, ends.len() as u64);
+            return Self { cases: ends.len(), mean, covariance, eigenvalues: None, inside };
+        }
         // Scaled to unit variances first: radians and rad/s are not of one size.
         let scale =
             linear.diagonal().map(|variance| if variance > 0.0 { variance.sqrt().recip() } else { 0.0 });
@@ -109,7 +113,8 @@ impl Sampled {
 
     /// Standard deviations of attitude \[rad\] and rate [rad/s].
     pub fn sigma(&self) -> Vector6 {
-        self.covariance.diagonal().map(|variance| variance.max(0.0).sqrt())
+        // `max` would make a zero of NaN.
+        self.covariance.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })
     }
 }
 
@@ -132,6 +137,15 @@ mod tests {
         assert!((found.low - 0.219_536_818_221_151_04).abs() < 1e-9, "{found:?}");
         assert!((found.high - 0.224_699_308_913_425_82).abs() < 1e-9, "{found:?}");
         assert!(Proportion::new(0, 0).part().is_nan());
+    }
+
+    #[test]
+    fn what_is_not_finite_ends_and_stays_so() {
+        let ends = [Vector6::repeat(f64::NAN), Vector6::zeros()];
+        let found = Sampled::of(&ends, &Matrix6::identity());
+        assert!(found.sigma().iter().all(|value| value.is_nan()) && found.eigenvalues.is_none());
+        assert_eq!(Sampled::of(&[], &Matrix6::identity()).cases, 0);
+        assert!(Sampled::of(&ends[1..], &Matrix6::repeat(f64::INFINITY)).eigenvalues.is_none());
     }
 
     #[test]

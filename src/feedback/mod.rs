@@ -265,6 +265,9 @@ impl Sweep {
 /// `Z⁻¹`, and whether it is that of all six numbers; else the least-squares inverse, because inputs that are at their limits, or
 /// a last kick, cannot meet them all.
 fn inverse_of(z: &Matrix6) -> Option<(Matrix6, bool)> {
+    if !z.iter().all(|value| value.is_finite()) {
+        return None;
+    }
     let svd = z.svd(true, true);
     let largest = svd.singular_values.max();
     if !(largest > 0.0 && largest.is_finite()) {

@@ -28,6 +28,7 @@
 
 use crate::flight::Flight;
 use crate::lie;
+use crate::maneuver::duration::Duration;
 use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Trajectory;
@@ -455,6 +456,8 @@ impl Beside<'_> {
         let (problem, plan, count) = (self.problem, self.plan, self.count);
         let scheme = if problem.switches() { Scheme::LieVerlet } else { problem.scheme };
         let duration = *plan.time.last().unwrap_or(&f64::NAN);
+        // A duration that was sought is the one that the plan has.
+        let problem = &Problem { duration: Duration::Given(duration), ..problem.clone() };
         let units = Units::of(problem);
         let grid = if problem.switches() {
             let lengths: Vec<f64> = plan.time.windows(2).map(|ends| ends[1] - ends[0]).collect();

@@ -71,7 +71,8 @@ impl Covariance {
 
     /// Standard deviations of attitude \[rad\] and rate [rad/s] at the end.
     pub fn end_sigma(&self) -> Vector6 {
-        self.end.diagonal().map(|variance| variance.max(0.0).sqrt())
+        // `max` would make a zero of NaN.
+        self.end.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })
     }
 
     /// Which part of the variance of each number at the end a parameter makes.

@@ -29,6 +29,9 @@ impl Radius {
     /// Of the boresight `boresight`, body axes, under the covariance of `ζ`: that of `S(b) ζ` is `S(b) P S(b)ᵀ`.
     pub fn of(boresight: &Vector3, covariance: &Matrix3) -> Self {
         let lever = hat(boresight);
+        if !covariance.iter().all(|value| value.is_finite()) {
+            return Self { sigma: [f64::NAN; 2], within: f64::NAN };
+        }
         let eigen = (lever * covariance * lever.transpose()).symmetric_eigenvalues();
         let mut values: Vec<f64> = eigen.iter().map(|value| value.max(0.0).sqrt()).collect();
         values.sort_by(|a, b| b.total_cmp(a));
@@ -73,5 +76,6 @@ mod tests {
         assert!((circle / 0.5 - (-2.0 * (1.0 - Radius::LEVEL).ln()).sqrt()).abs() < 1e-11, "{circle}");
         assert!(radius([f64::NAN, 0.0], 0.5).is_nan());
         assert_eq!(radius([0.0, 0.0], 0.5), 0.0);
+        assert!(Radius::of(&Vector3::x(), &Matrix3::repeat(f64::NAN)).within.is_nan());
     }
 }

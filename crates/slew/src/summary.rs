@@ -49,7 +49,8 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     }
     let advice = advice(args, problem, settings, plan);
     if advice.is_empty() && plan.status == Status::Solved {
-        lines.push(line("next", &next(args, file, verbose)));
+        let uncertain = beside.is_some_and(|(_, beside, _)| beside.open.is_some());
+        lines.push(line("next", &next(args, file, verbose, uncertain)));
     }
     for text in &advice {
         lines.extend(tried(text));
@@ -58,10 +59,13 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
 }
 
 /// What to type next of a plan that is as it should be.
-fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool) -> String {
+fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) -> String {
     let more = if verbose { "" } else { "; -v tells how it was found" };
     if let Some(file) = file {
         let name = word(&file.to_string_lossy());
+        if uncertain {
+            return format!("slew fly {name}{more}");
+        }
         return format!("slew report {name} -o plan.html{more}");
     }
     let spec = word(&args.spec.to_string_lossy());
