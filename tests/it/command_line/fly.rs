@@ -143,3 +143,32 @@ fn gains_are_exported_with_the_plan() {
     let archive = fs::read(folder.path("plan.npz")).unwrap();
     assert!(archive.windows(9).any(|window| window == b"gains.npy"));
 }
+
+/// Plans of least time, of wheels, in a sought duration and to a target that moves have gains too, and fly.
+#[test]
+fn plans_of_every_kind_fly() {
+    let folder = Folder::new();
+    let problems = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/");
+    for (name, kind) in [
+        ("minimum_time_cube_090", "tvlqr"),
+        ("minimum_fuel_xte", "tvlqr"),
+        ("wheels_pyramid", "tvlqr"),
+        ("free_duration_xte", "neighbouring"),
+        ("sun_free_roll", "neighbouring"),
+        ("detumble_any_attitude", "neighbouring"),
+        ("orbit_turn", "neighbouring"),
+        ("two_torques", "neighbouring"),
+        ("limited_box", "neighbouring"),
+    ] {
+        let spec = format!("{problems}{name}.toml");
+        let sets = ["--set", "uncertainty.inertia.relative=0.002", "--set", "plant.authority=1.3"];
+        let kind = format!("feedback.kind={kind}");
+        let plan = [&["plan", &spec, "-q", "--force", "-o", "plan.json", "--set", &kind], &sets[..]].concat();
+        folder.slew(&plan).ends(0);
+        let told =
+            folder.slew(&["fly", "plan.json", "--cases", "100", "--format", "json", "-q"]).ends(0).json();
+        let of = |index: usize| number(&told["loops"][index]["end"]["angle_quantiles_deg"][1]);
+        assert_eq!(told["loops"][0]["lost"], 0, "{name}");
+        assert!(of(0) < 0.5 * of(1), "{name}: closed {} open {}", of(0), of(1));
+    }
+}
