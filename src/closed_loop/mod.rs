@@ -311,7 +311,7 @@ impl<'a> Campaign<'a> {
         start.angular_velocity += beside.fixed_rows::<3>(3);
         let body = Body { inertia, ..self.problem.body.clone() };
         let truth = Problem { body, start, ..self.problem.clone() };
-        let flight = Flight::new(&truth).as_fine_as(&self.nominal);
+        let flight = Flight::new(&truth).refined_as(&self.nominal);
         let mut body = flight.start();
         let mut excess = Excess::beside(&self.constraints, self.problem.environment.frame_rate());
         let (mut given, mut line, mut cut) = (vec![0.0; m], DelayLine::new(m), 0);
@@ -321,10 +321,10 @@ impl<'a> Campaign<'a> {
             limit(set, self.plant.authority, &mut command);
             line.command(*from, command);
         }
-        for k in 0..count {
+        for (k, (acts, planned)) in during.iter().enumerate() {
             let (time, step) = (self.plan.times()[k], self.plan.times()[k + 1] - self.plan.times()[k]);
             let state = flight.state(time, &body);
-            let (acts, mut command) = during[k].clone();
+            let mut command = planned.clone();
             if let Some(gains) = self.gains {
                 let z = self.measured(k, &state, &errors, &mut sensors);
                 command.iter_mut().zip(gains.correction(k, &z)).for_each(|(command, less)| *command -= less);
@@ -334,7 +334,7 @@ impl<'a> Campaign<'a> {
                 command.iter_mut().for_each(|u| *u = (*u / self.plant.quantum).round() * self.plant.quantum);
             }
             watch(&|| self.moment(k, time, &state, command.clone()));
-            line.command(acts, command);
+            line.command(*acts, command);
             let tick = step / ticks as f64;
             for index in 0..ticks {
                 let (mut now, end) = (time + index as f64 * tick, time + (index + 1) as f64 * tick);

@@ -280,8 +280,8 @@ impl<'a> Flight<'a> {
     }
 
     /// The least parts of a step that another flight has settled on.
-    pub fn as_fine_as(self, other: &Self) -> Self {
-        Self { parts: other.parts, ..self }
+    pub fn refined_as(&self, other: &Self) -> Self {
+        Self { parts: other.parts, ..self.clone() }
     }
 
     /// Where the body is at `time`, as states of a maneuver are told.

@@ -107,6 +107,16 @@ pub(crate) fn to_earth(clock: &Clock, time: f64, rotation: &EarthRotation, theor
     wobble.transpose() * about_z(rotation_angle(clock, time, rotation)) * intermediate(clock, time, theory)
 }
 
+/// From components in the frame that turns with the Earth (ITRF) to those in GCRS, `time` \[s\] after the epoch.
+pub fn earth_to_gcrs(clock: &Clock, time: f64, rotation: &EarthRotation) -> Matrix3 {
+    to_earth(clock, time, rotation, Theory::Series).transpose()
+}
+
+/// From components in the frame of two-line elements (TEME of date) to those in GCRS, `time` \[s\] after the epoch.
+pub fn teme_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
+    from_teme(clock, time, Theory::Series)
+}
+
 /// The frame of two-line elements (true equator, mean equinox) to GCRS.
 pub(crate) fn from_teme(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
     let t = clock.centuries(time);

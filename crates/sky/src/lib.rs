@@ -11,7 +11,7 @@
 //! | precession and nutation | seven arguments, 0.063″ | IAU 2006/2000A |
 //! | Sun | series of 30 terms, 3.8″ | VSOP2000 (`epv00`), 0.01″ |
 //! | Moon | ELP abridged (`moon98`), 9.6″ | the same |
-//! | orbit | SGP4, two-body, J2 | the same, not fitted |
+//! | orbit | SGP4, two-body, J2, a table | the same, not fitted |
 //!
 //! What is left out: aberration (20.5″ of the Sun and of stars, 0.7″ of the Moon, 5″ of all by the spacecraft's own velocity) and
 //! light time (0.01″ of the Sun, 1″ of stations): directions are geometric. UT1 − UTC and the motion of the pole move stations alone,
@@ -26,7 +26,7 @@ mod orbit;
 mod target;
 mod time;
 
-pub use frames::{EARTH_RADIUS_M, EarthRotation, station};
+pub use frames::{EARTH_RADIUS_M, EarthRotation, earth_to_gcrs, station, teme_to_gcrs};
 pub use orbit::{Elements, Model, Orbit, OrbitError};
 pub use target::{Sky, SkyError, Target, Window};
 pub use time::{Clock, DATE_OF_LAST_LEAP_SECOND};

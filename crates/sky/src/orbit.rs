@@ -204,6 +204,11 @@ impl Orbit {
         })
     }
 
+    /// Whether it is a table, which has no elements.
+    pub fn is_table(&self) -> bool {
+        matches!(self.path, Path::Table { .. })
+    }
+
     /// How old the elements are at the epoch of the maneuver \[s\]; 0 of a table.
     pub fn age(&self) -> f64 {
         self.ahead
@@ -331,8 +336,10 @@ fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector
 
 /// Lagrange's polynomial through the neighbours of a time; `None` outside of the table.
 fn lagrange(times: &[f64], values: &[Vector3], degree: usize, time: f64) -> Option<Vector3> {
+    // What sums of seconds in doubles leave is still inside.
+    const ROUNDED: f64 = 1e-6;
     let (first, last) = (*times.first()?, *times.last()?);
-    if !(first..=last).contains(&time) {
+    if !(first - ROUNDED..=last + ROUNDED).contains(&time) {
         return None;
     }
     let after = times.partition_point(|t| *t <= time);

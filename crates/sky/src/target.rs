@@ -44,6 +44,13 @@ pub enum Target {
         /// Above the ellipsoid \[m\].
         height_m: f64,
     },
+    /// The limb of the Earth, a sphere: where a line of sight touches it.
+    Limb {
+        /// About nadir, right-handed, from along the track \[deg\]: at 90 against the orbit normal.
+        azimuth_deg: f64,
+        /// Of the sphere above the equatorial radius \[m\].
+        height_m: f64,
+    },
     /// A fixed direction, GCRS, a unit vector.
     Fixed(Vector3),
     /// A vector that is fixed in the orbit: along the track, the orbit normal, outward.
@@ -58,6 +65,9 @@ pub enum SkyError {
     /// It depends on where the satellite is.
     #[error("it depends on where the satellite is: [orbit] is missing")]
     NoOrbit,
+    /// No line of sight touches a sphere from within.
+    #[error("{0:.1} s after the epoch the satellite is below that limb, {1:.0} km high itself")]
+    BelowLimb(f64, f64),
     /// The orbit.
     #[error(transparent)]
     Orbit(#[from] OrbitError),
@@ -105,14 +115,25 @@ impl Sky {
         Ok(self.orbit.as_ref().ok_or(SkyError::NoOrbit)?.position_by(time, theory)?)
     }
 
-    /// The velocity, by differences of positions.
+    /// The velocity, by differences of positions: to both sides, and where a table of them begins or ends to one.
     fn velocity(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         // Of fourth order: 1e-7 m/s in a low orbit.
         const H: f64 = 0.5;
         let at = |steps: f64| self.place(time + steps * H, theory);
-        let near = at(1.0)? - at(-1.0)?;
-        let far = at(2.0)? - at(-2.0)?;
-        Ok((near * 8.0 - far) / (12.0 * H))
+        let centred = || {
+            let near = at(1.0)? - at(-1.0)?;
+            let far = at(2.0)? - at(-2.0)?;
+            Ok((near * 8.0 - far) / (12.0 * H))
+        };
+        let to_side = |side: f64| {
+            let near = at(side)? * 48.0 - at(2.0 * side)? * 36.0;
+            let far = at(3.0 * side)? * 16.0 - at(4.0 * side)? * 3.0;
+            Ok((near + far - at(0.0)? * 25.0) / (12.0 * H * side))
+        };
+        match centred() {
+            Err(SkyError::Orbit(OrbitError::Beyond(_))) => to_side(1.0).or_else(|_: SkyError| to_side(-1.0)),
+            found => found,
+        }
     }
 
     /// The axes of the orbit, columns: along the track, its normal, outward.
@@ -157,6 +178,17 @@ impl Sky {
                 let earth = frames::to_earth(&self.clock, time, &self.rotation, theory);
                 let there = earth.tr_mul(&frames::station(*latitude_deg, *longitude_deg, *height_m));
                 there - self.place(time, theory)?
+            }
+            Target::Limb { azimuth_deg, height_m } => {
+                let (axes, r) = (self.orbit_axes(time, theory)?, self.place(time, theory)?.norm());
+                let sine = (EARTH_RADIUS_M + height_m) / r;
+                let touches = sine > 0.0 && sine < 1.0;
+                if !touches {
+                    return Err(SkyError::BelowLimb(time, (r - EARTH_RADIUS_M) / 1e3));
+                }
+                let cosine = (1.0 - sine * sine).sqrt();
+                let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+                axes * Vector3::new(sine * cos, -sine * sin, -cosine) * (r * cosine)
             }
             Target::Fixed(vector) => *vector,
             Target::InOrbit(vector) => self.orbit_axes(time, theory)? * vector,

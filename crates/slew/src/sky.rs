@@ -53,7 +53,7 @@ struct Told {
     /// One revolution \[s\]; absent without an orbit.
     #[serde(skip_serializing_if = "Option::is_none")]
     period_s: Option<f64>,
-    /// Age of the elements at the epoch \[s\].
+    /// Age of the elements at the epoch \[s\]; absent of a table of positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     age_s: Option<f64>,
     /// When the spacecraft is in the shadow of the Earth, of the maneuver \[s\].
@@ -88,7 +88,10 @@ fn told(loaded: &Loaded, heavens: &Heavens) -> Result<Told, SkyError> {
     let sky = &heavens.sky;
     let end = loaded.problem.duration.known().or(loaded.problem.duration.at_most()).unwrap_or(AHEAD);
     let (period_s, age_s, eclipses) = match sky.orbit() {
-        Some(orbit) => (Some(orbit.period()?), Some(orbit.age()), sky.eclipses(0.0, end)?),
+        Some(orbit) => {
+            let age = (!orbit.is_table()).then(|| orbit.age());
+            (Some(orbit.period()?), age, sky.eclipses(0.0, end)?)
+        }
         None => (None, None, Vec::new()),
     };
     let targets =
@@ -112,7 +115,12 @@ fn line(heavens: &Heavens, named: &Named, times: [f64; 2]) -> Result<Line, SkyEr
     }
     let has_range = matches!(
         target,
-        Target::Sun | Target::Moon | Target::Nadir | Target::Ground { .. } | Target::Satellite(_)
+        Target::Sun
+            | Target::Moon
+            | Target::Nadir
+            | Target::Ground { .. }
+            | Target::Limb { .. }
+            | Target::Satellite(_)
     );
     let range = |time: f64| Ok::<_, SkyError>(sky.range(target, time)? / 1e3);
     let elevation_deg = match target {
@@ -139,12 +147,14 @@ fn line(heavens: &Heavens, named: &Named, times: [f64; 2]) -> Result<Line, SkyEr
 
 fn table(told: &Told) -> String {
     let mut text = String::new();
-    if let (Some(period), Some(age)) = (told.period_s, told.age_s) {
-        let days = age / 86_400.0;
+    if let Some(period) = told.period_s {
+        let elements = told.age_s.map_or_else(
+            || "a table of positions".into(),
+            |age| format!("elements {} days old", significant(age / 86_400.0, 2)),
+        );
         text.push_str(&format!(
-            "orbit       {} min a revolution, elements {} days old\n",
-            significant(period / 60.0, 4),
-            significant(days, 2)
+            "orbit       {} min a revolution, {elements}\n",
+            significant(period / 60.0, 4)
         ));
         let dark = match &told.eclipses_s[..] {
             [] => "in the Sun all the way".to_string(),

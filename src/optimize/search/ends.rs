@@ -135,6 +135,7 @@ fn quickest(
     let (mut time, mut problem) = (time, problem.clone());
     let mut best: Option<(f64, Solution)> = None;
     let mut before: Option<Late> = None;
+    let mut is_other = false;
     for _ in 0..MOST_TIMES {
         let settings = Settings { time_limit: remaining(), ..settings.clone() };
         let given = problem.facing(&ends_at(&problem, aim, time)?, roll.unwrap_or(0.0));
@@ -155,6 +156,13 @@ fn quickest(
             time += late;
             continue;
         };
+        // Another extremal, dearer than the one that was found at the time before and is not found here: that one has no time of its
+        // own, and this one may.
+        if late > 2.0 * least && !is_other {
+            (best, before, is_other) = (Some((late, found)), Some([time, late]), true);
+            time += late;
+            continue;
+        }
         // What the landing leaves undecided comes no nearer.
         let nearer = late.abs() <= 0.5 * least;
         if late.abs() < *least {

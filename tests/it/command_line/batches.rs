@@ -287,6 +287,28 @@ fn results_of_another_batch_are_never_mixed() {
     assert_eq!(folder.read("all.jsonl"), "my notes\n");
 }
 
+/// An orbit that the spec names as a file is a part of it.
+#[test]
+fn results_of_another_orbit_are_never_mixed() {
+    let folder = Folder::new();
+    let orbit =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/bad_inputs/sky_circular.oem"));
+    let orbit = orbit.unwrap();
+    fs::write(folder.path("orbit.oem"), &orbit).unwrap();
+    let spec = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[orbit]\noem = \"orbit.oem\"\n[body]\n\
+        inertia_kg_m2 = [120, 100, 80]\n[start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
+        [end]\npoint = { boresight_body = [0, 0, 1], at = \"nadir\" }\n[maneuver]\nduration_s = 60\nsteps = 20\n";
+    fs::write(folder.path("orbit.toml"), spec).unwrap();
+    let own = ["sweep", "orbit.toml", "--over", "maneuver.duration_s=50:60:2", "-q", "-o", "all.jsonl"];
+    folder.slew(&own).ends(0);
+    let before = folder.read("all.jsonl");
+    folder.slew(&own).ends(0);
+    fs::write(folder.path("orbit.oem"), orbit.replace("6985.362639", "6985.362638")).unwrap();
+    assert_ne!(fs::read_to_string(folder.path("orbit.oem")).unwrap(), orbit);
+    folder.slew(&own).ends(8).tells("error[E0112]").tells("is another");
+    assert_eq!(folder.read("all.jsonl"), before);
+}
+
 #[test]
 fn failed_cases_are_counted_and_end_with_nine() {
     let folder = Folder::new();

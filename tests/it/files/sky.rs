@@ -4,6 +4,7 @@
 use slewkit::maneuver::constraint::angle_between;
 use slewkit::maneuver::{Rule, Settings};
 use slewkit::{Direction, Silent, Status, Vector3, plan, verify};
+use slewkit_files::epoch::Epoch;
 use slewkit_files::spec::{self, Format, Loaded, SpecDocument};
 use std::path::PathBuf;
 
@@ -67,4 +68,176 @@ fn a_plan_to_a_station_points_at_it_and_stands_without_its_orbit() {
     assert!(read.heavens.is_none());
     let again = found.solution.on_grid(&read.problem);
     assert!(verify(&again, rows, 1e-12, None).passed());
+}
+
+/// What a spec says of the sky, with files beside it.
+fn written(
+    files: &[(&str, String)],
+    orbit: &str,
+    end: &str,
+    duration: f64,
+) -> Result<Loaded, spec::Diagnostics> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let text = format!(
+        "format = 1\nepoch = \"{EPOCH} UTC\"\n[orbit]\n{orbit}\n[body]\ninertia_kg_m2 = [120, 100, 80]\n\
+         [start]\npoint = {{ boresight_body = [0, 0, 1], at = \"nadir\" }}\n\
+         second = {{ axis_body = [1, 0, 0], at = \"velocity\" }}\n\
+         [end]\npoint = {{ boresight_body = [0, 0, 1], {end} }}\n[maneuver]\nduration_s = {duration}\n"
+    );
+    let path = folder.path().join("spec.toml");
+    std::fs::write(&path, text).unwrap();
+    spec::read(&path, &[])
+}
+
+const EPOCH: &str = "2024-01-01T00:00:00";
+/// Of the orbits of these tests: semi-major axis \[m\], inclination.
+const CIRCLE: (f64, f64) = (7e6, 1.2);
+
+fn mean_motion() -> f64 {
+    (3.986_004_418e14 / CIRCLE.0.powi(3)).sqrt()
+}
+
+/// The closed form of a circular orbit: position at `angle` from the node, at longitude 0.
+fn on_circle(angle: f64) -> Vector3 {
+    let (sin, cos) = angle.sin_cos();
+    Vector3::new(cos, sin * CIRCLE.1.cos(), sin * CIRCLE.1.sin()) * CIRCLE.0
+}
+
+fn forward(angle: f64) -> Vector3 {
+    on_circle(angle + std::f64::consts::FRAC_PI_2).normalize()
+}
+
+/// An OEM whose rows are `step` \[s\] apart, from the epoch on; the velocities, which are not used, are zero.
+fn oem(frame: &str, step: f64, count: usize, position: impl Fn(f64) -> Vector3) -> String {
+    let epoch = Epoch::parse(&format!("{EPOCH} UTC")).unwrap();
+    let moment = |row: usize| epoch.after(step * row as f64).calendar_text();
+    let mut text = format!(
+        "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = {EPOCH}\nORIGINATOR = TEST\nMETA_START\nOBJECT_NAME = A\n\
+         OBJECT_ID = 2024-001A\nCENTER_NAME = EARTH\nREF_FRAME = {frame}\nTIME_SYSTEM = UTC\n\
+         START_TIME = {}\nSTOP_TIME = {}\nMETA_STOP\n",
+        moment(0),
+        moment(count - 1)
+    );
+    for row in 0..count {
+        let [x, y, z] = (position(step * row as f64) / 1e3).into();
+        text.push_str(&format!("{} {x:.9} {y:.9} {z:.9} 0 0 0\n", moment(row)));
+    }
+    text
+}
+
+/// Along the way of the end, and of the start with its rate, against the closed form: rows a minute apart, read to a micrometre.
+#[test]
+fn an_ephemeris_message_is_the_orbit_that_it_was_sampled_from() {
+    let n = mean_motion();
+    // The maneuver takes all of the file: at its ends velocities are differences to one side.
+    let file = oem("ICRF", 60.0, 11, |time| on_circle(n * time));
+    let loaded = written(&[("orbit.oem", file)], "oem = \"orbit.oem\"", "at = \"nadir\"", 600.0).unwrap();
+    let at = &loaded.problem.aim().unwrap().at;
+    let none = Vector3::zeros();
+    for time in [0.0, 33.0, 290.7, 600.0] {
+        let seen = at.in_space(time, &none);
+        assert!(angle_between(&seen.direction, &-on_circle(n * time)) < 1e-11);
+        assert!((seen.rate + forward(n * time) * n).norm() < 1e-9);
+    }
+    let start = &loaded.problem.start;
+    assert!(angle_between(&(start.attitude * Vector3::x()), &forward(0.0)) < 1e-10);
+    let turning = start.attitude * start.angular_velocity;
+    let normal = on_circle(0.0).cross(&forward(0.0)).normalize();
+    assert!((turning - normal * n).norm() < 1e-8, "{turning} {n}");
+}
+
+/// A stationary satellite stands above a station in ITRF; TEME is turned by the matrix of another program.
+#[test]
+fn positions_of_ephemeris_messages_are_turned_from_their_frames() {
+    let longitude = 0.7_f64;
+    let stationary = Vector3::new(longitude.cos(), longitude.sin(), 0.0) * 4.2164e7;
+    let file = oem("ITRF2014", 300.0, 9, |_| stationary);
+    let end = format!("at = \"ground\", latitude_deg = 0, longitude_deg = {}", longitude.to_degrees());
+    let loaded = written(&[("orbit.oem", file)], "oem = \"orbit.oem\"", &end, 1200.0).unwrap();
+    let heavens = loaded.heavens.as_ref().unwrap();
+    let aim = loaded.problem.aim().unwrap();
+    for time in [0.0, 700.0, 1200.0] {
+        let station = aim.at.at(time, &Vector3::zeros());
+        let nadir = heavens.sky.seen(&slewkit_sky::Target::Nadir, time).unwrap();
+        assert!(angle_between(&station, &nadir) < 1e-9);
+    }
+    let matrix = &evidence::reference("sky")["epochs"][0]["teme_to_gcrs"];
+    let column = |column: usize| Vector3::from_fn(|row, _| evidence::number(&matrix[3 * row + column]));
+    let n = mean_motion();
+    let file = oem("TEME", 60.0, 11, |time| {
+        let (sin, cos) = (n * time).sin_cos();
+        Vector3::new(cos, sin, 0.0) * CIRCLE.0
+    });
+    let loaded = written(&[("orbit.oem", file)], "oem = \"orbit.oem\"", "at = \"velocity\"", 300.0).unwrap();
+    let start = &loaded.problem.start;
+    // The pole of seven arguments is within 0.063″.
+    assert!(angle_between(&(start.attitude * Vector3::z()), &-column(0)) < 4e-7);
+    assert!(angle_between(&(start.attitude * Vector3::x()), &column(1)) < 4e-7);
+}
+
+/// The same neighbour, 0.1 rad ahead, told in three ways.
+#[test]
+fn another_satellite_is_told_as_the_own_one_is() {
+    let (n, ahead) = (mean_motion(), 0.1_f64);
+    let (axis, inclination) = (CIRCLE.0, CIRCLE.1.to_degrees());
+    let own = format!("semi_major_axis_m = {axis}\ninclination_deg = {inclination}\nmodel = \"two_body\"");
+    let velocity = forward(ahead) * (n * axis);
+    let list = |vector: Vector3| format!("[{}, {}, {}]", vector.x, vector.y, vector.z);
+    let ways = [
+        format!(
+            "semi_major_axis_m = {axis}, inclination_deg = {inclination}, true_anomaly_deg = {}, model = \"two_body\"",
+            ahead.to_degrees()
+        ),
+        format!(
+            "position_m = {}, velocity_m_s = {}, model = \"two_body\"",
+            list(on_circle(ahead)),
+            list(velocity)
+        ),
+        "oem = \"other.oem\"".into(),
+    ];
+    let file = oem("GCRF", 60.0, 11, |time| on_circle(n * time + ahead));
+    for way in ways {
+        let end = format!("at = \"satellite\", {way}");
+        let loaded = written(&[("other.oem", file.clone())], &own, &end, 400.0).unwrap();
+        let at = &loaded.problem.aim().unwrap().at;
+        for time in [0.0, 123.4, 400.0] {
+            let wanted = on_circle(n * time + ahead) - on_circle(n * time);
+            let off = angle_between(&at.at(time, &Vector3::zeros()), &wanted);
+            assert!(off < 1e-10, "{way}: {off:.1e}");
+        }
+    }
+}
+
+/// From a circular orbit the limb is asin(R/r) from nadir, in the plane of the orbit at azimuth 0, and opposite to its normal at 90.
+#[test]
+fn the_limb_is_where_a_line_of_sight_touches() {
+    let n = mean_motion();
+    let own = format!(
+        "semi_major_axis_m = {}\ninclination_deg = {}\nmodel = \"two_body\"",
+        CIRCLE.0,
+        CIRCLE.1.to_degrees()
+    );
+    let height = 3e4;
+    let sine = (6_378_137.0 + height) / CIRCLE.0;
+    for (azimuth, side) in [(0.0, 0.0), (90.0, -1.0), (180.0, 0.0), (-90.0, 1.0)] {
+        let end = format!("at = \"limb\", azimuth_deg = {azimuth}, height_m = {height}");
+        let loaded = written(&[], &own, &end, 300.0).unwrap();
+        let at = &loaded.problem.aim().unwrap().at;
+        for time in [0.0, 77.0, 300.0] {
+            let (direction, here) = (at.at(time, &Vector3::zeros()), on_circle(n * time));
+            // The foot of the perpendicular from the centre of the Earth.
+            let foot = here - direction * here.dot(&direction);
+            assert!((foot.norm() / (sine * CIRCLE.0) - 1.0).abs() < 1e-9 && here.dot(&direction) < 0.0);
+            let normal = here.cross(&forward(n * time)).normalize();
+            assert!((direction.dot(&normal) - side * sine).abs() < 1e-7, "{azimuth}: {direction}");
+            let along = f64::from(azimuth == 0.0) - f64::from(azimuth == 180.0);
+            assert!(
+                (direction.dot(&forward(n * time)) - along * sine).abs() < 1e-7,
+                "{azimuth}: {direction}"
+            );
+        }
+    }
 }

@@ -4,11 +4,13 @@
 use evidence::{list, matrix3, number, numbers, reference, vector};
 use serde_json::Value;
 use slewkit::maneuver::Aim;
+use slewkit::maneuver::constraint::angle_between;
 use slewkit::mechanics::direction::Track;
 use slewkit::{
     Actuation, ActuatorSet, AxisFrame, Body, Constraint, Direction, Inertia, Limits, Pointing, Problem, Rule,
     Settings, Side, Silent, State, Status, Vector3, Weights, lie, plan,
 };
+use slewkit_files::spec::{self, Format};
 
 /// What a reference points at, or along.
 fn direction(given: &Value, name: &str) -> Direction {
@@ -254,4 +256,27 @@ fn a_target_that_moves_is_met_at_rest_at_the_best_time() {
     println!("best {best} s, {before} {} {after}", found.solution.cost);
     // The slope by differences, in parts of the price.
     assert!(((after - before) / (2.0 * h) / price).abs() < 1e-4, "{}", (after - before) / (2.0 * h) / price);
+}
+
+/// Two extremals of least time are 3e-4 apart here, and of the dearer one the search finds no cheaper neighbour a moment later. The plan
+/// ends on the station when it is come to all the same, as the full theories see it.
+#[test]
+fn what_moves_is_met_where_two_extremals_are_near() {
+    let text = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[orbit]\nsemi_major_axis_m = 6844308\n\
+        inclination_deg = 94.1231632\nraan_deg = 261.84196\ntrue_anomaly_deg = 217.010286\nmodel = \"two_body\"\n\
+        [body]\ninertia_kg_m2 = [[64.968736, -21.169676, 3.647512], [-21.169676, 117.383709, 11.047604], \
+        [3.647512, 11.047604, 117.647555]]\n[actuators]\ntorque_limit_n_m = 0.51586126\n\
+        [start]\npoint = { boresight_body = [0, 0, 1], at = \"nadir\" }\n\
+        second = { axis_body = [1, 0, 0], at = \"along_track\" }\n\
+        [end]\npoint = { boresight_body = [0, 0, 1], at = \"ground\", latitude_deg = -38.9671837, \
+        longitude_deg = -89.0109812 }\n[maneuver]\nminimize = \"time\"\nsteps = 100\n";
+    let loaded = spec::from_str(text, "pass", Format::Toml, &[]).unwrap();
+    let found = plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
+    assert_eq!(found.status, Status::Solved, "{:?}", found.verification.map(|found| found.checks));
+    let rows = &found.solution.trajectory;
+    let heavens = loaded.heavens.unwrap();
+    let station = &heavens.targets.iter().find(|named| named.used_by == "end").unwrap().target;
+    let boresight = lie::rotation_from_quaternion(rows.quaternion.last().unwrap()) * Vector3::z();
+    let seen = heavens.sky.seen(station, *rows.time.last().unwrap()).unwrap();
+    assert!(angle_between(&boresight, &seen) < 4e-6, "{}", angle_between(&boresight, &seen));
 }

@@ -17,6 +17,7 @@ use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::figures::{rounded, told_apart};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::TAU;
+use std::path::Path as FilePath;
 
 /// What a spec says, all of it valid unless the report holds an error.
 pub(crate) struct Assembled {
@@ -27,8 +28,8 @@ pub(crate) struct Assembled {
     pub heavens: Option<sky::Heavens>,
 }
 
-/// Builds the problem; `None` when the report says why not.
-pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> {
+/// Builds the problem; `None` when the report says why not. Files are relative to `folder`.
+pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) -> Option<Assembled> {
     let body_section = root.section("body");
     let inertia = body_section.as_ref().and_then(|section| body::inertia(section));
     let mass = body_section.as_ref().and_then(|section| section.number("mass_kg"));
@@ -46,7 +47,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str) -> Option<Assembled> 
     let section = root.section("maneuver")?;
     let duration = maneuver::duration(section);
     let known = duration.and_then(|duration| duration.known().or(duration.at_most()));
-    let mut sky = sky::Reading::new(root, identity.epoch, known);
+    let mut sky = sky::Reading::new(root, identity.epoch, known, folder);
     let constraints = constraint::constraints(root, &mut sky);
     for boundary in [&start, &end].into_iter().flatten() {
         sky::Reading::check_boundary(boundary.section);

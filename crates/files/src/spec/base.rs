@@ -1,6 +1,7 @@
 //! A spec that many cases share.
 
 use super::paths::{self, Place};
+use super::shape::open;
 use super::{
     Diagnostic, Diagnostics, Finding, Format, Loaded, Node, Origin, Override, Source, Spec, Spot, Value,
     Wanted, diagnostics, folder_of, overrides, parse, text, typed, understand,
@@ -15,6 +16,8 @@ pub struct Base {
     folder: PathBuf,
     sources: Vec<Source>,
     root: Node,
+    /// Of the files that it names.
+    beside: Vec<String>,
 }
 
 impl Base {
@@ -55,7 +58,9 @@ impl Base {
         if !findings.is_empty() {
             return Err(diagnostics(findings, &sources));
         }
-        Ok(Self { name: name.into(), folder: folder.into(), sources, root })
+        let mut beside = Vec::new();
+        read_beside(&root, folder, &mut beside);
+        Ok(Self { name: name.into(), folder: folder.into(), sources, root, beside })
     }
 
     /// The name of the file as the user wrote it.
@@ -63,9 +68,10 @@ impl Base {
         &self.name
     }
 
-    /// The texts of which it is made: the file, then the overrides as they were written.
+    /// The texts of which it is made: the file, then the overrides as they were written, then the orbits that it names as files.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
-        self.sources.iter().map(|source| source.text.as_str())
+        let own = self.sources.iter().map(|source| source.text.as_str());
+        own.chain(self.beside.iter().map(String::as_str))
     }
 
     /// The maneuver under more overrides.
@@ -126,3 +132,28 @@ impl Base {
         if findings.is_empty() { Ok(()) } else { Err(diagnostics(findings, &[source])) }
     }
 }
+
+/// The texts of the orbits that a tree names as files. What cannot be read is left out: of that a case says why.
+fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
+    match &node.value {
+        Value::Table(entries) => {
+            for entry in entries {
+                match &entry.node.value {
+                    Value::Text(written) if entry.key == OEM => {
+                        let opened = open(written, folder, "an orbit ephemeris message").ok();
+                        let text = opened.and_then(|(_, file)| std::io::read_to_string(file.take(MOST)).ok());
+                        found.extend(text);
+                    }
+                    _ => read_beside(&entry.node, folder, found),
+                }
+            }
+        }
+        Value::Array(items) => items.iter().for_each(|item| read_beside(item, folder, found)),
+        _ => {}
+    }
+}
+
+/// The key that names an orbit as a file.
+const OEM: &str = "oem";
+/// The most that is read of one [bytes], as by the reader of orbits.
+const MOST: u64 = 1 << 28;

@@ -424,6 +424,7 @@ const PLACES: &[&str] = &[
     "anti_orbit_normal",
     "anti_sun",
     "ground",
+    "limb",
     "satellite",
     "orbit_vector",
     "track",
@@ -431,7 +432,7 @@ const PLACES: &[&str] = &[
 
 shared_keys! {
     /// What is aimed at: sun, anti_sun, moon, nadir (or earth), zenith, geodetic_nadir, velocity, anti_velocity, along_track,
-    /// orbit_normal, anti_orbit_normal, ground, satellite, orbit_vector; or a track, as plan files write it. All but Sun and Moon need
+    /// orbit_normal, anti_orbit_normal, ground, limb, satellite (with the keys of its orbit), orbit_vector; or a track, as plan files write it. All but Sun and Moon need
     /// [orbit], and all an epoch. Instead: ra_deg and dec_deg, or a vector, which stand still.
     AT_KEY = "at": Choice(PLACES, &[]);
     /// Right ascension, with dec_deg.
@@ -444,10 +445,35 @@ shared_keys! {
     LATITUDE_KEY = "latitude_deg": Number(q::ANGLE_DEG);
     /// East longitude of a station.
     LONGITUDE_KEY = "longitude_deg": Number(q::ANGLE_DEG);
-    /// Height of a station above the ellipsoid of WGS 84. Default: 0.
+    /// For limb: about nadir, right-handed, from along the track.
+    AZIMUTH_KEY = "azimuth_deg": Number(q::ANGLE_DEG);
+    /// Height of a station above the ellipsoid of WGS 84, or of a limb above the sphere of its equatorial radius. Default: 0.
     HEIGHT_KEY = "height_m": Number(q::POSITION);
-    /// Two-line elements of another satellite.
+    /// Two-line elements, both lines, by SGP4.
     TLE_KEY = "tle": Texts(2);
+    /// An orbit ephemeris message of CCSDS (OEM, keywords and values), relative to the folder of the spec: centre Earth, in ICRF, GCRF,
+    /// EME2000, TEME or ITRF.
+    OEM_KEY = "oem": Text(1000);
+    /// Keplerian elements, osculating, GCRS: semi-major axis.
+    AXIS_KEY = "semi_major_axis_m": Number(q::POSITION);
+    /// Eccentricity, below 1. Default: 0.
+    ECCENTRICITY_KEY = "eccentricity": Number(q::COMPONENT);
+    /// Inclination. Default: 0.
+    INCLINATION_KEY = "inclination_deg": Number(q::ANGLE_DEG);
+    /// Right ascension of the ascending node. Default: 0.
+    NODE_KEY = "raan_deg": Number(q::ANGLE_DEG);
+    /// Argument of the perigee. Default: 0.
+    PERIGEE_KEY = "argument_of_perigee_deg": Number(q::ANGLE_DEG);
+    /// True anomaly. Default: 0.
+    ANOMALY_KEY = "true_anomaly_deg": Number(q::ANGLE_DEG);
+    /// Instead of elements: position, GCRS; with velocity_m_s.
+    PLACE_KEY = "position_m": Vector(q::POSITION);
+    /// Velocity, GCRS.
+    MOTION_KEY = "velocity_m_s": Vector(q::VELOCITY);
+    /// The moment of elements or state. Default: the epoch of the maneuver.
+    MOMENT_KEY = "epoch": Text(100);
+    /// How elements or a state go on: about a point mass, or about the flattened Earth. Default: j2.
+    MODEL_KEY = "model": Choice(&["j2", "two_body"], &[]);
     /// For orbit_vector: along the track, the orbit normal, outward.
     ORBIT_VECTOR_KEY = "orbit_vector": Vector(q::COMPONENT);
     /// For track: when it begins. Default: 0.
@@ -475,7 +501,9 @@ macro_rules! targets {
                 $(#[doc = $about])*
                 $visibility static $table {
                     $($(#[doc = $doc])* $name: $kind $(, needed $sample)?;)*
-                    AT_KEY; RA_KEY; DEC_KEY; VECTOR_KEY; LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY; TLE_KEY; ORBIT_VECTOR_KEY;
+                    AT_KEY; RA_KEY; DEC_KEY; VECTOR_KEY; LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY; AZIMUTH_KEY; ORBIT_VECTOR_KEY;
+                    TLE_KEY; OEM_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
+                    PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
                     FROM_KEY; PIECE_KEY; TERMS_KEY; COEFFICIENTS_KEY; DISC_KEY;
                 }
             )*
@@ -503,29 +531,9 @@ targets! {
 }
 
 tables! {
-    static ORBIT[exclusive: &[&["tle", "semi_major_axis_m", "position_m"]], one_of: &[(&["tle", "semi_major_axis_m", "position_m"], "tle = [\"1 …\", \"2 …\"]")]] {
-        /// Two-line elements, both lines, by SGP4.
-        "tle": Texts(2);
-        /// Keplerian elements, osculating, GCRS: semi-major axis.
-        "semi_major_axis_m": Number(q::POSITION);
-        /// Eccentricity, below 1. Default: 0.
-        "eccentricity": Number(q::COMPONENT);
-        /// Inclination. Default: 0.
-        "inclination_deg": Number(q::ANGLE_DEG);
-        /// Right ascension of the ascending node. Default: 0.
-        "raan_deg": Number(q::ANGLE_DEG);
-        /// Argument of the perigee. Default: 0.
-        "argument_of_perigee_deg": Number(q::ANGLE_DEG);
-        /// True anomaly. Default: 0.
-        "true_anomaly_deg": Number(q::ANGLE_DEG);
-        /// Instead of elements: position, GCRS; with velocity_m_s.
-        "position_m": Vector(q::POSITION);
-        /// Velocity, GCRS.
-        "velocity_m_s": Vector(q::VELOCITY);
-        /// The moment of elements or state. Default: the epoch of the maneuver.
-        "epoch": Text(100);
-        /// How elements or a state go on: about a point mass, or about the flattened Earth. Default: j2.
-        "model": Choice(&["j2", "two_body"], &[]);
+    static ORBIT[exclusive: &[&["tle", "oem", "semi_major_axis_m", "position_m"]], one_of: &[(&["tle", "oem", "semi_major_axis_m", "position_m"], "tle = [\"1 …\", \"2 …\"]")]] {
+        TLE_KEY; OEM_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
+        PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
         /// UT1 − UTC, of bulletins: 120 m on the ground at most. Default: 0.
         "ut1_minus_utc_s": Number(q::ELAPSED);
         /// Coordinate x of the pole: 15 m on the ground at most. Default: 0.

@@ -49,6 +49,7 @@ mod json_text;
 mod keys;
 mod maneuver;
 mod names;
+mod orbit;
 mod overrides;
 mod paths;
 mod quantity;
@@ -246,7 +247,7 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> 
 pub fn read_as(path: &Path, format: Format, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
     let name = path.display().to_string();
     let bytes = text::from_file(path, &name)?;
-    from_bytes(&bytes, &name, format, overrides)
+    maneuver(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides)
 }
 
 /// Reads a maneuver from a stream, such as the standard input, to its end or to the size limit.
@@ -287,8 +288,17 @@ pub fn from_str(
     format: Format,
     overrides: &[Override],
 ) -> Result<Loaded, Diagnostics> {
-    let text = text::decode(text.as_bytes(), name)?;
-    match interpret(text, name, Path::new(""), format, overrides, Wanted::Maneuver)? {
+    maneuver(text::decode(text.as_bytes(), name)?, name, Path::new(""), format, overrides)
+}
+
+fn maneuver(
+    text: &str,
+    name: &str,
+    folder: &Path,
+    format: Format,
+    overrides: &[Override],
+) -> Result<Loaded, Diagnostics> {
+    match interpret(text, name, folder, format, overrides, Wanted::Maneuver)? {
         Spec::Maneuver(loaded) => Ok(*loaded),
         // `interpret` has refused it.
         Spec::Simulation(_) => Err(Diagnostics(Vec::new())),
@@ -357,7 +367,7 @@ fn understand(
             }))
         })
     } else {
-        assemble::assemble(&section, &stem).map(|assembled| {
+        assemble::assemble(&section, &stem, folder).map(|assembled| {
             let assemble::Assembled { problem, settings, expect, identity, heavens } = assembled;
             let dispersion = dispersion::read(&section, root);
             let closed_loop = closed_loop::read(&section, root, &problem);

@@ -224,7 +224,7 @@ fn listed(section: &Section) -> Option<Polyhedron> {
 
 fn from_obj(section: &Section, folder: &Path, budget: &mut Budget) -> Option<Polyhedron> {
     let written = section.word("obj")?;
-    let (path, file) = match open(written, folder) {
+    let (path, file) = match open(written, folder, "a Wavefront OBJ file") {
         Ok(opened) => opened,
         Err((code, reason, remedy)) => return section.refuse(code, "obj", reason, remedy),
     };
@@ -244,21 +244,25 @@ fn from_obj(section: &Section, folder: &Path, budget: &mut Budget) -> Option<Pol
 }
 
 /// A file beside the spec or below: nothing else of the disk is read at a spec's word.
-fn open(written: &str, folder: &Path) -> Result<(PathBuf, File), (&'static str, String, &'static str)> {
+pub(super) fn open(
+    written: &str,
+    folder: &Path,
+    what: &str,
+) -> Result<(PathBuf, File), (&'static str, String, String)> {
     let relative = Path::new(written);
     let inside = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let path = folder.join(relative);
     let shown = cut(&path.to_string_lossy(), 200);
     let escapes = |how: &str| {
         let reason = format!("\"{}\" leads {how} the folder of the spec", cut(written, 100));
-        ("E0091", reason, "put the file beside the spec, or into a folder below")
+        ("E0091", reason, "put the file beside the spec, or into a folder below".into())
     };
     if !inside {
         return Err(escapes("out of"));
     }
     let missing = |error: std::io::Error| {
         let reason = format!("\"{}\" cannot be read, as {shown}: {}", cut(written, 100), error.kind());
-        ("E0090", reason, "the path is relative to the folder of the spec: check it")
+        ("E0090", reason, "the path is relative to the folder of the spec: check it".into())
     };
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let (root, real) = (here.canonicalize().map_err(missing)?, path.canonicalize().map_err(missing)?);
@@ -267,7 +271,7 @@ fn open(written: &str, folder: &Path) -> Result<(PathBuf, File), (&'static str, 
     }
     if !real.metadata().map_err(missing)?.is_file() {
         let reason = format!("\"{}\" is no file", cut(written, 100));
-        return Err(("E0090", reason, "name a Wavefront OBJ file"));
+        return Err(("E0090", reason, format!("name {what}")));
     }
     let file = File::open(&real).map_err(missing)?;
     Ok((path, file))

@@ -3,12 +3,14 @@
 //! What is known of the sky is turned into vectors as functions of time when a spec is read: the maneuver holds these, and a plan file
 //! writes their coefficients (`at = "track"`), so that nobody needs an orbit or an ephemeris after that. Axes are those of the GCRS.
 
+use super::orbit::{self, Around};
 use super::{Section, short, show};
 use crate::epoch::Epoch;
 use slewkit::maneuver::{Aim, AimRate};
 use slewkit::mechanics::direction::Track;
 use slewkit::{Direction, Vector3};
-use slewkit_sky::{Clock, EarthRotation, Elements, Model, Orbit, OrbitError, Sky, SkyError, Target};
+use slewkit_sky::{EarthRotation, OrbitError, Sky, SkyError, Target};
+use std::path::Path;
 
 /// How far ahead the sky is known where the duration is sought without a bound \[s\].
 const HORIZON: f64 = 7_200.0;
@@ -18,9 +20,6 @@ const MOST_AHEAD: f64 = 86_400.0;
 
 /// How far ahead the next pass over a station is looked for \[s\].
 const PASSES: f64 = 86_400.0;
-
-/// Age of two-line elements from which a word is said \[days\]: they are off by 1 to 3 km a day.
-const OLD: f64 = 3.0;
 
 /// Something that is aimed at, with the name that people read.
 #[derive(Clone, Debug)]
@@ -44,7 +43,8 @@ pub struct Heavens {
 
 /// What a spec says of the sky, while it is read.
 pub(crate) struct Reading {
-    clock: Option<Clock>,
+    /// When and beside what orbits are read; `None` without an epoch.
+    around: Option<Around>,
     /// `None` where the report says why not, or no epoch is given.
     sky: Option<Sky>,
     /// How far ahead tracks reach \[s\].
@@ -53,18 +53,29 @@ pub(crate) struct Reading {
 }
 
 impl Reading {
-    /// Reads `[orbit]`.
-    pub fn new(root: &Section, epoch: Option<Epoch>, duration: Option<f64>) -> Self {
-        let clock = epoch.map(|epoch| epoch.clock());
-        let mut reading = Self { clock, sky: None, ahead: duration.unwrap_or(HORIZON), targets: Vec::new() };
+    /// Reads `[orbit]`. Files that it names are relative to `folder`.
+    pub fn new(root: &Section, epoch: Option<Epoch>, duration: Option<f64>, folder: &Path) -> Self {
         let section = root.section("orbit");
-        let orbit = match (section, clock) {
+        let number = |name: &str| section.and_then(|section| section.number(name)).unwrap_or(0.0);
+        let rotation = EarthRotation {
+            ut1_minus_utc_s: number("ut1_minus_utc_s"),
+            polar_motion_arcsec: [number("polar_motion_x_arcsec"), number("polar_motion_y_arcsec")],
+        };
+        let ahead = duration.unwrap_or(HORIZON);
+        let around = epoch.map(|epoch| Around {
+            epoch,
+            clock: epoch.clock(),
+            rotation,
+            ahead: ahead.min(MOST_AHEAD),
+            folder: folder.into(),
+        });
+        let orbit = match (section, &around) {
             (Some(section), None) => {
                 let reason = "[orbit] needs `epoch`: where a satellite is depends on the date";
                 section.error_here("E0075", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top");
                 None
             }
-            (Some(section), Some(clock)) => orbit(section, clock),
+            (Some(section), Some(around)) => orbit::orbit(section, "[orbit]", around),
             (None, _) => None,
         };
         let turns =
@@ -73,16 +84,14 @@ impl Reading {
             let reason = "[orbit] places the satellite among the stars, and `orbital_rate_rad_s` in a frame that turns";
             section.error_here("E0028", reason, "leave one of the two out");
         }
-        let number = |name: &str| section.and_then(|section| section.number(name)).unwrap_or(0.0);
-        let rotation = EarthRotation {
-            ut1_minus_utc_s: number("ut1_minus_utc_s"),
-            polar_motion_arcsec: [number("polar_motion_x_arcsec"), number("polar_motion_y_arcsec")],
-        };
         // Of an orbit that is wrong something has been said already.
-        if orbit.is_some() || section.is_none() {
-            reading.sky = clock.map(|clock| Sky::new(clock, orbit, rotation));
-        }
-        reading
+        let sky = match &around {
+            Some(around) if orbit.is_some() || section.is_none() => {
+                Some(Sky::new(around.clock, orbit, rotation))
+            }
+            _ => None,
+        };
+        Self { around, sky, ahead, targets: Vec::new() }
     }
 
     /// What was aimed at.
@@ -115,13 +124,17 @@ impl Reading {
             "orbit_normal" => Target::OrbitNormal { reversed: false },
             "anti_orbit_normal" => Target::OrbitNormal { reversed: true },
             "ground" => station(section)?,
+            "limb" => {
+                if !section.has("azimuth_deg") {
+                    let reason = "`at = \"limb\"` needs `azimuth_deg`: about nadir, from along the track";
+                    return section.refuse_here("E0021", reason, "add azimuth_deg = 0");
+                }
+                let height_m = if section.has("height_m") { section.number("height_m")? } else { 0.0 };
+                Target::Limb { azimuth_deg: section.number("azimuth_deg")?, height_m }
+            }
             "satellite" => {
-                let Some(lines) = section.texts("tle") else {
-                    let reason = "`at = \"satellite\"` needs `tle`: its two lines";
-                    return section.refuse_here("E0021", reason, "add tle = [\"1 …\", \"2 …\"]");
-                };
-                let Some(clock) = self.clock else { return self.without_epoch(section, word) };
-                Target::Satellite(Box::new(two_lines(section, &lines, clock)?))
+                let Some(around) = &self.around else { return self.without_epoch(section, word) };
+                Target::Satellite(Box::new(orbit::orbit(section, "`at = \"satellite\"`", around)?))
             }
             _ if !section.has("orbit_vector") => {
                 let reason = "`at = \"orbit_vector\"` needs `orbit_vector`: along the track, the orbit normal, outward";
@@ -130,7 +143,7 @@ impl Reading {
             _ => Target::InOrbit(axis(section, "orbit_vector")?),
         };
         let Some(sky) = &self.sky else {
-            return if self.clock.is_none() { self.without_epoch(section, word) } else { None };
+            return if self.around.is_none() { self.without_epoch(section, word) } else { None };
         };
         if self.ahead > MOST_AHEAD {
             let reason = format!(
@@ -149,7 +162,7 @@ impl Reading {
     /// The disc of the Earth, whose limb a cone begins at.
     pub fn limb(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         let Some(sky) = &self.sky else {
-            if self.clock.is_none() {
+            if self.around.is_none() {
                 let reason = "where the Earth is depends on the date, and the spec has no `epoch`";
                 section.error(
                     "E0075",
@@ -187,7 +200,8 @@ impl Reading {
     fn told<T>(&self, section: &Section, what: &str, found: Result<T, SkyError>) -> Option<T> {
         let remedy = match &found {
             Ok(_) => "",
-            Err(SkyError::NoOrbit) => "add [orbit] with tle, or with the keys of a Keplerian orbit",
+            Err(SkyError::NoOrbit) => "add [orbit] with tle, oem, or the keys of a Keplerian orbit",
+            Err(SkyError::BelowLimb(..)) => "give a smaller height_m",
             Err(SkyError::Orbit(OrbitError::Decays(_))) => "take newer elements, or a shorter maneuver",
             Err(_) => "check [orbit]",
         };
@@ -314,7 +328,8 @@ pub(super) fn star(section: &Section) -> Option<Vector3> {
 fn keys_of(word: &str) -> &'static [&'static str] {
     match word {
         "ground" => &["latitude_deg", "longitude_deg", "height_m"],
-        "satellite" => &["tle"],
+        "limb" => &["azimuth_deg", "height_m"],
+        "satellite" => orbit::KEYS,
         "orbit_vector" => &["orbit_vector"],
         "track" => &["from_s", "piece_s", "terms", "coefficients", "disc_radius"],
         _ => &[],
@@ -323,8 +338,9 @@ fn keys_of(word: &str) -> &'static [&'static str] {
 
 /// Refuses a key that goes with another word of `at`: what is not used was meant to be.
 fn own_keys(section: &Section, word: &str) -> Option<()> {
-    for owner in ["ground", "satellite", "orbit_vector", "track"].into_iter().filter(|owner| *owner != word) {
-        if let Some(key) = keys_of(owner).iter().find(|key| section.has(key)) {
+    let own = keys_of(word);
+    for owner in ["ground", "limb", "satellite", "orbit_vector", "track"] {
+        if let Some(key) = keys_of(owner).iter().find(|key| section.has(key) && !own.contains(key)) {
             let reason = format!("`{key}` goes with at = \"{owner}\", not with \"{word}\"");
             return section.refuse("E0029", key, reason, "leave it out, or name the other target");
         }
@@ -397,79 +413,4 @@ fn track(section: &Section) -> Option<Direction> {
         Some(radius) => Direction::Disc { centre: track, radius },
         None => Direction::Moving(track),
     })
-}
-
-fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit> {
-    let [first, second] = lines else {
-        let reason = format!("`tle` has {} lines, two-line elements have two", lines.len());
-        return section.refuse("E0026", "tle", reason, "write [\"1 …\", \"2 …\"], without the title");
-    };
-    let orbit = Orbit::of_two_lines([first, second], clock);
-    let remedy = "copy both lines with all their columns; the last digit of each is its checksum";
-    let orbit = orbit.map_err(|error| section.error("E0076", "tle", error.to_string(), remedy)).ok()?;
-    let days = orbit.age().abs() / 86_400.0;
-    if days > OLD {
-        let reason = format!(
-            "the elements are {} days old: the satellite may be some kilometres elsewhere",
-            short((days * 10.0).round() / 10.0)
-        );
-        section.warn("W0076", "tle", reason, "take newer ones; 1 km is 0.1 deg for a station 600 km away");
-    }
-    Some(orbit)
-}
-
-fn orbit(section: &Section, clock: Clock) -> Option<Orbit> {
-    const KEPLERIAN: [&str; 5] =
-        ["eccentricity", "inclination_deg", "raan_deg", "argument_of_perigee_deg", "true_anomaly_deg"];
-    let state = section.has("position_m") || section.has("velocity_m_s");
-    let of_others: Vec<&str> = match (section.has("tle"), state) {
-        (true, _) => [&KEPLERIAN[..], &["velocity_m_s", "epoch", "model"]].concat(),
-        (false, true) => KEPLERIAN.to_vec(),
-        (false, false) => Vec::new(),
-    };
-    if let Some(key) = of_others.into_iter().find(|key| section.has(key)) {
-        let kind = if section.has("tle") { "two-line elements" } else { "a position and a velocity" };
-        let reason = format!("`{key}` is not used: the orbit is told by {kind}");
-        return section.refuse("E0029", key, reason, "leave it out");
-    }
-    if section.has("tle") {
-        return two_lines(section, &section.texts("tle")?, clock);
-    }
-    let model = if section.word("model") == Some("two_body") { Model::TwoBody } else { Model::J2 };
-    let at = match section.word("epoch") {
-        None if section.has("epoch") => return None,
-        None => clock,
-        Some(text) => match Epoch::parse(text) {
-            Ok(epoch) => epoch.clock(),
-            Err(error) => {
-                let remedy = "write epoch = \"2026-11-21T07:00:00 UTC\"";
-                return section.refuse("E0130", "epoch", format!("`epoch`: {error}"), remedy);
-            }
-        },
-    };
-    let needs = |name: &str, sample: &str| {
-        if !section.has(name) {
-            let reason = format!("[orbit] needs `{name}`");
-            return section.refuse_here::<()>("E0021", reason, format!("add {name} = {sample}"));
-        }
-        Some(())
-    };
-    let made = if state {
-        needs("position_m", "[7000000, 0, 0]").and(needs("velocity_m_s", "[0, 7500, 0]"))?;
-        Orbit::of_state(section.vector("position_m")?, section.vector("velocity_m_s")?, model, at, clock)
-    } else {
-        needs("semi_major_axis_m", "6928137")?;
-        let angle = |name: &str| if section.has(name) { section.number(name) } else { Some(0.0) };
-        let elements = Elements {
-            semi_major_axis_m: section.number("semi_major_axis_m")?,
-            eccentricity: angle("eccentricity")?,
-            inclination_deg: angle("inclination_deg")?,
-            raan_deg: angle("raan_deg")?,
-            argument_of_perigee_deg: angle("argument_of_perigee_deg")?,
-            true_anomaly_deg: angle("true_anomaly_deg")?,
-        };
-        Orbit::of_elements(&elements, model, at, clock)
-    };
-    made.map_err(|error| section.error_here("E0076", error.to_string(), "check the numbers and their units"))
-        .ok()
 }

@@ -91,7 +91,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
 }
 
 /// `KEY = value`.
-fn pair(line: Piece<'_>) -> Result<(Piece<'_>, Piece<'_>), Wrong> {
+pub(super) fn pair(line: Piece<'_>) -> Result<(Piece<'_>, Piece<'_>), Wrong> {
     match line.text.find('=') {
         Some(sign) if sign > 0 => Ok((
             Piece { at: line.at, text: &line.text[..sign] }.trimmed(),

@@ -4,12 +4,15 @@
 //! error has its line. A file is read whole before anything of it is used. What it says and is not taken stands in
 //! [`Attitudes::not_taken`]; how far its digits, its blocks and its spans reach stands beside the rows.
 
+mod ephemeris;
 mod keywords;
 mod layout;
 mod message;
 mod rows;
 mod table;
 mod xml;
+
+pub use ephemeris::{EphemerisAxes, Segment, read_ephemeris};
 
 use crate::epoch::Epoch;
 use crate::spec::{Diagnostic, Diagnostics, Finding, Source, Span};
@@ -83,6 +86,15 @@ impl Attitudes {
 /// # Errors
 /// The first thing that is wrong, with its line.
 pub fn read_attitudes(input: impl Read, name: &str) -> Result<Attitudes, Diagnostics> {
+    let text = whole_text(input, name, "an AEM or a table")?;
+    let source = Source::new(name, text);
+    read(&source.text)
+        .and_then(|rows| rows.finish(&source))
+        .map_err(|wrong| Diagnostics(vec![wrong.finding().resolve(std::slice::from_ref(&source))]))
+}
+
+/// The text of a file that is to be `what`.
+fn whole_text(input: impl Read, name: &str, what: &str) -> Result<String, Diagnostics> {
     let mut bytes = Vec::new();
     let whole = |code, reason: String, remedy: &str| {
         Diagnostics(vec![Diagnostic::about_file(code, name, reason, remedy)])
@@ -95,21 +107,21 @@ pub fn read_attitudes(input: impl Read, name: &str) -> Result<Attitudes, Diagnos
         let reason = format!("the file is larger than {MAX_BYTES} bytes");
         return Err(whole("E0150", reason, "give fewer rows"));
     }
-    let text = encoding::text(&bytes).map_err(|why| match why {
+    encoding::text(&bytes).map(Into::into).map_err(|why| match why {
         NoText::Utf16 => whole("E0003", "the file is in UTF-16".into(), "save it as UTF-8"),
         NoText::At(at) => {
             let line = bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
-            let remedy = "save the file as UTF-8; it is to be an AEM or a table";
-            let mut found = whole("E0150", format!("line {line} is no text in UTF-8"), remedy);
+            let remedy = format!("save the file as UTF-8; it is to be {what}");
+            let mut found = whole("E0150", format!("line {line} is no text in UTF-8"), &remedy);
             found.0[0].line = line;
             found
         }
-    })?;
-    let source = Source::new(name, text);
-    let resolved = |finding: Finding| finding.resolve(std::slice::from_ref(&source));
-    read(&source.text)
-        .and_then(|rows| rows.finish(&source))
-        .map_err(|wrong| Diagnostics(vec![resolved(wrong.finding())]))
+    })
+}
+
+/// What is wrong with a text, with its line.
+fn resolved(wrong: Wrong, name: &str, text: String) -> Diagnostics {
+    Diagnostics(vec![wrong.finding().resolve(&[Source::new(name, text)])])
 }
 
 fn read(text: &str) -> Result<Rows, Wrong> {
@@ -199,7 +211,7 @@ impl<'t> Piece<'t> {
     fn number(self) -> Result<Number, Wrong> {
         match self.text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(Number { value, half_unit: half_unit(self.text) }),
-            Ok(_) => self.wrong("this number is not finite", "an attitude has finite numbers"),
+            Ok(_) => self.wrong("this number is not finite", "give finite numbers"),
             Err(_) => self.wrong(
                 format!("`{}` is no number", crate::spec::cut(self.text, 30)),
                 "write numbers with a point and an exponent, as in 1.5e-3",

@@ -1,0 +1,366 @@
+//! Where a satellite is, by an orbit ephemeris message of CCSDS (OEM 1.0 to 3.0, keywords and values).
+//!
+//! A row is a date, a position \[km\] and a velocity \[km/s\], and may have an acceleration. Positions are taken; between rows a
+//! polynomial goes through them, of the degree that the segment names. Hermite's, which needs velocities as well, is replaced by
+//! Lagrange's of degree 7 at least; straight lines are no orbit. Covariances are passed over. What is in one segment is not joined to another.
+
+use super::keywords::pair;
+use super::message::date;
+use super::{Piece, Wrong, lines, resolved, whole_text, wrong};
+use crate::epoch::{Epoch, Scale};
+use crate::exchange::frames::{Meaning, meaning};
+use crate::spec::{Diagnostics, cut};
+use slewkit::{Matrix3, Vector3};
+use std::io::Read;
+
+/// Degree of the polynomial where the segment names none: a low orbit in steps of a minute is met within a micrometre.
+const DEGREE: usize = 7;
+/// The lowest degree that has a curvature which goes on from row to row nearly; beyond the highest polynomials on equal steps swing.
+const LOWEST: usize = 3;
+const HIGHEST: usize = 25;
+
+/// Axes in which positions are given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EphemerisAxes {
+    /// Fixed in space; the rotation from their components to those of ICRF.
+    Inertial(Matrix3),
+    /// True equator, mean equinox of date.
+    Teme,
+    /// Turning with the Earth: ITRF.
+    Earth,
+}
+
+/// Positions of a satellite between two moments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// The moments between which positions may be used.
+    pub span: [Epoch; 2],
+    /// The moments of the rows, increasing.
+    pub moment: Vec<Epoch>,
+    /// Positions against the centre of the Earth \[m\], in `axes`.
+    pub position: Vec<Vector3>,
+    /// Which axes.
+    pub axes: EphemerisAxes,
+    /// Degree of the polynomial between rows; fewer than there are rows.
+    pub degree: usize,
+}
+
+/// Reads an OEM, as segments; `name` stands for it in messages.
+///
+/// # Errors
+/// The first thing that is wrong, with its line: other centres than the Earth and other frames than ICRF, GCRF, EME2000, TEME and
+/// ITRF among them.
+pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diagnostics> {
+    let text = whole_text(input, name, "an OEM")?;
+    segments(&text).map_err(|wrong| resolved(wrong, name, text))
+}
+
+/// Keys of a segment that are used, and those that need not be.
+const KNOWN: [&str; 13] = [
+    "OBJECT_NAME",
+    "OBJECT_ID",
+    "CENTER_NAME",
+    "REF_FRAME",
+    "REF_FRAME_EPOCH",
+    "TIME_SYSTEM",
+    "START_TIME",
+    "USEABLE_START_TIME",
+    "USEABLE_STOP_TIME",
+    "STOP_TIME",
+    "INTERPOLATION",
+    "INTERPOLATION_DEGREE",
+    "COMMENT",
+];
+
+/// Keys above the first segment.
+const HEADER: [&str; 4] = ["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"];
+
+/// Metadata on their way.
+type Keys<'t> = Vec<(&'static str, Piece<'t>)>;
+
+/// Where in the file a line stands.
+enum Place<'t> {
+    Header,
+    Metadata(Keys<'t>),
+    Data(Started),
+    Covariance(Started),
+}
+
+/// A segment whose rows are being read.
+struct Started {
+    segment: Segment,
+    scale: Scale,
+    /// The degree that it names, if it does.
+    degree: Option<usize>,
+}
+
+fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
+    let mut lines = lines(text);
+    let Some(first) = lines.next() else { return wrong(0, 1, "the file is empty", "give an OEM") };
+    if first.text.starts_with('<') {
+        return first.wrong("an OEM in XML is not read", "convert it to keywords and values");
+    }
+    let (key, version) = pair(first)?;
+    if !key.is("CCSDS_OEM_VERS") {
+        let reason = format!("`{}` begins another message than an OEM", cut(key.text, 30));
+        return key.wrong(reason, "give an orbit ephemeris: CCSDS_OEM_VERS = 2.0");
+    }
+    if !["1.0", "2.0", "3.0"].contains(&version.text) {
+        let reason = format!("version {} is not known", cut(version.text, 20));
+        return version.wrong(reason, "give an OEM of version 1.0, 2.0 or 3.0");
+    }
+    let (mut place, mut found, mut last) = (Place::Header, Vec::new(), first);
+    for line in lines {
+        last = line;
+        if line.text.get(..7).is_some_and(|start| start.eq_ignore_ascii_case("COMMENT")) {
+            continue;
+        }
+        place = match place {
+            Place::Header if line.is("META_START") => Place::Metadata(Keys::new()),
+            Place::Header => {
+                let (key, _) = pair(line)?;
+                if !HEADER.into_iter().any(|known| key.is(known)) {
+                    let reason = format!("unknown key `{}` in the header of an OEM", cut(key.text, 40));
+                    return key.wrong(reason, "META_START opens the metadata");
+                }
+                Place::Header
+            }
+            Place::Metadata(keys) if line.is("META_STOP") => Place::Data(started(&keys, line)?),
+            Place::Metadata(mut keys) => {
+                add(&mut keys, line)?;
+                Place::Metadata(keys)
+            }
+            Place::Data(started) if line.is("META_START") => {
+                found.push(started.finish(line)?);
+                Place::Metadata(Keys::new())
+            }
+            Place::Data(started) if line.is("COVARIANCE_START") => Place::Covariance(started),
+            Place::Data(mut started) => {
+                started.row(line)?;
+                Place::Data(started)
+            }
+            Place::Covariance(started) if line.is("COVARIANCE_STOP") => Place::Data(started),
+            Place::Covariance(started) => Place::Covariance(started),
+        };
+    }
+    match place {
+        Place::Data(started) => found.push(started.finish(last)?),
+        Place::Header => return last.wrong("the file has no segment", "META_START opens one"),
+        Place::Metadata(_) => {
+            return last.wrong("the metadata do not end", "META_STOP is missing: the file is cut off");
+        }
+        Place::Covariance(_) => {
+            return last
+                .wrong("the covariance does not end", "COVARIANCE_STOP is missing: the file is cut off");
+        }
+    }
+    Ok(found)
+}
+
+fn add<'t>(keys: &mut Keys<'t>, line: Piece<'t>) -> Result<(), Wrong> {
+    let (key, value) = pair(line)?;
+    let Some(name) = KNOWN.into_iter().find(|known| key.is(known)) else {
+        let reason = format!("unknown key `{}` in the metadata of an OEM", cut(key.text, 40));
+        return key.wrong(reason, "check the spelling");
+    };
+    if keys.iter().any(|(known, _)| *known == name) {
+        return key.wrong(format!("`{name}` is given twice"), "give it once in a segment");
+    }
+    if value.text.is_empty() {
+        return key.wrong(format!("`{name}` has no value"), "write KEY = value");
+    }
+    keys.push((name, value));
+    Ok(())
+}
+
+/// What the metadata say together; `end` is where they end.
+fn started(keys: &Keys<'_>, end: Piece<'_>) -> Result<Started, Wrong> {
+    let get = |name: &str| keys.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
+    let needed = |name: &str| {
+        get(name).map_or_else(
+            || end.wrong(format!("the metadata have no `{name}`"), format!("add {name} = …")),
+            Ok,
+        )
+    };
+    let centre = needed("CENTER_NAME")?;
+    if !centre.is("EARTH") {
+        let reason = format!("the centre is {}, not the Earth", cut(centre.text, 30));
+        return centre.wrong(reason, "give positions against CENTER_NAME = EARTH");
+    }
+    let scale = needed("TIME_SYSTEM")?;
+    let Some(scale) = Scale::named(scale.text) else {
+        let reason = format!("the time system {} is not known here", cut(scale.text, 20));
+        return scale.wrong(reason, "give UTC, TAI, TT, TDB or GPS");
+    };
+    let axes = axes(needed("REF_FRAME")?, get("REF_FRAME_EPOCH"))?;
+    let of = |name: &str, instead: Piece<'_>| date(get(name).unwrap_or(instead), scale);
+    let (start, stop) = (needed("START_TIME")?, needed("STOP_TIME")?);
+    date(start, scale).and(date(stop, scale))?;
+    let span = [of("USEABLE_START_TIME", start)?, of("USEABLE_STOP_TIME", stop)?];
+    if span[1].since(&span[0]) < 0.0 {
+        return stop.wrong("the span ends before it begins", "exchange the two moments");
+    }
+    let named = match get("INTERPOLATION_DEGREE") {
+        None => None,
+        Some(piece) => {
+            let degree = piece.number()?.value;
+            if degree.fract() != 0.0 || !(LOWEST as f64..=HIGHEST as f64).contains(&degree) {
+                let reason = format!("an interpolation of degree {}", cut(piece.text, 20));
+                return piece.wrong(reason, format!("give a whole number from {LOWEST} to {HIGHEST}"));
+            }
+            Some(degree as usize)
+        }
+    };
+    let degree = match get("INTERPOLATION") {
+        None => named,
+        Some(how) if how.is("LAGRANGE") => named,
+        Some(how) if how.is("HERMITE") => named.map(|degree| degree.max(DEGREE)),
+        Some(how) => {
+            let reason = format!("no orbit goes on between rows by {}", cut(how.text, 30));
+            return how.wrong(reason, "give LAGRANGE or HERMITE");
+        }
+    };
+    let segment = Segment { span, moment: Vec::new(), position: Vec::new(), axes, degree: 0 };
+    Ok(Started { segment, scale, degree })
+}
+
+fn axes(frame: Piece<'_>, of_date: Option<Piece<'_>>) -> Result<EphemerisAxes, Wrong> {
+    let axes = match meaning(frame.text) {
+        Meaning::Inertial(matrix) => return Ok(EphemerisAxes::Inertial(matrix)),
+        _ if frame.is("TEME") => EphemerisAxes::Teme,
+        _ if frame.text.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("ITRF")) => {
+            EphemerisAxes::Earth
+        }
+        _ => {
+            let reason = format!("positions in the frame {} are not understood", cut(frame.text, 30));
+            return frame.wrong(reason, "give them in ICRF, GCRF, EME2000, TEME or ITRF");
+        }
+    };
+    match of_date {
+        None => Ok(axes),
+        Some(date) => date.wrong(
+            "a frame that is frozen at a moment is not understood",
+            "give positions in ICRF, GCRF or EME2000",
+        ),
+    }
+}
+
+impl Started {
+    fn row(&mut self, line: Piece<'_>) -> Result<(), Wrong> {
+        let words = line.words();
+        if ![7, 10].contains(&words.len()) {
+            let reason = format!("a row has {} words", words.len());
+            return line.wrong(reason, "give a date, a position in km and a velocity in km/s");
+        }
+        let moment = date(words[0], self.scale)?;
+        if self.segment.moment.last().is_some_and(|before| moment.since(before) <= 0.0) {
+            return words[0].wrong("this row is not after the one above", "times increase strictly");
+        }
+        let numbers = words[1..].iter().map(|word| word.number()).collect::<Result<Vec<_>, _>>()?;
+        let position = Vector3::from_fn(|row, _| numbers[row].value * 1e3);
+        if position.norm() < LEAST {
+            let reason = "this position is inside of the Earth";
+            return words[1].wrong(reason, "give positions against the centre of the Earth in km");
+        }
+        self.segment.moment.push(moment);
+        self.segment.position.push(position);
+        Ok(())
+    }
+
+    /// The segment; `end` is where its rows end.
+    fn finish(self, end: Piece<'_>) -> Result<Segment, Wrong> {
+        let Self { mut segment, degree, .. } = self;
+        let count = segment.moment.len();
+        let wanted = degree.unwrap_or(DEGREE.min(count.saturating_sub(1))).max(LOWEST);
+        if count <= wanted {
+            let reason =
+                format!("a segment of {count} rows: a polynomial of degree {wanted} needs {}", wanted + 1);
+            return end.wrong(reason, "give more rows, or a lower INTERPOLATION_DEGREE");
+        }
+        segment.degree = wanted;
+        // What may be used lies within the rows.
+        let [first, last] = [segment.moment[0], segment.moment[count - 1]];
+        if first.since(&segment.span[0]) > 0.0 {
+            segment.span[0] = first;
+        }
+        if last.since(&segment.span[1]) < 0.0 {
+            segment.span[1] = last;
+        }
+        Ok(segment)
+    }
+}
+
+/// A position closer to the centre than this is no satellite's \[m\]: the polar radius of the Earth.
+const LEAST: f64 = 6_356_752.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2026-11-21T00:00:00\nORIGINATOR = TEST\n";
+    const META: &str = "META_START\nOBJECT_NAME = A\nOBJECT_ID = 2026-001A\nCENTER_NAME = EARTH\nREF_FRAME = EME2000\n\
+        TIME_SYSTEM = UTC\nSTART_TIME = 2026-11-21T07:00:00\nSTOP_TIME = 2026-11-21T07:03:00\nMETA_STOP\n";
+    const ROWS: &str = "2026-11-21T07:00:00 7000 0 0 0 7.5 0\n2026-11-21T07:01:00 6990 450 0 0 7.5 0\n\
+        2026-11-21T07:02:00 6960 899 0 0 7.5 0 0 0 0\n2026-11-21T07:03:00 6910 1345 0 0 7.5 0\n";
+
+    fn reason(text: &str) -> String {
+        read_ephemeris(text.as_bytes(), "orbit.oem").unwrap_err().0[0].reason.clone()
+    }
+
+    #[test]
+    fn segments_stay_apart_and_covariances_are_passed_over() {
+        let covariance = "COVARIANCE_START\nEPOCH = 2026-11-21T07:00:00\n1.0\nCOVARIANCE_STOP\n";
+        let text = format!("{HEAD}{META}COMMENT rows\n{ROWS}{covariance}{META}{ROWS}");
+        let found = read_ephemeris(text.as_bytes(), "orbit.oem").unwrap();
+        assert_eq!(found.len(), 2);
+        assert_eq!((found[0].moment.len(), found[0].degree), (4, 3));
+        assert_eq!(found[1].position[1], Vector3::new(6.99e6, 4.5e5, 0.0));
+        assert_eq!(found[0].span[1].since(&found[0].span[0]), 180.0);
+        // EME2000 is 23 milliarcseconds from ICRF.
+        let EphemerisAxes::Inertial(bias) = found[0].axes else { panic!("inertial") };
+        let angle = slewkit::lie::log(&bias).norm().to_degrees() * 3.6e6;
+        assert!((angle - 23.1).abs() < 0.1, "{angle}");
+    }
+
+    #[test]
+    fn a_useable_span_and_a_degree_are_taken() {
+        let more = "USEABLE_START_TIME = 2026-11-21T07:00:10\nINTERPOLATION_DEGREE = 3\nMETA_STOP";
+        let found =
+            read_ephemeris(format!("{HEAD}{}{ROWS}", META.replace("META_STOP", more)).as_bytes(), "a")
+                .unwrap();
+        assert_eq!(found[0].degree, 3);
+        assert_eq!(found[0].span[0].since(&found[0].moment[0]), 10.0);
+        let more = "INTERPOLATION = HERMITE\nINTERPOLATION_DEGREE = 5\nMETA_STOP";
+        assert!(
+            reason(&format!("{HEAD}{}{ROWS}", META.replace("META_STOP", more))).contains("degree 7 needs 8")
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let with = |from: &str, to: &str| reason(&format!("{HEAD}{META}{ROWS}").replace(from, to));
+        for (from, to, told) in [
+            ("EARTH", "MARS BARYCENTER", "not the Earth"),
+            ("EME2000", "TOD", "TOD are not understood"),
+            ("EME2000", "TEME\nREF_FRAME_EPOCH = 2026-11-21T00:00:00", "frozen"),
+            ("= UTC", "= UT1", "UT1 is not known"),
+            ("OEM_VERS = 2.0", "OEM_VERS = 9.0", "version 9.0"),
+            ("CCSDS_OEM", "CCSDS_AEM", "another message"),
+            ("07:01:00 6990", "06:01:00 6990", "not after the one above"),
+            ("6990 450 0", "6990 450", "a row has 6 words"),
+            ("6990", "nan", "not finite"),
+            ("7000 0 0", "7 0 0", "inside of the Earth"),
+            ("META_STOP\n", "", "is no KEY = value"),
+            ("META_STOP\n", "INTERPOLATION = LINEAR\nMETA_STOP\n", "by LINEAR"),
+            ("META_STOP\n", "INTERPOLATION_DEGREE = 3.5\nMETA_STOP\n", "degree 3.5"),
+            ("META_STOP\n", "INTERPOLATION_DEGREE = 4\nMETA_STOP\n", "degree 4 needs 5"),
+            ("REF_FRAME = EME2000\n", "", "no `REF_FRAME`"),
+            ("STOP_TIME = 2026", "STOP_TIME = 2025", "ends before it begins"),
+        ] {
+            let said = with(from, to);
+            assert!(said.contains(told), "{to}: {said}");
+        }
+        assert!(reason("<?xml version=\"1.0\"?><ndm/>").contains("XML"));
+        assert!(reason(HEAD).contains("no segment"));
+    }
+}
