@@ -32,14 +32,19 @@ pub struct Told<'a> {
     pub verbose: bool,
     /// The plan file that will be written.
     pub file: Option<&'a Path>,
+    /// How it was begun from another plan, or why that was left.
+    pub warm: Option<&'a str>,
 }
 
 /// The summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
-    let Told { problem, settings, plan, identity, verbose, file } = *told;
+    let Told { problem, settings, plan, identity, verbose, file, warm } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
     if verbose {
         lines.extend(summary::details(console.colour, problem, settings, plan, identity));
+    }
+    if let Some(warm) = warm {
+        lines.lines("warm", summary::wrapped(&escape(warm), summary::TEXT));
     }
     let advice = advice(args, problem, settings, plan);
     if advice.is_empty() && plan.status == Status::Solved {
