@@ -571,7 +571,7 @@ fn what_is_left_of_a_plan_is_planned_again() {
     let at = rest["trajectory"]["time_s"][3].as_f64().unwrap().to_string();
     let again =
         [&["plan", "spec.toml", "-q", "--format", "json", "--warm", "rest.json", "--at", &at], &set[..]];
-    let again = [&again.concat()[..], &["--set", &left]].concat();
+    let again = [&again.concat()[..], &["--set", &left, "--set", &steps]].concat();
     assert_eq!(folder.slew(&again).ends(0).json()["start"], "warm");
 }
 
