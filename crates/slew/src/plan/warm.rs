@@ -104,7 +104,10 @@ fn refused(path: &Path, error: &NotReplanned) -> Failure {
         NotReplanned::Time { .. } => return Failure::Usage(format!("--at: {error}")),
         NotReplanned::Other(_) => "give the plan of this maneuver, or plan without --warm",
         NotReplanned::Trajectory => "give a plan that is solved, or plan without --warm",
-        _ => "begin from its path: --guess, or plan without --warm",
+        NotReplanned::Limited(_) | NotReplanned::Translation => {
+            "begin from its path: --guess, or plan without --warm"
+        }
+        _ => "plan without --warm",
     };
     misfit(format!("{}: {error}", path.display()), remedy)
 }
