@@ -11,16 +11,18 @@
 //! brings them in any case, and its own default features cannot be left out, because it does not compile without them.
 //! Results do not depend on features: sums are taken in one order whether one thread evaluates or many.
 
+pub use crate::feedback::replan::{Left, NotReplanned, Replanner};
 pub use crate::optimize::memory::PeakMemory;
 pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};
 
 use crate::maneuver::solution::Rung;
-use crate::maneuver::{Outcome, Problem, Settings, Solution};
+use crate::maneuver::{Outcome, Problem, SecondOrder, Settings, Solution};
 use crate::optimize::search;
 use crate::verify::{self, Verification};
 use serde::{Deserialize, Serialize};
 use std::cell::{Cell, RefCell};
 use std::time::Instant;
+use thiserror::Error;
 
 /// What became of a plan; one for each exit code of the command line ([`Status::exit_code`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -148,6 +150,89 @@ pub fn plan(
     let began = Instant::now();
     let solution = search::solve(problem, settings, guess, observer)?;
     Ok(judged(problem, settings, solution, began, observer))
+}
+
+/// A plan that was begun from another one.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct WarmPlan {
+    /// What was left of the maneuver at that moment: its start, duration and steps.
+    pub problem: Problem,
+    /// Its plan.
+    pub plan: Plan,
+    /// Newton steps from the other plan; or why it was left, and a search made anew.
+    pub warm: Result<usize, Left>,
+}
+
+/// Why nothing was planned again.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ReplanError {
+    /// The plan cannot be begun from, or not there.
+    #[error(transparent)]
+    Unfit(#[from] NotReplanned),
+    /// What is left cannot be planned as it stands.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+}
+
+/// Plans again what is left of a maneuver at the time `at` \[s\] of its plan: from the start of `problem` to its end, on the steps
+/// that are left. Duration and steps are the plan's, not those of `problem`.
+///
+/// The plan is moved to its neighbour in a few Newton steps. Where that fails, or leads to no minimum, a search is made anew as by
+/// [`plan`], and [`WarmPlan::warm`] says why. A neighbour goes the way round of its plan, whatever another would cost.
+///
+/// # Errors
+/// [`ReplanError`] where the plan does not fit the maneuver, or fewer than two of its steps are left; as [`plan`] otherwise.
+///
+/// # Example
+/// A third of the way through the body is half a degree off:
+///
+/// ```
+/// use slewkit::plan::{Replanner, replan};
+/// use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
+///
+/// let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+/// let end = State::at_rest(lie::exp(&Vector3::new(0.4, -0.8, 1.2)));
+/// let problem = Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 30.0);
+/// let first = plan(&problem, &Settings::default(), None, &mut Silent)?;
+///
+/// let replanner = Replanner::new(&problem, &first.solution)?;
+/// let mut found = replanner.planned(&replanner.at(9.9)?);
+/// found.attitude *= lie::exp(&Vector3::new(0.0, 0.5_f64.to_radians(), 0.0));
+/// let beside = Problem { start: found, ..problem };
+/// let again = replan(&beside, &replanner, 9.9, &Settings::default(), &mut Silent)?;
+/// assert_eq!(again.plan.status, Status::Solved);
+/// assert!(again.warm.is_ok_and(|steps| steps <= 3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn replan(
+    problem: &Problem,
+    from: &Replanner,
+    at: f64,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<WarmPlan, ReplanError> {
+    let began = Instant::now();
+    from.fits(problem)?;
+    let moment = from.at(at)?;
+    let moved = (problem.end != from.problem().end).then_some(&problem.end);
+    let rest = from.remaining(problem, &moment);
+    rest.check().map_err(PlanError::from)?;
+    let left = match from.replan(&problem.start, &moment, moved) {
+        Ok(replanned) => {
+            let solution = from.solution(&rest, &replanned, settings, observer)?;
+            let stopped = matches!(solution.outcome, Outcome::Interrupted | Outcome::TimeLimit);
+            let saddle = solution.optimality.second_order() == SecondOrder::Saddle;
+            if stopped || solution.outcome == Outcome::Converged && !saddle {
+                let plan = judged(&rest, settings, solution, began, observer);
+                return Ok(WarmPlan { problem: rest, plan, warm: Ok(replanned.newton_steps) });
+            }
+            Left::NoMinimum
+        }
+        Err(left) => left,
+    };
+    let plan = plan(&rest, settings, None, observer)?;
+    Ok(WarmPlan { problem: rest, plan, warm: Err(left) })
 }
 
 /// A solution with what the witnesses say of it, where it converged. They too end with the time limit, which runs

@@ -20,7 +20,9 @@
 //! Signs, orders and the index of every step are held by the landing law: what the corrected motion misses falls with the square
 //! of what it began beside the plan (tests).
 
-use crate::optimize::linear_plan::{LinearPlan, LinearStep, Matrix6, Timing, Vector6};
+pub mod replan;
+
+use crate::optimize::linear_plan::{LinearPlan, LinearStep, Matrix6, Timing, Vector6, kick};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix};
 use thiserror::Error;
@@ -224,18 +226,8 @@ impl Sweep {
             z /= size;
             dual /= size;
         }
-        let first = (plan.half_kick(0) > 0.0).then(|| {
-            // δλ_{−1} = (I + G Q/2)⁻¹ G K₊ z₀.
-            let step = &plan.steps()[0];
-            let g = step.a.transpose() * to_go[0] + step.h;
-            let mut half = Matrix6::zeros();
-            half.fixed_view_mut::<3, 3>(3, 3).copy_from(&(plan.half_kick(0) * step.authority));
-            let costate =
-                (Matrix6::identity() + g * half).try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN))
-                    * g
-                    * plan.first();
-            costate.fixed_view::<3, 6>(3, 0).into_owned()
-        });
+        let first = (plan.half_kick(0) > 0.0)
+            .then(|| first_costate(plan, &to_go[0], 0).fixed_view::<3, 6>(3, 0).into_owned());
         Ok(Self { duals, first, frozen_from, to_go })
     }
 
@@ -260,6 +252,24 @@ impl Sweep {
         }
         Self { duals, first: None, frozen_from: plan.count(), to_go }
     }
+}
+
+/// `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`, scaled: 6×6, `z` physical.
+///
+/// ```text
+/// G = A_kᵀ P_k + H_k ,     δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,     K₊ = [[I, 0], [w ∂M/∂R, I]] ,     Q/2 = [0, 0; 0, w S]
+/// ```
+///
+/// with the weight `w` of the half kick that opens it, 0 where there is none. NaN where `I + G Q/2` has no inverse.
+fn first_costate(plan: &LinearPlan, to_go: &Matrix6, node: usize) -> Matrix6 {
+    let step = &plan.steps()[node];
+    let g = step.a.transpose() * to_go + step.h;
+    let weight = plan.half_kick(0);
+    let mut half = Matrix6::zeros();
+    let authority = plan.steps()[node.saturating_sub(1)].authority;
+    half.fixed_view_mut::<3, 3>(3, 3).copy_from(&(weight * authority));
+    let opened = (Matrix6::identity() + g * half).try_inverse();
+    opened.unwrap_or_else(|| Matrix6::repeat(f64::NAN)) * g * kick(&(weight * plan.field_gradient(node)))
 }
 
 /// `Z⁻¹`, and whether it is that of all six numbers; else the least-squares inverse, because inputs that are at their limits, or

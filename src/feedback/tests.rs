@@ -182,7 +182,7 @@ impl<'a> Loop<'a> {
 }
 
 /// Random maneuvers of five kinds: both schemes, full inertias, skewed inputs under a full weight, a field, limited torques.
-fn maneuver(random: &mut Random, kind: usize) -> Problem {
+pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
     use crate::maneuver::objective::Weights;
     use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
     let body = crate::testing::full_inertia();

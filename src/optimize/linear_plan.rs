@@ -309,6 +309,11 @@ impl LinearPlan {
         self.outer[end].weight
     }
 
+    /// `∂M/∂R` at a node, scaled.
+    pub(crate) fn field_gradient(&self, node: usize) -> &Matrix3 {
+        node.checked_sub(1).map_or(&self.outer[0].gradient, |before| &self.steps[before].gradient)
+    }
+
     /// Unit of component `row` of `z`.
     pub(crate) fn unit(&self, row: usize) -> f64 {
         if row < 3 { 1.0 } else { self.units.momentum() }
@@ -415,7 +420,7 @@ fn momenta(vector: &Vector3) -> Vector6 {
 }
 
 /// `[[I, 0], [block, I]]`.
-fn kick(block: &Matrix3) -> Matrix6 {
+pub(crate) fn kick(block: &Matrix3) -> Matrix6 {
     let identity = Matrix3::identity();
     blocks([[&identity, &Matrix3::zeros()], [block, &identity]])
 }

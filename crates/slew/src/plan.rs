@@ -1,5 +1,7 @@
 //! `slew plan`: solve, verify, tell, write.
 
+mod warm;
+
 use super::pictured::EULER;
 use super::spec_file::PlanOrAttitudes;
 use super::{
@@ -26,7 +28,8 @@ Examples:
   slew plan maneuver.toml -o plan.json
   slew plan maneuver.toml --set maneuver.duration_s=90 --format json | jq .cost
   slew plan maneuver.toml -o plan.json --report report.html
-  slew plan maneuver.toml --guess neighbour.json -o trajectory.csv")]
+  slew plan maneuver.toml --guess neighbour.json -o trajectory.csv
+  slew plan measured.toml --warm plan.json --at 12.5 -o rest.json")]
 pub struct Args {
     #[command(flatten)]
     pub spec: SpecArgs,
@@ -41,6 +44,14 @@ pub struct Args {
     /// attitudes. `-` reads stdin
     #[arg(long, value_name = "FILE")]
     pub guess: Option<PathBuf>,
+    /// Plan again what is left of a plan: from the start of SPEC, where the craft is at the time --at of that plan, to the
+    /// end of SPEC, in the time and on the steps that are left. A few Newton steps; where they do not do a search is made
+    /// anew, and the summary says so. `-` reads stdin
+    #[arg(long, value_name = "PLAN.json", conflicts_with = "guess")]
+    pub warm: Option<PathBuf>,
+    /// Time of that plan at which the craft is at the start of SPEC, from its beginning; 0 by default
+    #[arg(long, value_name = "SECONDS", requires = "warm", allow_negative_numbers = true)]
+    pub at: Option<f64>,
     /// Show the plan as one page for a browser, as `slew report` does
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
@@ -49,21 +60,34 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let mut inputs: Vec<&Path> = vec![&args.spec.spec];
-    inputs.extend(args.guess.as_deref());
+    inputs.extend(args.guess.as_deref().or(args.warm.as_deref()));
     spec_file::one_stdin(&inputs)?;
     let destination = args.output.destination(Format::value_variants(), &inputs)?;
     let tables = args.tables.checked(&destination)?;
     let page =
         args.report.as_deref().map(|path| report::target(path, args.output.force, &inputs)).transpose()?;
-    let Loaded { problem, settings, identity, closed_loop, .. } =
+    let Loaded { problem, settings, mut identity, closed_loop, .. } =
         spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     // Known before the work: a plan must not be lost for want of a name.
     export::check(&destination, &problem, &identity)?;
     memory::check(&problem, &settings, console)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
 
+    let from =
+        args.warm.as_deref().map(|path| warm::begun(path, args.at, &problem, &mut identity)).transpose()?;
+
     interrupt::watch();
-    let (problem, plan, margins) = planned(&problem, &settings, &closed_loop, guess.as_ref(), console)?;
+    let (problem, plan, margins, warm) = match &from {
+        Some(from) => {
+            let (problem, plan, warm) = from.plan(&problem, &settings, &mut Watcher(console))?;
+            (problem, plan, None, warm)
+        }
+        None => {
+            let (problem, plan, margins) =
+                planned(&problem, &settings, &closed_loop, guess.as_ref(), console)?;
+            (problem, plan, margins, None)
+        }
+    };
 
     let problem = plan.solution.on_grid(&problem);
     let beside = beside(&problem, &plan, &closed_loop, console);
@@ -79,6 +103,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         verbose: args.verbose,
         file,
         beside: beside.as_ref().map(|beside| (&closed_loop, beside, margins.as_ref())),
+        warm: warm.as_deref(),
     };
     console.say(&summary::plan(console, &args.spec, &told));
     interrupt::writing();

@@ -35,14 +35,19 @@ pub struct Told<'a> {
     pub file: Option<&'a Path>,
     /// What is known of it beside it, as the spec asks.
     pub beside: Option<(&'a ClosedLoop, &'a Beside, Option<&'a Margins>)>,
+    /// How it was begun from another plan, or why that was left.
+    pub warm: Option<&'a str>,
 }
 
 /// The summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
-    let Told { problem, settings, plan, identity, verbose, file, beside } = *told;
+    let Told { problem, settings, plan, identity, verbose, file, beside, warm } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
     if verbose {
         lines.extend(summary::details(console.colour, problem, settings, plan, identity));
+    }
+    if let Some(warm) = warm {
+        lines.lines("warm", summary::wrapped(&escape(warm), summary::TEXT));
     }
     if let Some((closed_loop, beside, margins)) = beside {
         lines.extend(summary::flown::beside(problem, closed_loop, beside, margins));

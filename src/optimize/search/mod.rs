@@ -41,15 +41,19 @@ mod way;
 
 pub use context::{Control, Observer, Progress, Silent};
 pub use guess::Guess;
+pub(crate) use starts::given as first_costate;
 
 use crate::Vector3;
 use crate::flight::Flight;
 use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError, Target, Thoroughness};
-use crate::maneuver::solution::{Outcome, Solution, Trajectory};
+use crate::maneuver::solution::{Outcome, Rung, Solution, Trajectory};
+use crate::optimize::candidate::Candidate;
 use crate::optimize::control_law;
+use crate::optimize::linear_plan::Vector6;
 use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
+use found::Found;
 use given_duration::{polished, search_of, searched, with_duration_found};
 use ladder::Ask;
 use thiserror::Error;
@@ -199,6 +203,35 @@ pub fn polish(
         Motion::Attitude => polished(&search_of::<6>(problem, &context, ask)),
         Motion::RigidBody => polished(&search_of::<12>(problem, &context, ask)),
     })
+}
+
+/// Polishes `λ_{−1}`, SI units, by Newton alone in `most` steps, without the ladder: what is near an extremal already. The plan is
+/// recorded and tested, made to land where `settings` ask for it, and held to the way round that `problem` asks for.
+///
+/// # Errors
+/// [`PlanError`] when problem or settings cannot be used. A Newton that stops is no error.
+pub(crate) fn warm(
+    problem: &Problem,
+    settings: &Settings,
+    costate: &[f64; 6],
+    most: usize,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    check(problem, settings)?;
+    check_for_effort(problem)?;
+    check_for_shooting(problem)?;
+    let settings = Settings { max_iterations: settings.max_iterations.min(most), ..settings.clone() };
+    let context = Context::new(&settings, observer);
+    let lands = context.lands();
+    let ask = Ask { shooting: true, convex: false, lands, ..Ask::of_goal(None, &settings) };
+    let search = search_of::<6>(problem, &context, ask);
+    let grid = &search.fine.dynamics.grid;
+    let scaled = Vector6::from_row_slice(costate).component_div(&search.fine.dynamics.units.costate());
+    let mut found = Found::default();
+    shots::shoot_fine(&search, &mut found, Rung::Guess, Candidate::of_costate(starts::WARM, grid, &scaled));
+    let solution = asked::held_to_its_way(&search, answer::conclude(&search, &mut found));
+    let ladder = context.ladder.take();
+    Ok(with_true_motion(problem, Solution { ladder, ..solution }))
 }
 
 /// Solves a maneuver. The solution says how the solve ended; it is not yet verified.

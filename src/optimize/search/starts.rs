@@ -25,6 +25,8 @@ use std::f64::consts::TAU;
 
 /// Name of the start from the costates of a guess.
 pub(super) const GUESS: &str = "guess";
+/// Name of the start from the costates of a plan that is planned again.
+pub(super) const WARM: &str = "warm";
 
 /// The name of a start by its turns.
 pub(crate) fn name_of(turns: i32) -> String {
@@ -87,7 +89,7 @@ pub(super) fn ballistic<const N: usize>(
 }
 
 /// `λ_{−1}` from costates as a solution gives them: SI units, `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet.
-pub(super) fn given<const N: usize>(
+pub(crate) fn given<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
     costates: &[f64],

@@ -521,3 +521,95 @@ fn a_long_command_to_try_goes_on_in_the_next_line() {
     let advised = words.iter().find_map(|word| word.strip_prefix("maneuver.duration_s=")).unwrap();
     assert_eq!(again.json()["duration_s"].as_f64(), advised.parse().ok());
 }
+
+/// The state of a row of a trajectory as keys of a spec, turned by an angle about the body's first axis.
+fn started(plan: &Value, row: usize, turn: f64) -> [String; 4] {
+    let trajectory = &plan["trajectory"];
+    let number = |key: &str, index: usize| trajectory[key][row][index].as_f64().unwrap();
+    let [w, x, y, z] = std::array::from_fn(|index| number("quaternion_wxyz", index));
+    let (s, c) = (0.5 * turn).sin_cos();
+    let turned = [w * c - x * s, x * c + w * s, y * c + z * s, z * c - y * s];
+    let rate: [f64; 3] = std::array::from_fn(|index| number("angular_velocity_rad_s", index));
+    [
+        "--set".into(),
+        format!("start.attitude={{ quaternion_wxyz = {turned:?} }}"),
+        "--set".into(),
+        format!("start.angular_velocity_rad_s={rate:?}"),
+    ]
+}
+
+/// Claim: what is left of a plan file is planned again from beside it, in a few steps and by the witnesses, as a cold search plans
+/// it; and the file that this writes is begun from in turn.
+#[test]
+fn what_is_left_of_a_plan_is_planned_again() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    let first = folder.json("plan.json");
+    let duration = first["trajectory"]["time_s"].as_array().unwrap().last().unwrap().as_f64().unwrap();
+    let steps = first["steps"].as_u64().unwrap() as usize;
+    let row = steps * 2 / 5;
+    let at = first["trajectory"]["time_s"][row].as_f64().unwrap().to_string();
+    let set = started(&first, row, 0.01);
+    let set: Vec<&str> = set.iter().map(String::as_str).collect();
+    let warm =
+        [&["plan", "spec.toml", "--warm", "plan.json", "--at", &at, "-o", "rest.json"], &set[..]].concat();
+    folder.slew(&warm).ends(0).tells("Newton step").tells(&format!("from plan.json at {at} s"));
+    let rest = folder.json("rest.json");
+    assert_eq!((rest["steps"].as_u64().unwrap() as usize, &rest["start"]), (steps - row, &"warm".into()));
+    let left = duration - first["trajectory"]["time_s"][row].as_f64().unwrap();
+    assert!((rest["spec"]["maneuver"]["duration_s"].as_f64().unwrap() - left).abs() < 1e-9);
+    folder.slew(&["verify", "rest.json"]).ends(0);
+
+    let (left, steps) = (format!("maneuver.duration_s={left}"), format!("maneuver.steps={}", steps - row));
+    let cold = ["plan", "spec.toml", "-q", "--format", "json", "--set", &left, "--set", &steps];
+    let cold = folder.slew(&[&cold[..], &set].concat()).ends(0).json();
+    let cost = |plan: &Value| plan["cost"].as_f64().unwrap();
+    assert!((cost(&rest) / cost(&cold) - 1.0).abs() < 1e-9, "{} {}", cost(&rest), cost(&cold));
+
+    let set = started(&rest, 3, -0.005);
+    let set: Vec<&str> = set.iter().map(String::as_str).collect();
+    let at = rest["trajectory"]["time_s"][3].as_f64().unwrap().to_string();
+    let again =
+        [&["plan", "spec.toml", "-q", "--format", "json", "--warm", "rest.json", "--at", &at], &set[..]];
+    let again = [&again.concat()[..], &["--set", &left, "--set", &steps]].concat();
+    assert_eq!(folder.slew(&again).ends(0).json()["start"], "warm");
+}
+
+#[test]
+fn a_plan_is_left_where_it_is_too_far_away() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    let far = "start.angular_velocity_deg_s=[150, -170, 160]";
+    let args = ["plan", "spec.toml", "--warm", "plan.json", "-o", "far.json", "--set", far];
+    let run = folder.slew(&args);
+    let run = run.tells("plan.json at 0 s was left, because").tells("searched anew");
+    assert!(!run.stderr.contains("Newton steps from"), "{}", run.stderr);
+    assert_ne!(folder.json("far.json")["start"], "warm");
+}
+
+#[test]
+fn plans_that_nothing_can_be_begun_from_are_refused() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0);
+    let warm = |more: &[&str]| folder.slew(&[&["plan", "spec.toml", "--warm", "plan.json"], more].concat());
+    warm(&["--guess", "plan.json"]).ends(2).tells("--guess");
+    folder.slew(&["plan", "spec.toml", "--at", "1"]).ends(2).tells("--warm");
+    warm(&["--at", "noon"]).ends(2).tells("--at");
+    for at in ["-1", "9.9", "1e9", "nan"] {
+        warm(&["--at", at]).ends(2).tells("--at").tells("can be begun from");
+    }
+    warm(&["--set", "body.inertia_kg_m2=[2, 3, 4]"]).ends(8).tells("E0103").tells("another body");
+    warm(&["--set", "maneuver.duration_s=11"]).ends(8).tells("E0103").tells("lasts 11 s").tells("duration_s");
+    warm(&["--set", "maneuver.steps=77"]).ends(8).tells("E0103").tells("77 steps");
+    warm(&["--set", "solver.scheme=lie_euler"]).ends(8).tells("E0103").tells("another scheme");
+    let missing = folder.slew(&["plan", "spec.toml", "--warm", "missing.json"]);
+    missing.ends(8).tells("E0090").tells("missing.json");
+    let none = folder.slew(&["plan", "spec.toml", "--warm", "spec.toml"]);
+    none.ends(8).tells("E0102");
+
+    let time = folder.slew(&["init", "--for", "time", "-o", "time.toml"]);
+    time.ends(0);
+    folder.slew(&["plan", "time.toml", "-q", "-o", "time.json"]).ends(0);
+    let switching = folder.slew(&["plan", "time.toml", "--warm", "time.json"]);
+    switching.ends(8).tells("E0103").tells("inputs switch").tells("without --warm");
+}

@@ -200,6 +200,8 @@ fn one(
             output,
             tables: export::TableArgs::default(),
             guess: None,
+            warm: None,
+            at: None,
             report: None,
             verbose: false,
         },

@@ -1,0 +1,117 @@
+//! `slew plan --warm`: what is left of a plan, planned again from where the craft is.
+
+use super::{Failure, Message, Watcher, refusal, spec_file};
+use slewkit::maneuver::{Problem, Settings};
+use slewkit::plan::{self, NotReplanned, Plan, ReplanError, Replanner};
+use slewkit_files::epoch::Epoch;
+use slewkit_files::export::{ExportError, PlanFile};
+use slewkit_files::identity::Identity;
+use slewkit_files::spec::Loaded;
+use std::path::Path;
+
+/// Part by which two durations, and seconds by which two epochs, may differ and be one.
+const SAME: f64 = 1e-9;
+const SAME_MOMENT: f64 = 1e-3;
+
+/// A plan to begin from.
+pub struct Warm<'a> {
+    path: &'a Path,
+    replanner: Replanner,
+    at: f64,
+}
+
+/// Reads the plan at `path` that `problem` is to be begun from at a time \[s\] of it; the epoch of what is left is that moment.
+pub fn begun<'a>(
+    path: &'a Path,
+    at: Option<f64>,
+    problem: &Problem,
+    identity: &mut Identity,
+) -> Result<Warm<'a>, Failure> {
+    let unusable = |error| Failure::unusable(path, &error);
+    let file = PlanFile::read(spec_file::open_plan(path)?).map_err(unusable)?;
+    let held = file.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
+    let Loaded { problem: planned, identity: of_plan, .. } =
+        held.read(&format!("{}, spec", path.display()), &[])?;
+    let planned = file.on_grid(&planned).map_err(unusable)?;
+    let solution = file.plan().map_err(unusable)?.solution;
+    let refused = |error| refused(path, &error);
+    let replanner = Replanner::new(&planned, &solution).map_err(refused)?;
+    replanner.fits(problem).map_err(refused)?;
+    let at = at.unwrap_or(0.0);
+    let moment = replanner.at(at).map_err(refused)?;
+
+    let whole = replanner.problem().seconds();
+    let lasts = problem.duration.known().unwrap_or(f64::NAN);
+    if ![whole, moment.duration].iter().any(|duration| (lasts - duration).abs() <= SAME * duration) {
+        let reason = format!(
+            "the spec lasts {lasts} s; the plan {whole} s, of which {} s are left: its end keeps its time",
+            moment.duration
+        );
+        return Err(misfit(reason, "set maneuver.duration_s to one of the two"));
+    }
+    let (all, left) = (replanner.problem().steps, moment.steps);
+    if !problem.chooses_steps && ![all, left].contains(&problem.steps) {
+        let reason = format!(
+            "the spec has {} steps; the plan {all}, of which {left} are left: they are not refined",
+            problem.steps
+        );
+        return Err(misfit(reason, "leave maneuver.steps out, or set it to one of the two"));
+    }
+    identity.epoch = epoch(identity.epoch, of_plan.epoch, at)?;
+    Ok(Warm { path, replanner, at })
+}
+
+/// When what is left begins.
+fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option<Epoch>, Failure> {
+    let Some(of_plan) = of_plan else { return Ok(given) };
+    let begins = of_plan.after(at);
+    let is = |moment: &Epoch, other: &Epoch| moment.since(other).abs() <= SAME_MOMENT;
+    if given.is_some_and(|given| !is(&given, &of_plan) && !is(&given, &begins)) {
+        let reason = format!("the epoch of the spec is neither that of the plan nor {at} s after it");
+        return Err(misfit(reason, "leave the epoch out, or set it to one of the two"));
+    }
+    Ok(Some(begins))
+}
+
+impl Warm<'_> {
+    /// What was left, its plan, and what there is to tell of it.
+    pub fn plan(
+        &self,
+        problem: &Problem,
+        settings: &Settings,
+        watcher: &mut Watcher,
+    ) -> Result<(Problem, Plan, Option<String>), Failure> {
+        let found =
+            plan::replan(problem, &self.replanner, self.at, settings, watcher).map_err(
+                |error| match error {
+                    ReplanError::Unfit(error) => refused(self.path, &error),
+                    ReplanError::Plan(error) => refusal(error),
+                },
+            )?;
+        let (name, at) = (self.path.to_string_lossy(), self.at);
+        let told = match found.warm {
+            Ok(1) => format!("1 Newton step from {name} at {at} s"),
+            Ok(steps) => format!("{steps} Newton steps from {name} at {at} s"),
+            Err(left) => format!("{name} at {at} s was left, because {left}: searched anew"),
+        };
+        Ok((found.problem, found.plan, Some(told)))
+    }
+}
+
+/// Why a plan is not begun from, and what to do instead.
+fn refused(path: &Path, error: &NotReplanned) -> Failure {
+    let remedy = match error {
+        NotReplanned::Time { .. } => return Failure::Usage(format!("--at: {error}")),
+        NotReplanned::Other(_) => "give the plan of this maneuver, or plan without --warm",
+        NotReplanned::Trajectory => "give a plan that is solved, or plan without --warm",
+        NotReplanned::Limited(_) | NotReplanned::Translation => {
+            "begin from its path: --guess, or plan without --warm"
+        }
+        _ => "plan without --warm",
+    };
+    misfit(format!("{}: {error}", path.display()), remedy)
+}
+
+fn misfit(reason: String, remedy: &str) -> Failure {
+    Failure::File(Message::new("E0103", reason, remedy))
+}

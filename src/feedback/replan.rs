@@ -1,0 +1,525 @@
+//! Planning again from where the craft is: the plan's own extremal, moved to a start beside it and solved.
+//!
+//! ```text
+//! guess     λ_{k−1} = λ*_{k−1} + D_k z ,     z = [log(R*_kᵀ R); Π − Π*_k] ,     D_k = (I + G_k Q/2)⁻¹ G_k K₊ ,  G_k = A_kᵀ P_k + H_k
+//! solve     λ ← λ − Ψ₁₂⁻¹ e(λ) ,     on the N − k steps that are left
+//! ```
+//!
+//! `D_k` is the neighbouring extremal's ([`Gains`]): from it the end is missed by the square of `z`, so that Newton, whose own
+//! error is squared by every step, needs two or three. Another end enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear
+//! prediction. All that the plan alone decides is computed once.
+//!
+//! Between nodes, at `t`, the plan is interpolated, and the time that is left is divided into as many equal steps as are nearest to
+//! the plan's own: the end keeps its time, and of n steps each differs from the plan's by at most 1/2n of it.
+//!
+//! A plan that lands has a discrete target beside its end. Here each moment has one of its own, which the plan's inputs reach from
+//! the true motion then: a start that is not moved has the same inputs again, and one that is lands but for `O(h²)` of `z`.
+//!
+//! What is found is the neighbour of the plan. That another way round has become cheaper, no neighbour can tell.
+
+use super::{Gains, Kind, first_costate};
+use crate::lie;
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::{EndCondition, Formulation, Motion, Path, Problem, State};
+use crate::maneuver::settings::Settings;
+use crate::maneuver::solution::{Outcome, Solution};
+use crate::numerics::compensated::Sum;
+use crate::numerics::factor::Factor;
+use crate::optimize::linear_plan::{LinearPlan, Matrix6, Timing, Vector6, kick};
+use crate::optimize::methods::shooting::newton::outcome_of;
+use crate::optimize::search::{self, Observer, PlanError};
+use crate::optimize::shooting_obstacle;
+use crate::optimize::step::Point;
+use crate::optimize::sweep::{BoundaryValueProblem, Node};
+use crate::optimize::terminal::TerminalCondition;
+use std::fmt;
+use thiserror::Error;
+
+/// Newton steps after which a start has left the basin of the plan: from within it three do.
+const MOST_STEPS: usize = 8;
+/// Part of the error to which a step has to bring it: from within the basin its square is left.
+const PROGRESS: f64 = 0.5;
+/// An error from which a step with the derivatives before leads below any tolerance: those are no farther off than 1e-3.
+const NEARLY: f64 = 1e-9;
+/// Terminal error, scaled, up to which recorded costates are those of their plan.
+const OWN: f64 = 1e-6;
+/// Part by which a neighbour may cost more than the plan's cost to go says to second order.
+const DEARER: f64 = 0.5;
+/// Part of a step within which a time is that of a node: the round-off of times in files.
+const AT_NODE: f64 = 1e-9;
+/// Part by which numbers of one body may differ: the round-off of notations.
+const SAME: f64 = 1e-9;
+
+/// Why a plan cannot be begun from.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NotReplanned {
+    /// Positions are planned too.
+    #[error("the body translates: attitudes alone are planned again from a plan")]
+    Translation,
+    /// Its inputs switch, or its duration was sought.
+    #[error(
+        "it is no plan of least effort in a given duration: one whose inputs switch or whose duration is sought has no neighbour of the same grid"
+    )]
+    Form,
+    /// Something that the shooting does not take limits it.
+    #[error("what limits it has no continuous costates: {0}")]
+    Limited(&'static str),
+    /// Its end is the plan's to choose.
+    #[error("its end is the plan's to choose, and not a given attitude and rate")]
+    End,
+    /// It has no trajectory with costates, or one that does not lead to its end.
+    #[error("its costates do not lead to its end: it did not converge, or is the plan of another maneuver")]
+    Trajectory,
+    /// It is the plan of something else.
+    #[error("it is the plan of a maneuver with {0}")]
+    Other(&'static str),
+    /// A time before the plan or within its last two steps.
+    #[error(
+        "at {at} s fewer than two of its steps are left, or it has not begun: from 0 to {latest} s it can be begun from"
+    )]
+    Time {
+        /// What was asked for \[s\].
+        at: f64,
+        /// The latest time \[s\].
+        latest: f64,
+    },
+}
+
+/// Why the neighbour of a plan was not found, or is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Left {
+    /// Newton did not converge in a few steps.
+    NotConverged {
+        /// How it ended.
+        outcome: Outcome,
+        /// Its steps.
+        steps: usize,
+        /// The terminal error that it left, scaled; NaN where no sweep came to its end.
+        residual: f64,
+    },
+    /// It converged to an extremal that costs more than a neighbour can.
+    Dearer {
+        /// Its cost.
+        cost: f64,
+        /// What a neighbour costs, to second order.
+        expected: f64,
+    },
+    /// What it converged to is no minimum, or does not go the way that is asked for.
+    NoMinimum,
+}
+
+impl fmt::Display for Left {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotConverged { steps, residual, .. } if residual.is_finite() => {
+                write!(f, "after {steps} Newton steps the end was still missed by {residual:.1e}")
+            }
+            Self::NotConverged { .. } => f.write_str("the plan's costates lead nowhere from this start"),
+            Self::Dearer { cost, expected } => {
+                write!(f, "the extremal costs {cost:.4}, a neighbour of the plan {expected:.4}")
+            }
+            Self::NoMinimum => f.write_str("the extremal is no minimum, or goes the other way round"),
+        }
+    }
+}
+
+/// A time of a plan from which it is planned again: a node, or between two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Time \[s\].
+    pub time: f64,
+    /// Steps that are left, two at least.
+    pub steps: usize,
+    /// What is left of the duration \[s\].
+    pub duration: f64,
+    /// The node at or before it.
+    node: usize,
+    /// Part of the step since.
+    share: f64,
+}
+
+/// A plan's neighbour from another start, or to another end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Replanned {
+    /// Newton steps.
+    pub newton_steps: usize,
+    /// Scaled terminal error of the guess.
+    pub guess_error: f64,
+    /// Scaled terminal error that is left.
+    pub residual: f64,
+    /// Cost from that moment to the end, in the unit of the plan's.
+    pub cost: f64,
+    /// `λ_{−1}`, `[λ^R, λ^Π]`, SI units, for both schemes: `u = −W⁻¹Bᵀλ^Π` is the input at its start.
+    pub costates: [f64; 6],
+}
+
+/// A plan, ready to be begun from.
+#[derive(Clone, Debug)]
+pub struct Replanner {
+    problem: Problem,
+    bvp: BoundaryValueProblem<'static, 6>,
+    nodes: Vec<Beginning>,
+    tolerance: f64,
+    /// Whether costates are corrected: not where inputs are at their limits too long for gains.
+    corrects: bool,
+    /// Whether it is the true motion that ends at the end.
+    lands: bool,
+}
+
+/// The rest of the plan from a node on, scaled.
+#[derive(Clone, Copy, Debug)]
+struct Beginning {
+    /// The physical state.
+    point: Point,
+    /// `λ_{k−1}`.
+    costate: Vector6,
+    /// `D_k`.
+    correction: Matrix6,
+    /// Cost to go, and its derivatives by the physical state but for the curvature of a field.
+    cost: f64,
+    slope: Vector6,
+    curvature: Matrix6,
+}
+
+impl Replanner {
+    /// Prepares a plan of `problem` to be begun from.
+    ///
+    /// # Errors
+    /// [`NotReplanned`]: but for plans of least effort in a given duration, of an attitude to an attitude and a rate, with no limits
+    /// or those of torques.
+    pub fn new(problem: &Problem, plan: &Solution) -> Result<Self, NotReplanned> {
+        if problem.motion == Motion::RigidBody {
+            return Err(NotReplanned::Translation);
+        }
+        if problem.end_condition != EndCondition::State {
+            return Err(NotReplanned::End);
+        }
+        if Formulation::of(problem) != Formulation::Extremal || problem.seeks_duration() {
+            return Err(NotReplanned::Form);
+        }
+        if let Some(obstacle) = shooting_obstacle(problem) {
+            return Err(NotReplanned::Limited(obstacle));
+        }
+        let problem = plan.on_grid(problem);
+        problem.check().map_err(|_| NotReplanned::Trajectory)?;
+        let trajectory = &plan.trajectory;
+        let rows = problem.steps + 1;
+        let complete =
+            [trajectory.quaternion.len(), trajectory.angular_velocity.len(), trajectory.time.len()];
+        let costates = plan.costates_0(&problem);
+        if plan.outcome != Outcome::Converged || complete != [rows; 3] || costates.len() != 6 {
+            return Err(NotReplanned::Trajectory);
+        }
+        let end = trajectory.target.unwrap_or(problem.end);
+        let bvp = BoundaryValueProblem::<6>::new(&problem, problem.steps).aimed(&end);
+        let mut nodes = Vec::with_capacity(rows);
+        let swept = search::first_costate(&problem, &bvp, costates)
+            .and_then(|costate| bvp.sweep_into(&costate, &mut nodes).map_err(outcome_of));
+        // Written so that what is not a number is none.
+        if !swept.is_ok_and(|end| end.residual() <= OWN) {
+            return Err(NotReplanned::Trajectory);
+        }
+        let linear = LinearPlan::new(&problem, trajectory, Timing::AtNodes).ok();
+        let gains = linear.and_then(|linear| {
+            let gains = Gains::along(&linear, Kind::Neighbouring { freeze: 0.0 }, false).ok()?;
+            Some((linear, gains))
+        });
+        let tolerance = Settings::default().tolerance;
+        let (corrects, lands) = (gains.is_some(), trajectory.target.is_some());
+        let mut new = Self { problem, bvp, nodes: Vec::new(), tolerance, corrects, lands };
+        let costs = new.costs_to_go(&nodes);
+        // From the last two on nothing is begun: no gains lead to the end.
+        for (node, swept) in nodes.iter().enumerate().take(new.problem.steps - Problem::MIN_STEPS + 1) {
+            let point = match trajectory.target {
+                Some(_) => new.bvp.dynamics.point(&State::attitude(
+                    lie::project_to_rotation(&lie::rotation_from_quaternion(&trajectory.quaternion[node])),
+                    trajectory.angular_velocity[node],
+                )),
+                None => swept.physical(),
+            };
+            let costate = swept.costate.to_vector::<6>();
+            let (correction, opened) = match &gains {
+                Some((linear, gains)) => (
+                    first_costate(linear, &gains.to_go[node], node),
+                    kick(&(linear.half_kick(0) * linear.field_gradient(node))),
+                ),
+                None => (Matrix6::zeros(), Matrix6::identity()),
+            };
+            let usable = correction.iter().all(|value| value.is_finite());
+            let correction = if usable { correction } else { Matrix6::zeros() };
+            new.nodes.push(Beginning {
+                point,
+                costate,
+                correction,
+                cost: costs[node],
+                slope: opened.transpose() * costate,
+                curvature: opened.transpose() * correction,
+            });
+        }
+        Ok(new)
+    }
+
+    /// The maneuver of the plan, on its grid.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The moment of a node.
+    ///
+    /// # Errors
+    /// [`NotReplanned::Time`] where fewer than two steps are left.
+    pub fn node(&self, node: usize) -> Result<Moment, NotReplanned> {
+        let steps = self.problem.steps;
+        if node + Problem::MIN_STEPS > steps {
+            return Err(self.outside(node as f64 * self.problem.step()));
+        }
+        let (left, step) = (steps - node, self.problem.step());
+        let duration = if node == 0 { self.problem.seconds() } else { left as f64 * step };
+        Ok(Moment { time: node as f64 * step, steps: left, duration, node, share: 0.0 })
+    }
+
+    /// The moment of a time \[s\]: that of a node where it is one to round-off.
+    ///
+    /// # Errors
+    /// [`NotReplanned::Time`] before the plan begins, or where fewer than two steps are left.
+    pub fn at(&self, time: f64) -> Result<Moment, NotReplanned> {
+        let (step, steps) = (self.problem.step(), self.problem.steps);
+        let along = time / step;
+        let nearest = along.round();
+        if (along - nearest).abs() <= AT_NODE && nearest >= 0.0 {
+            return self.node(nearest as usize);
+        }
+        let duration = self.problem.seconds() - time;
+        if !(along > 0.0 && along < (steps - Problem::MIN_STEPS) as f64) {
+            return Err(self.outside(time));
+        }
+        let node = along.floor();
+        let steps = ((duration / step).round() as usize).max(Problem::MIN_STEPS);
+        Ok(Moment { time, steps, duration, node: node as usize, share: along - node })
+    }
+
+    fn outside(&self, at: f64) -> NotReplanned {
+        let latest = (self.problem.steps - Problem::MIN_STEPS) as f64 * self.problem.step();
+        NotReplanned::Time { at, latest }
+    }
+
+    /// State of the plan at a moment: of one that lands, of its true motion; between nodes interpolated.
+    pub fn planned(&self, moment: &Moment) -> State {
+        let point = self.beginning(moment).point;
+        let rate = self.bvp.dynamics.j_inverse * point.momentum.value / self.bvp.dynamics.units.time;
+        State::attitude(lie::project_to_rotation(&point.attitude.value), rate)
+    }
+
+    /// Whether costates are corrected by gains. Where inputs are at their limits for too long there are none; then the plan's own
+    /// costates are the guess.
+    pub fn corrects(&self) -> bool {
+        self.corrects
+    }
+
+    /// Plans again: from `start` at `moment`, to `end`, or that of the plan. Nothing is tested to second order, and of a plan that
+    /// lands the target is that of its own inputs ([`Replanner::solution`] lands exactly). A step allocates a factor of 300 bytes,
+    /// and nothing that grows with the plan.
+    ///
+    /// # Errors
+    /// [`Left`] where the neighbour of the plan is not found: then a search is due.
+    pub fn replan(&self, start: &State, moment: &Moment, end: Option<&State>) -> Result<Replanned, Left> {
+        let dynamics = &self.bvp.dynamics;
+        let from = self.beginning(moment);
+        let point = dynamics.point(start);
+        let z = point.minus(&from.point).to_vector::<6>();
+        let own = self.target(moment, &from)?;
+        let target = end.map_or(own, |end| self.moved(&own, end));
+        let bvp = self.rest(moment, point, TerminalCondition::State(target));
+        let guess = from.costate + from.correction * z;
+        let Solved { costate, cost, guess_error, residual, newton_steps } =
+            solved(&bvp, guess, self.tolerance)?;
+        let unit = dynamics.units.cost;
+        let cost = cost * unit;
+        if end.is_none() && self.corrects {
+            let expected = unit * (from.cost + from.slope.dot(&z) + 0.5 * z.dot(&(from.curvature * z)));
+            let most = expected + DEARER * expected.abs().max(unit * from.cost);
+            if cost.is_nan() || most.is_nan() || cost > most {
+                return Err(Left::Dearer { cost, expected });
+            }
+        }
+        let costates = costate.component_mul(&dynamics.units.costate::<6>());
+        Ok(Replanned { newton_steps, guess_error, residual, cost, costates: costates.into() })
+    }
+
+    /// What is left of `problem` at a moment: with its start and its end, in the time and on the steps that are left. Which way
+    /// round it goes is the plan's affair, but at its start that which is asked for.
+    pub fn remaining(&self, problem: &Problem, moment: &Moment) -> Problem {
+        let path = if moment.time > 0.0 { Path::Best } else { problem.path };
+        Problem { path, ..problem.clone().with_duration(moment.duration).with_steps(moment.steps) }
+    }
+
+    /// The plan of what has been planned again, like any other: recorded, tested to second order, made to land where `settings` ask
+    /// for it.
+    ///
+    /// # Errors
+    /// [`PlanError`] when start, end or settings cannot be used.
+    pub fn solution(
+        &self,
+        remaining: &Problem,
+        replanned: &Replanned,
+        settings: &Settings,
+        observer: &mut dyn Observer,
+    ) -> Result<Solution, PlanError> {
+        search::warm(remaining, settings, &replanned.costates, MOST_STEPS, observer)
+    }
+
+    /// Whether `problem` is the maneuver of the plan but for its ends, its duration and its steps.
+    ///
+    /// # Errors
+    /// [`NotReplanned::Other`] with what differs.
+    pub fn fits(&self, problem: &Problem) -> Result<(), NotReplanned> {
+        let own = &self.problem;
+        let (j, other) = (own.body.inertia.j(), problem.body.inertia.j());
+        let near = (j - other).amax() <= SAME * j.amax();
+        let same = [
+            (own.motion == problem.motion, "another kind of motion"),
+            (near, "another body"),
+            (own.environment.describe() == problem.environment.describe(), "another environment"),
+            (own.actuation == problem.actuation, "other actuators or limits"),
+            (own.objective == problem.objective, "another objective"),
+            (own.scheme == problem.scheme, "another scheme"),
+            (problem.end_condition == EndCondition::State, "a given end"),
+            (problem.constraints.is_empty(), "no constraints"),
+        ];
+        same.iter().find(|(same, _)| !same).map_or(Ok(()), |(_, what)| Err(NotReplanned::Other(what)))
+    }
+
+    /// The boundary value problem from a moment on, in the plan's units.
+    fn rest(
+        &self,
+        moment: &Moment,
+        start: Point,
+        terminal: TerminalCondition,
+    ) -> BoundaryValueProblem<'static, 6> {
+        let duration = moment.duration / self.problem.seconds();
+        let grid = Grid::uniform(self.problem.scheme, duration, moment.steps);
+        BoundaryValueProblem::of_parts(&self.bvp.dynamics.on_grid(grid), start, terminal)
+    }
+
+    /// What the discrete motion is aimed at: the end, or of a plan that lands where it comes to under the inputs of the plan.
+    fn target(&self, moment: &Moment, from: &Beginning) -> Result<Point, Left> {
+        let dynamics = &self.bvp.dynamics;
+        if !self.lands {
+            return Ok(dynamics.point(&self.problem.end));
+        }
+        let rest = self.rest(moment, from.point, TerminalCondition::State(from.point));
+        let mut reached = from.point;
+        let swept = rest.sweep_observed(&from.costate, |node| {
+            if node.index == moment.steps {
+                reached = node.physical();
+            }
+        });
+        let failed = |error| Left::NotConverged { outcome: outcome_of(error), steps: 0, residual: f64::NAN };
+        swept.map(|_| reached).map_err(failed)
+    }
+
+    /// `Σ κ_j ½ u_jᵀWu_j` from each node on, scaled: that at a node weighs as at a start.
+    fn costs_to_go(&self, nodes: &[Node]) -> Vec<f64> {
+        let (dynamics, grid) = (&self.bvp.dynamics, &self.bvp.dynamics.grid);
+        let begins = grid.kick(0);
+        let (mut behind, mut costs) = (0.0, vec![0.0; nodes.len()]);
+        for (cost, node) in costs.iter_mut().zip(nodes).rev() {
+            let effort = dynamics.kick::<6>(&node.point.pose(), &node.costate).effort;
+            *cost = behind + begins * effort;
+            behind += grid.kick(node.index) * effort;
+        }
+        costs
+    }
+
+    /// The rest of the plan from a moment on.
+    fn beginning(&self, moment: &Moment) -> Beginning {
+        let (a, share) = (&self.nodes[moment.node], moment.share);
+        let Some(b) = self.nodes.get(moment.node + 1).filter(|_| share > 0.0) else { return *a };
+        let cost = a.cost + share * (b.cost - a.cost);
+        Beginning {
+            point: between(&a.point, &b.point, share),
+            costate: a.costate.lerp(&b.costate, share),
+            correction: a.correction + share * (b.correction - a.correction),
+            cost,
+            slope: a.slope.lerp(&b.slope, share),
+            curvature: a.curvature + share * (b.curvature - a.curvature),
+        }
+    }
+
+    /// A target moved as the end is.
+    fn moved(&self, target: &Point, end: &State) -> Point {
+        let planned = &self.problem.end;
+        let dynamics = &self.bvp.dynamics;
+        let turn = target.attitude.value * planned.attitude.transpose() * end.attitude;
+        let rate = (end.angular_velocity - planned.angular_velocity) * dynamics.units.time;
+        Point {
+            attitude: Sum::new(turn),
+            momentum: Sum::new(target.momentum.value + dynamics.j * rate),
+            ..*target
+        }
+    }
+}
+
+/// An extremal, scaled.
+struct Solved {
+    costate: Vector6,
+    cost: f64,
+    guess_error: f64,
+    residual: f64,
+    newton_steps: usize,
+}
+
+/// Newton from a guess in its basin: every step whole, and every error less than half of the one before.
+///
+/// With errors `e₀, e₁` the next is about `e₁ (e₁/e₀)²`. Where that is all but the tolerance its sweep goes without derivatives, which
+/// take longer: the factor at hand will do for what may be left.
+fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Result<Solved, Left> {
+    let failed = |outcome, steps, residual| Left::NotConverged { outcome, steps, residual };
+    let (mut end, psi) =
+        bvp.sweep_linearized(&guess).map_err(|error| failed(outcome_of(error), 0, f64::NAN))?;
+    let guess_error = end.residual();
+    let (mut costate, mut factor, mut residual, mut next) =
+        (guess, Factor::new(&psi), guess_error, f64::INFINITY);
+    for newton_steps in 0..=MOST_STEPS {
+        if residual <= tolerance {
+            return Ok(Solved { costate, cost: end.cost, guess_error, residual, newton_steps });
+        }
+        if newton_steps == MOST_STEPS {
+            break;
+        }
+        costate -= factor.solve(&end.error);
+        let swept = if next <= NEARLY {
+            bvp.sweep(&costate)
+        } else {
+            bvp.sweep_linearized(&costate).map(|(end, psi)| {
+                factor = Factor::new(&psi);
+                end
+            })
+        };
+        end = swept.map_err(|error| failed(outcome_of(error), newton_steps + 1, f64::NAN))?;
+        let ratio = end.residual() / residual;
+        residual = end.residual();
+        next = residual * ratio * ratio;
+        // Written so that what is not a number is no progress.
+        if !(ratio <= PROGRESS || residual <= tolerance) {
+            return Err(failed(Outcome::Stalled, newton_steps + 1, residual));
+        }
+    }
+    Err(failed(Outcome::IterationLimit, MOST_STEPS, residual))
+}
+
+/// Between two states, on the shortest rotation.
+fn between(a: &Point, b: &Point, share: f64) -> Point {
+    let turn = lie::minus(&b.attitude.value, &a.attitude.value) * share;
+    Point {
+        attitude: Sum::new(a.attitude.value * lie::exp(&turn)),
+        momentum: Sum::new(a.momentum.value.lerp(&b.momentum.value, share)),
+        ..*a
+    }
+}
+
+#[cfg(test)]
+mod tests;
