@@ -13,6 +13,7 @@ use slewkit_files::exchange::read_attitudes;
 use slewkit_files::export::{ExportError, PlanFile, Target, TrajectoryDocument, read_guess};
 use slewkit_files::formats::Format;
 use slewkit_files::identity::Identity;
+use slewkit_files::spec::ClosedLoop;
 use slewkit_report::{plan_page, summary};
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -24,6 +25,7 @@ pub struct Planned {
     pub problem: Problem,
     pub settings: Settings,
     pub identity: Identity,
+    pub closed_loop: ClosedLoop,
     pub plan: Plan,
     /// Wall time within the library; NaN of one that was read.
     wall_time: f64,
@@ -52,7 +54,8 @@ pub fn plan(
     let plan = found.map_err(|error| failure::plan(py, &error))?;
     let problem = plan.solution.on_grid(problem);
     let (settings, identity) = (settings.clone(), loaded.identity.clone());
-    let planned = Planned { problem, settings, identity, plan, wall_time };
+    let closed_loop = loaded.closed_loop.clone();
+    let planned = Planned { problem, settings, identity, closed_loop, plan, wall_time };
     Ok((planned, watch.raised()))
 }
 
@@ -93,8 +96,8 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
         // What is proved infeasible has no trajectory.
         let has_rows = !file.trajectory.0.time.is_empty();
         let problem = if has_rows { file.on_grid(&loaded.problem)? } else { loaded.problem };
-        let (settings, identity) = (loaded.settings, loaded.identity);
-        Ok(Planned { problem, settings, identity, plan: file.plan()?, wall_time: f64::NAN })
+        let (settings, identity, closed_loop) = (loaded.settings, loaded.identity, loaded.closed_loop);
+        Ok(Planned { problem, settings, identity, closed_loop, plan: file.plan()?, wall_time: f64::NAN })
     };
     detached(py, read)?.map_err(|failed| match failed {
         Failed::Export(error) => failure::export(py, &error, name),
@@ -290,7 +293,8 @@ impl Planned {
 
     /// The page for a browser.
     fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
-        detached(py, || plan_page(&self.problem, &self.settings, &self.plan, &self.identity, euler))
+        let Self { problem, settings, plan, identity, closed_loop, .. } = self;
+        detached(py, || plan_page(problem, settings, plan, identity, closed_loop, euler))
     }
 
     /// The summary that `slew plan` prints.

@@ -38,6 +38,11 @@ impl Radius {
         let sigma = [values[0], values[1]];
         Self { sigma, within: radius(sigma, Self::LEVEL) }
     }
+
+    /// The angle within which the boresight is with the probability `level`, between 0 and 1 \[rad\].
+    pub fn at(&self, level: f64) -> f64 {
+        radius(self.sigma, level)
+    }
 }
 
 /// The radius within which two independent normal numbers of deviations `sigma` are with probability `level`:
@@ -74,6 +79,9 @@ mod tests {
         assert!((line / 2.0 - 2.999_976_992_703_4).abs() < 3e-4, "{line}");
         let circle = radius([0.5, 0.5], Radius::LEVEL);
         assert!((circle / 0.5 - (-2.0 * (1.0 - Radius::LEVEL).ln()).sqrt()).abs() < 1e-11, "{circle}");
+        let of_circle = Radius { sigma: [0.5, 0.5], within: circle };
+        assert_eq!(of_circle.at(Radius::LEVEL), circle);
+        assert!((of_circle.at(0.5) / 0.5 - (2.0 * 2.0_f64.ln()).sqrt()).abs() < 1e-11);
         assert!(radius([f64::NAN, 0.0], 0.5).is_nan());
         assert_eq!(radius([0.0, 0.0], 0.5), 0.0);
         assert!(Radius::of(&Vector3::x(), &Matrix3::repeat(f64::NAN)).within.is_nan());

@@ -83,6 +83,14 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
             json!({ "name": track.name, "style": track.style, "points": points })
         })
         .collect();
+    let rings: Vec<Value> = sky
+        .rings
+        .iter()
+        .map(|ring| {
+            let points: Vec<Value> = ring.points.iter().map(vector).collect();
+            json!({ "style": ring.style, "filled": ring.filled, "points": points })
+        })
+        .collect();
     let marks: Vec<Value> =
         sky.marks.iter().map(|mark| json!({ "name": mark.name, "at": vector(&mark.at) })).collect();
     json!({
@@ -90,7 +98,7 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
         "view": {
             "middle": vector(&view.middle), "right": vector(&view.right), "up": vector(&view.up), "reach": view.reach,
         },
-        "cones": sky.cones.iter().map(cone).collect::<Vec<_>>(), "tracks": tracks, "marks": marks, "labels": labels,
+        "cones": sky.cones.iter().map(cone).collect::<Vec<_>>(), "tracks": tracks, "rings": rings, "marks": marks, "labels": labels,
     })
 }
 

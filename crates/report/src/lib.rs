@@ -19,6 +19,7 @@ mod comparison;
 mod convergence;
 mod document;
 pub mod draw;
+mod flight;
 mod hamiltonian;
 mod page;
 mod results;
@@ -37,13 +38,15 @@ pub use simulation::{simulation_page, simulation_pictures};
 
 use crate::draw::{Curve, Picture, Shape, thinned};
 use crate::studies::integrators::figures::FIGURES;
-use slewkit::maneuver::{Problem, Trajectory};
+use slewkit::assured::{Beside, NotKnown};
+use slewkit::maneuver::{Outcome, Problem, Trajectory};
 use slewkit::plan::Plan;
 use slewkit::verify::{Course, WitnessError, course};
 use slewkit_files::identity::Identity;
+use slewkit_files::spec::ClosedLoop;
 
 /// The names of all pictures that a plan may have, in their order.
-pub const KEYS: [&str; 19] = [
+pub const KEYS: [&str; 21] = [
     "sky",
     "inputs",
     "forces",
@@ -54,6 +57,8 @@ pub const KEYS: [&str; 19] = [
     "position",
     "velocity",
     "clearance",
+    "pointing",
+    "corrections",
     "euler",
     "quaternion",
     "error",
@@ -95,6 +100,8 @@ pub struct Subject<'a> {
     /// Sequence of the Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`].
     pub sequence: &'a str,
     course: Option<Result<Course, WitnessError>>,
+    /// What the plan is flown with, and what is known of it then.
+    flight: Option<(&'a ClosedLoop, Result<Beside, NotKnown>)>,
 }
 
 /// A picture with its name in files, and what else is to be said of it.
@@ -113,7 +120,27 @@ impl<'a> Subject<'a> {
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));
-        Self { problem, plan, identity, sequence, course }
+        Self { problem, plan, identity, sequence, course, flight: None }
+    }
+
+    /// Also what is known of the plan flown with `closed_loop`, where that asks for anything and there is a plan.
+    pub fn flown_with(mut self, closed_loop: &'a ClosedLoop) -> Self {
+        if closed_loop.is_asked() && self.plan.solution.outcome == Outcome::Converged {
+            let uncertainty = closed_loop.uncertainty.as_ref();
+            let beside = Beside::along(self.problem, self.trajectory(), closed_loop.feedback, uncertainty);
+            self.flight = Some((closed_loop, beside));
+        }
+        self
+    }
+
+    /// What is known beside the plan, where it is.
+    fn beside(&self) -> Option<&Beside> {
+        self.flight.as_ref()?.1.as_ref().ok()
+    }
+
+    /// What the plan is flown with, where that is asked for.
+    fn closed_loop(&self) -> Option<&'a ClosedLoop> {
+        self.flight.as_ref().map(|(closed_loop, _)| *closed_loop)
     }
 
     /// The way of the witnesses, where they could follow it.
@@ -177,6 +204,7 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
         shown.extend(charts::on_and_off(subject));
         shown.extend(switching::chart(subject));
         shown.extend(charts::of_motion(subject));
+        shown.extend(flight::charts(subject));
         shown.extend(attitude::charts(subject));
         shown.extend(charts::costates(subject));
         shown.extend(hamiltonian::chart(subject));

@@ -8,7 +8,7 @@ use super::document::document;
 use super::summary::{self, Tone};
 use super::words::{Table, proved, tables};
 use super::{
-    CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, Shown, Subject, hamiltonian, pictures,
+    CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, Shown, Subject, flight, hamiltonian, pictures,
 };
 use crate::draw::{Map, Picture, escape};
 use serde_json::Value;
@@ -16,6 +16,7 @@ use slewkit::maneuver::{Problem, Settings, State};
 use slewkit::numerics::figures::rounded;
 use slewkit::plan::Plan;
 use slewkit_files::identity::Identity;
+use slewkit_files::spec::ClosedLoop;
 use std::fmt::Write;
 
 impl Tone {
@@ -64,7 +65,7 @@ const SCRIPT: [&str; 6] = [
 ];
 
 /// Headings of the groups of pictures, and the pictures in each.
-const GROUPS: [(&str, &str, &[&str]); 9] = [
+const GROUPS: [(&str, &str, &[&str]); 10] = [
     ("cases", "Over the cases", &CASE_KEYS),
     ("compared", "Side by side", &COMPARISON_KEYS),
     ("integrators", "Side by side", INTEGRATOR_KEYS),
@@ -84,6 +85,7 @@ const GROUPS: [(&str, &str, &[&str]); 9] = [
             "clearance",
         ],
     ),
+    ("flight", "In flight", &["pointing", "corrections"]),
     ("attitude", "Attitude", &["euler", "quaternion", "error"]),
     (
         "costates",
@@ -102,7 +104,9 @@ pub(super) struct Content<'a> {
     pub proved: Vec<String>,
     pub shown: Vec<Shown>,
     /// What a group of pictures, named by its section, lacks and why.
-    pub missing: Option<(&'static str, String)>,
+    pub missing: Vec<(&'static str, String)>,
+    /// The table that stands above the pictures of a group.
+    pub grouped: Option<(&'static str, Table)>,
     pub tables: Vec<Table>,
     /// The body in motion, or `null`.
     pub body: Value,
@@ -111,18 +115,22 @@ pub(super) struct Content<'a> {
 }
 
 /// The page of a plan, with the words of its summary; `sequence` is that of the Euler angles, one of
-/// [`slewkit_files::export::EULER_SEQUENCES`].
+/// [`slewkit_files::export::EULER_SEQUENCES`]; `closed_loop` is what the plan is flown with.
 pub fn plan_page(
     problem: &Problem,
     settings: &Settings,
     plan: &Plan,
     identity: &Identity,
+    closed_loop: &ClosedLoop,
     sequence: &str,
 ) -> String {
-    let subject = &Subject::new(problem, plan, identity, sequence);
+    let subject = &Subject::new(problem, plan, identity, sequence).flown_with(closed_loop);
     let (verdict, tone) = summary::verdict(plan);
     let parts = |lines: &[String]| lines.iter().map(|line| summary::parts(line)).collect::<Vec<_>>();
     let mut summary = parts(&summary::told(problem, settings, plan, identity));
+    if let Some(beside) = subject.beside() {
+        summary.extend(parts(&summary::flown::beside(problem, closed_loop, beside, None)));
+    }
     summary.extend(labelled("would do", &summary::remedies(problem, &plan.solution)));
     summary.extend(maneuver(problem));
     summary.extend(named(identity));
@@ -132,7 +140,8 @@ pub fn plan_page(
         words: &Words { verdict: verdict.into(), tone, summary, details },
         proved: proved(subject),
         shown: pictures(subject),
-        missing: hamiltonian_missing(subject),
+        missing: hamiltonian_missing(subject).into_iter().chain(flight_missing(subject)).collect(),
+        grouped: flight::table(subject).map(|table| ("flight", table)),
         tables: tables(subject),
         body: body(subject),
         nodes: subject.trajectory().time.len(),
@@ -143,6 +152,13 @@ pub fn plan_page(
 fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
     let reason = hamiltonian::missing(subject).filter(|_| !subject.trajectory().time.is_empty())?;
     Some(("costates", format!("No Hamiltonian: {reason}.")))
+}
+
+/// Why nothing is told of the flight, where it is asked for.
+fn flight_missing(subject: &Subject) -> Option<(&'static str, String)> {
+    let (_, beside) = subject.flight.as_ref()?;
+    let error = beside.as_ref().err()?;
+    Some(("flight", format!("No gains and no covariance along this plan: {error}.")))
 }
 
 /// Texts of which the first has the label.
@@ -182,7 +198,7 @@ fn named(identity: &Identity) -> Vec<(String, String)> {
 
 /// The text of a page.
 pub(super) fn written(content: &Content) -> String {
-    let Content { name, words, proved, shown, missing: _, tables, body, nodes } = content;
+    let Content { name, words, proved, shown, missing: _, grouped: _, tables, body, nodes } = content;
     let name = if name.is_empty() { "Without a name" } else { name };
     let mut html = String::new();
     head(&mut html, name);
@@ -263,13 +279,18 @@ fn section(html: &mut String, id: &str, heading: &str, content: impl FnOnce(&mut
 /// The pictures of a group, and what it lacks.
 fn group(html: &mut String, content: &Content, id: &str, heading: &str, keys: &[&str]) {
     let shown: Vec<&Shown> = content.shown.iter().filter(|shown| keys.contains(&shown.key)).collect();
-    let missing = content.missing.as_ref().filter(|(section, _)| *section == id);
-    if shown.is_empty() && missing.is_none() {
+    let missing: Vec<&String> =
+        content.missing.iter().filter(|(section, _)| *section == id).map(|(_, reason)| reason).collect();
+    let table = content.grouped.as_ref().filter(|(section, _)| *section == id);
+    if shown.is_empty() && missing.is_empty() && table.is_none() {
         return;
     }
     section(html, id, heading, |html| {
+        if let Some((_, table)) = table {
+            write_table(html, table);
+        }
         figures(html, &shown);
-        if let Some((_, reason)) = missing {
+        for reason in missing {
             let _ = writeln!(html, "<p class=\"remark\">{}</p>", escape(reason));
         }
     });

@@ -1,6 +1,6 @@
 //! What the boresights see: their tracks on the sphere of directions, with the cones of the spec.
 
-use super::{MOST_POINTS, Shown, Subject};
+use super::{MOST_POINTS, Shown, Subject, flight};
 use crate::draw::{Picture, Sky, SkyCone, SkyMark, SkyTrack};
 use slewkit::maneuver::{Direction, Pointing, Rule, Side};
 use slewkit::{Matrix3, Vector3, lie};
@@ -87,16 +87,22 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let inertial = frame_rate == Vector3::zeros();
     let angles = if inertial { ["right ascension", "declination"] } else { ["longitude", "latitude"] };
     let kind = if inertial { "inertial" } else { "which turns" };
-    let remark = match (discs.is_empty(), moving) {
+    let (rings, enlarged) = flight::rings(subject);
+    let mut remark: String = match (discs.is_empty(), moving) {
         (true, _) => "the spec has no boresight: the body axes are shown".into(),
         (false, false) => String::new(),
         (false, true) => "some directions move here: their cones stand as at the start".into(),
     };
+    if !rings.is_empty() {
+        let and = if remark.is_empty() { "" } else { "; " };
+        remark = format!("{remark}{and}{}", flight::told_of_rings(&rings, enlarged));
+    }
     let sky = Sky {
         title: "Boresights on the sphere of directions".into(),
         subtitle: format!("in the {}, {kind}", subject.reference_frame()),
         cones: discs,
         tracks,
+        rings,
         marks,
         angles: angles.map(String::from),
     };
@@ -121,6 +127,7 @@ pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
         subtitle: "in the reference frame".into(),
         cones: Vec::new(),
         tracks: tracks(body_axes(), quaternions),
+        rings: Vec::new(),
         marks: Vec::new(),
         angles: ["longitude", "latitude"].map(String::from),
     };

@@ -115,7 +115,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         destination.write(console, |_, output| format.write(&file, &problem, &identity, tables, output))?;
     }
     if let Some(target) = &page {
-        report::write(target, &plan_page(&problem, &settings, &plan, &identity, EULER), console)?;
+        report::write(
+            target,
+            &plan_page(&problem, &settings, &plan, &identity, &closed_loop, EULER),
+            console,
+        )?;
     }
     Ok(match plan.status {
         Status::Solved => Exit::Solved,

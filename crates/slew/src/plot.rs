@@ -19,8 +19,8 @@ two columns, marked (a), (b), …, or the one picture alone. Any other name is a
 does not exist and gets one file a picture.
 
 The pictures, where the plan has them: sky, inputs, forces, switching, rates, wheel_momentum,
-position, velocity, clearance, euler, quaternion, error, costates_attitude, costates_momentum,
-costates_position, costates_linear, hamiltonian, convergence.
+position, velocity, clearance, pointing, corrections, euler, quaternion, error, costates_attitude,
+costates_momentum, costates_position, costates_linear, hamiltonian, convergence.
 
 Of a simulation, JSON: sky of one body, rates, position, euler, quaternion, energy,
 angular_momentum, orthogonality. Of integrators compared, JSON: energy_over_step,
@@ -179,7 +179,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             return draw(args, target, &simulation_pictures(&file, &args.drawing.euler), console);
         }
     };
-    let shown = pictures(&Subject::new(&loaded.problem, &plan, &loaded.identity, &args.drawing.euler));
+    let subject = Subject::new(&loaded.problem, &plan, &loaded.identity, &args.drawing.euler);
+    let shown = pictures(&subject.flown_with(&loaded.closed_loop));
     draw(args, target, &shown, console)
 }
 

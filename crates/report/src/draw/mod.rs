@@ -24,7 +24,7 @@ pub use curve::{Curve, Shape};
 pub use map::Map;
 pub use panel::{Picture, panel};
 pub use scene::{Item, Scene};
-pub use sky::{Sky, SkyCone, SkyMark, SkyTrack, SkyView, circle};
+pub use sky::{Sky, SkyCone, SkyMark, SkyRing, SkyTrack, SkyView, circle};
 pub use svg::escape;
 pub use table::table;
 pub use thin::thinned;

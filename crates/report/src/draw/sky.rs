@@ -20,6 +20,8 @@ pub struct Sky {
     pub cones: Vec<SkyCone>,
     /// Ways of directions.
     pub tracks: Vec<SkyTrack>,
+    /// Closed curves about points of the tracks.
+    pub rings: Vec<SkyRing>,
     /// Single directions.
     pub marks: Vec<SkyMark>,
     /// Names of the angles about z and from the plane of x and y.
@@ -47,6 +49,17 @@ pub struct SkyTrack {
     /// Number of its colour.
     pub style: usize,
     /// Unit vectors on the way.
+    pub points: Vec<Vector3>,
+}
+
+/// A closed curve, as of what a direction is within.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyRing {
+    /// Number of its colour.
+    pub style: usize,
+    /// Whether its inside is shaded, or only its outline is drawn.
+    pub filled: bool,
+    /// Unit vectors around it.
     pub points: Vec<Vector3>,
 }
 
@@ -106,11 +119,13 @@ impl Sky {
     pub fn view(&self) -> SkyView {
         let tracks = || self.tracks.iter().flat_map(|track| &track.points);
         let shown = || tracks().copied().chain(self.marks.iter().map(|mark| mark.at));
+        let rings = || self.rings.iter().flat_map(|ring| &ring.points);
         let sum = shown().chain(self.cones.iter().map(|cone| cone.axis)).sum::<Vector3>();
         let middle = sum.try_normalize(1e-6).unwrap_or_else(Vector3::x);
         let angle = |to: &Vector3| middle.cross(to).norm().atan2(middle.dot(to));
         let forbidden = self.cones.iter().map(|cone| angle(&cone.axis) + cone.half_angle);
-        let reach = shown().map(|point| angle(&point)).chain(forbidden).fold(0.0, f64::max);
+        let reach =
+            shown().chain(rings().copied()).map(|point| angle(&point)).chain(forbidden).fold(0.0, f64::max);
         // East to the left, as the sky is seen from inside.
         let right = middle.cross(&Vector3::z()).try_normalize(1e-6).unwrap_or_else(Vector3::x);
         SkyView { middle, right, up: right.cross(&middle), reach: (1.08 * reach).clamp(0.2, PI) }
@@ -156,6 +171,19 @@ impl Sky {
             let fill = format!("fill=\"{FORBIDDEN}\" fill-opacity=\"0.13\" fill-rule=\"evenodd\"");
             svg.area(&[Some(&edge[..]), outer].into_iter().flatten().collect::<Vec<_>>(), &fill);
             svg.path(&edge, true, &format!("fill=\"none\" stroke=\"{FORBIDDEN}\" stroke-width=\"1.4\""));
+        }
+        for ring in &self.rings {
+            let whole = ring.points.iter().chain(ring.points.first());
+            if whole.clone().zip(whole.skip(1)).any(|(a, b)| view.tears(a, b)) {
+                continue;
+            }
+            let edge: Vec<(f64, f64)> = ring.points.iter().map(place).collect();
+            let (colour, fill) = (colour(ring.style), if ring.filled { 0.35 } else { 0.0 });
+            let style = format!(
+                "fill=\"{colour}\" fill-opacity=\"{fill}\" stroke=\"{colour}\" stroke-width=\"0.9\" \
+                 stroke-opacity=\"0.75\""
+            );
+            svg.path(&edge, true, &style);
         }
         for track in self.tracks.iter().rev() {
             let colour = colour(track.style);
@@ -301,6 +329,7 @@ mod tests {
             subtitle: String::new(),
             cones: vec![],
             tracks: vec![],
+            rings: vec![],
             marks: vec![mark(Vector3::x())],
             angles: ["longitude", "latitude"].map(String::from),
         };

@@ -84,6 +84,11 @@ function sky(figureNode, picture) {
       const [x, y] = place(cone.axis);
       element("text", { x, y: y - 8, "text-anchor": "middle", class: "limit" }, inside, cone.name);
     }
+    for (const ring of picture.rings) {
+      if (ring.points.some((point, k) => tears(point, ring.points[(k + 1) % ring.points.length]))) continue;
+      const drawn = { fill: colour(ring.style), "fill-opacity": ring.filled ? 0.35 : 0, stroke: colour(ring.style) };
+      element("path", { d: `${trace(ring.points)}Z`, ...drawn, "stroke-width": 0.9, "stroke-opacity": 0.75 }, inside);
+    }
     for (const track of [...picture.tracks].reverse()) {
       const stroke = { fill: "none", stroke: colour(track.style), "stroke-width": 2.2, class: "curve" };
       element("path", { d: stretches(track.points).map(trace).join(""), ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, inside);
