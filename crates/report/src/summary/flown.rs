@@ -35,7 +35,7 @@ pub fn beside(
             Kind::Neighbouring { .. } => "neighbouring gains to the end".into(),
             Kind::Tvlqr(_) => "regulator along the plan".into(),
         };
-        lines.line("feedback", &text);
+        lines.line("feedback", text);
     }
     if let Some(open) = &beside.open {
         let text = uncertain(problem, open, beside.closed.as_ref());
@@ -162,7 +162,7 @@ pub fn case(
     let rate: Vector3 = flown.end.fixed_rows::<3>(3).into_owned();
     lines.line(
         "case",
-        &format!(
+        format!(
             "{case}, {name}: ends {} deg and {} deg/s beside the plan",
             significant(turn.norm().to_degrees(), 3),
             significant(rate.norm().to_degrees(), 3)
@@ -178,7 +178,7 @@ pub fn case(
         } else {
             format!("{} of the limit", percent(*room))
         };
-        lines.line("room", &format!("{}: {unit}", escape(&constraint.name)));
+        lines.line("room", format!("{}: {unit}", escape(&constraint.name)));
     }
     lines
 }
