@@ -1,7 +1,8 @@
 //! The body that a page turns: a box with the proportions of the inertia, and where it is at the times of a trajectory.
 
+use super::boresight::{Boresight, body_axes, boresights, cones};
 use super::document::{cone, numbers, vector};
-use super::sphere::{Boresight, body_axes, boresights, cones, moves};
+use super::sphere::moves;
 use super::{MOST_POINTS, Subject};
 use crate::draw::SkyCone;
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! The plan in flight: how far from it a craft is that differs, open loop and under the gains, to first order.
 
+use super::boresight::boresights;
 use super::charts::{shown, time_axis};
-use super::sphere::boresights;
 use super::summary::inputs::scale;
 use super::words::Table;
 use super::{Shown, Subject, line};

@@ -13,6 +13,7 @@
 mod arcs;
 mod attitude;
 mod body;
+mod boresight;
 mod cases_told;
 mod charts;
 mod comparison;

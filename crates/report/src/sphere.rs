@@ -1,54 +1,10 @@
 //! What the boresights see: their tracks on the sphere of directions, with the cones of the spec.
 
+use super::boresight::{Boresight, body_axes, boresights, cones};
 use super::{MOST_POINTS, Shown, Subject, flight};
 use crate::draw::{Picture, Sky, SkyCone, SkyMark, SkyTrack};
-use slewkit::maneuver::{Direction, Pointing, Rule, Side};
+use slewkit::maneuver::{Direction, Side};
 use slewkit::{Matrix3, Vector3, lie};
-
-/// A direction fixed in the body, with the names of the constraints that speak of it.
-pub(super) struct Boresight {
-    pub name: String,
-    pub vector: Vector3,
-}
-
-/// The boresight that ends on a target, and those of all constraints, each once; the body axes where there are none.
-pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
-    let mut found: Vec<Boresight> = Vec::new();
-    found.extend(
-        subject
-            .problem
-            .aim()
-            .map(|aim| Boresight { name: "boresight on the target".into(), vector: aim.boresight }),
-    );
-    for (name, pointing) in cones(subject) {
-        for (index, vector) in pointing.boresights.iter().enumerate() {
-            if found.iter().any(|other| (other.vector - vector).norm() < 1e-9) {
-                continue;
-            }
-            let several = pointing.boresights.len() > 1;
-            let number = if several { format!(" {}", index + 1) } else { String::new() };
-            found.push(Boresight { name: format!("boresight{number}: {name}"), vector: *vector });
-        }
-    }
-    if found.is_empty() {
-        found.extend(body_axes());
-    }
-    found
-}
-
-/// The axes of the body, where nothing else is to be followed.
-pub(super) fn body_axes() -> [Boresight; 3] {
-    let axes = [("body x", Vector3::x()), ("body y", Vector3::y()), ("body z", Vector3::z())];
-    axes.map(|(name, vector)| Boresight { name: name.into(), vector })
-}
-
-/// Constraints on pointing.
-pub(super) fn cones<'a>(subject: &Subject<'a>) -> impl Iterator<Item = (&'a str, &'a Pointing)> {
-    subject.problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
-        Rule::Pointing(pointing) => Some((constraint.name.as_str(), pointing)),
-        Rule::RateNorm(_) | Rule::RateAxes(_) => None,
-    })
-}
 
 /// The attitudes of some nodes, at most [`MOST_POINTS`], both ends included.
 fn attitudes(quaternions: &[[f64; 4]]) -> Vec<Matrix3> {

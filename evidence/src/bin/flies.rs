@@ -179,6 +179,33 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     Ok(kept == count)
 }
 
+/// What gains and covariance take beside the solve of a slew that nothing limits: medians of 200 random ones.
+fn speed() -> Result<(), Box<dyn Error>> {
+    let mut times: [Vec<f64>; 3] = Default::default();
+    for index in 0..200 {
+        let problem = maneuver(&mut Random::of_case(58, index));
+        let found = plan(&problem, &Settings::default(), None, &mut Silent)?;
+        let problem = found.solution.on_grid(&problem);
+        let uncertainty = uncertainty(&problem);
+        let linear = LinearPlan::flown(&problem, &found.solution.trajectory)?;
+        let began = Instant::now();
+        let gains = Gains::along(&linear, NEIGHBOURING, false)?;
+        times[1].push(began.elapsed().as_secs_f64());
+        let began = Instant::now();
+        std::hint::black_box(Covariance::along(&linear, Some(&gains), &uncertainty));
+        times[2].push(began.elapsed().as_secs_f64());
+        times[0].push(found.solution.solve_time);
+    }
+    let [solve, gains, covariance] = times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        1e3 * times[times.len() / 2]
+    });
+    println!(
+        "free slews: solve {solve:.2} ms, gains {gains:.2} ms, covariance with 12 parameters {covariance:.2} ms"
+    );
+    Ok(())
+}
+
 /// A published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine tenths of its torque, and in least effort.
 fn cubesats() -> Result<(), Box<dyn Error>> {
     println!(
@@ -241,6 +268,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let count = arguments.next().map_or(Ok(20), |count| count.parse())?;
     let cases = arguments.next().map_or(Ok(20_000), |cases| cases.parse())?;
     let kept = chances(count, cases)?;
+    speed()?;
     cubesats()?;
     if !kept {
         std::process::exit(1);
