@@ -265,6 +265,23 @@ class Plan:
         """Costates, SI, left-trivialised, ``[ζ, δΠ]`` or ``[δx, δγ, ζ, δΠ]``, shape (rows, 6 or 12); ``u = −W⁻¹Bᵀλ``."""
         return self._column("costates", 12 if self._planned.moves else 6)
 
+    @cached_property
+    def gains(self) -> Array:
+        """Gains of each step by input, for the attitude and the rate beside the plan, body axes: ``input = held input - gains[k] @
+        [ζ, δΩ]``, ``ζ = log(R*ᵀR)`` in rad, rad/s; shape (N, inputs, 6), (0, inputs, 6) without ``[feedback]``."""
+        return self._column("gains", max(self._planned.input_count, 1), 6)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of ``[ζ, δΠ]`` at the nodes, rad and N·m·s, shape (N + 1, 6, 6): under the gains where there are some;
+        (0, 6, 6) without ``[uncertainty]``."""
+        upper = self._column("covariance", 21)
+        whole = np.zeros((len(upper), 6, 6))
+        rows, columns = np.triu_indices(6)
+        whole[:, rows, columns] = upper
+        whole[:, columns, rows] = upper
+        return whole
+
     def _column(self, name: str, *width: int) -> Array:
         """A quantity, in the memory that the library has filled for it."""
         column = self._planned.column(name)

@@ -5,12 +5,14 @@ use crate::maneuver::Maneuver;
 use crate::watch::Watch;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use slewkit::maneuver::{Motion, Problem, Settings, Trajectory};
+use slewkit::assured::{self, Beside};
+use slewkit::maneuver::{Motion, Outcome, Problem, Settings, Trajectory};
 use slewkit::plan::{self as planner, Guess, Plan};
 use slewkit::{Vector3, lie};
 use slewkit_files::exchange::Tables;
 use slewkit_files::exchange::read_attitudes;
 use slewkit_files::export::{ExportError, PlanFile, Target, TrajectoryDocument, read_guess};
+use slewkit_files::flown::{FeedbackRecord, UncertaintyRecord};
 use slewkit_files::formats::Format;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
@@ -27,6 +29,10 @@ pub struct Planned {
     pub identity: Identity,
     pub closed_loop: ClosedLoop,
     pub plan: Plan,
+    /// Gains along it, where the spec asks for some.
+    feedback: Option<FeedbackRecord>,
+    /// What is uncertain along it.
+    uncertainty: Option<UncertaintyRecord>,
     /// Wall time within the library; NaN of one that was read.
     wall_time: f64,
 }
@@ -42,20 +48,38 @@ pub fn plan(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Planned, Option<PyErr>)> {
     let loaded = &maneuver.get().loaded;
-    let (problem, settings) = (&loaded.problem, &loaded.settings);
+    let (problem, settings, closed_loop) = (&loaded.problem, &loaded.settings, &loaded.closed_loop);
     let guess = guess.map(|guess| guess.taken(py, problem)).transpose()?;
     let mut watch = Watch::new(progress);
     let began = Instant::now();
     let found = detached(py, || {
-        let found = planner::plan(problem, settings, guess.as_ref(), &mut watch);
+        let found = match closed_loop.kept() {
+            Some((uncertainty, kept)) => {
+                let feedback = closed_loop.feedback;
+                assured::plan(problem, settings, feedback, uncertainty, &kept, &mut watch)
+                    .map(|(with, plan, margins)| (with, plan, Some(margins)))
+            }
+            None => planner::plan(problem, settings, guess.as_ref(), &mut watch)
+                .map(|plan| (problem.clone(), plan, None)),
+        };
         (found, began.elapsed().as_secs_f64())
     });
     let (found, wall_time) = found?;
-    let plan = found.map_err(|error| failure::plan(py, &error))?;
-    let problem = plan.solution.on_grid(problem);
+    let (with, plan, margins) = found.map_err(|error| failure::plan(py, &error))?;
+    let problem = plan.solution.on_grid(&with);
+    let (feedback, uncertainty) = detached(py, || {
+        let asked = closed_loop.is_asked() && plan.solution.outcome == Outcome::Converged;
+        let of = closed_loop.uncertainty.as_ref();
+        let along = || Beside::along(&problem, &plan.solution.trajectory, closed_loop.feedback, of).ok();
+        let beside = if asked { along() } else { None };
+        let file = PlanFile::new(&problem, settings, &plan);
+        let file = file.with_beside(&problem, beside.as_ref(), closed_loop, margins.as_ref());
+        (file.feedback, file.uncertainty)
+    })?;
     let (settings, identity) = (settings.clone(), loaded.identity.clone());
-    let closed_loop = loaded.closed_loop.clone();
-    let planned = Planned { problem, settings, identity, closed_loop, plan, wall_time };
+    let closed_loop = closed_loop.clone();
+    let planned =
+        Planned { problem, settings, identity, closed_loop, plan, feedback, uncertainty, wall_time };
     Ok((planned, watch.raised()))
 }
 
@@ -97,7 +121,10 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
         let has_rows = !file.trajectory.0.time.is_empty();
         let problem = if has_rows { file.on_grid(&loaded.problem)? } else { loaded.problem };
         let (settings, identity, closed_loop) = (loaded.settings, loaded.identity, loaded.closed_loop);
-        Ok(Planned { problem, settings, identity, closed_loop, plan: file.plan()?, wall_time: f64::NAN })
+        let (feedback, uncertainty) = (file.feedback.clone(), file.uncertainty.clone());
+        let plan = file.plan()?;
+        let wall_time = f64::NAN;
+        Ok(Planned { problem, settings, identity, closed_loop, plan, feedback, uncertainty, wall_time })
     };
     detached(py, read)?.map_err(|failed| match failed {
         Failed::Export(error) => failure::export(py, &error, name),
@@ -129,7 +156,8 @@ impl From<ExportError> for Failed {
 
 impl Planned {
     pub fn file(&self) -> PlanFile<'_> {
-        PlanFile::new(&self.problem, &self.settings, &self.plan).with_identity(&self.identity)
+        let file = PlanFile::new(&self.problem, &self.settings, &self.plan).with_identity(&self.identity);
+        file.with_records(self.feedback.clone(), self.uncertainty.clone(), &self.closed_loop)
     }
 
     fn trajectory(&self) -> &Trajectory {
@@ -240,6 +268,15 @@ impl Planned {
             "force" => flat(&of.force),
             "wheel_momentum" => of.wheel_momentum.clone(),
             "costates" => of.costates.clone(),
+            "gains" => {
+                let gains = self.feedback.iter().flat_map(|feedback| &feedback.gains);
+                gains.flatten().flatten().copied().collect()
+            }
+            "covariance" => {
+                let of = self.uncertainty.as_ref();
+                let of = of.map(|all| all.closed_loop.as_ref().unwrap_or(&all.open_loop));
+                of.iter().flat_map(|of| &of.covariance).flatten().copied().collect()
+            }
             _ => return None,
         };
         Some(PyArray1::from_vec(py, numbers))

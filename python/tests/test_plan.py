@@ -19,7 +19,7 @@ def same(first: dict, second: dict) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["xte_20s.toml", "keep_out_medium.toml", "minimum_time_xte.toml", "unstable_pendulum.toml", "wheels_pyramid.toml", "orbit_turn.toml"],
+    ["xte_20s.toml", "keep_out_medium.toml", "minimum_time_xte.toml", "unstable_pendulum.toml", "wheels_pyramid.toml", "orbit_turn.toml", "flies.toml"],
 )
 def test_a_plan_has_the_bits_of_the_programs(name, problems, slew, tmp_path):
     slew("plan", problems / name, "-o", tmp_path / "plan.json", "-q")
@@ -41,6 +41,19 @@ def test_a_plan_has_the_bits_of_the_programs(name, problems, slew, tmp_path):
     assert plan.force.tolist() == rows.get("force_n", [])
     if "wheel_momentum_n_m_s" in rows:
         assert plan.wheel_momentum.tolist() == rows["wheel_momentum_n_m_s"]
+
+
+def test_gains_and_covariances_are_those_of_the_file(problems):
+    plan = slewkit.plan(problems / "flies.toml")
+    document = plan.to_dict()
+    assert plan.gains.tolist() == document["feedback"]["gains"]
+    covariance = plan.covariance
+    assert covariance.shape == (len(plan.time), 6, 6)
+    assert np.array_equal(covariance, covariance.transpose(0, 2, 1))
+    sigma = np.degrees(np.sqrt(np.diagonal(covariance[-1])[:3]))
+    assert np.allclose(sigma, document["uncertainty"]["closed_loop"]["end_attitude_sigma_deg"], rtol=1e-9)
+    free = slewkit.plan(problems / "xte_20s.toml")
+    assert free.gains.shape == (0, 3, 6) and free.covariance.shape == (0, 6, 6)
 
 
 def test_a_dictionary_means_what_a_file_means(spec, tmp_path, slew):

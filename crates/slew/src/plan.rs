@@ -9,7 +9,7 @@ use super::{
     report, spec_file, summary,
 };
 use clap::ValueEnum;
-use slewkit::assured::{self, Beside, Kept, Margins};
+use slewkit::assured::{self, Beside, Margins};
 use slewkit::maneuver::{Outcome, Problem, ProblemError, Settings};
 use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
 use slewkit_files::exchange::read_attitudes;
@@ -135,16 +135,10 @@ fn planned(
     guess: Option<&Guess>,
     console: &mut Console,
 ) -> Result<(Problem, Plan, Option<Margins>), Failure> {
-    let Some(uncertainty) = closed_loop.uncertainty.as_ref().filter(|_| !closed_loop.chances.is_empty())
-    else {
+    let Some((uncertainty, kept)) = closed_loop.kept() else {
         let plan = plan::plan(problem, settings, guess, &mut Watcher(console)).map_err(refusal)?;
         return Ok((problem.clone(), plan, None));
     };
-    let kept: Vec<Kept<'_>> = closed_loop
-        .chances
-        .iter()
-        .map(|chance| Kept { constraint: &chance.constraint, at_most: chance.at_most })
-        .collect();
     let feedback = closed_loop.feedback;
     let found = assured::plan(problem, settings, feedback, uncertainty, &kept, &mut Watcher(console));
     let (with, plan, margins) = found.map_err(|error| match error {

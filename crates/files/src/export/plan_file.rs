@@ -236,6 +236,17 @@ impl<'a> PlanFile<'a> {
         self
     }
 
+    /// The file with records that another file of the plan has, and the sections of the spec that ask for them.
+    pub fn with_records(
+        mut self,
+        feedback: Option<FeedbackRecord>,
+        uncertainty: Option<UncertaintyRecord>,
+        closed_loop: &ClosedLoop,
+    ) -> Self {
+        self.spec = self.spec.map(|spec| spec.with_closed_loop(closed_loop));
+        Self { feedback, uncertainty, ..self }
+    }
+
     /// Writes the document, one key a line, and a last newline.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use super::{Limits, Node, Section, Value, escape};
 use serde_json::Map;
+use slewkit::assured::Kept;
 use slewkit::closed_loop::Plant;
 use slewkit::feedback::{Kind, RegulatorWeights};
 use slewkit::maneuver::{Motion, Problem};
@@ -40,6 +41,17 @@ impl ClosedLoop {
     /// The sections by name, as they stand in the spec.
     pub(crate) fn written(&self) -> &Map<String, serde_json::Value> {
         &self.written
+    }
+
+    /// What is uncertain and the chances to keep, where constraints have some: such a maneuver is planned by
+    /// [`slewkit::assured::plan`].
+    pub fn kept(&self) -> Option<(&Uncertainty, Vec<Kept<'_>>)> {
+        let uncertainty = self.uncertainty.as_ref().filter(|_| !self.chances.is_empty())?;
+        let all = self
+            .chances
+            .iter()
+            .map(|chance| Kept { constraint: &chance.constraint, at_most: chance.at_most });
+        Some((uncertainty, all.collect()))
     }
 
     /// Whether there is anything to tell along a plan.
