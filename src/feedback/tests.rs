@@ -9,7 +9,7 @@ use crate::mechanics::environment::UniformGravity;
 use crate::numerics::compensated::Sum;
 use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
-use crate::testing::{Random, matrix, planned, planned_reference, vector};
+use crate::testing::{Random, matrix, planned, planned_reference};
 
 const WHOLE: Kind = Kind::Neighbouring { freeze: 0.0 };
 
@@ -346,7 +346,6 @@ fn what_cannot_be_corrected_is_said() {
     let mut along = plan.clone();
     along.input = along.input.chunks(3).map(|row| row[0]).collect();
     along.input_count = 1;
-    let _ = vector::<3>;
     let linear = LinearPlan::new(&weak, &along, Timing::Held).unwrap();
     let found = Gains::along(&linear, WHOLE, false);
     assert!(found.is_ok() || matches!(found, Err(NoGains::Unreachable)), "{found:?}");

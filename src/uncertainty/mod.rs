@@ -12,8 +12,6 @@
 //!
 //! A constant error of a parameter acts at every step with the same sign: as noise of each step it would come out several times too
 //! small. `E_k` and `C_k` are those of `optimize::linear_plan`.
-//!
-//! [`Covariance::bounded`] is the set-valued version: an ellipsoid that holds every motion of bounded errors, to first order.
 
 pub mod chance;
 mod pointing;

@@ -100,7 +100,7 @@ pub struct PlanFile<'a> {
     /// Other extremals found.
     #[serde(deserialize_with = "null_is_nan")]
     pub rivals: Vec<Rival>,
-    /// Gains along the plan, where [feedback] asks for them.
+    /// Gains along the plan, where `[feedback]` asks for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feedback: Option<FeedbackRecord>,
     /// Covariances along it, where something is uncertain.
