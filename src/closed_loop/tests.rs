@@ -179,6 +179,45 @@ fn sampled_covariances_are_the_linear_ones() {
     }
 }
 
+/// Every error at a bound of its own, small enough to be linear: no motion leaves the ellipsoids, and one source alone fills its own.
+#[test]
+fn bounded_errors_stay_within_their_ellipsoid() {
+    use crate::uncertainty::Bounded;
+    let problem = maneuver(60);
+    let plan = planned(&problem);
+    let linear = LinearPlan::flown(&problem, &plan).unwrap();
+    let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+    let small = 1e-5;
+    let start = Matrix6::identity() * (small * small);
+    let uncertainty = Uncertainty { start, parameters: parameters(small), ..Uncertainty::default() };
+    let alone = Uncertainty { start, ..Uncertainty::default() };
+    for gains in [None, Some(&gains)] {
+        let bounded = Bounded::along(&linear, gains, &uncertainty);
+        let inverse = bounded.end.try_inverse().unwrap();
+        let campaign = Campaign::new(&problem, &linear, gains, &uncertainty, Plant::default(), 1);
+        let mut random = crate::testing::Random(11);
+        let mut largest: f64 = 0.0;
+        for _ in 0..300 {
+            let values: Vec<f64> =
+                uncertainty.parameters.iter().map(|_| small * random.uniform().signum()).collect();
+            let mut j = *problem.body.inertia.j();
+            for (value, (_, parameter, _)) in values.iter().zip(&uncertainty.parameters) {
+                if let Parameter::Inertia(delta) = parameter {
+                    j += delta * *value;
+                }
+            }
+            let beside = Vector6::from_fn(|_, _| random.uniform()).normalize() * small;
+            let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
+            let end = campaign.run(&values, Inertia::new(j).unwrap(), &beside, streams, |_| ()).unwrap().end;
+            largest = largest.max(end.dot(&(inverse * end)));
+        }
+        assert!(largest <= 1.0 && largest > 0.02, "{largest}");
+        let one = Bounded::along(&linear, gains, &alone);
+        let covariance = Covariance::along(&linear, gains, &alone);
+        assert!((one.end - covariance.end).amax() <= 1e-12 * covariance.end.amax());
+    }
+}
+
 #[test]
 fn a_case_is_the_same_alone_and_among_others() {
     let problem = maneuver(40);

@@ -12,6 +12,15 @@
 //!
 //! A constant error of a parameter acts at every step with the same sign: as noise of each step it would come out several times too
 //! small. `E_k` and `C_k` are those of `optimize::linear_plan`.
+//!
+//! [`Bounded`] is the set-valued version, of errors that stay within bounds and have no distribution: an ellipsoid that holds every
+//! motion beside the plan, to first order. Sets add up as `⊕`, of which the ellipsoid of least trace about it is
+//!
+//! ```text
+//! {A_1} ⊕ … ⊕ {A_n} ⊂ {P} ,     P = (Σ √tr A_i) Σ A_i/√tr A_i
+//! ```
+//!
+//! Where covariances of independent noise grow like √k, sets grow like k: nothing averages out.
 
 pub mod chance;
 mod pointing;
@@ -84,6 +93,37 @@ impl Covariance {
         };
         self.end_by_parameter.iter().zip(&uncertainty.parameters).map(share).collect()
     }
+}
+
+/// Ellipsoids `{z : zᵀP⁻¹z ≤ 1}` along a plan that hold every motion beside it, to first order, where each source of error is
+/// anywhere within one deviation of what [`Uncertainty`] says: start and noise within their ellipsoids (noise of the torque as its
+/// mean over a step), each parameter in its interval.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Bounded {
+    /// P of `[ζ; δΠ]`, rad and N·m·s, at each node.
+    pub states: Vec<Matrix6>,
+    /// P of the physical `[ζ; δΩ]` at the end, rad and rad/s.
+    pub end: Matrix6,
+}
+
+impl Bounded {
+    /// Carries the sets along a plan whose torques are held; `gains` where the loop is closed.
+    pub fn along(plan: &LinearPlan, gains: Option<&Gains>, uncertainty: &Uncertainty) -> Self {
+        if plan.has_wheels() {
+            Flow::<9> { plan, gains, uncertainty }.bound()
+        } else {
+            Flow::<6> { plan, gains, uncertainty }.bound()
+        }
+    }
+}
+
+/// The ellipsoid of least trace about the sum of ellipsoids; a point where all are points.
+fn minkowski<const N: usize>(sets: &[Square<N>]) -> Square<N> {
+    let roots: Vec<f64> = sets.iter().map(|set| set.trace().max(0.0).sqrt()).collect();
+    let all: f64 = roots.iter().sum();
+    let parts = sets.iter().zip(&roots).filter(|(_, root)| **root > 0.0);
+    parts.fold(Square::<N>::zeros(), |sum, (set, root)| sum + set * (all / root))
 }
 
 /// A pass along a plan, with `N` states: 6, or 9 with the momentum of wheels.
@@ -231,6 +271,57 @@ impl<const N: usize> Flow<'_, N> {
         });
         let moved = moved - self.columns(|parameter| plan.outer_disturbance(1, parameter));
         self.ended(states, torque, inputs, &end, &moved)
+    }
+
+    /// The set of motions beside the plan: start and noise carried as one, parameters as segments beside it.
+    fn bound(&self) -> Bounded {
+        let (plan, count) = (self.plan, self.plan.count());
+        let of_rates = self.of_rates();
+        let si = |scaled: &Matrix6| {
+            Matrix6::from_fn(|row, column| scaled[(row, column)] * plan.unit(row) * plan.unit(column))
+        };
+        let unit = plan.units().torque();
+        let noise_of_torque = self.uncertainty.torque_noise / (unit * unit * plan.units().time);
+        let sensors = Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()));
+        let mut p = Self::whole(&(of_rates * self.uncertainty.start * of_rates.transpose()));
+        let rate = *plan.node(0).1;
+        let mut s = self.columns(|parameter| match parameter {
+            Parameter::Inertia(delta) => momenta(&(plan.scaled_inertia(delta) * rate)),
+            _ => Vector6::zeros(),
+        });
+        let with = |p: &Square<N>, s: &Columns<N>| {
+            let segments = s.column_iter().zip(&self.uncertainty.parameters);
+            let segments =
+                segments.map(|(column, (_, _, sigma))| column * column.transpose() * (sigma * sigma));
+            minkowski(&std::iter::once(*p).chain(segments).collect::<Vec<_>>())
+        };
+        let mut states = vec![si(&Self::part(&with(&p, &s)))];
+        for k in 0..count {
+            let (a, b) = self.step(k);
+            let mut gain = SMatrix::<f64, 3, N>::zeros();
+            if let Some(gains) = self.gains {
+                gain.fixed_view_mut::<3, 6>(0, 0).copy_from(&gains.torque(plan, k));
+            }
+            let answered = b * gain;
+            let closed = a - answered;
+            let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
+            p = minkowski(&[
+                closed * p * closed.transpose(),
+                answered * sensors * answered.transpose(),
+                noise,
+            ]);
+            s = closed * &s + self.disturbed(k)
+                - answered * self.columns(|parameter| plan.measured(k, parameter));
+            states.push(si(&Self::part(&with(&p, &s))));
+        }
+        let to_rates = of_rates.try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN));
+        let rate = *plan.node(count).1;
+        let known = self.columns(|parameter| match parameter {
+            Parameter::Inertia(delta) => momenta(&(plan.scaled_inertia(delta) * rate)),
+            _ => Vector6::zeros(),
+        });
+        let end = to_rates * Self::part(&with(&p, &(s - known))) * to_rates.transpose();
+        Bounded { states, end }
     }
 
     /// What is told of the end: rates in place of momenta.

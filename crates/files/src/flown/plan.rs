@@ -5,10 +5,10 @@ use crate::spec::ClosedLoop;
 use serde::{Deserialize, Serialize};
 use slewkit::Vector3;
 use slewkit::assured::{Beside, Margins};
-use slewkit::feedback::Kind;
+use slewkit::feedback::{Gains, Kind};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::optimize::linear_plan::{Matrix6, Vector6};
-use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
+use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 
 /// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins and held over that step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +43,9 @@ pub struct LoopUncertainty {
     pub end_attitude_sigma_deg: [f64; 3],
     /// Of the angular velocity [deg/s].
     pub end_rate_sigma_deg_s: [f64; 3],
+    /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every error is anywhere within one deviation
+    /// and none has a distribution \[deg\].
+    pub end_attitude_bound_deg: [f64; 3],
     /// For each parameter which part of these six variances it makes.
     pub shares: Vec<(String, [f64; 6])>,
     /// Of each boresight at the end.
@@ -159,10 +162,14 @@ impl UncertaintyRecord {
     /// Of what is uncertain along a plan; `None` where nothing is.
     pub fn new(problem: &Problem, beside: &Beside, uncertainty: Option<&Uncertainty>) -> Option<Self> {
         let uncertainty = uncertainty?;
-        let of = |covariance: &Covariance| LoopUncertainty::new(problem, beside, covariance, uncertainty);
+        let of = |covariance: &Covariance, gains: Option<&Gains>| {
+            let bounded = Bounded::along(&beside.linear, gains, uncertainty);
+            LoopUncertainty::new(problem, beside, covariance, &bounded, uncertainty)
+        };
+        let gains = beside.gains.as_ref();
         Some(Self {
-            open_loop: of(beside.open.as_ref()?),
-            closed_loop: beside.closed.as_ref().map(of),
+            open_loop: of(beside.open.as_ref()?, None),
+            closed_loop: beside.closed.as_ref().map(|covariance| of(covariance, gains)),
             margins: None,
         })
     }
@@ -173,7 +180,13 @@ fn of_three(vector: &Vector6, first: usize) -> [f64; 3] {
 }
 
 impl LoopUncertainty {
-    fn new(problem: &Problem, beside: &Beside, covariance: &Covariance, uncertainty: &Uncertainty) -> Self {
+    fn new(
+        problem: &Problem,
+        beside: &Beside,
+        covariance: &Covariance,
+        bounded: &Bounded,
+        uncertainty: &Uncertainty,
+    ) -> Self {
         use slewkit::uncertainty::chance::Chance;
         let sigma = covariance.end_sigma();
         let of_attitude = covariance.end.fixed_view::<3, 3>(0, 0).into_owned();
@@ -197,6 +210,7 @@ impl LoopUncertainty {
         Self {
             end_attitude_sigma_deg: of_three(&sigma, 0),
             end_rate_sigma_deg_s: of_three(&sigma, 3),
+            end_attitude_bound_deg: [0, 1, 2].map(|axis| bounded.end[(axis, axis)].sqrt().to_degrees()),
             shares: covariance
                 .shares(uncertainty)
                 .into_iter()
