@@ -106,7 +106,8 @@ impl Sampled {
             cases: ends.len(),
             mean,
             covariance,
-            eigenvalues: ratios.map(|ratios| [ratios.min(), ratios.max()]),
+            // Of few cases some are zero, by round-off below.
+            eigenvalues: ratios.map(|ratios| [ratios.min().max(0.0), ratios.max()]),
             inside: Proportion::new(inside as u64, ends.len() as u64),
         }
     }
