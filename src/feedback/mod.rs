@@ -22,8 +22,8 @@
 
 pub mod replan;
 
+use crate::Matrix3;
 use crate::optimize::linear_plan::{LinearPlan, LinearStep, Matrix6, Timing, Vector6, kick};
-use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix};
 use thiserror::Error;
 
@@ -287,18 +287,6 @@ fn inverse_of(z: &Matrix6) -> Option<(Matrix6, bool)> {
         return z.try_inverse().map(|inverse| (inverse, true));
     }
     svd.pseudo_inverse(UNREACHED * largest).ok().map(|inverse| (inverse, false))
-}
-
-/// What the corrected motion is beside a plan: `[log(R*ᵀ R); Π − Π*]`, rad and N·m·s.
-pub fn beside(
-    attitude: &Matrix3,
-    momentum: &Vector3,
-    planned: &Matrix3,
-    planned_momentum: &Vector3,
-) -> Vector6 {
-    let turn = crate::lie::minus(attitude, planned);
-    let momentum = momentum - planned_momentum;
-    Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z)
 }
 
 #[cfg(test)]

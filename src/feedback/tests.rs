@@ -1,6 +1,7 @@
 //! Gains against reference values, the forward sensitivities, and the landing law.
 
 use super::*;
+use crate::Vector3;
 use crate::lie;
 use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::problem::Problem;

@@ -26,18 +26,17 @@
 //! with the drift of a gyrostat (`step::gyrostat`) in place of that of a body: `ζ' = Fᵀζ + ξ`, `H' = FᵀH`, `H = Π + μ`,
 //! `ξ = ξ_H δH + ξ_μ δμ`.
 
+mod authority;
+mod linearise;
+
 use crate::flight::Flight;
-use crate::lie;
-use crate::maneuver::duration::Duration;
-use crate::maneuver::grid::{Grid, Scheme};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::actuators::AxisFrame;
-use crate::mechanics::environment::Pose;
-use crate::numerics::compensated::Sum;
 use crate::optimize::step::drift::Drift;
-use crate::optimize::step::{Costate, Dynamics, Point, StepError, Units};
+use crate::optimize::step::{StepError, Units};
 use crate::{Matrix3, Vector3};
+use linearise::Beside;
 use nalgebra::{DMatrix, Matrix3xX, SMatrix, SVector};
 use thiserror::Error;
 
@@ -278,7 +277,8 @@ impl LinearPlan {
         Matrix6x3::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.units.torque())
     }
 
-    /// `H_k`: the curvature of the Lagrangian along the state, in the unit of the cost over rad and N·m·s.
+    /// `H_k`: the curvature of the Lagrangian along the state, in the unit of the cost over rad and N·m·s; of wheels, of whose drift no
+    /// second derivative is known, that of the field alone.
     pub fn h(&self, step: usize) -> Matrix6 {
         let scaled = &self.steps[step].h;
         Matrix6::from_fn(|row, column| {
@@ -425,14 +425,6 @@ pub(crate) fn kick(block: &Matrix3) -> Matrix6 {
     blocks([[&identity, &Matrix3::zeros()], [block, &identity]])
 }
 
-/// What is linearised.
-struct Beside<'a> {
-    problem: &'a Problem,
-    plan: &'a Trajectory,
-    timing: Timing,
-    count: usize,
-}
-
 impl LinearStep {
     /// A step of which only what is given is known.
     fn of(applied: Applied) -> Self {
@@ -456,264 +448,6 @@ impl LinearStep {
     }
 }
 
-impl Beside<'_> {
-    fn linearise(&self) -> Result<LinearPlan, Unlinearised> {
-        let (problem, plan, count) = (self.problem, self.plan, self.count);
-        let scheme = if problem.switches() { Scheme::LieVerlet } else { problem.scheme };
-        let duration = *plan.time.last().unwrap_or(&f64::NAN);
-        // A duration that was sought is the one that the plan has.
-        let problem = &Problem { duration: Duration::Given(duration), ..problem.clone() };
-        let units = Units::of(problem);
-        let grid = if problem.switches() {
-            let lengths: Vec<f64> = plan.time.windows(2).map(|ends| ends[1] - ends[0]).collect();
-            Grid::of_lengths(scheme, &lengths)
-                .map_err(|_| Unlinearised::Step)?
-                .with_duration(duration / units.time)
-        } else {
-            Grid::uniform(scheme, duration / units.time, count)
-        };
-        let dynamics = Dynamics::on(problem, grid.clone());
-        let nodes: Vec<(Matrix3, Vector3)> = plan
-            .quaternion
-            .iter()
-            .zip(&plan.angular_velocity)
-            .map(|(quaternion, rate)| (lie::rotation_from_quaternion(quaternion), *rate))
-            .collect();
-        let m = problem.actuation.torque.count();
-        let forces = plan.input_count - m;
-        let row = |index: usize| plan.inputs(index)[forces..].to_vec();
-        let first_row = scheme.first_input();
-        let applied = |inputs: Vec<f64>| Applied {
-            torque: problem.actuation.torque.output(&inputs) / units.torque(),
-            inputs,
-        };
-        let given = |k: usize| match self.timing {
-            Timing::AtNodes => row(k + 1 - first_row),
-            Timing::Held if first_row == 0 && !problem.switches() => {
-                let mean = |(a, b): (&f64, &f64)| 0.5 * (a + b);
-                row(k).iter().zip(&row(k + 1)).map(mean).collect()
-            }
-            Timing::Held => row(k),
-        };
-        let none = || applied(vec![0.0; m]);
-        let before = if self.timing == Timing::AtNodes && first_row == 0 { applied(row(0)) } else { none() };
-        let law = Law::of(problem, &units);
-        let mut steps: Vec<LinearStep> = Vec::with_capacity(count);
-        for k in 0..count {
-            let applied = applied(given(k));
-            let torque = match (self.timing, k) {
-                (Timing::Held, _) => applied.torque,
-                (Timing::AtNodes, 0) => before.torque,
-                (Timing::AtNodes, _) => steps[k - 1].applied.torque,
-            };
-            let (authority, to_inputs) = law.at(&applied, problem);
-            steps.push(self.step(
-                &dynamics,
-                &nodes,
-                k,
-                &torque,
-                LinearStep { authority, to_inputs, ..LinearStep::of(applied) },
-            )?);
-        }
-        let half = |node: usize, applied: Applied| {
-            let outer = self.timing == Timing::AtNodes && scheme == Scheme::LieVerlet;
-            let weight = if outer { 0.5 * grid.full_kick(node) } else { 0.0 };
-            let gradient = dynamics.field(&self.pose(&units, &nodes[node].0)).1.rr;
-            HalfKick { weight, applied, gradient }
-        };
-        let last = steps[count - 1].applied.clone();
-        let axes = problem.actuation.torque.axes();
-        Ok(LinearPlan {
-            timing: self.timing,
-            j: dynamics.j,
-            units,
-            outer: [half(0, before), half(count, last)],
-            steps,
-            times: plan.time.clone(),
-            nodes,
-            axes: Matrix3xX::from_fn(m, |row, column| axes[column][row]),
-            has_wheels: problem.actuation.wheels.is_some(),
-        })
-    }
-
-    /// Momentum of the wheels at a node, body axes, scaled; `None` where there are none.
-    fn stored(&self, units: &Units, node: usize) -> Option<Vector3> {
-        self.problem.actuation.wheels.as_ref()?;
-        let set = &self.problem.actuation.torque;
-        let m = set.count();
-        // Each wheel's momentum is about its axis.
-        Some(set.output(&self.plan.wheel_momentum[node * m..(node + 1) * m]) / units.momentum())
-    }
-
-    fn pose(&self, units: &Units, attitude: &Matrix3) -> Pose {
-        Pose { position: self.problem.start.position / units.length, attitude: *attitude }
-    }
-
-    /// Costate `λ_k` of step k, scaled; zero where there is none.
-    fn costate(&self, units: &Units, step: usize) -> Costate {
-        let row =
-            if self.problem.switches() { step + 1 } else { step + 1 - self.problem.scheme.first_input() };
-        let unit = units.costate::<6>();
-        let recorded = self.plan.costates.get(6 * row..6 * row + 6);
-        let vector =
-            recorded.map_or_else(Vector6::zeros, |row| Vector6::from_column_slice(row).component_div(&unit));
-        Costate::from_vector(&vector)
-    }
-
-    /// The matrices of step k, which begins under `torque`.
-    fn step(
-        &self,
-        dynamics: &Dynamics,
-        nodes: &[(Matrix3, Vector3)],
-        k: usize,
-        torque: &Vector3,
-        given: LinearStep,
-    ) -> Result<LinearStep, Unlinearised> {
-        let units = &dynamics.units;
-        let length = dynamics.grid.step(k);
-        let (kicks, ahead, acts) = match self.timing {
-            Timing::Held => ([0.5 * length; 2], 0.5 * length, length),
-            Timing::AtNodes => {
-                let full = dynamics.grid.full_kick(k + 1);
-                ([0.0, full], dynamics.grid.ahead(k), full)
-            }
-        };
-        let (attitude, rate) = &nodes[k];
-        let begin = self.pose(units, attitude);
-        let field = dynamics.environment_wrench(&begin).moment;
-        let momentum = dynamics.j * rate * units.time + ahead * (field + torque);
-        let costate = self.costate(units, k);
-        let (gradient, bent) = dynamics.field_derivatives(&self.pose(units, &nodes[k + 1].0), &costate.pi);
-        let between = Costate { zeta: costate.zeta + kicks[1] * gradient.tr_mul(&costate.pi), ..costate };
-        let zero = Matrix3::zeros();
-        let mut free = Matrix6::zeros();
-        let mut wheels = Matrix6x3::zeros();
-        let (drift, drift_b, d) = if let Some(stored) = self.stored(units, k) {
-            let stored = stored - kicks[0] * torque;
-            let turned = dynamics.gyrostat_drift(k, &(momentum + stored), &stored)?;
-            let (f_t, after) = (turned.f.transpose(), turned.momentum_after);
-            let drift = Drift { h: length, f: turned.f, momentum: momentum + stored, momentum_after: after };
-            let by_both = turned.by_momentum + turned.by_wheels;
-            let of_momentum = f_t - Matrix3::identity() + lie::hat(&after) * by_both;
-            wheels.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_both);
-            wheels.fixed_view_mut::<3, 3>(3, 0).copy_from(&of_momentum);
-            let c = f_t + lie::hat(&after) * turned.by_momentum;
-            (drift, turned.by_momentum, blocks([[&f_t, &turned.by_momentum], [&zero, &c]]))
-        } else {
-            let mut point = Point {
-                position: Sum::new(begin.position),
-                linear_momentum: Sum::new(Vector3::zeros()),
-                attitude: Sum::new(*attitude),
-                momentum: Sum::new(momentum),
-            };
-            let drift = dynamics.drift::<6>(k, &mut point)?;
-            let linear = dynamics.linear_drift(&drift, &dynamics.drift_matrix(&drift), &between);
-            free = blocks([[&zero, &linear.h12], [&zero, &linear.h22]]);
-            (drift, linear.b, blocks([[&linear.f_t, &linear.b], [&zero, &linear.c]]))
-        };
-        let of_attitudes = |block: Matrix3| blocks([[&block, &Matrix3::zeros()], [&Matrix3::zeros(); 2]]);
-        let (mut before, mut h) =
-            (Matrix6::identity(), free + d.transpose() * of_attitudes(kicks[1] * bent) * d);
-        if kicks[0] > 0.0 {
-            let costate = dynamics.drift_costate_back::<6>(&drift, &between);
-            let (gradient, bent) = dynamics.field_derivatives(&begin, &costate.pi);
-            before = kick(&(kicks[0] * gradient));
-            h = of_attitudes(kicks[0] * bent) + before.transpose() * h * before;
-        }
-        let last = kick(&(kicks[1] * gradient));
-        let (after, wheels) = (last * d, last * wheels);
-        let of_momenta = |matrix: &Matrix6| matrix.fixed_view::<6, 3>(0, 3).into_owned();
-        Ok(LinearStep {
-            a: after * before,
-            b: kicks[0] * (of_momenta(&after) - wheels) + kicks[1] * of_momenta(&Matrix6::identity()),
-            h,
-            length: acts,
-            kicks,
-            drift,
-            drift_b,
-            after,
-            wheels,
-            gradient,
-            ..given
-        })
-    }
-}
-
 fn blocks(of: [[&Matrix3; 2]; 2]) -> Matrix6 {
     Matrix6::from_fn(|row, column| of[row / 3][column / 3][(row % 3, column % 3)])
-}
-
-/// What the inputs can still give: `B W⁻¹Bᵀ` and `W⁻¹Bᵀ` of those that are not at their limits.
-struct Law {
-    axes: Matrix3xX<f64>,
-    weight: DMatrix<f64>,
-    sizes: Option<Vec<f64>>,
-    one_sided: bool,
-    norm: Option<f64>,
-    /// The scaled authority per SI one, and a scaled dual torque in SI.
-    authority: f64,
-    dual: f64,
-}
-
-/// Part of a limit within which an input counts as being at it: round-off of a mean of two.
-const AT_LIMIT: f64 = 1e-9;
-
-impl Law {
-    fn of(problem: &Problem, units: &Units) -> Self {
-        let weights = problem.objective.weights();
-        let torque = weights.torque(&problem.actuation);
-        let axes = torque.set.axes();
-        let limits = torque.set.limits();
-        Self {
-            axes: Matrix3xX::from_fn(axes.len(), |row, column| axes[column][row]),
-            weight: torque.weight.clone(),
-            sizes: limits.size.clone(),
-            one_sided: limits.one_sided,
-            norm: limits.norm,
-            authority: units.cost / units.momentum() / units.torque(),
-            dual: units.cost / units.momentum(),
-        }
-    }
-
-    /// Those two where `inputs` are given.
-    fn at(&self, applied: &Applied, problem: &Problem) -> (Matrix3, DMatrix<f64>) {
-        let inputs = &applied.inputs;
-        let m = inputs.len();
-        // Inputs that switch are at their limits always: what corrects them has an authority held back for it.
-        let free = |index: &usize| {
-            problem.switches()
-                || self.sizes.as_ref().is_none_or(|sizes| {
-                    let at = (1.0 - AT_LIMIT) * sizes[*index];
-                    inputs[*index].abs() < at && !(self.one_sided && inputs[*index] <= 0.0)
-                })
-        };
-        let free: Vec<usize> = (0..m).filter(free).collect();
-        let mut gain = DMatrix::zeros(m, 3);
-        if free.is_empty() {
-            return (Matrix3::zeros(), gain);
-        }
-        let b = self.axes.select_columns(&free);
-        let weight = self.weight.select_rows(&free).select_columns(&free);
-        if let Some(factor) = weight.cholesky() {
-            let of_free = factor.solve(&b.transpose());
-            for (row, index) in free.iter().enumerate() {
-                gain.row_mut(*index).copy_from(&of_free.row(row));
-            }
-        }
-        let torque = problem.actuation.torque.output(inputs);
-        let at_norm =
-            self.norm.filter(|norm| !problem.switches() && torque.norm() >= (1.0 - AT_LIMIT) * norm);
-        let mut authority = Matrix3::from_iterator((&self.axes * &gain).iter().copied());
-        if at_norm.is_some() {
-            // Along the sphere of the norm only: `P S P`, given by the inputs of least effort.
-            let out = torque.normalize();
-            let along = Matrix3::identity() - out * out.transpose();
-            let inverse =
-                authority.pseudo_inverse(1e-12 * authority.amax()).unwrap_or_else(|_| Matrix3::zeros());
-            let change = inverse * (along * authority * along);
-            gain *= DMatrix::from_column_slice(3, 3, change.as_slice());
-            authority = along * authority * along;
-        }
-        (0.5 * (authority + authority.transpose()) * self.authority, gain * self.dual)
-    }
 }
