@@ -59,87 +59,70 @@ fn without_errors_the_plan_is_flown_to_its_end() {
     }
 }
 
-/// The derivative of the flown loop by every parameter and every component of the start is the linear one, to the order of the
-/// scheme: errors fall fourfold with half the step.
-#[test]
-fn the_loop_has_the_derivatives_of_the_linear_model() {
-    let apart = |steps: usize, closed: bool| {
-        let problem = maneuver(steps);
-        let plan = planned(&problem);
-        let linear = LinearPlan::flown(&problem, &plan).unwrap();
-        let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
-        let gains = closed.then_some(&gains);
-        let uncertainty = Uncertainty { parameters: parameters(1.0), ..Uncertainty::default() };
-        let covariance = Covariance::along(&linear, gains, &uncertainty);
-        let campaign = Campaign::new(&problem, &linear, gains, &uncertainty, Plant::default(), 1);
-        let count = uncertainty.parameters.len();
-        let end = |index: usize, size: f64| {
-            let mut values = vec![0.0; count];
-            values[index] = size;
-            let mut j = *problem.body.inertia.j();
-            if let Parameter::Inertia(delta) = uncertainty.parameters[index].1 {
-                j += delta * size;
-            }
-            let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
-            campaign.run(&values, Inertia::new(j).unwrap(), &Vector6::zeros(), streams, |_| ()).unwrap().end
-        };
-        let mut worst: f64 = 0.0;
-        let size = 1e-5;
-        for index in 0..count {
-            let found = (end(index, size) - end(index, -size)) / (2.0 * size);
-            let expected = covariance.end_by_parameter[index];
-            let error = (found - expected).amax()
-                / covariance.end_by_parameter.iter().map(|c| c.amax()).fold(0.0, f64::max);
-            worst = worst.max(error);
+/// The inertia of a craft of these parameters.
+fn inertia(problem: &Problem, parameters: &[(String, Parameter, f64)], values: &[f64]) -> Inertia {
+    let mut j = *problem.body.inertia.j();
+    for (value, (_, parameter, _)) in values.iter().zip(parameters) {
+        if let Parameter::Inertia(delta) = parameter {
+            j += delta * *value;
         }
-        worst
+    }
+    Inertia::new(j).unwrap()
+}
+
+/// The end of a craft of these parameters, `[ζ; δΩ]`, that begins at `beside`, without noise.
+fn end_of(campaign: &Campaign<'_>, values: &[f64], beside: &Vector6) -> Vector6 {
+    let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
+    let inertia = inertia(campaign.problem, &campaign.uncertainty.parameters, values);
+    campaign.run(values, inertia, beside, streams, |_| ()).unwrap().end
+}
+
+/// How far the derivatives of the flown loop by its parameters are from the linear ones, of the largest of these.
+fn derivatives_apart(problem: &Problem, closed: bool) -> f64 {
+    let linear = LinearPlan::flown(problem, &planned(problem)).unwrap();
+    let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
+    let gains = closed.then_some(&gains);
+    let uncertainty = Uncertainty { parameters: parameters(1.0), ..Uncertainty::default() };
+    let expected = Covariance::along(&linear, gains, &uncertainty).end_by_parameter;
+    let campaign = Campaign::new(problem, &linear, gains, &uncertainty, Plant::default(), 1);
+    let end = |index: usize, size: f64| {
+        let mut values = vec![0.0; expected.len()];
+        values[index] = size;
+        end_of(&campaign, &values, &Vector6::zeros())
     };
+    let size = 1e-5;
+    let largest = expected.iter().map(|column| column.amax()).fold(0.0, f64::max);
+    let apart = |index: usize| {
+        let found = (end(index, size) - end(index, -size)) / (2.0 * size);
+        (found - expected[index]).amax() / largest
+    };
+    (0..expected.len()).map(apart).fold(0.0, f64::max)
+}
+
+fn falls_fourfold_with_half_the_step(problem: impl Fn(usize) -> Problem) {
     for closed in [false, true] {
-        let (coarse, fine) = (apart(60, closed), apart(120, closed));
+        let (coarse, fine) =
+            (derivatives_apart(&problem(60), closed), derivatives_apart(&problem(120), closed));
         let order = (coarse / fine).log2();
         assert!((1.6..2.6).contains(&order) && fine < 2e-3, "{closed}: {coarse:e} {fine:e}");
     }
 }
 
+/// The derivative of the flown loop by every parameter is the linear one, to the order of the scheme.
+#[test]
+fn the_loop_has_the_derivatives_of_the_linear_model() {
+    falls_fourfold_with_half_the_step(maneuver);
+}
+
 /// The same of wheels, which store what they give: their momenta are states, and are as large as that of the body.
 #[test]
 fn the_loop_of_wheels_has_the_derivatives_of_the_linear_model() {
-    let apart = |steps: usize, closed: bool| {
-        let mut problem = maneuver(steps);
-        let axes =
-            [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)].map(|(x, y)| Vector3::new(x, y, 0.6)).to_vec();
+    falls_fourfold_with_half_the_step(|steps| {
+        let axes = [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)];
+        let axes = axes.map(|(x, y)| Vector3::new(x, y, 0.6)).to_vec();
         let wheels = Wheels { momentum: vec![0.3, -0.2, 0.4, 0.1], momentum_limit: vec![100.0; 4] };
-        problem.actuation = Actuation::of_wheels(axes, vec![10.0; 4], wheels).unwrap();
-        let plan = planned(&problem);
-        let linear = LinearPlan::flown(&problem, &plan).unwrap();
-        let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
-        let gains = closed.then_some(&gains);
-        let uncertainty = Uncertainty { parameters: parameters(1.0), ..Uncertainty::default() };
-        let covariance = Covariance::along(&linear, gains, &uncertainty);
-        let campaign = Campaign::new(&problem, &linear, gains, &uncertainty, Plant::default(), 1);
-        let end = |index: usize, size: f64| {
-            let mut values = vec![0.0; uncertainty.parameters.len()];
-            values[index] = size;
-            let mut j = *problem.body.inertia.j();
-            if let Parameter::Inertia(delta) = uncertainty.parameters[index].1 {
-                j += delta * size;
-            }
-            let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
-            campaign.run(&values, Inertia::new(j).unwrap(), &Vector6::zeros(), streams, |_| ()).unwrap().end
-        };
-        let size = 1e-5;
-        let largest = covariance.end_by_parameter.iter().map(|column| column.amax()).fold(0.0, f64::max);
-        let error = |index: usize| {
-            let found = (end(index, size) - end(index, -size)) / (2.0 * size);
-            (found - covariance.end_by_parameter[index]).amax() / largest
-        };
-        (0..uncertainty.parameters.len()).map(error).fold(0.0, f64::max)
-    };
-    for closed in [false, true] {
-        let (coarse, fine) = (apart(60, closed), apart(120, closed));
-        let order = (coarse / fine).log2();
-        assert!((1.6..2.6).contains(&order) && fine < 2e-3, "{closed}: {coarse:e} {fine:e}");
-    }
+        maneuver(steps).with_actuation(Actuation::of_wheels(axes, vec![10.0; 4], wheels).unwrap())
+    });
 }
 
 fn everything() -> Uncertainty {
@@ -200,15 +183,8 @@ fn bounded_errors_stay_within_their_ellipsoid() {
         for _ in 0..300 {
             let values: Vec<f64> =
                 uncertainty.parameters.iter().map(|_| small * random.uniform().signum()).collect();
-            let mut j = *problem.body.inertia.j();
-            for (value, (_, parameter, _)) in values.iter().zip(&uncertainty.parameters) {
-                if let Parameter::Inertia(delta) = parameter {
-                    j += delta * *value;
-                }
-            }
             let beside = Vector6::from_fn(|_, _| random.uniform()).normalize() * small;
-            let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
-            let end = campaign.run(&values, Inertia::new(j).unwrap(), &beside, streams, |_| ()).unwrap().end;
+            let end = end_of(&campaign, &values, &beside);
             largest = largest.max(end.dot(&(inverse * end)));
         }
         assert!(largest <= 1.0 && largest > 0.02, "{largest}");

@@ -201,32 +201,56 @@ impl<const N: usize> Flow<'_, N> {
         columns
     }
 
+    /// A covariance of the state as that of `[ζ; δΠ]`, rad and N·m·s.
+    fn si(&self, state: &Square<N>) -> Matrix6 {
+        let unit = |row: usize| self.plan.unit(row);
+        Matrix6::from_fn(|row, column| state[(row, column)] * unit(row) * unit(column))
+    }
+
+    /// Intensity of the noise of the torque, scaled.
+    fn noise_of_torque(&self) -> Matrix3 {
+        let units = self.plan.units();
+        self.uncertainty.torque_noise / (units.torque() * units.torque() * units.time)
+    }
+
+    /// Covariance of what is measured, scaled.
+    fn sensors(&self) -> Square<N> {
+        let of_rates = self.of_rates();
+        Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()))
+    }
+
+    /// `δJ Ω*` of each parameter at a node: what a rate that is known has of momentum in the true body.
+    fn of_known_rate(&self, node: usize) -> Columns<N> {
+        let rate = *self.plan.node(node).1;
+        self.columns(|parameter| match parameter {
+            Parameter::Inertia(delta) => momenta(&(self.plan.scaled_inertia(delta) * rate)),
+            _ => Vector6::zeros(),
+        })
+    }
+
+    /// `B K` of a step for the whole state; zero open loop.
+    fn gain(&self, step: usize) -> SMatrix<f64, 3, N> {
+        let mut gain = SMatrix::<f64, 3, N>::zeros();
+        if let Some(gains) = self.gains {
+            gain.fixed_view_mut::<3, 6>(0, 0).copy_from(&gains.torque(self.plan, step));
+        }
+        gain
+    }
+
     fn carry(&self) -> Covariance {
         let (plan, count) = (self.plan, self.plan.count());
         let of_rates = self.of_rates();
-        let si = |state: &Square<N>| {
-            let scaled = Self::part(state);
-            Matrix6::from_fn(|row, column| scaled[(row, column)] * plan.unit(row) * plan.unit(column))
-        };
         let torque_unit = plan.units().torque();
-        let noise_of_torque = self.uncertainty.torque_noise / (torque_unit * torque_unit * plan.units().time);
-        let sensors = Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()));
+        let (noise_of_torque, sensors) = (self.noise_of_torque(), self.sensors());
         let first = plan.first();
         let start = first * of_rates;
         let mut p = Self::whole(&(start * self.uncertainty.start * start.transpose()));
-        // A start whose rate is known has the momentum of the true body.
-        let rate = *plan.node(0).1;
-        let mut s = self.columns(|parameter| {
-            let known = match parameter {
-                Parameter::Inertia(delta) => first * momenta(&(plan.scaled_inertia(delta) * rate)),
-                _ => Vector6::zeros(),
-            };
-            known + plan.outer_disturbance(0, parameter)
-        });
+        let mut s = Self::whole(&first) * self.of_known_rate(0)
+            + self.columns(|parameter| plan.outer_disturbance(0, parameter));
         let mut states = Vec::with_capacity(count + 1);
         let mut torque = Vec::with_capacity(count);
         let mut inputs = Vec::new();
-        states.push(si(&(p + self.of_parameters(&s))));
+        states.push(self.si(&(p + self.of_parameters(&s))));
         let mut last: Option<(Matrix6, Columns<N>)> = None;
         for k in 0..count {
             let (a, b) = self.step(k);
@@ -236,11 +260,10 @@ impl<const N: usize> Flow<'_, N> {
                 p = a * p * a.transpose() + noise;
                 s = a * &s + disturbed;
                 torque.push(Vector3::zeros());
-                states.push(si(&(p + self.of_parameters(&s))));
+                states.push(self.si(&(p + self.of_parameters(&s))));
                 continue;
             };
-            let mut gain = SMatrix::<f64, 3, N>::zeros();
-            gain.fixed_view_mut::<3, 6>(0, 0).copy_from(&gains.torque(plan, k));
+            let gain = self.gain(k);
             let measured = self.columns(|parameter| plan.measured(k, parameter));
             let seen = Self::part(&(p + sensors + self.of_parameters(&(&s + &measured))));
             torque.push(deviations(&gains.torque(plan, k), &seen).map(|sigma| sigma * torque_unit));
@@ -263,7 +286,7 @@ impl<const N: usize> Flow<'_, N> {
             let closed = a - answered;
             p = closed * p * closed.transpose() + answered * sensors * answered.transpose() + noise;
             s = closed * &s + disturbed - answered * measured;
-            states.push(si(&(p + self.of_parameters(&s))));
+            states.push(self.si(&(p + self.of_parameters(&s))));
         }
         let (end, moved) = last.unwrap_or_else(|| {
             let back = Self::whole(&plan.last());
@@ -277,32 +300,19 @@ impl<const N: usize> Flow<'_, N> {
     fn bound(&self) -> Bounded {
         let (plan, count) = (self.plan, self.plan.count());
         let of_rates = self.of_rates();
-        let si = |scaled: &Matrix6| {
-            Matrix6::from_fn(|row, column| scaled[(row, column)] * plan.unit(row) * plan.unit(column))
-        };
-        let unit = plan.units().torque();
-        let noise_of_torque = self.uncertainty.torque_noise / (unit * unit * plan.units().time);
-        let sensors = Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()));
+        let (noise_of_torque, sensors) = (self.noise_of_torque(), self.sensors());
         let mut p = Self::whole(&(of_rates * self.uncertainty.start * of_rates.transpose()));
-        let rate = *plan.node(0).1;
-        let mut s = self.columns(|parameter| match parameter {
-            Parameter::Inertia(delta) => momenta(&(plan.scaled_inertia(delta) * rate)),
-            _ => Vector6::zeros(),
-        });
+        let mut s = self.of_known_rate(0);
         let with = |p: &Square<N>, s: &Columns<N>| {
             let segments = s.column_iter().zip(&self.uncertainty.parameters);
             let segments =
                 segments.map(|(column, (_, _, sigma))| column * column.transpose() * (sigma * sigma));
             minkowski(&std::iter::once(*p).chain(segments).collect::<Vec<_>>())
         };
-        let mut states = vec![si(&Self::part(&with(&p, &s)))];
+        let mut states = vec![self.si(&with(&p, &s))];
         for k in 0..count {
             let (a, b) = self.step(k);
-            let mut gain = SMatrix::<f64, 3, N>::zeros();
-            if let Some(gains) = self.gains {
-                gain.fixed_view_mut::<3, 6>(0, 0).copy_from(&gains.torque(plan, k));
-            }
-            let answered = b * gain;
+            let answered = b * self.gain(k);
             let closed = a - answered;
             let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
             p = minkowski(&[
@@ -312,15 +322,10 @@ impl<const N: usize> Flow<'_, N> {
             ]);
             s = closed * &s + self.disturbed(k)
                 - answered * self.columns(|parameter| plan.measured(k, parameter));
-            states.push(si(&Self::part(&with(&p, &s))));
+            states.push(self.si(&with(&p, &s)));
         }
         let to_rates = of_rates.try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN));
-        let rate = *plan.node(count).1;
-        let known = self.columns(|parameter| match parameter {
-            Parameter::Inertia(delta) => momenta(&(plan.scaled_inertia(delta) * rate)),
-            _ => Vector6::zeros(),
-        });
-        let end = to_rates * Self::part(&with(&p, &(s - known))) * to_rates.transpose();
+        let end = to_rates * Self::part(&with(&p, &(s - self.of_known_rate(count)))) * to_rates.transpose();
         Bounded { states, end }
     }
 
@@ -333,15 +338,9 @@ impl<const N: usize> Flow<'_, N> {
         end: &Matrix6,
         moved: &Columns<N>,
     ) -> Covariance {
-        let plan = self.plan;
         let to_rates = self.of_rates().try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN));
-        let rate = *plan.node(plan.count()).1;
         // δΩ = J₀⁻¹ (δΠ − δJ Ω*).
-        let known = self.columns(|parameter| match parameter {
-            Parameter::Inertia(delta) => momenta(&(plan.scaled_inertia(delta) * rate)),
-            _ => Vector6::zeros(),
-        });
-        let columns = Self::whole(&to_rates) * (moved - known);
+        let columns = Self::whole(&to_rates) * (moved - self.of_known_rate(self.plan.count()));
         let end_of_parameters = Self::part(&self.of_parameters(&columns));
         Covariance {
             states,
