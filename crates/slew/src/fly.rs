@@ -178,7 +178,6 @@ impl Runs<'_> {
         let record = RunRecord {
             name: self.problem.name.clone(),
             seed: self.args.seed,
-            first: 0,
             cases: flights.first().map_or(0, |flight| flight.cases.len()),
             time_s: began.elapsed().as_secs_f64(),
             loops: flights.iter().map(|flight| LoopRecord::new(self.problem, flight)).collect(),
@@ -190,7 +189,7 @@ impl Runs<'_> {
             Format::Json => record.write(output),
             _ => {
                 let as_arrays = format == Format::Npz;
-                write_cases(self.problem, self.uncertainty, 0, &flights, as_arrays, output)
+                write_cases(self.problem, self.uncertainty, &flights, as_arrays, output)
             }
         })?;
         Ok(if stopped { Exit::Plan(slewkit::plan::Status::Interrupted) } else { Exit::Solved })

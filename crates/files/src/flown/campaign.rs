@@ -30,8 +30,6 @@ pub struct RunRecord {
     pub name: String,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// The first case.
-    pub first: u64,
     /// How many.
     pub cases: usize,
     /// Wall time \[s\]: the only key that differs between two runs.
@@ -240,7 +238,6 @@ impl Columns<'_> {
 pub fn write_cases(
     problem: &Problem,
     uncertainty: &Uncertainty,
-    first: u64,
     flights: &[Flight<'_>],
     as_arrays: bool,
     output: &mut dyn Write,
@@ -266,7 +263,7 @@ pub fn write_cases(
     writeln!(output, "loop,case,{}", heads.iter().map(quoted).collect::<Vec<_>>().join(","))?;
     for flight in flights {
         for (index, case) in flight.cases.iter().enumerate() {
-            write!(output, "{},{}", flight.name, first + index as u64)?;
+            write!(output, "{},{index}", flight.name)?;
             for number in columns.row(case) {
                 if number.is_nan() { write!(output, ",")? } else { write!(output, ",{number:?}")? }
             }
