@@ -53,7 +53,6 @@ impl Default for Plant {
 
 /// What became of one case.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Flown {
     /// `[ζ; δΩ]` at the end, rad and rad/s: true minus planned, body axes.
     pub end: Vector6,

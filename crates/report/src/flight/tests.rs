@@ -5,40 +5,13 @@ use super::*;
 use crate::draw::{Picture, Sky};
 use slewkit::plan::{self, Plan, Silent};
 use slewkit_files::flown::UncertaintyRecord;
-use slewkit_files::spec::{self, Format, Loaded};
+use slewkit_files::spec::{self, Format, Loaded, Override};
 
-const SPEC: &str = r#"
-format = 1
-[body]
-inertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
-[actuators]
-torque_limit_n_m = 2
-[start]
-attitude = { axis = [0, 0, 1], angle_deg = 0 }
-[end]
-attitude = { euler_zyx_deg = [80, -25, 40] }
-[maneuver]
-duration_s = 60
-steps = 60
-[[constraint]]
-kind = "keep_out"
-name = "Sun"
-boresight_body = [1, 0, 0]
-direction_inertial = { ra_deg = 45, dec_deg = 2 }
-half_angle_deg = 20
-"#;
-
-const FLOWN: &str = "
-[feedback]
-[uncertainty]
-start = { attitude_deg = 0.3, angular_velocity_deg_s = 0.005 }
-inertia = { relative = 0.02 }
-actuators = { scale = 0.02 }
-sensor = { attitude_deg = 0.003, angular_velocity_deg_s = 1e-4 }
-";
-
-fn planned(text: &str) -> (Loaded, Plan) {
-    let mut loaded = spec::from_str(text, "spec", Format::Toml, &[]).unwrap();
+/// The slew that flies, without a chance to keep, on fewer steps.
+fn planned() -> (Loaded, Plan) {
+    let text = include_str!("../../../../problems/flies.toml").replace("chance = 0.01\n", "");
+    let fewer = [Override::parse("maneuver.steps=60").unwrap()];
+    let mut loaded = spec::from_str(&text, "spec", Format::Toml, &fewer).unwrap();
     let plan = plan::plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
     loaded.problem = plan.solution.on_grid(&loaded.problem);
     (loaded, plan)
@@ -62,7 +35,7 @@ fn map(shown: &[Shown]) -> (&Sky, &str) {
 
 #[test]
 fn curves_table_and_ellipses_are_those_of_the_covariances() {
-    let (loaded, plan) = planned(&format!("{SPEC}{FLOWN}"));
+    let (loaded, plan) = planned();
     let subject = subject(&loaded, &plan);
     let shown = pictures(&subject);
     let beside = subject.beside().unwrap();
@@ -141,7 +114,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
 /// Nothing asked, gains alone, and no gains.
 #[test]
 fn what_is_not_asked_is_not_shown() {
-    let (mut loaded, plan) = planned(&format!("{SPEC}{FLOWN}"));
+    let (mut loaded, plan) = planned();
     let page_of = |loaded: &Loaded| {
         let Loaded { problem, settings, identity, closed_loop, .. } = loaded;
         page::plan_page(problem, settings, &plan, identity, closed_loop, "zyx")
