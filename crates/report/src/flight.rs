@@ -1,5 +1,7 @@
 //! The plan in flight: how far from it a craft is that differs, open loop and under the gains, to first order.
 
+mod bands;
+
 use super::boresight::boresights;
 use super::charts::{shown, time_axis};
 use super::summary::inputs::scale;
@@ -54,7 +56,8 @@ fn of_attitude(state: &Matrix6) -> Matrix3 {
 
 /// The charts.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
-    pointing(subject).into_iter().chain(corrections(subject)).collect()
+    let linear = pointing(subject).into_iter().chain(corrections(subject));
+    linear.chain(bands::charts(subject)).collect()
 }
 
 /// How far each boresight is from where the plan has it.

@@ -47,7 +47,7 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
 
 /// The names of all pictures that a plan may have, in their order.
-pub const KEYS: [&str; 21] = [
+pub const KEYS: [&str; 23] = [
     "sky",
     "inputs",
     "forces",
@@ -60,6 +60,8 @@ pub const KEYS: [&str; 21] = [
     "clearance",
     "pointing",
     "corrections",
+    "flown_pointing",
+    "flown_commands",
     "euler",
     "quaternion",
     "error",

@@ -117,7 +117,7 @@ fn what_is_not_asked_is_not_shown() {
     let (mut loaded, plan) = planned();
     let page_of = |loaded: &Loaded| {
         let Loaded { problem, settings, identity, closed_loop, .. } = loaded;
-        page::plan_page(problem, settings, &plan, identity, closed_loop, "zyx")
+        page::plan_page(problem, settings, &plan, identity, (closed_loop, None), "zyx")
     };
     let page = page_of(&loaded);
     assert!(page.contains("<section id=\"flight\">") && page.contains("<dt>uncertain</dt>"));

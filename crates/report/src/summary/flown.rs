@@ -3,13 +3,13 @@
 use super::lines::{Lines, TEXT, wrapped};
 use super::{Tone, headline};
 use slewkit::Vector3;
-use slewkit::assured::{Beside, Margins};
+use slewkit::assured::Beside;
 use slewkit::closed_loop::Flown;
 use slewkit::feedback::Kind;
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
-use slewkit_files::flown::{LoopRecord, RunRecord, boresights};
+use slewkit_files::flown::{LoopRecord, MarginsRecord, RunRecord, boresights};
 use slewkit_files::spec::{ClosedLoop, escape};
 
 /// Probabilities below this are told by the tail of the normal law alone.
@@ -20,7 +20,7 @@ pub fn beside(
     problem: &Problem,
     closed_loop: &ClosedLoop,
     beside: &Beside,
-    margins: Option<&Margins>,
+    margins: Option<&MarginsRecord>,
 ) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(gains) = &beside.gains {
@@ -63,7 +63,7 @@ pub fn beside(
     });
     lines.lines("chance", chances.flat_map(|text| wrapped(&text, TEXT)));
     if let Some(margins) = margins {
-        lines.lines("margin", wrapped(&kept(closed_loop, margins), TEXT));
+        lines.lines("margin", wrapped(&kept(margins), TEXT));
     }
     lines
 }
@@ -135,10 +135,11 @@ fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<Str
 }
 
 /// What keeping chances took.
-fn kept(closed_loop: &ClosedLoop, margins: &Margins) -> String {
-    let each = closed_loop.chances.iter().zip(&margins.margins).map(|(chance, margin)| {
-        format!("{} {} deg", escape(&chance.constraint), significant(margin.to_degrees(), 4))
-    });
+fn kept(margins: &MarginsRecord) -> String {
+    let each = margins
+        .margins_deg
+        .iter()
+        .map(|(name, margin)| format!("{} {} deg", escape(name), significant(*margin, 4)));
     let agreed = if margins.agreed { "" } else { "; margins and covariances do not agree yet" };
     format!(
         "{} for the chances asked, found in {}; without them the cost is {}{agreed}",
