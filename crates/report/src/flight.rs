@@ -260,8 +260,10 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         .collect();
     for (index, chance) in chances[0].iter().enumerate() {
         let asked = subject.closed_loop()?.chances.iter().find(|asked| asked.constraint == chance.name);
-        let asked =
-            asked.map_or(String::new(), |asked| format!(", asked at most {}", significant(asked.at_most, 2)));
+        let when = |of_motion: bool| if of_motion { " over the motion" } else { "" };
+        let asked = asked.map_or(String::new(), |asked| {
+            format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
+        });
         let cell = |chances: &Vec<Chance>| {
             let chance = &chances[index];
             let at = significant(beside.linear.times()[chance.worst], 3);

@@ -12,7 +12,7 @@
 //! published CubeSat and of an effort slew of it with 2 % of error in the inertia, open and closed loop.
 
 use evidence::Random;
-use slewkit::assured::{self, Beside, Kept};
+use slewkit::assured::{self, Beside, Kept, Over};
 use slewkit::closed_loop::{Campaign, Flown, Moment, Plant, Proportion, Sampled};
 use slewkit::feedback::{Gains, Kind};
 use slewkit::maneuver::constraint::angle_between;
@@ -143,7 +143,7 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         index += 1;
         let Some(problem) = past_a_cone(maneuver(&mut random))? else { continue };
         let uncertainty = uncertainty(&problem);
-        let asked = [Kept { constraint: "cone", at_most: ASKED }];
+        let asked = [Kept { constraint: "cone", at_most: ASKED, over: Over::Instant }];
         let settings = Settings::default();
         let found = assured::plan(&problem, &settings, Some(NEIGHBOURING), &uncertainty, &asked, &mut Silent);
         let Ok((with, found, margins)) = found else { continue };

@@ -50,6 +50,34 @@ fn a_plan_tells_its_gains_its_chances_and_what_they_cost() {
     folder.slew(&["verify", "plan.json"]).ends(0);
 }
 
+/// A chance over the motion is what flights of another seed have; it takes more than that of an instant.
+#[test]
+fn the_chance_of_a_motion_is_kept_in_flight() {
+    let folder = planned(FLIES);
+    let of_motion = ["--set", "constraint.0.chance_over=motion", "--set", "constraint.0.chance=0.02"];
+    folder
+        .slew(&[&["plan", "spec.toml", "-o", "motion.json"], &of_motion[..]].concat())
+        .ends(0)
+        .tells("asked at most 0.020 over the motion")
+        .tells("of the flights violate Sun at any time");
+    let plan = folder.json("motion.json");
+    let margins = &plan["uncertainty"]["margins"];
+    assert_eq!((&margins["agreed"], &margins["counted"][0][0]), (&true.into(), &"Sun".into()));
+    let [low, high] = [0, 1].map(|end| number(&margins["counted"][0][1]["interval"][end]));
+    assert!(low < 0.02 && 0.02 < high, "{margins}");
+    assert_eq!(plan["spec"]["constraint"][0]["chance_over"], "motion");
+    let told = folder
+        .slew(&["fly", "motion.json", "--cases", "10000", "--loop", "closed", "--format", "json", "-q"])
+        .ends(0)
+        .json();
+    let part = number(&told["loops"][0]["end"]["constraints"][0]["violated"]["part"]);
+    // Both counts err: by a tenth, and by a fourteenth.
+    assert!(part > 0.7 * 0.02 && part < 1.4 * 0.02, "{part}");
+    folder.slew(&["report", "motion.json", "-o", "motion.html"]).ends(0);
+    let page = folder.read("motion.html");
+    assert!(page.contains("<dt>margin</dt>") && page.contains("Commands in flight"));
+}
+
 #[test]
 fn cases_agree_with_the_linear_theory_and_are_the_same_alone() {
     let folder = planned(at_once());

@@ -75,6 +75,28 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     }
     assert!((inputs[1].1[7].1 / closed.input_sigma[7][1] - 3.0).abs() < 1e-12);
 
+    // Percentiles of the flown cases: near those of the linear theory, and a band of three deviations about the commands.
+    let flown = curves(&shown, "flown_pointing");
+    assert_eq!(flown.len(), 6);
+    for (marks, lines) in flown[1..3].iter().zip(&flown[4..]) {
+        assert!(marks.0.ends_with("flown") && lines.0.ends_with("linear"), "{} {}", marks.0, lines.0);
+        for ((time, mark), (_, value)) in marks.1.iter().zip(&lines.1) {
+            // Of 1000 cases: three standard errors of the median, four of the 90 %.
+            assert!((mark / value - 1.0).abs() < 0.15, "{} at {time} s: {mark} and {value}", marks.0);
+        }
+    }
+    let commands = curves(&shown, "flown_commands");
+    assert_eq!(commands.len(), 6);
+    for input in 0..3 {
+        let (planned, band) = (&commands[input].1, &commands[3 + input].1);
+        assert_eq!(planned[7].1, beside.linear.inputs(7)[input]);
+        for (step, ends) in band.chunks_exact(2).enumerate() {
+            let half = 0.5 * (ends[1].1 - ends[0].1);
+            let ratio = half / (3.0 * closed.input_sigma[step][input]);
+            assert!(ratio > 0.75 && ratio < 1.35, "input {input}, step {step}: {ratio}");
+        }
+    }
+
     // Ellipses: on each the quadratic form of the covariance is the same, −2 ln(1 − p).
     let (sky, remark) = map(&shown);
     let (rings, factor) = rings(&subject);

@@ -54,8 +54,9 @@ pub fn beside(
     }
     let chances = beside.chances.iter().map(|chance| {
         let asked = closed_loop.chances.iter().find(|asked| asked.constraint == chance.name);
-        let of =
-            asked.map_or(String::new(), |asked| format!(", asked at most {}", significant(asked.at_most, 2)));
+        let of = asked.map_or(String::new(), |asked| {
+            format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked))
+        });
         let tail = if chance.largest() < SAMPLED { " (by the tail of the normal law)" } else { "" };
         let at = significant(beside.linear.times()[chance.worst], 3);
         let name = escape(&chance.name);
@@ -66,6 +67,11 @@ pub fn beside(
         lines.lines("margin", wrapped(&kept(margins), TEXT));
     }
     lines
+}
+
+/// When a constraint may be violated with its chance, where that is not the worst instant.
+fn when(asked: &slewkit_files::spec::Chance) -> &'static str {
+    if asked.of_motion { " over the motion" } else { "" }
 }
 
 fn radii(problem: &Problem, covariance: &Covariance) -> f64 {
@@ -140,9 +146,18 @@ fn kept(margins: &MarginsRecord) -> String {
         .margins_deg
         .iter()
         .map(|(name, margin)| format!("{} {} deg", escape(name), significant(*margin, 4)));
+    let flown = margins.counted.iter().map(|(name, counted)| {
+        let [low, high] = counted.interval.map(percent);
+        format!(
+            "; {} of the flights violate {} at any time, {low} to {high}",
+            percent(counted.part),
+            escape(name)
+        )
+    });
+    let flown: String = flown.collect();
     let agreed = if margins.agreed { "" } else { "; margins and covariances do not agree yet" };
     format!(
-        "{} for the chances asked, found in {}; without them the cost is {}{agreed}",
+        "{} for the chances asked, found in {}; without them the cost is {}{flown}{agreed}",
         each.collect::<Vec<_>>().join(", "),
         counted(margins.plans, "plan"),
         significant(margins.cost_without, 6)
