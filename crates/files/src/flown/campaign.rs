@@ -1,9 +1,9 @@
 //! Results of `slew fly`: what many cases say, each case, and one case step by step.
 
-use super::plan::{PointingRecord, boresights};
+use super::plan::{Part, PointingRecord, boresights};
 use crate::exchange::Arrays;
 use crate::export::{ExportError, write_document};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use slewkit::Vector3;
 use slewkit::closed_loop::{Flown, Lost, Moment, Proportion, Sampled, quantile};
 use slewkit::lie;
@@ -77,23 +77,6 @@ pub struct CampaignRecord {
     pub pointing: Vec<PointedRecord>,
     /// Of each constraint.
     pub constraints: Vec<ConstraintRecord>,
-}
-
-/// A part of the cases with its interval of 95 %.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Part {
-    /// How many cases.
-    pub count: u64,
-    /// Which part.
-    pub part: f64,
-    /// Its interval (Clopper and Pearson).
-    pub interval: [f64; 2],
-}
-
-impl From<Proportion> for Part {
-    fn from(of: Proportion) -> Self {
-        Self { count: of.count, part: of.part(), interval: [of.low, of.high] }
-    }
 }
 
 /// A boresight at the ends of all cases.

@@ -1,11 +1,11 @@
 //! Gains and covariances in a plan file.
 
-use super::Part;
 use crate::export::nulls::null_is_nan;
 use crate::spec::ClosedLoop;
 use serde::{Deserialize, Serialize};
 use slewkit::Vector3;
 use slewkit::assured::{Beside, Margins};
+use slewkit::closed_loop::Proportion;
 use slewkit::feedback::{Gains, Kind};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::optimize::linear_plan::{Matrix6, Vector6};
@@ -86,6 +86,23 @@ pub struct ChanceRecord {
     pub room_deg: f64,
     /// At each node.
     pub nodes: Vec<f64>,
+}
+
+/// A part of the cases with its interval of 95 %.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// How many cases.
+    pub count: u64,
+    /// Which part.
+    pub part: f64,
+    /// Its interval (Clopper and Pearson).
+    pub interval: [f64; 2],
+}
+
+impl From<Proportion> for Part {
+    fn from(of: Proportion) -> Self {
+        Self { count: of.count, part: of.part(), interval: [of.low, of.high] }
+    }
 }
 
 /// What keeping chances took.
