@@ -291,6 +291,14 @@ impl Direction {
         }
     }
 
+    /// Length of the vector that it leads along, in its unit; `None` of one that is only a direction.
+    pub fn distance(&self, time: f64) -> Option<f64> {
+        match self {
+            Self::Moving(track) | Self::Disc { centre: track, .. } => Some(track.at(time)[0].norm()),
+            Self::Fixed(_) | Self::InFrame(_) => None,
+        }
+    }
+
     /// Whether it stands still in axes of the reference frame, which turns at `frame_rate`.
     pub fn is_still(&self, frame_rate: &Vector3) -> bool {
         match self {

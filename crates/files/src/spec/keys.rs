@@ -217,6 +217,11 @@ tables! {
         /// The moment of time zero, with its time scale (UTC, TAI, TT, TDB, GPS), as in "2026-11-21T07:00:00 UTC".
         /// Files for other programs need it; plans do not depend on it.
         "epoch": Text(100);
+        /// Whether what is aimed at by name is seen where it was when its light left it: of stations, Moon and satellites. Default: none.
+        "light_time": Choice(&["none", "one_way"], &[]);
+        /// Whether what is aimed at by name is seen as from a satellite that moves: of all that gives light, stars by ra_deg among it.
+        /// Default: none.
+        "aberration": Choice(&["none", "satellite"], &[]);
         /// What files for other programs call the object, its frames and its inputs.
         "names": Table(&NAMES);
         /// The rigid body.
@@ -242,6 +247,8 @@ tables! {
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
         /// The orbit, where ends or cones aim at what depends on it. Axes of the reference frame are then those of the GCRS (ICRF).
         "orbit": Table(&ORBIT);
+        /// What stands around the spacecraft, for pictures and summaries: plan files write it where [orbit] and targets are told.
+        "scenery": Table(&SCENERY);
         /// What is uncertain, for `slew monte-carlo`; any other command plans the values as they stand.
         "dispersion": Table(&DISPERSION);
         /// Gains that keep the craft on the plan.
@@ -452,7 +459,7 @@ shared_keys! {
     /// Two-line elements, both lines, by SGP4.
     TLE_KEY = "tle": Texts(2);
     /// An orbit ephemeris message of CCSDS (OEM, keywords and values), relative to the folder of the spec: centre Earth, in ICRF, GCRF,
-    /// EME2000, TEME or ITRF.
+    /// EME2000, TOD, TEME or ITRF.
     OEM_KEY = "oem": Text(1000);
     /// Keplerian elements, osculating, GCRS: semi-major axis.
     AXIS_KEY = "semi_major_axis_m": Number(q::POSITION);
@@ -540,6 +547,29 @@ tables! {
         "polar_motion_x_arcsec": Number(q::COMPONENT);
         /// Coordinate y of the pole. Default: 0.
         "polar_motion_y_arcsec": Number(q::COMPONENT);
+    }
+}
+
+tables! {
+    static SCENERY {
+        /// From the centre of the Earth to the spacecraft, m.
+        "spacecraft": Table(&WAY);
+        /// From the spacecraft to the Sun, m.
+        "sun": Table(&WAY), needed "sun = { piece_s = 60, coefficients = [[1.5e11, 0, 0]] }";
+        /// From the spacecraft to the Moon, m.
+        "moon": Table(&WAY), needed "moon = { piece_s = 60, coefficients = [[3.8e8, 0, 0]] }";
+        /// From reference axes to those that turn with the Earth, at time zero.
+        "earth_axes": Matrix, needed "earth_axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
+        /// What the end points at, for people.
+        "target": Text(200);
+        /// Metres in the unit of the vector that the end points along; without it that is no place.
+        "target_unit_m": Number(q::SIZE);
+        LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY;
+    }
+
+    /// A vector as a function of time.
+    static WAY {
+        FROM_KEY; PIECE_KEY; TERMS_KEY; COEFFICIENTS_KEY;
     }
 }
 

@@ -5,7 +5,7 @@ use super::inputs;
 use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use super::stopped::{nearest, stopped};
 use super::verified::failures;
-use super::{firings, fixed_axis};
+use super::{firings, fixed_axis, target};
 use slewkit::maneuver::{
     Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
 };
@@ -50,6 +50,8 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         return lines;
     }
     lines.lines("arrives", arrives(problem, settings, found));
+    let aimed = target::told(problem, solution, identity);
+    lines.lines("target", aimed.iter().flat_map(|text| wrapped(text, TEXT)));
     lines.extend(inputs::told(problem, solution, found, identity));
     lines.lines(
         "firing",
