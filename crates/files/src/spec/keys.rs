@@ -434,13 +434,14 @@ const PLACES: &[&str] = &[
     "limb",
     "satellite",
     "orbit_vector",
+    "turning",
     "track",
 ];
 
 shared_keys! {
     /// What is aimed at: sun, anti_sun, moon, nadir (or earth), zenith, geodetic_nadir, velocity, anti_velocity, along_track,
-    /// orbit_normal, anti_orbit_normal, ground, limb, satellite (with the keys of its orbit), orbit_vector; or a track, as plan files write it. All but Sun and Moon need
-    /// [orbit], and all an epoch. Instead: ra_deg and dec_deg, or a vector, which stand still.
+    /// orbit_normal, anti_orbit_normal, ground, limb, satellite (with the keys of its orbit), orbit_vector; turning; or a track, as plan files write it. All but Sun, Moon and what turns need
+    /// [orbit], and all but that an epoch. Instead: ra_deg and dec_deg, or a vector, which stand still.
     AT_KEY = "at": Choice(PLACES, &[]);
     /// Right ascension, with dec_deg.
     RA_KEY = "ra_deg": Number(q::ANGLE_DEG);
@@ -483,6 +484,10 @@ shared_keys! {
     MODEL_KEY = "model": Choice(&["j2", "two_body"], &[]);
     /// For orbit_vector: along the track, the orbit normal, outward.
     ORBIT_VECTOR_KEY = "orbit_vector": Vector(q::COMPONENT);
+    /// For turning: the direction at time zero.
+    TURNING_KEY = "turning_vector": Vector(q::COMPONENT);
+    /// For turning: the angular velocity of what it is fixed in, reference axes.
+    TURNING_RATE_KEY = "turning_rate_deg_s": Vector(q::RATE_DEG);
     /// For track: when it begins. Default: 0.
     FROM_KEY = "from_s": Number(q::ELAPSED);
     /// For track: the length of a piece.
@@ -509,6 +514,7 @@ macro_rules! targets {
                 $visibility static $table {
                     $($(#[doc = $doc])* $name: $kind $(, needed $sample)?;)*
                     AT_KEY; RA_KEY; DEC_KEY; VECTOR_KEY; LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY; AZIMUTH_KEY; ORBIT_VECTOR_KEY;
+                    TURNING_KEY; TURNING_RATE_KEY;
                     TLE_KEY; OEM_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
                     PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
                     FROM_KEY; PIECE_KEY; TERMS_KEY; COEFFICIENTS_KEY; DISC_KEY;

@@ -172,6 +172,7 @@ impl Reading {
         own_keys(section, word)?;
         let target = match word {
             "track" => return track(section),
+            "turning" => return self.turning(section),
             "sun" => Target::Sun,
             "anti_sun" => Target::AntiSun,
             "moon" => Target::Moon,
@@ -210,6 +211,27 @@ impl Reading {
         let direction = self.told(section, word, found)?;
         self.targets.push(Named { used_by: used_by.into(), name: named(word, section), target });
         Some(direction)
+    }
+
+    /// What is fixed in something that turns, as a satellite that tumbles.
+    fn turning(&self, section: &Section) -> Option<Direction> {
+        for (key, sample) in [("turning_vector", "[0, 0, 1]"), ("turning_rate_deg_s", "[0, 0, 2]")] {
+            if !section.has(key) {
+                let reason = format!("`at = \"turning\"` needs `{key}`");
+                return section.refuse_here("E0021", reason, format!("add {key} = {sample}"));
+            }
+        }
+        self.known_ahead(section, "at")?;
+        let vector = axis(section, "turning_vector")?;
+        let rate = section.vector("turning_rate_deg_s")?.map(f64::to_radians);
+        if rate == Vector3::zeros() {
+            return Some(Direction::Fixed(vector));
+        }
+        let direction = Direction::turning(vector, rate, self.ahead);
+        let remedy = "give a smaller rate, or a shorter maneuver";
+        direction
+            .map_err(|error| section.error("E0076", "turning_rate_deg_s", error.to_string(), remedy))
+            .ok()
     }
 
     /// The disc of the Earth, whose limb a cone begins at.
@@ -389,6 +411,7 @@ fn keys_of(word: &str) -> &'static [&'static str] {
         "limb" => &["azimuth_deg", "height_m"],
         "satellite" => orbit::KEYS,
         "orbit_vector" => &["orbit_vector"],
+        "turning" => &["turning_vector", "turning_rate_deg_s"],
         "track" => &["from_s", "piece_s", "terms", "coefficients", "disc_radius"],
         _ => &[],
     }
@@ -397,7 +420,7 @@ fn keys_of(word: &str) -> &'static [&'static str] {
 /// Refuses a key that goes with another word of `at`: what is not used was meant to be.
 fn own_keys(section: &Section, word: &str) -> Option<()> {
     let own = keys_of(word);
-    for owner in ["ground", "limb", "satellite", "orbit_vector", "track"] {
+    for owner in ["ground", "limb", "satellite", "orbit_vector", "turning", "track"] {
         if let Some(key) = keys_of(owner).iter().find(|key| section.has(key) && !own.contains(key)) {
             let reason = format!("`{key}` goes with at = \"{owner}\", not with \"{word}\"");
             return section.refuse("E0029", key, reason, "leave it out, or name the other target");

@@ -98,7 +98,7 @@ impl SkyDisc {
         let (x, y) = place(&end.0);
         if !self.name.is_empty() {
             let style = format!("font-size=\"11\" fill=\"{INK}\"");
-            svg.text((x + 7.0, y - 6.0), Anchor::Start, &style, &self.name);
+            svg.text((x + 7.0, y + 15.0), Anchor::Start, &style, &self.name);
         }
     }
 }

@@ -93,11 +93,11 @@ function stage() {
         }
       }
     };
-    const word = (text, at, colour, size) => {
+    const word = (text, at, colour, size, below = -5) => {
       pen.fillStyle = colour;
       pen.font = `${size || 12}px system-ui, "DejaVu Sans", sans-serif`;
       const [x, y] = place(at);
-      pen.fillText(text, x + 5, y - 5);
+      pen.fillText(text, x + 5, y + below);
     };
     pen.clearRect(0, 0, width, height);
     const attitude = attitudeAt(time());
@@ -133,7 +133,7 @@ function stage() {
           pen.fill();
         }
         halves(disc.way.map((at) => at.slice(0, 3)), front, colour, 1.2, 0.8);
-        if (here) word(disc.name, disc.axis, colour, 11);
+        if (here) word(disc.name, disc.axis, colour, 11, 14);
       }
       for (const cone of cones) {
         const edge = circle(cone.axis, cone.half_angle);

@@ -106,14 +106,17 @@ function sky(figureNode, picture) {
         element("path", { d, fill: tint, "fill-opacity": 0.22, "fill-rule": "evenodd" }, parent);
         element("path", { d: edge, fill: "none", stroke: tint, "stroke-width": 1.4 }, parent);
       }
-      element("text", { x: x + 7, y: y - 6, class: "small" }, parent, disc.name);
+      // Cones have their names above.
+      element("text", { x: x + 7, y: y + 15, class: "small" }, parent, disc.name);
     };
     for (const disc of picture.discs) {
       const middles = disc.way.map((at) => at.slice(0, 3));
       element("path", { d: stretches(middles).map(trace).join(""), fill: "none", stroke: `var(--${disc.kind})`, "stroke-width": 1.2 }, inside);
-      const [start] = disc.way;
-      const outline = trace(circle(start.slice(0, 3), Math.max(start[3], (LEAST_DISC * reach) / radius))) + "Z";
-      element("path", { d: outline, fill: "none", stroke: `var(--${disc.kind})`, "stroke-dasharray": "3 3" }, inside);
+      const [axis, angle] = alongWay(disc.way, 0);
+      const dashed = { fill: "none", stroke: `var(--${disc.kind})`, "stroke-dasharray": "3 3" };
+      const [cx, cy] = place(axis);
+      if ((radius * angle) / reach < LEAST_DISC) element("circle", { cx, cy, r: LEAST_DISC, ...dashed }, inside);
+      else element("path", { d: trace(circle(axis, angle)) + "Z", ...dashed }, inside);
     }
     for (const cone of picture.cones) if (!cone.way.length) drawCone(cone, cone.axis, cone.half_angle, inside);
     moving = element("g", {}, inside);

@@ -1,6 +1,5 @@
 //! What a maneuver ends on: how far it is, how fast it goes by, and by how much a plan that ends at rest would miss.
 
-use slewkit::Vector3;
 use slewkit::maneuver::constraint::angle_between;
 use slewkit::maneuver::{AimRate, Problem, Solution};
 use slewkit::numerics::figures::significant;
@@ -19,11 +18,11 @@ pub(super) fn told(problem: &Problem, solution: &Solution, identity: &Identity) 
     let far = match (scenery.and_then(|scenery| scenery.station_at(time)), target) {
         (Some([range, elevation]), _) => {
             let height = significant(elevation.to_degrees(), 3);
-            format!(", {} km away, {height} deg above its horizon", significant(range / 1e3, 4))
+            format!("{} km away, {height} deg high, ", significant(range / 1e3, 4))
         }
         (None, Some(target)) => {
             target.unit_m.zip(aim.at.distance(time)).map_or_else(String::new, |(unit, length)| {
-                format!(", {} km away", significant(unit * length / 1e3, 4))
+                format!("{} km away, ", significant(unit * length / 1e3, 4))
             })
         }
         (None, None) => String::new(),
@@ -31,15 +30,15 @@ pub(super) fn told(problem: &Problem, solution: &Solution, identity: &Identity) 
     let rate = seen.rate.norm().to_degrees();
     let before = aim.at.in_space(0.0, &frame_rate).direction;
     let moved = angle_between(&before, &seen.direction).to_degrees();
-    let mut lines = vec![format!("{name}{far}, turning at {} deg/s", significant(rate, 3))];
+    let mut lines = vec![format!("{name}: {far}turning at {} deg/s", significant(rate, 3))];
     // A second after the end, against the stars: what stands still there stays behind.
     let missed =
         angle_between(&seen.direction, &aim.at.in_space(time + 1.0, &frame_rate).direction).to_degrees();
-    let rests = if aim.rate == AimRate::Zero && frame_rate == Vector3::zeros() {
-        format!("the body stands, and is {} deg off a second later", significant(missed, 2))
-    } else {
-        format!("a body at rest would be {} deg off a second later", significant(missed, 2))
-    };
-    lines.push(format!("{rests}, one aimed where it was at 0 s {} deg", significant(moved, 3)));
+    let at_rest = if aim.rate == AimRate::Zero { "at rest, as asked" } else { "at rest there" };
+    lines.push(format!(
+        "{at_rest}: off by {} deg a second later; aimed at 0 s: by {} deg",
+        significant(missed, 2),
+        significant(moved, 3)
+    ));
     lines
 }
