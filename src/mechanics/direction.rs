@@ -61,10 +61,16 @@ pub enum TrackError {
     /// A coefficient, or a value of what is to be fitted, is not finite.
     #[error("a track needs finite numbers")]
     NotFinite,
+    /// What turns does so too often: every quarter of a turn is a piece.
+    #[error("it turns more than 2500 times in that span of time")]
+    Turns,
     /// The vector vanishes: it has no direction.
     #[error("the vector of a track vanishes: it has no direction then")]
     Vanishes,
 }
+
+/// Most quarters of a turn of what turns: five megabytes of coefficients.
+const MOST_QUARTERS: f64 = 1e4;
 
 /// Most pieces of a track: a million hours of ten seconds each would fill the memory before.
 const MOST_PIECES: f64 = 1e6;
@@ -255,6 +261,9 @@ impl Direction {
         // On a quarter of a turn polynomials of this degree leave round-off.
         const DEGREE: usize = 18;
         let piece = (0.25 * std::f64::consts::TAU / rate.norm()).min(to);
+        if to / piece > MOST_QUARTERS {
+            return Err(TrackError::Turns);
+        }
         Self::along(0.0, to, piece, DEGREE, |time| lie::exp(&(rate * time)) * vector)
     }
 

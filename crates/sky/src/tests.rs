@@ -172,9 +172,11 @@ fn light_moves_what_is_seen() {
         let [by_series, by_full] =
             [planned(&apparent) - planned(&geometric), full(&apparent) - full(&geometric)];
         let off = (by_series - by_full).norm();
-        assert!(off < 2e-8, "{target:?} {off:.1e}");
+        // The Sun of the series stands still, which about the barycentre goes at up to 16 m/s: 5e-8 of Sun and stars.
+        let within = if matches!(target, Target::Sun | Target::Fixed(_)) { 6e-8 } else { 2e-8 };
+        assert!(off < within, "{target:?} {off:.1e}");
         let told = geometric.moved_by_light(target, 30.0).unwrap();
-        assert!((told - by_full.norm()).abs() < 2e-8, "{target:?} {told} {}", by_full.norm());
+        assert!((told - by_full.norm()).abs() < within, "{target:?} {told} {}", by_full.norm());
     }
     // A star overhead: the component of the velocity across it, of 30 km/s and 7.5 km/s.
     let shift = aberrated.seen(&zenith, 0.0).unwrap() - Vector3::x();
