@@ -4,8 +4,11 @@
 //! middle is drawn at a distance proportional to θ, in its true azimuth. A track is torn only where it passes behind the
 //! middle, by the point opposite to it, and a cone is one closed curve wherever it is.
 
+mod disc;
+
+pub use disc::{DiscKind, SkyDisc};
+
 use super::colour;
-use super::disc::SkyDisc;
 use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
 use slewkit::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
@@ -114,7 +117,7 @@ impl SkyView {
 
     /// Whether the map is torn between two neighbours on a track: both are behind the middle, which one sees across it from the
     /// other, by more than an eighth of a turn.
-    pub(super) fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
+    fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
         let behind = [a, b].iter().all(|point| point.dot(&self.middle) < 0.0);
         let ((ax, ay), (bx, by)) = (self.project(a), self.project(b));
         behind && ax * bx + ay * by < FRAC_1_SQRT_2 * ax.hypot(ay) * bx.hypot(by)

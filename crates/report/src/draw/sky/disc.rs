@@ -1,7 +1,7 @@
 //! Discs on the sphere of directions, as they move: Earth, Moon and Sun, and points that are aimed at.
 
-use super::sky::{SkyView, circle};
-use super::svg::{Anchor, INK, Svg};
+use super::super::svg::{Anchor, INK, Svg};
+use super::{SkyView, circle};
 use slewkit::Vector3;
 
 /// A disc that moves, or a point.
