@@ -63,6 +63,8 @@ pub const KEYS: [&str; 23] = [
     "clearance",
     "pointing",
     "corrections",
+    "flown_pointing",
+    "flown_commands",
     "euler",
     "quaternion",
     "error",

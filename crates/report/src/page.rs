@@ -15,6 +15,7 @@ use serde_json::Value;
 use slewkit::maneuver::{Problem, Settings, State};
 use slewkit::numerics::figures::rounded;
 use slewkit::plan::Plan;
+use slewkit_files::flown::MarginsRecord;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
 use std::fmt::Write;
@@ -85,7 +86,7 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
             "clearance",
         ],
     ),
-    ("flight", "In flight", &["pointing", "corrections"]),
+    ("flight", "In flight", &["pointing", "flown_pointing", "corrections", "flown_commands"]),
     ("attitude", "Attitude", &["euler", "quaternion", "error"]),
     (
         "costates",
@@ -115,21 +116,22 @@ pub(super) struct Content<'a> {
 }
 
 /// The page of a plan, with the words of its summary; `sequence` is that of the Euler angles, one of
-/// [`slewkit_files::export::EULER_SEQUENCES`]; `closed_loop` is what the plan is flown with.
+/// [`slewkit_files::export::EULER_SEQUENCES`]; `flown` is what the plan is flown with, and the margins that its chances took.
 pub fn plan_page(
     problem: &Problem,
     settings: &Settings,
     plan: &Plan,
     identity: &Identity,
-    closed_loop: &ClosedLoop,
+    flown: (&ClosedLoop, Option<&MarginsRecord>),
     sequence: &str,
 ) -> String {
+    let (closed_loop, margins) = flown;
     let subject = &Subject::new(problem, plan, identity, sequence).flown_with(closed_loop);
     let (verdict, tone) = summary::verdict(plan);
     let parts = |lines: &[String]| lines.iter().map(|line| summary::parts(line)).collect::<Vec<_>>();
     let mut summary = parts(&summary::told(problem, settings, plan, identity));
     if let Some(beside) = subject.beside() {
-        summary.extend(parts(&summary::flown::beside(problem, closed_loop, beside, None)));
+        summary.extend(parts(&summary::flown::beside(problem, closed_loop, beside, margins)));
     }
     summary.extend(labelled("would do", &summary::remedies(problem, &plan.solution)));
     summary.extend(maneuver(problem));

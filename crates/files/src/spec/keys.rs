@@ -407,6 +407,9 @@ tables! {
         /// The chance of violating it at its worst instant, under [uncertainty], with the gains of [feedback]: the plan keeps as much
         /// margin as that takes. Below 0.5.
         "chance": Number(q::CHANCE), only POINTING;
+        /// When it may be violated with the chance. instant: at the worst one, to first order. motion: at any time, counted in flights
+        /// by [plant]; from 1e-4 on. Default: instant.
+        "chance_over": Choice(&["instant", "motion"], &[]), only POINTING;
         /// Limit of the inertial angular velocity: one number for its norm, or three for its components in
         /// body axes.
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;

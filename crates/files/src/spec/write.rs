@@ -149,6 +149,9 @@ impl SpecDocument {
                     closed_loop.chances.iter().find(|chance| Some(&chance.constraint) == name.as_ref());
                 if let (Some(chance), Some(constraint)) = (chance, constraint.as_object_mut()) {
                     constraint.insert("chance".into(), chance.at_most.into());
+                    if chance.of_motion {
+                        constraint.insert("chance_over".into(), "motion".into());
+                    }
                 }
             }
         }
@@ -174,6 +177,7 @@ impl SpecDocument {
         key != "epoch"
             && !["names", "scenery", "feedback", "uncertainty", "plant"].contains(&section)
             && !key.ends_with(".chance")
+            && !key.ends_with(".chance_over")
     }
 
     /// The keys in which two maneuvers differ beyond round-off, each with both values; their names and grids, which
