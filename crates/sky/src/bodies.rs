@@ -65,7 +65,7 @@ pub(crate) fn earth_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
     Some(Vector3::from(barycentric[1]) * (AU / 86_400.0))
 }
 
-/// The Moon by an abridgement of ELP 2000-82: within 9.6″ of DE421.
+/// The Moon by an abridgement of ELP 2000-82: within 9.6″ of DE421 from 2024 to 2030, 12″ from 2000 to 2050.
 pub(crate) fn moon(clock: &Clock, time: f64) -> Vector3 {
     let (day, part) = clock.julian_tt(time);
     Vector3::from(sofars::eph::moon98(day, part)[0]) * AU

@@ -10,7 +10,7 @@
 //! |---|---|---|
 //! | precession and nutation | seven arguments, 0.063″ | IAU 2006/2000A |
 //! | Sun | series of 30 terms, 3.8″ | VSOP2000 (`epv00`), 0.01″ |
-//! | Moon | ELP abridged (`moon98`), 9.6″ | the same |
+//! | Moon | ELP abridged (`moon98`), 9.6″ from 2024 to 2030, 12″ from 2000 to 2050 | the same |
 //! | orbit | SGP4, two-body, J2, a table | the same, not fitted |
 //!
 //! By default directions are geometric: what a star tracker or a payload corrects differs. A [`Light`] says otherwise: aberration is
