@@ -3,7 +3,16 @@
 //! A constraint with a chance p keeps the distance that the closed loop needs, `θ − α ≥ Φ⁻¹(1 − p) σ`, with σ along the plan under
 //! its own gains: the margin depends on the plan, and the plan on the margin. So it is iterated, each plan from the one before, until
 //! both agree.
+//!
+//! That is the chance of an instant, to first order. The chance of violating a constraint at any time of the motion is more, and no
+//! sum over instants, whose errors are one error: it is counted in flights of the closed loop (`closed_loop`), with the same random
+//! numbers for every plan. A margin moves what is left of the constraint by itself, so the next margin is
+//!
+//! ```text
+//! m ← m − q ,    q: what is left in the case than which the part p of the cases have less
+//! ```
 
+use crate::closed_loop::{Campaign, Flown, Lost, Plant, Proportion, quantile};
 use crate::feedback::{Gains, Kind, NoGains};
 use crate::maneuver::{Problem, Rule, Settings, Trajectory};
 use crate::optimize::linear_plan::{LinearPlan, Unlinearised};
@@ -70,8 +79,39 @@ impl Beside {
 pub struct Kept<'a> {
     /// Name of the constraint.
     pub constraint: &'a str,
-    /// The chance of violating it at its worst instant, at most.
+    /// The chance of violating it, at most.
     pub at_most: f64,
+    /// When.
+    pub over: Over,
+}
+
+/// When a constraint may be violated with its chance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Over {
+    /// At the node of the largest chance, to first order.
+    Instant,
+    /// At any time of the motion, between the nodes too, in flights by this plant.
+    Motion(Plant),
+}
+
+impl Over {
+    /// The least chance of a motion that can be counted.
+    pub const LEAST: f64 = 1e-4;
+
+    /// Cases that violate a constraint with its chance, of those that are flown: the chance is known to a tenth.
+    const VIOLATING: f64 = 100.0;
+
+    /// Of long plans so many at least.
+    const FEWEST: f64 = 20.0;
+
+    /// Steps that are flown for a plan: some seconds.
+    const STEPS: f64 = 2e7;
+
+    /// Flights that count a chance along a plan of so many steps.
+    fn flights(chance: f64, steps: usize) -> usize {
+        let most = Self::STEPS / steps.max(1) as f64;
+        (Self::VIOLATING / chance).min(most).max(Self::FEWEST / chance).ceil() as usize
+    }
 }
 
 /// What keeping chances took.
@@ -86,10 +126,18 @@ pub struct Margins {
     pub plans: usize,
     /// Whether they did; else the plan is the last of them.
     pub agreed: bool,
+    /// Of each whose chance is that of a motion how many of the flights of the plan violate it.
+    pub counted: Vec<Option<Proportion>>,
 }
 
 /// Margins that differ by less are one \[rad\]: a hundredth of what witnesses allow a cone.
 const SAME_MARGIN: f64 = 1e-8;
+
+/// Margins that were counted and differ by less than this part of a deviation are one: it changes a chance by some hundredths.
+const SAME_COUNTED: f64 = 0.01;
+
+/// Seed of the flights that are counted: not that of `slew fly`, which so judges the margin by other cases.
+const SEED: u64 = 0x6368_616e_6365;
 
 /// Plans at most: margins settle by a factor of some tens a plan.
 const MOST_PLANS: usize = 12;
@@ -116,10 +164,16 @@ pub fn plan(
         else {
             break;
         };
-        let needed: Vec<f64> = chances.iter().map(|kept| needed(kept, &beside, problem)).collect();
-        let apart = needed.iter().zip(&margins.margins).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        if apart <= SAME_MARGIN {
+        let needed: Vec<Needed> =
+            chances.iter().map(|kept| Needed::of(kept, &beside, &on_grid, problem, uncertainty)).collect();
+        margins.counted = needed.iter().map(|needed| needed.counted).collect();
+        let agrees = |(needed, margin): (&Needed, &f64)| (needed.margin - margin).abs() <= needed.same;
+        if needed.iter().zip(&margins.margins).all(agrees) {
             margins.agreed = true;
+            break;
+        }
+        let needed: Vec<f64> = needed.iter().map(|needed| needed.margin).collect();
+        if !needed.iter().all(|margin| margin.is_finite()) {
             break;
         }
         for (kept, needed) in chances.iter().zip(&needed) {
@@ -133,11 +187,62 @@ pub fn plan(
     Ok((with, found, margins))
 }
 
-/// The margin that a chance takes beside this plan, at least the one that is asked for.
-fn needed(kept: &Kept, beside: &Beside, asked: &Problem) -> f64 {
-    let least = margin(asked, kept.constraint);
-    let chance = beside.chances.iter().find(|chance| chance.name == kept.constraint);
-    chance.map_or(least, |chance| (normal_quantile(1.0 - kept.at_most) * chance.sigma).max(least))
+/// The margin that a chance takes beside a plan, at least the one that is asked for.
+struct Needed {
+    margin: f64,
+    /// Margins that differ by less are one.
+    same: f64,
+    counted: Option<Proportion>,
+}
+
+impl Needed {
+    fn of(
+        kept: &Kept,
+        beside: &Beside,
+        planned: &Problem,
+        asked: &Problem,
+        uncertainty: &Uncertainty,
+    ) -> Self {
+        let least = margin(asked, kept.constraint);
+        let chance = beside.chances.iter().find(|chance| chance.name == kept.constraint);
+        let sigma = chance.map_or(0.0, |chance| chance.sigma);
+        let Over::Motion(plant) = kept.over else {
+            let margin = (normal_quantile(1.0 - kept.at_most) * sigma).max(least);
+            return Self { margin, same: SAME_MARGIN, counted: None };
+        };
+        let left = left(kept, beside, planned, uncertainty, plant);
+        let violated = left.iter().filter(|left| **left < 0.0).count();
+        Self {
+            margin: (margin(planned, kept.constraint) - quantile(&left, kept.at_most)).max(least),
+            same: (SAME_COUNTED * sigma).max(SAME_MARGIN),
+            counted: Some(Proportion::new(violated as u64, left.len() as u64)),
+        }
+    }
+}
+
+/// What flights leave of a constraint without its margin, sorted; a case that was lost leaves nothing of it.
+fn left(
+    kept: &Kept,
+    beside: &Beside,
+    planned: &Problem,
+    uncertainty: &Uncertainty,
+    plant: Plant,
+) -> Vec<f64> {
+    /// Cases that are held at once.
+    const CHUNK: usize = 8192;
+    let named = |constraint: &crate::maneuver::Constraint| constraint.name == kept.constraint;
+    let Some(index) = planned.constraints.iter().position(named) else { return Vec::new() };
+    let gains = beside.gains.as_ref();
+    let campaign = Campaign::new(planned, &beside.linear, gains, uncertainty, plant, SEED);
+    let cases = Over::flights(kept.at_most, beside.linear.count());
+    let room = |case: Result<Flown, Lost>| case.map_or(f64::NEG_INFINITY, |flown| flown.room[index]);
+    let mut left: Vec<f64> = (0..cases)
+        .step_by(CHUNK)
+        .flat_map(|first| campaign.fly_all(first as u64, CHUNK.min(cases - first)))
+        .map(room)
+        .collect();
+    left.sort_by(f64::total_cmp);
+    left
 }
 
 fn margin(problem: &Problem, name: &str) -> f64 {

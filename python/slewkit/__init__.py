@@ -44,6 +44,7 @@ from ._errors import (
     SpecWarning,
     VerificationFailed,
 )
+from ._flown import Flights, closed_loop
 from ._plan import Plan, load
 from ._problem import Problem
 from ._simulation import Body, Simulation, simulate
@@ -54,6 +55,7 @@ __all__ = [
     "Comparison",
     "Diagnostic",
     "FileError",
+    "Flights",
     "Infeasible",
     "IntegratorComparison",
     "InternalError",
@@ -73,6 +75,7 @@ __all__ = [
     "VerificationFailed",
     "__version__",
     "check",
+    "closed_loop",
     "compare",
     "compare_integrators",
     "load",

@@ -282,6 +282,23 @@ class Plan:
         whole[:, columns, rows] = upper
         return whole
 
+    @cached_property
+    def uncertainty(self) -> dict[str, Any] | None:
+        """What the spec assumes to be uncertain, SI units, body axes; None without ``[uncertainty]``.
+
+        ``start``: covariance of ``[ζ, δΩ]`` at the start, (6, 6), rad and rad/s. ``parameters``: one standard deviation of each constant
+        error by name, as those of :attr:`Flights.parameters`. ``torque_noise``: intensity of the noise of the torque, (3, 3),
+        (N·m)²·s. ``sensor_noise``: covariance of what is measured of ``[ζ, δΩ]``, fresh at each step, (6, 6)."""
+        parameters = self._planned.uncertain_parameters
+        if parameters is None:
+            return None
+        return {
+            "start": self._column("start_covariance", 6).copy(),
+            "parameters": dict(parameters),
+            "torque_noise": self._column("torque_noise", 3).copy(),
+            "sensor_noise": self._column("sensor_noise", 6).copy(),
+        }
+
     def _column(self, name: str, *width: int) -> Array:
         """A quantity, in the memory that the library has filled for it."""
         column = self._planned.column(name)

@@ -38,6 +38,7 @@
 #![forbid(unsafe_code)]
 
 mod failure;
+mod flown;
 mod maneuver;
 mod planned;
 mod program;
@@ -51,6 +52,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _slewkit {
     use super::*;
+    #[pymodule_export]
+    use crate::flown::fly;
     #[pymodule_export]
     use crate::maneuver::{Maneuver, diagnose};
     #[pymodule_export]

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use slewkit::assured::{self, Beside};
 use slewkit::maneuver::{Motion, Outcome, Problem, Settings, Trajectory};
 use slewkit::plan::{self as planner, Guess, Plan};
+use slewkit::uncertainty::Uncertainty;
 use slewkit::{Vector3, lie};
 use slewkit_files::exchange::Tables;
 use slewkit_files::exchange::read_attitudes;
@@ -160,6 +161,11 @@ impl Planned {
         file.with_records(self.feedback.clone(), self.uncertainty.clone(), &self.closed_loop)
     }
 
+    /// Numbers of what is uncertain; none where nothing is.
+    fn assumed(&self, of: impl Fn(&Uncertainty) -> Vec<f64>) -> Vec<f64> {
+        self.closed_loop.uncertainty.as_ref().map(of).unwrap_or_default()
+    }
+
     fn trajectory(&self) -> &Trajectory {
         &self.plan.solution.trajectory
     }
@@ -277,9 +283,19 @@ impl Planned {
                 let of = of.map(|all| all.closed_loop.as_ref().unwrap_or(&all.open_loop));
                 of.iter().flat_map(|of| &of.covariance).flatten().copied().collect()
             }
+            "start_covariance" => self.assumed(|of| of.start.iter().copied().collect()),
+            "torque_noise" => self.assumed(|of| of.torque_noise.iter().copied().collect()),
+            "sensor_noise" => self.assumed(|of| of.sensor_noise.iter().copied().collect()),
             _ => return None,
         };
         Some(PyArray1::from_vec(py, numbers))
+    }
+
+    /// Names and deviations of the parameters that are uncertain; `None` where the spec has nothing that is.
+    #[getter]
+    fn uncertain_parameters(&self) -> Option<Vec<(String, f64)>> {
+        let of = self.closed_loop.uncertainty.as_ref()?;
+        Some(of.parameters.iter().map(|(name, _, sigma)| (name.clone(), *sigma)).collect())
     }
 
     /// The plan file without its trajectory, as JSON.
@@ -331,7 +347,8 @@ impl Planned {
     /// The page for a browser.
     fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
         let Self { problem, settings, plan, identity, closed_loop, .. } = self;
-        detached(py, || plan_page(problem, settings, plan, identity, closed_loop, euler))
+        let margins = self.uncertainty.as_ref().and_then(|uncertainty| uncertainty.margins.as_ref());
+        detached(py, || plan_page(problem, settings, plan, identity, (closed_loop, margins), euler))
     }
 
     /// The summary that `slew plan` prints.

@@ -56,6 +56,18 @@ def test_gains_and_covariances_are_those_of_the_file(problems):
     assert free.gains.shape == (0, 3, 6) and free.covariance.shape == (0, 6, 6)
 
 
+def test_what_is_assumed_is_that_of_the_spec(problems):
+    plan = slewkit.plan(problems / "flies.toml")
+    assumed = plan.uncertainty
+    assert np.allclose(np.sqrt(np.diagonal(assumed["start"])), np.radians([0.3] * 3 + [0.005] * 3), rtol=1e-12)
+    assert np.allclose(np.sqrt(np.diagonal(assumed["sensor_noise"])), np.radians([0.003] * 3 + [1e-4] * 3), rtol=1e-12)
+    assert np.allclose(assumed["torque_noise"], 1e-8 * np.eye(3), rtol=1e-12, atol=0)
+    assert assumed["parameters"]["inertia xx"] == pytest.approx(2.4, rel=1e-12)
+    assert assumed["parameters"]["bias of rate z"] == pytest.approx(np.radians(1e-5), rel=1e-12)
+    assert len(assumed["parameters"]) == 24
+    assert slewkit.plan(problems / "xte_20s.toml").uncertainty is None
+
+
 def test_a_dictionary_means_what_a_file_means(spec, tmp_path, slew):
     text = slewkit.Problem(spec).to_toml()
     (tmp_path / "spec.toml").write_text(text)

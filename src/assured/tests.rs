@@ -61,7 +61,7 @@ fn margins_of_torques_at_nodes_are_those_of_the_reference() {
 #[test]
 fn a_chance_takes_the_margin_of_the_reference() {
     let (file, problem, uncertainty) = maneuver();
-    let kept = [Kept { constraint: "Sun", at_most: 0.01 }];
+    let kept = [Kept { constraint: "Sun", at_most: 0.01, over: Over::Instant }];
     let settings = Settings::discrete();
     let (with, plan, margins) =
         super::plan(&problem, &settings, Some(Kind::Tvlqr(None)), &uncertainty, &kept, &mut Silent).unwrap();
@@ -77,6 +77,35 @@ fn a_chance_takes_the_margin_of_the_reference() {
     assert!(chance <= 0.0101 && chance > 0.005, "{chance}");
 }
 
+/// The chance of a motion is met by flights of other cases, takes more than that of an instant, and less than the sum over the nodes.
+#[test]
+fn the_chance_of_a_motion_is_that_of_other_flights() {
+    let (_, problem, uncertainty) = maneuver();
+    let asked = 0.02;
+    let kind = Some(Kind::Tvlqr(None));
+    let planned = |over: Over| {
+        let kept = [Kept { constraint: "Sun", at_most: asked, over }];
+        let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
+        let (with, plan, margins) = found.unwrap();
+        assert!(margins.agreed && plan.status == Status::Solved, "{margins:?}");
+        (plan.solution.on_grid(&with), plan, margins)
+    };
+    let (with, plan, margins) = planned(Over::Motion(Plant::default()));
+    let (_, _, of_instant) = planned(Over::Instant);
+    assert!(of_instant.counted == [None] && margins.margins[0] > of_instant.margins[0], "{margins:?}");
+    let beside = Beside::along(&with, &plan.solution.trajectory, kind, Some(&uncertainty)).unwrap();
+    assert!(beside.chances[0].nodes.iter().sum::<f64>() > asked);
+    let counted = margins.counted[0].unwrap();
+    assert!(counted.of >= 5000 && counted.low < asked && asked < counted.high, "{counted:?}");
+    let gains = beside.gains.as_ref();
+    let campaign = Campaign::new(&with, &beside.linear, gains, &uncertainty, Plant::default(), 1);
+    let flown = campaign.fly_all(0, 20_000);
+    let violated = flown.iter().filter(|flown| flown.as_ref().is_ok_and(|flown| flown.room[0] < 0.0));
+    let found = Proportion::new(violated.count() as u64, 20_000);
+    // Both counts err: by a tenth, and by a twentieth.
+    assert!(found.part() > 0.75 * asked && found.part() < 1.33 * asked, "{found:?}");
+}
+
 #[test]
 fn an_end_too_near_to_its_cone_is_refused() {
     let (_, mut problem, uncertainty) = maneuver();
@@ -87,7 +116,7 @@ fn an_end_too_near_to_its_cone_is_refused() {
         cone.half_angle = 1e-3;
         cone.boresights = vec![Rotation::exp(&Vector3::new(0.0, 0.0, 1.1e-3)).matrix() * Vector3::x()];
     }
-    let kept = [Kept { constraint: "Sun", at_most: 1e-3 }];
+    let kept = [Kept { constraint: "Sun", at_most: 1e-3, over: Over::Instant }];
     let kind = Some(Kind::Tvlqr(None));
     let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
     assert!(matches!(found, Err(PlanError::Problem(_))), "{:?}", found.map(|found| found.2));

@@ -53,7 +53,6 @@ impl Default for Plant {
 
 /// What became of one case.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Flown {
     /// `[ζ; δΩ]` at the end, rad and rad/s: true minus planned, body axes.
     pub end: Vector6,
@@ -93,6 +92,8 @@ pub struct Campaign<'a> {
     uncertainty: &'a Uncertainty,
     plant: Plant,
     seed: u64,
+    /// Threads that share the cases; those there are where none is given.
+    threads: Option<usize>,
     /// Constraints without their margins.
     constraints: Vec<Constraint>,
     /// What the nominal motion has settled on.
@@ -158,6 +159,7 @@ impl<'a> Campaign<'a> {
             uncertainty,
             plant,
             seed,
+            threads: None,
             constraints: problem.constraints.iter().map(without).collect(),
             nominal,
             roots: (
@@ -247,13 +249,38 @@ impl<'a> Campaign<'a> {
         Ok((flown, moments))
     }
 
-    /// Flies the cases `first … first + count`, on the threads there are.
+    /// Shares the cases among so many threads, which changes none of them; by default among those there are.
+    #[must_use]
+    pub fn with_threads(self, threads: Option<usize>) -> Self {
+        Self { threads, ..self }
+    }
+
+    /// Flies the cases `first … first + count`, on several threads.
     pub fn fly_all(&self, first: u64, count: usize) -> Vec<Result<Flown, Lost>> {
-        let cases: Vec<u64> = (0..count as u64).map(|case| first + case).collect();
-        let mut results: Vec<Result<Flown, Lost>> = vec![Err(Lost); count];
+        self.each(first, count, |case| self.fly(case))
+    }
+
+    /// Flies the cases `first … first + count` step by step, on several threads; of each what `of` makes of it.
+    pub fn trace_all<R: Clone + Send>(
+        &self,
+        first: u64,
+        count: usize,
+        of: impl Fn(Flown, Vec<Moment>) -> R + Send + Sync,
+    ) -> Vec<Result<R, Lost>> {
+        self.each(first, count, |case| self.traced(case).map(|(flown, moments)| of(flown, moments)))
+    }
+
+    fn each<R: Clone + Send>(
+        &self,
+        first: u64,
+        count: usize,
+        of: impl Fn(u64) -> Result<R, Lost> + Send + Sync,
+    ) -> Vec<Result<R, Lost>> {
         /// Cases a thread takes at once: a case takes about 50 µs.
         const BATCH: usize = 16;
-        parallel::fill(&cases, &mut results, BATCH, |case| self.fly(*case));
+        let cases: Vec<u64> = (0..count as u64).map(|case| first + case).collect();
+        let mut results: Vec<Result<R, Lost>> = vec![Err(Lost); count];
+        parallel::within(self.threads, || parallel::fill(&cases, &mut results, BATCH, |case| of(*case)));
         results
     }
 

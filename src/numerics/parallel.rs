@@ -52,6 +52,18 @@ pub(crate) fn fill<T: Sync, R: Send>(
     items.iter().zip(results).for_each(|(item, result)| *result = of(item));
 }
 
+/// What `work` gives, where it is shared among `count` threads in place of those there are; among these where the system grants no others.
+pub(crate) fn within<R: Send>(count: Option<usize>, work: impl FnOnce() -> R + Send) -> R {
+    #[cfg(feature = "threads")]
+    if let Some(count) = count
+        && let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(count).build()
+    {
+        return pool.install(work);
+    }
+    let _ = count;
+    work()
+}
+
 /// Both results; the work `there` on another thread, while the calling thread does that `here` and then calls
 /// `meanwhile` now and then until all is done. Without threads, and on one of rayon's own, `here` comes first.
 pub(crate) fn both<A, B: Send>(

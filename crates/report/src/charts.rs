@@ -245,7 +245,7 @@ pub(super) fn costates(subject: &Subject) -> Vec<Shown> {
 }
 
 /// Lines at both signs of each bound, one label for equal ones; bounds far outside are told in the subtitle.
-fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
+pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
     let points = chart.curves.iter().flat_map(|curve| curve.shape.points());
     let finite = points.map(|point| point.1).filter(|value| value.is_finite());
     let (low, high) =

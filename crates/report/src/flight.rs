@@ -1,5 +1,7 @@
 //! The plan in flight: how far from it a craft is that differs, open loop and under the gains, to first order.
 
+mod bands;
+
 use super::boresight::boresights;
 use super::charts::{shown, time_axis};
 use super::summary::inputs::scale;
@@ -54,7 +56,8 @@ fn of_attitude(state: &Matrix6) -> Matrix3 {
 
 /// The charts.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
-    pointing(subject).into_iter().chain(corrections(subject)).collect()
+    let linear = pointing(subject).into_iter().chain(corrections(subject));
+    linear.chain(bands::charts(subject)).collect()
 }
 
 /// How far each boresight is from where the plan has it.
@@ -257,8 +260,10 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         .collect();
     for (index, chance) in chances[0].iter().enumerate() {
         let asked = subject.closed_loop()?.chances.iter().find(|asked| asked.constraint == chance.name);
-        let asked =
-            asked.map_or(String::new(), |asked| format!(", asked at most {}", significant(asked.at_most, 2)));
+        let when = |of_motion: bool| if of_motion { " over the motion" } else { "" };
+        let asked = asked.map_or(String::new(), |asked| {
+            format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
+        });
         let cell = |chances: &Vec<Chance>| {
             let chance = &chances[index];
             let at = significant(beside.linear.times()[chance.worst], 3);

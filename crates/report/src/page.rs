@@ -10,11 +10,12 @@ use super::words::{Table, proved, tables};
 use super::{
     CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, Shown, Subject, flight, hamiltonian, pictures,
 };
-use crate::draw::{Map, Picture, escape};
+use crate::draw::{Ground, Map, Picture, escape};
 use serde_json::Value;
 use slewkit::maneuver::{Problem, Settings, State};
 use slewkit::numerics::figures::rounded;
 use slewkit::plan::Plan;
+use slewkit_files::flown::MarginsRecord;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
 use std::fmt::Write;
@@ -69,7 +70,7 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
     ("cases", "Over the cases", &CASE_KEYS),
     ("compared", "Side by side", &COMPARISON_KEYS),
     ("integrators", "Side by side", INTEGRATOR_KEYS),
-    ("directions", "Where the boresights go", &["sky"]),
+    ("directions", "Where the boresights go", &["sky", "around", "ground"]),
     (
         "limits",
         "Inputs, rates and momenta",
@@ -85,7 +86,7 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
             "clearance",
         ],
     ),
-    ("flight", "In flight", &["pointing", "corrections"]),
+    ("flight", "In flight", &["pointing", "flown_pointing", "corrections", "flown_commands"]),
     ("attitude", "Attitude", &["euler", "quaternion", "error"]),
     (
         "costates",
@@ -115,21 +116,22 @@ pub(super) struct Content<'a> {
 }
 
 /// The page of a plan, with the words of its summary; `sequence` is that of the Euler angles, one of
-/// [`slewkit_files::export::EULER_SEQUENCES`]; `closed_loop` is what the plan is flown with.
+/// [`slewkit_files::export::EULER_SEQUENCES`]; `flown` is what the plan is flown with, and the margins that its chances took.
 pub fn plan_page(
     problem: &Problem,
     settings: &Settings,
     plan: &Plan,
     identity: &Identity,
-    closed_loop: &ClosedLoop,
+    flown: (&ClosedLoop, Option<&MarginsRecord>),
     sequence: &str,
 ) -> String {
+    let (closed_loop, margins) = flown;
     let subject = &Subject::new(problem, plan, identity, sequence).flown_with(closed_loop);
     let (verdict, tone) = summary::verdict(plan);
     let parts = |lines: &[String]| lines.iter().map(|line| summary::parts(line)).collect::<Vec<_>>();
     let mut summary = parts(&summary::told(problem, settings, plan, identity));
     if let Some(beside) = subject.beside() {
-        summary.extend(parts(&summary::flown::beside(problem, closed_loop, beside, None)));
+        summary.extend(parts(&summary::flown::beside(problem, closed_loop, beside, margins)));
     }
     summary.extend(labelled("would do", &summary::remedies(problem, &plan.solution)));
     summary.extend(maneuver(problem));
@@ -315,15 +317,21 @@ fn figures(html: &mut String, shown: &[&Shown]) {
             Picture::Chart(chart) => chart.subtitle.clone(),
             Picture::Sky(sky) => sky.subtitle.clone(),
             Picture::Map(map) => map.subtitle.clone(),
+            Picture::Ground(ground) => ground.subtitle.clone(),
         };
         if !remark.is_empty() && !shown.remark.is_empty() {
             remark.push_str("; ");
         }
         remark.push_str(&shown.remark);
-        if let Picture::Map(map) = &shown.picture {
-            // The caption has title and subtitle.
-            let bare = Map { title: String::new(), subtitle: String::new(), ..map.clone() };
-            let (key, svg) = (shown.key, bare.svg());
+        // The caption has title and subtitle.
+        let (title_of, subtitle) = (String::new(), String::new());
+        let bare = match &shown.picture {
+            Picture::Map(map) => Some(Map { title: title_of, subtitle, ..map.clone() }.svg()),
+            Picture::Ground(ground) => Some(Ground { title: title_of, subtitle, ..ground.clone() }.svg()),
+            Picture::Chart(_) | Picture::Sky(_) => None,
+        };
+        if let Some(svg) = bare {
+            let key = shown.key;
             let remark = escape(&remark);
             let _ = writeln!(
                 html,

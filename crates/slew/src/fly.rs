@@ -1,18 +1,21 @@
 //! `slew fly`: a plan flown by a craft that differs from it, again and again.
 
+use super::batch::checked_threads;
+use super::batch::merge::checked_ending;
 use super::{
-    Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, spec_file,
+    Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, spec_file, summary,
 };
 use clap::ValueEnum;
 use slewkit::assured::Beside;
-use slewkit::closed_loop::{Campaign, Flown, Lost};
-use slewkit::maneuver::{Outcome, Problem};
-use slewkit::uncertainty::Uncertainty;
-use slewkit_files::export::{ExportError, PlanFile};
-use slewkit_files::flown::{Flight, LoopRecord, RunRecord, write_cases, write_trace};
-use slewkit_files::spec::{ClosedLoop, Loaded};
+use slewkit::closed_loop::Campaign;
+use slewkit::maneuver::Outcome;
+use slewkit::plan::Status;
+use slewkit_files::batch::{FlightCase, FlightHeader, Journal};
+use slewkit_files::export::{ExportError, PlanFile, distinct};
+use slewkit_files::flown::{Flight, LoopRecord, RunRecord, Runs, write_cases, write_trace};
+use slewkit_files::spec::{Loaded, escape};
 use slewkit_report::summary::flown as told;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Arguments of `slew fly`.
@@ -23,11 +26,13 @@ actuators follow in [plant]; --set changes any of them. The plan stays: `slew mo
 
 Every case flies the continuous motion of its own inertia under torques held over a tick, with the noise, the errors and
 the delays of its own; the random numbers of a case depend on the seed and its number alone. CSV and NPZ hold a row a
-case, JSON what all say together; with --case, CSV holds that case step by step.
+case, JSON what all say together; with --case, CSV holds that case step by step. With --keep every case goes into a file as
+it is flown: after a kill, Ctrl-C or with more --cases the same command goes on where that file ends, to the same results.
 
 Examples:
   slew plan maneuver.toml -o plan.json && slew fly plan.json
   slew fly plan.json --cases 100000 -o cases.npz
+  slew fly plan.json --cases 1000000 --keep cases.jsonl --format json
   slew fly plan.json --set uncertainty.inertia.relative=0.05 --format json
   slew fly plan.json --case 17 -o case.csv")]
 pub struct Args {
@@ -42,8 +47,14 @@ pub struct Args {
     /// Seed of the random numbers
     #[arg(long, value_name = "NUMBER", default_value = "1")]
     pub seed: u64,
+    /// Keep every case in FILE.jsonl, a JSON object a line; a file that has some of them is continued
+    #[arg(long, value_name = "FILE")]
+    pub keep: Option<PathBuf>,
+    /// Number of threads; by default that of the machine. It changes no result
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
     /// Fly this case alone, counted from 0, and show it step by step
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", conflicts_with_all = ["keep", "threads"])]
     pub case: Option<u64>,
     /// Which loop: with the gains of the plan, without, or both side by side
     #[arg(long = "loop", value_name = "LOOP", default_value = "both")]
@@ -95,103 +106,142 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
                 "give [feedback] kind = \"tvlqr\", or none",
             ))
         })?;
-    let flown = Runs { args, problem: &problem, closed_loop: &closed_loop, uncertainty, beside: &beside };
+    let Args { seed, threads, .. } = *args;
+    if let Some(threads) = threads {
+        checked_threads(threads)?;
+    }
+    let (problem, closed_loop, beside) = (&problem, &closed_loop, &beside);
+    let runs = Runs { problem, closed_loop, uncertainty, beside, seed, threads };
     match args.case {
-        Some(case) => flown.one(case, &destination, console),
-        None => flown.all(&destination, console),
+        Some(case) => one(args, &runs, case, &destination, console),
+        None => all(args, &runs, &destination, console),
     }
 }
 
-/// A plan that is flown.
-struct Runs<'a> {
-    args: &'a Args,
-    problem: &'a Problem,
-    closed_loop: &'a ClosedLoop,
-    uncertainty: &'a Uncertainty,
-    beside: &'a Beside,
+/// The loops that are asked for: closed, open.
+fn loops(args: &Args, runs: &Runs<'_>) -> Result<Vec<bool>, Failure> {
+    let has = runs.beside.gains.is_some();
+    match args.which {
+        Which::Closed if !has => {
+            let remedy = "give it [feedback] in its spec, or as --set feedback.kind=tvlqr";
+            Err(Failure::File(Message::new("E0173", "the plan has no gains", remedy)))
+        }
+        Which::Closed => Ok(vec![true]),
+        Which::Open => Ok(vec![false]),
+        Which::Both => Ok(if has { vec![true, false] } else { vec![false] }),
+    }
 }
 
-impl Runs<'_> {
-    fn campaign(&self, closed: bool) -> Campaign<'_> {
-        let gains = self.beside.gains.as_ref().filter(|_| closed);
-        let plant = self.closed_loop.plant;
-        Campaign::new(self.problem, &self.beside.linear, gains, self.uncertainty, plant, self.args.seed)
+fn one(
+    args: &Args,
+    runs: &Runs<'_>,
+    case: u64,
+    destination: &Destination,
+    console: &mut Console,
+) -> Result<Exit, Failure> {
+    if matches!(destination.format(), Some(Format::Npz | Format::Json)) {
+        let reason = "one case is a table of its steps";
+        return Err(Failure::Output(Message::new("E0107", reason, "give -o FILE.csv")));
     }
+    let closed = loops(args, runs)?[0];
+    let Ok((flown, moments)) = runs.campaign(closed).traced(case) else {
+        let reason = format!("case {case} turns faster than can be followed, or its inertia is none");
+        let remedy = "fly another case, or make less uncertain";
+        return Err(Failure::Problem(Message::new("E0174", reason, remedy)));
+    };
+    let inputs = runs.problem.actuation.torque.count();
+    console.say(&told::case(runs.problem, runs.uncertainty, case, closed, &flown).join("\n"));
+    destination.write(console, |_, output| write_trace(inputs, &moments, output))?;
+    Ok(Exit::Solved)
+}
 
-    /// The loops that are asked for: closed, open.
-    fn loops(&self) -> Result<Vec<bool>, Failure> {
-        let has = self.beside.gains.is_some();
-        match self.args.which {
-            Which::Closed if !has => {
-                let remedy = "give it [feedback] in its spec, or as --set feedback.kind=tvlqr";
-                Err(Failure::File(Message::new("E0173", "the plan has no gains", remedy)))
-            }
-            Which::Closed => Ok(vec![true]),
-            Which::Open => Ok(vec![false]),
-            Which::Both => Ok(if has { vec![true, false] } else { vec![false] }),
-        }
-    }
-
-    fn one(&self, case: u64, destination: &Destination, console: &mut Console) -> Result<Exit, Failure> {
-        if matches!(destination.format(), Some(Format::Npz | Format::Json)) {
-            let reason = "one case is a table of its steps";
-            return Err(Failure::Output(Message::new("E0107", reason, "give -o FILE.csv")));
-        }
-        let closed = self.loops()?[0];
-        let Ok((flown, moments)) = self.campaign(closed).traced(case) else {
-            let reason = format!("case {case} turns faster than can be followed, or its inertia is none");
-            return Err(Failure::Problem(Message::new(
-                "E0174",
-                reason,
-                "fly another case, or make less uncertain",
-            )));
-        };
-        let inputs = self.problem.actuation.torque.count();
-        console.say(&told::case(self.problem, self.uncertainty, case, closed, &flown).join("\n"));
-        destination.write(console, |_, output| write_trace(inputs, &moments, output))?;
-        Ok(Exit::Solved)
-    }
-
-    fn all(&self, destination: &Destination, console: &mut Console) -> Result<Exit, Failure> {
+fn all(
+    args: &Args,
+    runs: &Runs<'_>,
+    destination: &Destination,
+    console: &mut Console,
+) -> Result<Exit, Failure> {
+    let closed = loops(args, runs)?;
+    let campaigns: Vec<Campaign<'_>> = closed.iter().map(|closed| runs.campaign(*closed)).collect();
+    let mut flights: Vec<Flight<'_>> = closed.iter().filter_map(|closed| runs.flight(*closed)).collect();
+    let mut kept = match &args.keep {
+        Some(path) => Some(kept(args, path, &FlightHeader::new(runs, &closed), &mut flights, console)?),
+        None => None,
+    };
+    if kept.is_some() {
+        interrupt::watch_kept();
+    } else {
         interrupt::watch();
-        let began = Instant::now();
-        let mut flights = Vec::new();
-        for closed in self.loops()? {
-            let campaign = self.campaign(closed);
-            let mut cases: Vec<Result<Flown, Lost>> = Vec::new();
-            while (cases.len() as u64) < self.args.cases && !interrupt::requested() {
-                let left = self.args.cases - cases.len() as u64;
-                let count = (left as usize).min(CHUNK);
-                cases.extend(campaign.fly_all(cases.len() as u64, count));
-                let (done, all) = (cases.len(), self.args.cases);
-                console.progress(|| format!("  {done} of {all} cases"));
-            }
-            let covariance = if closed { &self.beside.closed } else { &self.beside.open };
-            if let Some(covariance) = covariance {
-                flights.push(Flight {
-                    name: if closed { "closed loop" } else { "open loop" },
-                    covariance,
-                    cases,
-                });
+    }
+    let began = Instant::now();
+    let count =
+        |flights: &[Flight<'_>]| flights.first().map_or(args.cases, |flight| flight.cases.len() as u64);
+    while count(&flights) < args.cases && !interrupt::requested() {
+        let first = count(&flights);
+        let more = ((args.cases - first) as usize).min(CHUNK);
+        for (campaign, flight) in campaigns.iter().zip(&mut flights) {
+            flight.cases.extend(campaign.fly_all(first, more));
+        }
+        if let Some(kept) = &mut kept {
+            for case in first..count(&flights) {
+                let of_case: Vec<_> = flights.iter().map(|flight| &flight.cases[case as usize]).collect();
+                kept.add(&FlightCase::new(case, &of_case))?;
             }
         }
-        let record = RunRecord {
-            name: self.problem.name.clone(),
-            seed: self.args.seed,
-            cases: flights.first().map_or(0, |flight| flight.cases.len()),
-            time_s: began.elapsed().as_secs_f64(),
-            loops: flights.iter().map(|flight| LoopRecord::new(self.problem, flight)).collect(),
-        };
-        let stopped = interrupt::requested();
-        interrupt::writing();
-        console.say(&told::runs(console.colour, &record).join("\n"));
-        destination.write(console, |format, output| match format {
-            Format::Json => record.write(output),
-            _ => {
-                let as_arrays = format == Format::Npz;
-                write_cases(self.problem, self.uncertainty, &flights, as_arrays, output)
-            }
-        })?;
-        Ok(if stopped { Exit::Plan(slewkit::plan::Status::Interrupted) } else { Exit::Solved })
+        console.progress(|| format!("  {} of {} cases", count(&flights), args.cases));
     }
+    let record = RunRecord {
+        name: runs.problem.name.clone(),
+        seed: args.seed,
+        cases: count(&flights) as usize,
+        time_s: began.elapsed().as_secs_f64(),
+        loops: flights.iter().map(|flight| LoopRecord::new(runs.problem, flight)).collect(),
+    };
+    let stopped = interrupt::requested();
+    interrupt::writing();
+    console.say(&told::runs(console.colour, &record).join("\n"));
+    if let Some(kept) = kept {
+        kept.close()?;
+        if stopped {
+            console.say(&summary::line("resume", "the same command goes on where this was left"));
+        }
+    }
+    destination.write(console, |format, output| match format {
+        Format::Json => record.write(output),
+        _ => write_cases(runs.problem, runs.uncertainty, &flights, format == Format::Npz, output),
+    })?;
+    Ok(if stopped { Exit::Plan(Status::Interrupted) } else { Exit::Solved })
+}
+
+/// Opens the file of `--keep`; the cases that it has go to their flights.
+fn kept(
+    args: &Args,
+    path: &Path,
+    header: &FlightHeader,
+    flights: &mut [Flight<'_>],
+    console: &mut Console,
+) -> Result<Journal, Failure> {
+    checked_ending(path, &["jsonl", "ndjson"])?;
+    for other in std::iter::once(&args.plan).chain(&args.output.output) {
+        distinct(path, other)?;
+    }
+    let (journal, found) = Journal::open(path, header, false, &mut |case: &FlightCase| {
+        for (flight, of_case) in flights.iter_mut().zip(case.flights()) {
+            flight.cases.push(of_case);
+        }
+    })?;
+    let shown = escape(&path.to_string_lossy());
+    if found.torn > 0 {
+        let reason = format!("{shown}: the last line was cut short, {} bytes of it; it is gone", found.torn);
+        console.warn("W0113", &reason, "nothing to do: its case is flown again");
+    }
+    if found.done > args.cases {
+        let reason = format!("{shown} holds {} cases, more than are asked for", found.done);
+        let remedy = format!("give --cases {}, or another file", found.done);
+        return Err(Failure::Output(Message::new("E0112", reason, remedy)));
+    }
+    if found.done > 0 {
+        console.say(&summary::line("continued", &format!("after {} cases that were there", found.done)));
+    }
+    Ok(journal)
 }

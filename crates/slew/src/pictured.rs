@@ -5,6 +5,7 @@ use clap::builder::PossibleValuesParser;
 use slewkit::plan::Plan;
 use slewkit_files::batch::Results;
 use slewkit_files::export::{EULER_SEQUENCES, ExportError, PlanFile};
+use slewkit_files::flown::MarginsRecord;
 use slewkit_files::spec::Loaded;
 use slewkit_report::Cases;
 use std::io::{Cursor, Read};
@@ -70,8 +71,12 @@ pub fn results(path: &Path) -> Result<Cases, Failure> {
     Ok(cases)
 }
 
-/// The spec that the plan file `input`, read from `path`, holds, its maneuver on the grid of the plan, and the plan.
-pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<(Loaded, Plan), Failure> {
+/// The spec that the plan file `input`, read from `path`, holds, its maneuver on the grid of the plan, the plan, and what chances took.
+pub fn read(
+    path: &Path,
+    input: impl Read,
+    console: &mut Console,
+) -> Result<(Loaded, Plan, Option<MarginsRecord>), Failure> {
     let unusable = |error| Failure::unusable(path, &error);
     let file = PlanFile::read(input).map_err(unusable)?;
     let held = file.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
@@ -82,5 +87,6 @@ pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<(Loa
     if has_rows {
         loaded.problem = file.on_grid(&loaded.problem).map_err(unusable)?;
     }
-    Ok((loaded, file.plan().map_err(unusable)?))
+    let margins = file.uncertainty.as_ref().and_then(|uncertainty| uncertainty.margins.clone());
+    Ok((loaded, file.plan().map_err(unusable)?, margins))
 }

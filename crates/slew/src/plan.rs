@@ -14,6 +14,7 @@ use slewkit::maneuver::{Outcome, Problem, ProblemError, Settings};
 use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
 use slewkit_files::exchange::read_attitudes;
 use slewkit_files::export::{PlanFile, read_guess};
+use slewkit_files::flown::MarginsRecord;
 use slewkit_files::formats;
 use slewkit_files::spec::{ClosedLoop, Loaded};
 use slewkit_report::plan_page;
@@ -66,8 +67,12 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let tables = args.tables.checked(&destination)?;
     let page =
         args.report.as_deref().map(|path| report::target(path, args.output.force, &inputs)).transpose()?;
-    let Loaded { problem, settings, mut identity, closed_loop, .. } =
+    let Loaded { problem, settings, mut identity, closed_loop, files, .. } =
         spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    destination.distinct_from(&files)?;
+    if let Some(page) = &page {
+        files.iter().try_for_each(|file| page.distinct_from(file))?;
+    }
     // Known before the work: a plan must not be lost for want of a name.
     export::check(&destination, &problem, &identity)?;
     memory::check(&problem, &settings, console)?;
@@ -95,6 +100,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let file = args.output.output.as_deref().filter(|_| {
         matches!(destination, Destination::File(..)) && matches!(format, Some(formats::Format::Json))
     });
+    let record = margins.as_ref().map(|margins| MarginsRecord::new(&closed_loop, margins));
     let told = summary::Told {
         problem: &problem,
         settings: &settings,
@@ -102,7 +108,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         identity: &identity,
         verbose: args.verbose,
         file,
-        beside: beside.as_ref().map(|beside| (&closed_loop, beside, margins.as_ref())),
+        beside: beside.as_ref().map(|beside| (&closed_loop, beside, record.as_ref())),
         warm: warm.as_deref(),
     };
     console.say(&summary::plan(console, &args.spec, &told));
@@ -117,7 +123,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(target) = &page {
         report::write(
             target,
-            &plan_page(&problem, &settings, &plan, &identity, &closed_loop, EULER),
+            &plan_page(&problem, &settings, &plan, &identity, (&closed_loop, record.as_ref()), EULER),
             console,
         )?;
     }

@@ -19,8 +19,8 @@ two columns, marked (a), (b), …, or the one picture alone. Any other name is a
 does not exist and gets one file a picture.
 
 The pictures, where the plan has them: sky, inputs, forces, switching, rates, wheel_momentum,
-position, velocity, clearance, pointing, corrections, euler, quaternion, error, costates_attitude,
-costates_momentum, costates_position, costates_linear, hamiltonian, convergence.
+position, velocity, clearance, pointing, corrections, flown_pointing, flown_commands, euler, quaternion,
+error, costates_attitude, costates_momentum, costates_position, costates_linear, hamiltonian, convergence.
 
 Of a simulation, JSON: sky of one body, rates, position, euler, quaternion, energy,
 angular_momentum, orthogonality. Of integrators compared, JSON: energy_over_step,
@@ -164,7 +164,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::end_at_once();
     let one_file = args.one_file()?;
     let target = one_file.map(|format| Ok::<_, Failure>((args.target(&args.output)?, format))).transpose()?;
-    let (loaded, plan) = match pictured::open(&args.plan)? {
+    let (loaded, plan, _) = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => pictured::read(&args.plan, input, console)?,
         (Kind::Results, _) => {
             let shown = pictured::results(&args.plan)?.pictures();

@@ -62,9 +62,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let sequence = &args.drawing.euler;
     let text = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => {
-            let (Loaded { problem, settings, identity, closed_loop, .. }, plan) =
+            let (Loaded { problem, settings, identity, closed_loop, .. }, plan, margins) =
                 pictured::read(&args.plan, input, console)?;
-            plan_page(&problem, &settings, &plan, &identity, &closed_loop, sequence)
+            plan_page(&problem, &settings, &plan, &identity, (&closed_loop, margins.as_ref()), sequence)
         }
         (Kind::Simulation, input) => {
             let read = SimulationFile::read(input);

@@ -2,11 +2,12 @@
 
 use super::advice::{advice, word};
 use super::{Console, SpecArgs, Tone};
-use slewkit::assured::{Beside, Margins};
+use slewkit::assured::Beside;
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::plan::{Plan, Status};
 use slewkit::verify::Verification;
 use slewkit_files::export::Target;
+use slewkit_files::flown::MarginsRecord;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::{ClosedLoop, escape};
 use slewkit_report::summary;
@@ -34,7 +35,7 @@ pub struct Told<'a> {
     /// The plan file that will be written.
     pub file: Option<&'a Path>,
     /// What is known of it beside it, as the spec asks.
-    pub beside: Option<(&'a ClosedLoop, &'a Beside, Option<&'a Margins>)>,
+    pub beside: Option<(&'a ClosedLoop, &'a Beside, Option<&'a MarginsRecord>)>,
     /// How it was begun from another plan, or why that was left.
     pub warm: Option<&'a str>,
 }

@@ -12,8 +12,8 @@
 //! published CubeSat and of an effort slew of it with 2 % of error in the inertia, open and closed loop.
 
 use evidence::Random;
-use slewkit::assured::{self, Beside, Kept};
-use slewkit::closed_loop::{Campaign, Flown, Plant, Proportion, Sampled};
+use slewkit::assured::{self, Beside, Kept, Over};
+use slewkit::closed_loop::{Campaign, Flown, Moment, Plant, Proportion, Sampled};
 use slewkit::feedback::{Gains, Kind};
 use slewkit::maneuver::constraint::angle_between;
 use slewkit::maneuver::{Rule, Side};
@@ -30,6 +30,8 @@ use std::time::Instant;
 const NEIGHBOURING: Kind = Kind::Neighbouring { freeze: Kind::FREEZE };
 /// The chance that is asked.
 const ASKED: f64 = 1e-2;
+/// By which the flown chance may differ from it.
+const FACTOR: f64 = 1.5;
 
 fn unit(axis: usize) -> Vector3 {
     Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)))
@@ -104,20 +106,36 @@ fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     Ok(clear.then(|| problem.with_constraint(constraint)))
 }
 
-/// Cases that are within the cone at the node `node`.
-fn within_at(campaign: &Campaign<'_>, problem: &Problem, node: usize, cases: usize) -> Proportion {
+/// Ends of all cases, and how many of them are within the cone at the node `node`.
+fn flown(
+    campaign: &Campaign<'_>,
+    problem: &Problem,
+    node: usize,
+    cases: usize,
+) -> (Vec<Vector6>, Proportion) {
+    /// Cases that are held step by step at once.
+    const CHUNK: usize = 8192;
     let Rule::Pointing(cone) = &problem.constraints[0].rule else { unreachable!("a cone") };
     let direction = cone.directions[0].at(0.0, &Vector3::zeros());
-    let inside = (0..cases as u64).filter(|case| {
-        campaign.traced(*case).is_ok_and(|(_, moments)| {
-            angle_between(&(moments[node].attitude * cone.boresights[0]), &direction) < cone.half_angle
-        })
-    });
-    Proportion::new(inside.count() as u64, cases as u64)
+    let told = |flown: Flown, moments: Vec<Moment>| {
+        let off = angle_between(&(moments[node].attitude * cone.boresights[0]), &direction);
+        (flown.end, off < cone.half_angle)
+    };
+    let (mut ends, mut within) = (Vec::with_capacity(cases), 0);
+    for first in (0..cases).step_by(CHUNK) {
+        for (end, is_within) in
+            campaign.trace_all(first as u64, CHUNK.min(cases - first), told).into_iter().flatten()
+        {
+            ends.push(end);
+            within += u64::from(is_within);
+        }
+    }
+    let count = ends.len() as u64;
+    (ends, Proportion::new(within, count))
 }
 
 fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
-    let (mut index, mut kept, mut done) = (0, 0, 0);
+    let (mut index, mut kept, mut near, mut done) = (0, 0, 0, 0);
     let mut factors = Vec::new();
     let (mut ratios, mut spent): (Vec<f64>, [f64; 4]) = (Vec::new(), [0.0; 4]);
     while done < count {
@@ -125,7 +143,7 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         index += 1;
         let Some(problem) = past_a_cone(maneuver(&mut random))? else { continue };
         let uncertainty = uncertainty(&problem);
-        let asked = [Kept { constraint: "cone", at_most: ASKED }];
+        let asked = [Kept { constraint: "cone", at_most: ASKED, over: Over::Instant }];
         let settings = Settings::default();
         let found = assured::plan(&problem, &settings, Some(NEIGHBOURING), &uncertainty, &asked, &mut Silent);
         let Ok((with, found, margins)) = found else { continue };
@@ -146,23 +164,22 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         let beside = Beside::along(&problem, trajectory, Some(NEIGHBOURING), Some(&uncertainty))?;
         let campaign = Campaign::new(&problem, &linear, Some(&gains), &uncertainty, Plant::default(), 3);
         let began = Instant::now();
-        let ends: Vec<Vector6> =
-            campaign.fly_all(0, cases).into_iter().flatten().map(|flown: Flown| flown.end).collect();
+        let (ends, flown) = flown(&campaign, &problem, beside.chances[0].worst, cases);
         spent[3] += began.elapsed().as_secs_f64() / cases as f64 / linear.count() as f64;
         let sampled = Sampled::of(&ends, &covariance.end);
         ratios.extend(sampled.sigma().component_div(&covariance.end_sigma()).iter());
-        let chance = &beside.chances[0];
-        let flown = within_at(&campaign, &problem, chance.worst, cases);
-        factors.push(flown.part() / chance.largest());
-        let holds = flown.part() <= 1.5 * ASKED;
-        kept += usize::from(holds);
+        factors.push(flown.part() / beside.chances[0].largest());
+        kept += usize::from(flown.high <= FACTOR * ASKED);
+        near += usize::from(flown.part() >= ASKED / FACTOR && flown.part() <= FACTOR * ASKED);
     }
     factors.sort_by(f64::total_cmp);
     ratios.sort_by(f64::total_cmp);
     println!(
-        "chance of {ASKED}: kept by {kept} of {count}; flown over linear {:.2} to {:.2}",
+        "chance of {ASKED}: kept by {kept} of {count}, to {FACTOR} times it by the upper 95 % bound, and to a factor of {FACTOR} met \
+         by {near}; flown over linear {:.2} to {:.2}, median {:.2}",
         factors[0],
-        factors[count - 1]
+        factors[count - 1],
+        factors[count / 2]
     );
     println!(
         "deviations flown over linear: {:.3} to {:.3}, {} numbers",

@@ -14,7 +14,7 @@ use slewkit::maneuver::{Outcome, Problem, Settings};
 use slewkit::optimize::search;
 use slewkit::plan::Silent;
 use slewkit::verify;
-use slewkit_files::batch::{Batch, Journal, Options, Shard, Tally, run};
+use slewkit_files::batch::{Batch, CaseResult, Journal, Options, Shard, Tally, run};
 use slewkit_files::spec::{Base, Format, Override};
 use std::error::Error;
 use std::path::Path;
@@ -138,7 +138,8 @@ fn bare(problems: &[(Problem, Settings)], threads: usize) -> u64 {
 fn verified(batch: &Batch, threads: usize, path: &Path) -> Result<u64, Box<dyn Error>> {
     let options = Options { threads, ..Options::default() };
     let mut tally = Tally::default();
-    let (mut journal, _) = Journal::open(path, &batch.header(Shard::ALL, false), true, &mut |_| {})?;
+    let (mut journal, _) =
+        Journal::open(path, &batch.header(Shard::ALL, false), true, &mut |_: &CaseResult| {})?;
     run(
         batch,
         Shard::ALL,

@@ -7,6 +7,8 @@
 //! costates do not tell the slope (time and fuel, wheels), parabolas through values are minimised. Over a band the ends of it count
 //! as minima where the slope leads out of it.
 
+mod branches;
+
 use super::PlanError;
 use super::halt::Halt;
 use super::illinois::Illinois;
@@ -41,6 +43,9 @@ const SAME: f64 = 1e-3;
 
 /// Steps of the grids on which rolls are compared at first, at most.
 pub(super) const EXPLORED: usize = 32;
+
+/// By how much a coarse grid may misjudge which of two minima is the cheaper one, relative to their cost.
+const MISJUDGED: f64 = 0.01;
 
 /// First stride from the minimum of another grid or time \[rad\]: of second order in the step.
 pub(super) const REFINED: f64 = 0.05;
@@ -124,6 +129,12 @@ impl<'a> Rolls<'a> {
             return Ok(self.at(0.0, steps, None)?.into_iter().collect());
         }
         let (within, around) = (self.ends.within(), self.ends.within() >= PI);
+        if around && self.problem.motion == Motion::Attitude && shoots(self.problem) {
+            let found = branches::minima(self, steps)?;
+            if !found.is_empty() {
+                return Ok(found);
+            }
+        }
         let count = ((ROLLS as f64 * within / PI).ceil() as usize).max(FEWEST);
         let spacing = 2.0 * within / count as f64;
         // All around the last is the first once more.
@@ -327,9 +338,16 @@ impl<'a> Rolls<'a> {
         if minima.iter().all(|known| known.steps == steps) {
             return Ok(minima);
         }
+        let best = minima.first().map_or(0.0, |known| known.solution.cost);
         let mut carried = Vec::with_capacity(minima.len());
         for known in minima {
-            carried.push(self.lowest(known, REFINED, steps)?);
+            let rivals = known.solution.cost <= best + MISJUDGED * best.abs();
+            if rivals || known.slope.is_none() {
+                carried.push(self.lowest(known, REFINED, steps)?);
+            } else if let Some(known) = self.at(known.roll, steps, Some(&known))? {
+                // Its cost is stationary there: of second order in what the roll still changes.
+                carried.push(known);
+            }
         }
         // A minimum whose roll has no plan on that grid is none.
         carried.retain(|known| known.steps == steps);

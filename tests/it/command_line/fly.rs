@@ -4,35 +4,12 @@ use super::binary::Folder;
 use serde_json::Value;
 use std::fs;
 
-const FLIES: &str = r#"
-format = 1
-name = "flies"
-[body]
-inertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
-[actuators]
-torque_limit_n_m = 2
-[start]
-attitude = { axis = [0, 0, 1], angle_deg = 0 }
-[end]
-attitude = { euler_zyx_deg = [80, -25, 40] }
-[maneuver]
-duration_s = 60
-steps = 100
-[[constraint]]
-kind = "keep_out"
-name = "Sun"
-boresight_body = [1, 0, 0]
-direction_inertial = { ra_deg = 45, dec_deg = 2 }
-half_angle_deg = 20
-chance = 0.01
-[feedback]
-[uncertainty]
-start = { attitude_deg = 0.3, angular_velocity_deg_s = 0.005 }
-inertia = { relative = 0.02, products_kg_m2 = 0.5 }
-alignment = { actuators_deg = 0.3, sensor_deg = 0.02 }
-actuators = { scale = 0.02, constant_n_m = 1e-4, noise_n_m_sqrt_s = 1e-4 }
-sensor = { attitude_deg = 0.003, angular_velocity_deg_s = 1e-4, scale = 1e-3, bias_deg_s = 1e-5 }
-"#;
+const FLIES: &str = include_str!("../../../problems/flies.toml");
+
+/// The same by actuators that follow at once.
+fn at_once() -> &'static str {
+    FLIES.split("[plant]").next().unwrap()
+}
 
 fn planned(spec: &str) -> Folder {
     let folder = Folder::new();
@@ -73,9 +50,37 @@ fn a_plan_tells_its_gains_its_chances_and_what_they_cost() {
     folder.slew(&["verify", "plan.json"]).ends(0);
 }
 
+/// A chance over the motion is what flights of another seed have; it takes more than that of an instant.
+#[test]
+fn the_chance_of_a_motion_is_kept_in_flight() {
+    let folder = planned(FLIES);
+    let of_motion = ["--set", "constraint.0.chance_over=motion", "--set", "constraint.0.chance=0.02"];
+    folder
+        .slew(&[&["plan", "spec.toml", "-o", "motion.json"], &of_motion[..]].concat())
+        .ends(0)
+        .tells("asked at most 0.020 over the motion")
+        .tells("of the flights violate Sun at any time");
+    let plan = folder.json("motion.json");
+    let margins = &plan["uncertainty"]["margins"];
+    assert_eq!((&margins["agreed"], &margins["counted"][0][0]), (&true.into(), &"Sun".into()));
+    let [low, high] = [0, 1].map(|end| number(&margins["counted"][0][1]["interval"][end]));
+    assert!(low < 0.02 && 0.02 < high, "{margins}");
+    assert_eq!(plan["spec"]["constraint"][0]["chance_over"], "motion");
+    let told = folder
+        .slew(&["fly", "motion.json", "--cases", "10000", "--loop", "closed", "--format", "json", "-q"])
+        .ends(0)
+        .json();
+    let part = number(&told["loops"][0]["end"]["constraints"][0]["violated"]["part"]);
+    // Both counts err: by a tenth, and by a fourteenth.
+    assert!(part > 0.7 * 0.02 && part < 1.4 * 0.02, "{part}");
+    folder.slew(&["report", "motion.json", "-o", "motion.html"]).ends(0);
+    let page = folder.read("motion.html");
+    assert!(page.contains("<dt>margin</dt>") && page.contains("Commands in flight"));
+}
+
 #[test]
 fn cases_agree_with_the_linear_theory_and_are_the_same_alone() {
-    let folder = planned(FLIES);
+    let folder = planned(at_once());
     let told = folder.slew(&["fly", "plan.json", "--cases", "2000", "--format", "json", "-q"]).ends(0).json();
     assert_eq!(told["loops"].as_array().unwrap().len(), 2);
     for of in told["loops"].as_array().unwrap() {
@@ -102,6 +107,55 @@ fn cases_agree_with_the_linear_theory_and_are_the_same_alone() {
     assert_eq!(one[8..14], cells[2..8]);
     folder.slew(&["fly", "plan.json", "--cases", "20", "-o", "cases.npz"]).ends(0);
     assert!(fs::read(folder.path("cases.npz")).unwrap().starts_with(b"PK"));
+}
+
+/// Killed anywhere, on any number of threads, in one go or enlarged: the same bytes.
+#[test]
+fn flights_go_on_where_they_were_left() {
+    let folder = planned(FLIES);
+    let fly = |cases: &str, more: &[&str]| {
+        let common = ["fly", "plan.json", "--force", "-o", "cases.csv", "--cases", cases];
+        folder.slew(&[&common[..], more].concat())
+    };
+    fly("60", &["--keep", "whole.jsonl"]).ends(0);
+    let (lines, table) = (folder.read("whole.jsonl"), folder.read("cases.csv"));
+    assert_eq!(lines.lines().count(), 61);
+    // None, within the first line, after it, within a case, after one, and all of them.
+    let ends: Vec<usize> = lines.match_indices('\n').map(|(at, _)| at + 1).collect();
+    for end in [0, 10, ends[0], ends[20] + 7, ends[41], lines.len()] {
+        fs::write(folder.path("part.jsonl"), &lines[..end]).unwrap();
+        let told = fly("60", &["--keep", "part.jsonl", "--threads", "1"]).ends(0);
+        if end == ends[41] {
+            told.tells("after 41 cases that were there");
+        }
+        assert_eq!(folder.read("part.jsonl"), lines, "cut at {end}");
+        assert_eq!(folder.read("cases.csv"), table, "cut at {end}");
+    }
+    fly("25", &["--keep", "fewer.jsonl"]).ends(0);
+    fly("60", &["--keep", "fewer.jsonl", "--threads", "3"]).ends(0);
+    assert_eq!(folder.read("fewer.jsonl"), lines);
+    // Another seed, plan, loop, or fewer cases; a line that does not belong there; what holds no flights.
+    let refused = |cases: &str, more: &[&str], why: &str, code: &str| {
+        let before = folder.read("fewer.jsonl");
+        let exit = if why.contains("more than") { 2 } else { 8 };
+        fly(cases, &[&["--keep", "fewer.jsonl"], more].concat()).ends(exit).tells(code).tells(why);
+        assert_eq!(folder.read("fewer.jsonl"), before);
+    };
+    refused("60", &["--seed", "2"], "of seed 1, not of 2", "E0112");
+    refused("60", &["--loop", "open"], "not of the open loop", "E0112");
+    refused("60", &["--set", "uncertainty.inertia.relative=0.03"], "is another", "E0112");
+    refused("59", &[], "60 cases, more than are asked for", "E0112");
+    fs::write(folder.path("fewer.jsonl"), lines.replacen("{\"case\":7,", "{\"case\":8,", 1)).unwrap();
+    refused("60", &[], "line 9 is not the result that belongs there: it is case 8, not 7", "E0114");
+    fs::write(folder.path("fewer.jsonl"), lines.replacen("\"room\":[", "\"room\":[0.5,", 1)).unwrap();
+    refused("60", &[], "it has other numbers than the first line says", "E0114");
+    fs::write(folder.path("fewer.jsonl"), "{\"slew_flights\":9}\n").unwrap();
+    refused("60", &[], "flights of format 9", "E0112");
+    fs::write(folder.path("fewer.jsonl"), FLIES).unwrap();
+    refused("60", &[], "holds no flights", "E0112");
+    fly("60", &["--keep", "fewer.csv"]).ends(2).tells("E0105");
+    fly("60", &["--keep", "cases.csv.jsonl", "--threads", "0"]).ends(2).tells("E0115");
+    folder.slew(&["fly", "plan.json", "--case", "3", "--keep", "x.jsonl"]).ends(2);
 }
 
 #[test]

@@ -67,7 +67,8 @@ fn results_of_a_batch_are_a_row_a_case() {
     let (mut shards, mut all) = (Vec::new(), Vec::<CaseResult>::new());
     for shard in ["1/2", "2/2"] {
         let (path, shard) = (folder.path().join(shard.replace('/', "of")), Shard::parse(shard).unwrap());
-        let (mut journal, _) = Journal::open(&path, &batch.header(shard, false), false, &mut |_| {}).unwrap();
+        let (mut journal, _) =
+            Journal::open(&path, &batch.header(shard, false), false, &mut |_: &CaseResult| {}).unwrap();
         run(
             &batch,
             shard,

@@ -7,9 +7,34 @@ use super::error::shown;
 use super::results::{Line, Lines, damaged, no_results, read_header, read_result};
 use super::{BatchError, CaseResult, Header, Shard};
 use crate::export::{ExportError, Target};
+use serde::{Serialize, de::DeserializeOwned};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+/// A line of a file that is continued, one for each case.
+pub trait Entry: DeserializeOwned {
+    /// The first line: what decides all others.
+    type Header: Serialize + PartialEq;
+
+    /// What to do where a file holds others.
+    const REMEDY: &'static str;
+
+    /// Reads the first line of the file at `path`.
+    ///
+    /// # Errors
+    /// It holds no such results.
+    fn header(path: &Path, line: &[u8]) -> Result<Self::Header, BatchError>;
+
+    /// Checks that it is the line after `done` others.
+    ///
+    /// # Errors
+    /// Why it is not.
+    fn check(&self, header: &Self::Header, done: u64) -> Result<(), String>;
+
+    /// What differs between the results that are there and those that are to come.
+    fn another(found: &Self::Header, wanted: &Self::Header) -> String;
+}
 
 /// A file of results that is being written. Another process that would write it is refused for as long as this lives.
 #[derive(Debug)]
@@ -35,11 +60,11 @@ impl Journal {
     ///
     /// # Errors
     /// A file of another batch, one that is damaged, in use, or cannot be written.
-    pub fn open(
+    pub fn open<E: Entry>(
         path: &Path,
-        header: &Header,
+        header: &E::Header,
         anew: bool,
-        take: &mut dyn FnMut(&CaseResult),
+        take: &mut dyn FnMut(&E),
     ) -> Result<(Self, Found), BatchError> {
         // Name and folder as of any output.
         Target::new(path, true)?;
@@ -92,6 +117,14 @@ impl Journal {
         Ok(())
     }
 
+    /// Adds a result as its line.
+    ///
+    /// # Errors
+    /// As of [`Journal::line`].
+    pub fn add(&mut self, entry: &impl Serialize) -> Result<(), BatchError> {
+        self.line(&serde_json::to_string(entry).map_err(ExportError::from)?)
+    }
+
     /// Waits until all of it is on the disk.
     ///
     /// # Errors
@@ -102,12 +135,12 @@ impl Journal {
 }
 
 /// What the file holds of the batch of `header`, and up to which byte.
-fn check(
+fn check<E: Entry>(
     path: &Path,
     file: &mut File,
-    header: &Header,
+    header: &E::Header,
     first: &str,
-    take: &mut dyn FnMut(&CaseResult),
+    take: &mut dyn FnMut(&E),
 ) -> Result<(Found, u64), BatchError> {
     let mut lines = Lines::new(path, file);
     let head = match lines.next()? {
@@ -119,26 +152,20 @@ fn check(
         Some(Line::Torn(_)) => return Err(no_results(path)),
         Some(Line::Whole(text)) => text,
     };
-    let found: Header = read_header(path, &head)?;
+    let found = E::header(path, &head)?;
     if found != *header {
-        return Err(another(path, &found, header));
+        let why = E::another(&found, header);
+        let reason = format!("{} holds results of another batch: {why}", shown(path));
+        return Err(BatchError::file("E0112", reason, E::REMEDY));
     }
     let (mut whole, mut done) = (head.len() as u64, 0);
-    let shard = header.shard.unwrap_or(Shard::ALL);
     loop {
         match lines.next()? {
             None => return Ok((Found { done, torn: 0 }, whole)),
             Some(Line::Torn(text)) => return Ok((Found { done, torn: text.len() as u64 }, whole)),
             Some(Line::Whole(text)) => {
-                let result = read_result(path, &text, lines.number)?;
-                let expected = shard.case(done);
-                if result.case != expected || done >= shard.count(header.cases) {
-                    return Err(damaged(
-                        path,
-                        lines.number,
-                        &format!("it is case {}, not {expected}", result.case),
-                    ));
-                }
+                let result: E = read_result(path, &text, lines.number)?;
+                result.check(header, done).map_err(|why| damaged(path, lines.number, &why))?;
                 take(&result);
                 done += 1;
                 whole += text.len() as u64;
@@ -147,30 +174,49 @@ fn check(
     }
 }
 
-/// What differs between the results that are there and those that are to come.
-fn another(path: &Path, found: &Header, wanted: &Header) -> BatchError {
-    let told = |shard: Option<Shard>| shard.map_or("all cases".to_string(), |shard| format!("shard {shard}"));
-    let why = if found.generator != wanted.generator {
-        format!("{} wrote them, this is {}", found.generator, wanted.generator)
-    } else if found.kind != wanted.kind || found.keys != wanted.keys || found.cases != wanted.cases {
-        format!(
-            "they are of {} cases over {}, not {} over {}",
-            found.cases,
-            of(found),
-            wanted.cases,
-            of(wanted)
-        )
-    } else if found.fingerprint != wanted.fingerprint {
-        "the spec, a key set on the command line, or a case is another".into()
-    } else if found.shard != wanted.shard {
-        format!("they are of {}, not of {}", told(found.shard), told(wanted.shard))
-    } else if found.times != wanted.times {
-        "one has wall times and the other has none".into()
-    } else {
-        format!("their spec is called {}, not {}", shown(found.spec.as_ref()), shown(wanted.spec.as_ref()))
-    };
-    let reason = format!("{} holds results of another batch: {why}", shown(path));
-    BatchError::file("E0112", reason, "give another file; --force throws these results away")
+impl Entry for CaseResult {
+    type Header = Header;
+
+    const REMEDY: &'static str = "give another file; --force throws these results away";
+
+    fn header(path: &Path, line: &[u8]) -> Result<Header, BatchError> {
+        read_header(path, line)
+    }
+
+    fn check(&self, header: &Header, done: u64) -> Result<(), String> {
+        let shard = header.shard.unwrap_or(Shard::ALL);
+        let expected = shard.case(done);
+        let belongs = self.case == expected && done < shard.count(header.cases);
+        if belongs { Ok(()) } else { Err(format!("it is case {}, not {expected}", self.case)) }
+    }
+
+    fn another(found: &Header, wanted: &Header) -> String {
+        let told =
+            |shard: Option<Shard>| shard.map_or("all cases".to_string(), |shard| format!("shard {shard}"));
+        if found.generator != wanted.generator {
+            format!("{} wrote them, this is {}", found.generator, wanted.generator)
+        } else if found.kind != wanted.kind || found.keys != wanted.keys || found.cases != wanted.cases {
+            format!(
+                "they are of {} cases over {}, not {} over {}",
+                found.cases,
+                of(found),
+                wanted.cases,
+                of(wanted)
+            )
+        } else if found.fingerprint != wanted.fingerprint {
+            "the spec, a key set on the command line, or a case is another".into()
+        } else if found.shard != wanted.shard {
+            format!("they are of {}, not of {}", told(found.shard), told(wanted.shard))
+        } else if found.times != wanted.times {
+            "one has wall times and the other has none".into()
+        } else {
+            format!(
+                "their spec is called {}, not {}",
+                shown(found.spec.as_ref()),
+                shown(wanted.spec.as_ref())
+            )
+        }
+    }
 }
 
 fn of(header: &Header) -> String {

@@ -41,6 +41,9 @@
 //! A line holds no time, no path and no address. Only `solver.time_limit_s` makes results depend on the machine, and
 //! `--times` asks for it.
 //!
+//! Flights of a plan ([`FlightCase`]) are kept in such files as well. Their first line holds no number of cases, because a case of a
+//! seed is the same whatever others there are: a run of a thousand goes on to a hundred thousand.
+//!
 //! # Why does a shard take every n-th case?
 //!
 //! The hard cases of a sweep lie side by side, and contiguous parts would give them all to one process.
@@ -69,6 +72,7 @@ mod columns;
 mod comma;
 mod error;
 mod fingerprint;
+mod flights;
 mod journal;
 mod merge;
 mod options;
@@ -85,7 +89,8 @@ pub use case::{Case, Kind};
 pub use cases::{Axis, Batch, MAX_CASES, Stream};
 pub use comma::CommaTable;
 pub use error::BatchError;
-pub use journal::{Found, Journal};
+pub use flights::{FlightCase, FlightHeader};
+pub use journal::{Entry, Found, Journal};
 pub use merge::{merge, merge_to_csv, merge_to_parquet};
 pub use options::{MAX_THREADS, Options};
 pub use result::{CaseError, CaseResult, Header, Verdict};

@@ -9,6 +9,7 @@
 
 use super::error::shown;
 use super::{BatchError, CaseResult, Header};
+use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -74,7 +75,11 @@ pub(super) fn read_header(path: &Path, line: &[u8]) -> Result<Header, BatchError
     serde_json::from_slice(line).map_err(|_| no_results(path))
 }
 
-pub(super) fn read_result(path: &Path, line: &[u8], number: usize) -> Result<CaseResult, BatchError> {
+pub(super) fn read_result<E: DeserializeOwned>(
+    path: &Path,
+    line: &[u8],
+    number: usize,
+) -> Result<E, BatchError> {
     serde_json::from_slice(line).map_err(|error| damaged(path, number, &error.to_string()))
 }
 

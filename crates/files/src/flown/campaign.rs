@@ -3,7 +3,7 @@
 use super::plan::{PointingRecord, boresights};
 use crate::exchange::Arrays;
 use crate::export::{ExportError, write_document};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use slewkit::Vector3;
 use slewkit::closed_loop::{Flown, Lost, Moment, Proportion, Sampled, quantile};
 use slewkit::lie;
@@ -80,7 +80,7 @@ pub struct CampaignRecord {
 }
 
 /// A part of the cases with its interval of 95 %.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// How many cases.
     pub count: u64,

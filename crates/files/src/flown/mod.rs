@@ -2,9 +2,11 @@
 
 mod campaign;
 mod plan;
+mod runs;
 
-pub use campaign::{CampaignRecord, Flight, LoopRecord, RunRecord, write_cases, write_trace};
+pub use campaign::{CampaignRecord, Flight, LoopRecord, Part, RunRecord, write_cases, write_trace};
 pub use plan::{
     ChanceRecord, FeedbackRecord, LoopUncertainty, MarginsRecord, PointingRecord, UncertaintyRecord,
     boresights,
 };
+pub use runs::Runs;

@@ -1,5 +1,6 @@
 //! Gains and covariances in a plan file.
 
+use super::Part;
 use crate::export::nulls::null_is_nan;
 use crate::spec::ClosedLoop;
 use serde::{Deserialize, Serialize};
@@ -98,14 +99,19 @@ pub struct MarginsRecord {
     pub plans: usize,
     /// Whether they did.
     pub agreed: bool,
+    /// Of those whose chance is that of the whole motion: name, and how many of the flights of the plan violate it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub counted: Vec<(String, Part)>,
 }
 
 impl MarginsRecord {
     /// Of the chances of a spec.
     pub fn new(closed_loop: &ClosedLoop, margins: &Margins) -> Self {
-        let names = closed_loop.chances.iter().map(|chance| chance.constraint.clone());
+        let names = || closed_loop.chances.iter().map(|chance| chance.constraint.clone());
+        let counted = names().zip(&margins.counted);
         Self {
-            margins_deg: names.zip(margins.margins.iter().map(|margin| margin.to_degrees())).collect(),
+            counted: counted.filter_map(|(name, counted)| Some((name, (*counted)?.into()))).collect(),
+            margins_deg: names().zip(margins.margins.iter().map(|margin| margin.to_degrees())).collect(),
             cost_without: margins.cost_without,
             plans: margins.plans,
             agreed: margins.agreed,

@@ -2,7 +2,7 @@
 
 use super::{Limits, Node, Section, Value, escape};
 use serde_json::Map;
-use slewkit::assured::Kept;
+use slewkit::assured::{Kept, Over};
 use slewkit::closed_loop::Plant;
 use slewkit::feedback::{Kind, RegulatorWeights};
 use slewkit::maneuver::{Motion, Problem};
@@ -27,7 +27,7 @@ pub struct ClosedLoop {
     written: Map<String, serde_json::Value>,
 }
 
-/// The chance of violating a constraint at its worst instant.
+/// The chance of violating a constraint.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Chance {
@@ -35,6 +35,8 @@ pub struct Chance {
     pub constraint: String,
     /// The chance, at most.
     pub at_most: f64,
+    /// Whether it is that of the whole motion; else that of the worst instant.
+    pub of_motion: bool,
 }
 
 impl ClosedLoop {
@@ -47,10 +49,10 @@ impl ClosedLoop {
     /// [`slewkit::assured::plan`].
     pub fn kept(&self) -> Option<(&Uncertainty, Vec<Kept<'_>>)> {
         let uncertainty = self.uncertainty.as_ref().filter(|_| !self.chances.is_empty())?;
-        let all = self
-            .chances
-            .iter()
-            .map(|chance| Kept { constraint: &chance.constraint, at_most: chance.at_most });
+        let all = self.chances.iter().map(|chance| {
+            let over = if chance.of_motion { Over::Motion(self.plant) } else { Over::Instant };
+            Kept { constraint: &chance.constraint, at_most: chance.at_most, over }
+        });
         Some((uncertainty, all.collect()))
     }
 
@@ -227,7 +229,12 @@ fn uncertainty(section: &Section, problem: &Problem) -> Uncertainty {
 fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
     let mut chances = Vec::new();
     for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
+        let of_motion = section.has("chance_over") && section.word("chance_over") == Some("motion");
         if !section.has("chance") {
+            if section.has("chance_over") {
+                let reason = "it says when a chance holds, and there is none";
+                section.error("E0172", "chance_over", reason, "add chance = 0.001, or leave it out");
+            }
             continue;
         }
         let Some(at_most) = section.number("chance") else { continue };
@@ -235,12 +242,18 @@ fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
             let reason = format!("\"{}\" has a chance, and nothing is uncertain", escape(&constraint.name));
             section.error("E0172", "chance", reason, "add [uncertainty], or give margin_deg");
         }
+        if of_motion && at_most < Over::LEAST {
+            let reason =
+                format!("the chance of a motion is counted in flights, and that of {at_most} takes too many");
+            let remedy = format!("ask for {} or more, or for that of the worst instant", Over::LEAST);
+            section.error("E0172", "chance", reason, remedy);
+        }
         // In a spec that slew wrote the margin is the one that the chance took.
         if !section.keeps_rounding && (section.has("margin_deg") || section.has("margin_rad")) {
             let reason = "a chance and a margin: the larger of the two acts";
             section.warn("W0170", "chance", reason, "leave the margin out, unless it is for something else");
         }
-        chances.push(Chance { constraint: constraint.name.clone(), at_most });
+        chances.push(Chance { constraint: constraint.name.clone(), at_most, of_motion });
     }
     chances
 }

@@ -6,10 +6,11 @@
 use super::orbit::{self, Around};
 use super::{Section, short, show};
 use crate::epoch::Epoch;
+use crate::scenery::{Scenery, TargetShown};
 use slewkit::maneuver::{Aim, AimRate};
 use slewkit::mechanics::direction::Track;
-use slewkit::{Direction, Vector3};
-use slewkit_sky::{EarthRotation, OrbitError, Sky, SkyError, Target};
+use slewkit::{Direction, Matrix3, Vector3};
+use slewkit_sky::{EarthRotation, Light, OrbitError, Sky, SkyError, Target};
 use std::path::Path;
 
 /// How far ahead the sky is known where the duration is sought without a bound \[s\].
@@ -50,6 +51,8 @@ pub(crate) struct Reading {
     /// How far ahead tracks reach \[s\].
     ahead: f64,
     targets: Vec<Named>,
+    /// What the end points at, where that has a name.
+    goal: Option<TargetShown>,
 }
 
 impl Reading {
@@ -84,14 +87,28 @@ impl Reading {
             let reason = "[orbit] places the satellite among the stars, and `orbital_rate_rad_s` in a frame that turns";
             section.error_here("E0028", reason, "leave one of the two out");
         }
+        let light = Light {
+            takes_time: root.word("light_time") == Some("one_way"),
+            aberrates: root.word("aberration") == Some("satellite"),
+        };
+        if let (true, None) = (light != Light::default(), &around) {
+            let key = if light.takes_time { "light_time" } else { "aberration" };
+            let reason = format!("`{key}` needs `epoch`: what is seen depends on the date");
+            root.error(
+                "E0075",
+                key,
+                reason,
+                "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, or leave it out",
+            );
+        }
         // Of an orbit that is wrong something has been said already.
         let sky = match &around {
             Some(around) if orbit.is_some() || section.is_none() => {
-                Some(Sky::new(around.clock, orbit, rotation))
+                Some(Sky::new(around.clock, orbit, rotation).with_light(light))
             }
             _ => None,
         };
-        Self { around, sky, ahead, targets: Vec::new() }
+        Self { around, sky, ahead, targets: Vec::new(), goal: None }
     }
 
     /// What was aimed at.
@@ -99,10 +116,53 @@ impl Reading {
         Some(Heavens { sky: self.sky.filter(|_| !self.targets.is_empty())?, targets: self.targets })
     }
 
+    /// What stands around the spacecraft: as a plan file tells it, or from the orbit where something is aimed at by name.
+    pub fn scenery(&self, root: &Section) -> Option<Scenery> {
+        if let Some(section) = root.section("scenery") {
+            return told_scenery(section);
+        }
+        let sky = self.sky.as_ref().filter(|_| !self.targets.is_empty())?;
+        let way = |target: &Target| sky.way(target, 0.0, self.ahead).ok();
+        Some(Scenery {
+            spacecraft: sky.orbit().and_then(|_| way(&Target::Zenith)),
+            sun: way(&Target::Sun)?,
+            moon: way(&Target::Moon)?,
+            earth: sky.earth_axes(0.0),
+            target: self.goal.clone(),
+        })
+    }
+
+    /// What an end points at, of which the direction has been read last.
+    fn shown(&self, at: &Direction) -> Option<TargetShown> {
+        let Named { name, target, .. } = self.targets.last()?;
+        let Direction::Moving(track) = at else { return None };
+        let station = match target {
+            Target::Ground { latitude_deg, longitude_deg, height_m } => {
+                Some([*latitude_deg, *longitude_deg, *height_m])
+            }
+            _ => None,
+        };
+        let range = self.sky.as_ref().filter(|_| target.is_place())?.range(target, 0.0).ok();
+        let unit_m = range.map(|range| range / track.at(0.0)[0].norm());
+        Some(TargetShown { name: name.clone(), station, unit_m })
+    }
+
     /// The direction of a table of targets.
     pub fn direction(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         if !section.has("at") {
-            return star(section).map(Direction::Fixed);
+            let star = star(section)?;
+            // A vector is a direction as it is, a star gives light.
+            return match &self.sky {
+                Some(sky) if sky.light().aberrates && section.has("ra_deg") => {
+                    self.known_ahead(section, "ra_deg")?;
+                    let target = Target::Fixed(star);
+                    let found = sky.direction(&target, 0.0, self.ahead);
+                    let direction = self.told(section, "a star", found)?;
+                    self.targets.push(Named { used_by: used_by.into(), name: "star".into(), target });
+                    Some(direction)
+                }
+                _ => Some(Direction::Fixed(star)),
+            };
         }
         let word = section.word("at")?;
         if let Some(given) = ["ra_deg", "dec_deg", "vector"].into_iter().find(|name| section.has(name)) {
@@ -112,6 +172,7 @@ impl Reading {
         own_keys(section, word)?;
         let target = match word {
             "track" => return track(section),
+            "turning" => return self.turning(section),
             "sun" => Target::Sun,
             "anti_sun" => Target::AntiSun,
             "moon" => Target::Moon,
@@ -145,18 +206,32 @@ impl Reading {
         let Some(sky) = &self.sky else {
             return if self.around.is_none() { self.without_epoch(section, word) } else { None };
         };
-        if self.ahead > MOST_AHEAD {
-            let reason = format!(
-                "targets are known for {} s ahead, and the maneuver may take {} s",
-                short(MOST_AHEAD),
-                short(self.ahead)
-            );
-            return section.refuse("E0076", "at", reason, "shorten it, or bound it by duration_at_most_s");
-        }
+        self.known_ahead(section, "at")?;
         let found = sky.direction(&target, 0.0, self.ahead);
         let direction = self.told(section, word, found)?;
         self.targets.push(Named { used_by: used_by.into(), name: named(word, section), target });
         Some(direction)
+    }
+
+    /// What is fixed in something that turns, as a satellite that tumbles.
+    fn turning(&self, section: &Section) -> Option<Direction> {
+        for (key, sample) in [("turning_vector", "[0, 0, 1]"), ("turning_rate_deg_s", "[0, 0, 2]")] {
+            if !section.has(key) {
+                let reason = format!("`at = \"turning\"` needs `{key}`");
+                return section.refuse_here("E0021", reason, format!("add {key} = {sample}"));
+            }
+        }
+        self.known_ahead(section, "at")?;
+        let vector = axis(section, "turning_vector")?;
+        let rate = section.vector("turning_rate_deg_s")?.map(f64::to_radians);
+        if rate == Vector3::zeros() {
+            return Some(Direction::Fixed(vector));
+        }
+        let direction = Direction::turning(vector, rate, self.ahead);
+        let remedy = "give a smaller rate, or a shorter maneuver";
+        direction
+            .map_err(|error| section.error("E0076", "turning_rate_deg_s", error.to_string(), remedy))
+            .ok()
     }
 
     /// The disc of the Earth, whose limb a cone begins at.
@@ -173,23 +248,24 @@ impl Reading {
             }
             return None;
         };
-        if self.ahead > MOST_AHEAD {
-            let reason = format!(
-                "targets are known for {} s ahead, and the maneuver may take {} s",
-                short(MOST_AHEAD),
-                short(self.ahead)
-            );
-            return section.refuse(
-                "E0076",
-                "limb_of",
-                reason,
-                "shorten it, or bound it by duration_at_most_s",
-            );
-        }
+        self.known_ahead(section, "limb_of")?;
         let found = sky.earth_disc(0.0, self.ahead);
         let direction = self.told(section, "the limb of the Earth", found)?;
         self.targets.push(Named { used_by: used_by.into(), name: "earth".into(), target: Target::Nadir });
         Some(direction)
+    }
+
+    /// Refuses a maneuver that lasts longer than targets are known.
+    fn known_ahead(&self, section: &Section, key: &str) -> Option<()> {
+        if self.ahead <= MOST_AHEAD {
+            return Some(());
+        }
+        let reason = format!(
+            "targets are known for {} s ahead, and the maneuver may take {} s",
+            short(MOST_AHEAD),
+            short(self.ahead)
+        );
+        section.refuse("E0076", key, reason, "shorten it, or bound it by duration_at_most_s")
     }
 
     fn without_epoch<T>(&self, section: &Section, word: &str) -> Option<T> {
@@ -224,7 +300,11 @@ impl Reading {
     pub fn aim(&mut self, boundary: &Section, duration: Option<f64>) -> Option<Aim> {
         let (point, end) = (boundary.section("point")?, &boundary.path);
         let boresight = axis(point, "boresight_body");
+        let known = self.targets.len();
         let at = self.direction(point, end);
+        if end == "end" && self.targets.len() > known {
+            self.goal = at.as_ref().and_then(|at| self.shown(at));
+        }
         if at.is_some()
             && let Some(time) = duration
         {
@@ -331,6 +411,7 @@ fn keys_of(word: &str) -> &'static [&'static str] {
         "limb" => &["azimuth_deg", "height_m"],
         "satellite" => orbit::KEYS,
         "orbit_vector" => &["orbit_vector"],
+        "turning" => &["turning_vector", "turning_rate_deg_s"],
         "track" => &["from_s", "piece_s", "terms", "coefficients", "disc_radius"],
         _ => &[],
     }
@@ -339,7 +420,7 @@ fn keys_of(word: &str) -> &'static [&'static str] {
 /// Refuses a key that goes with another word of `at`: what is not used was meant to be.
 fn own_keys(section: &Section, word: &str) -> Option<()> {
     let own = keys_of(word);
-    for owner in ["ground", "limb", "satellite", "orbit_vector", "track"] {
+    for owner in ["ground", "limb", "satellite", "orbit_vector", "turning", "track"] {
         if let Some(key) = keys_of(owner).iter().find(|key| section.has(key) && !own.contains(key)) {
             let reason = format!("`{key}` goes with at = \"{owner}\", not with \"{word}\"");
             return section.refuse("E0029", key, reason, "leave it out, or name the other target");
@@ -387,6 +468,31 @@ fn station(section: &Section) -> Option<Target> {
     Some(Target::Ground { latitude_deg: latitude_deg?, longitude_deg: longitude_deg?, height_m })
 }
 
+/// The scenery as a plan file writes it.
+fn told_scenery(section: &Section) -> Option<Scenery> {
+    let way = |name: &str| match track(section.section(name)?)? {
+        Direction::Moving(track) => Some(track),
+        _ => None,
+    };
+    let number = |name: &str| if section.has(name) { section.number(name) } else { None };
+    let station = [number("latitude_deg"), number("longitude_deg"), number("height_m")];
+    let target = section.word("target").map(|name| TargetShown {
+        name: name.into(),
+        station: match station {
+            [Some(latitude), Some(longitude), height] => Some([latitude, longitude, height.unwrap_or(0.0)]),
+            _ => None,
+        },
+        unit_m: number("target_unit_m"),
+    });
+    let spacecraft = if section.has("spacecraft") { Some(way("spacecraft")?) } else { None };
+    let earth = section.matrix("earth_axes")?;
+    if (earth.transpose() * earth - Matrix3::identity()).amax() > 1e-6 || earth.determinant() < 0.0 {
+        let reason = "`earth_axes` is no rotation: its rows are not the axes of a right-handed frame";
+        return section.refuse("E0055", "earth_axes", reason, "its rows must be orthogonal and of length 1");
+    }
+    Some(Scenery { spacecraft, sun: way("sun")?, moon: way("moon")?, earth, target })
+}
+
 /// The vector of coefficients as a plan file writes it.
 fn track(section: &Section) -> Option<Direction> {
     let (from, piece) = (section.number("from_s").unwrap_or(0.0), section.number("piece_s"));
@@ -409,7 +515,8 @@ fn track(section: &Section) -> Option<Direction> {
     let track = track
         .map_err(|error| section.error("E0076", "coefficients", error.to_string(), "check the numbers"))
         .ok()?;
-    Some(match section.number("disc_radius") {
+    let radius = if section.knows("disc_radius") { section.number("disc_radius") } else { None };
+    Some(match radius {
         Some(radius) => Direction::Disc { centre: track, radius },
         None => Direction::Moving(track),
     })

@@ -7,6 +7,8 @@
 mod axis;
 mod chart;
 mod curve;
+mod disc;
+mod ground;
 mod legibility;
 mod map;
 mod panel;
@@ -21,6 +23,8 @@ mod thin;
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Level, Span};
 pub use curve::{Curve, Shape};
+pub use disc::{DiscKind, SkyDisc};
+pub use ground::{Ground, GroundTrack};
 pub use map::Map;
 pub use panel::{Picture, panel};
 pub use scene::{Item, Scene};

@@ -5,40 +5,13 @@ use super::*;
 use crate::draw::{Picture, Sky};
 use slewkit::plan::{self, Plan, Silent};
 use slewkit_files::flown::UncertaintyRecord;
-use slewkit_files::spec::{self, Format, Loaded};
+use slewkit_files::spec::{self, Format, Loaded, Override};
 
-const SPEC: &str = r#"
-format = 1
-[body]
-inertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
-[actuators]
-torque_limit_n_m = 2
-[start]
-attitude = { axis = [0, 0, 1], angle_deg = 0 }
-[end]
-attitude = { euler_zyx_deg = [80, -25, 40] }
-[maneuver]
-duration_s = 60
-steps = 60
-[[constraint]]
-kind = "keep_out"
-name = "Sun"
-boresight_body = [1, 0, 0]
-direction_inertial = { ra_deg = 45, dec_deg = 2 }
-half_angle_deg = 20
-"#;
-
-const FLOWN: &str = "
-[feedback]
-[uncertainty]
-start = { attitude_deg = 0.3, angular_velocity_deg_s = 0.005 }
-inertia = { relative = 0.02 }
-actuators = { scale = 0.02 }
-sensor = { attitude_deg = 0.003, angular_velocity_deg_s = 1e-4 }
-";
-
-fn planned(text: &str) -> (Loaded, Plan) {
-    let mut loaded = spec::from_str(text, "spec", Format::Toml, &[]).unwrap();
+/// The slew that flies, without a chance to keep, on fewer steps.
+fn planned() -> (Loaded, Plan) {
+    let text = include_str!("../../../../problems/flies.toml").replace("chance = 0.01\n", "");
+    let fewer = [Override::parse("maneuver.steps=60").unwrap()];
+    let mut loaded = spec::from_str(&text, "spec", Format::Toml, &fewer).unwrap();
     let plan = plan::plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
     loaded.problem = plan.solution.on_grid(&loaded.problem);
     (loaded, plan)
@@ -62,7 +35,7 @@ fn map(shown: &[Shown]) -> (&Sky, &str) {
 
 #[test]
 fn curves_table_and_ellipses_are_those_of_the_covariances() {
-    let (loaded, plan) = planned(&format!("{SPEC}{FLOWN}"));
+    let (loaded, plan) = planned();
     let subject = subject(&loaded, &plan);
     let shown = pictures(&subject);
     let beside = subject.beside().unwrap();
@@ -101,6 +74,28 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
         }
     }
     assert!((inputs[1].1[7].1 / closed.input_sigma[7][1] - 3.0).abs() < 1e-12);
+
+    // Percentiles of the flown cases: near those of the linear theory, and a band of three deviations about the commands.
+    let flown = curves(&shown, "flown_pointing");
+    assert_eq!(flown.len(), 6);
+    for (marks, lines) in flown[1..3].iter().zip(&flown[4..]) {
+        assert!(marks.0.ends_with("flown") && lines.0.ends_with("linear"), "{} {}", marks.0, lines.0);
+        for ((time, mark), (_, value)) in marks.1.iter().zip(&lines.1) {
+            // Of 1000 cases: three standard errors of the median, four of the 90 %.
+            assert!((mark / value - 1.0).abs() < 0.15, "{} at {time} s: {mark} and {value}", marks.0);
+        }
+    }
+    let commands = curves(&shown, "flown_commands");
+    assert_eq!(commands.len(), 6);
+    for input in 0..3 {
+        let (planned, band) = (&commands[input].1, &commands[3 + input].1);
+        assert_eq!(planned[7].1, beside.linear.inputs(7)[input]);
+        for (step, ends) in band.chunks_exact(2).enumerate() {
+            let half = 0.5 * (ends[1].1 - ends[0].1);
+            let ratio = half / (3.0 * closed.input_sigma[step][input]);
+            assert!(ratio > 0.75 && ratio < 1.35, "input {input}, step {step}: {ratio}");
+        }
+    }
 
     // Ellipses: on each the quadratic form of the covariance is the same, −2 ln(1 − p).
     let (sky, remark) = map(&shown);
@@ -141,10 +136,10 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
 /// Nothing asked, gains alone, and no gains.
 #[test]
 fn what_is_not_asked_is_not_shown() {
-    let (mut loaded, plan) = planned(&format!("{SPEC}{FLOWN}"));
+    let (mut loaded, plan) = planned();
     let page_of = |loaded: &Loaded| {
         let Loaded { problem, settings, identity, closed_loop, .. } = loaded;
-        page::plan_page(problem, settings, &plan, identity, closed_loop, "zyx")
+        page::plan_page(problem, settings, &plan, identity, (closed_loop, None), "zyx")
     };
     let page = page_of(&loaded);
     assert!(page.contains("<section id=\"flight\">") && page.contains("<dt>uncertain</dt>"));

@@ -3,13 +3,13 @@
 use super::lines::{Lines, TEXT, wrapped};
 use super::{Tone, headline};
 use slewkit::Vector3;
-use slewkit::assured::{Beside, Margins};
+use slewkit::assured::Beside;
 use slewkit::closed_loop::Flown;
 use slewkit::feedback::Kind;
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
-use slewkit_files::flown::{LoopRecord, RunRecord, boresights};
+use slewkit_files::flown::{LoopRecord, MarginsRecord, RunRecord, boresights};
 use slewkit_files::spec::{ClosedLoop, escape};
 
 /// Probabilities below this are told by the tail of the normal law alone.
@@ -20,7 +20,7 @@ pub fn beside(
     problem: &Problem,
     closed_loop: &ClosedLoop,
     beside: &Beside,
-    margins: Option<&Margins>,
+    margins: Option<&MarginsRecord>,
 ) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(gains) = &beside.gains {
@@ -54,8 +54,9 @@ pub fn beside(
     }
     let chances = beside.chances.iter().map(|chance| {
         let asked = closed_loop.chances.iter().find(|asked| asked.constraint == chance.name);
-        let of =
-            asked.map_or(String::new(), |asked| format!(", asked at most {}", significant(asked.at_most, 2)));
+        let of = asked.map_or(String::new(), |asked| {
+            format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked))
+        });
         let tail = if chance.largest() < SAMPLED { " (by the tail of the normal law)" } else { "" };
         let at = significant(beside.linear.times()[chance.worst], 3);
         let name = escape(&chance.name);
@@ -63,9 +64,14 @@ pub fn beside(
     });
     lines.lines("chance", chances.flat_map(|text| wrapped(&text, TEXT)));
     if let Some(margins) = margins {
-        lines.lines("margin", wrapped(&kept(closed_loop, margins), TEXT));
+        lines.lines("margin", wrapped(&kept(margins), TEXT));
     }
     lines
+}
+
+/// When a constraint may be violated with its chance, where that is not the worst instant.
+fn when(asked: &slewkit_files::spec::Chance) -> &'static str {
+    if asked.of_motion { " over the motion" } else { "" }
 }
 
 fn radii(problem: &Problem, covariance: &Covariance) -> f64 {
@@ -135,13 +141,23 @@ fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<Str
 }
 
 /// What keeping chances took.
-fn kept(closed_loop: &ClosedLoop, margins: &Margins) -> String {
-    let each = closed_loop.chances.iter().zip(&margins.margins).map(|(chance, margin)| {
-        format!("{} {} deg", escape(&chance.constraint), significant(margin.to_degrees(), 4))
+fn kept(margins: &MarginsRecord) -> String {
+    let each = margins
+        .margins_deg
+        .iter()
+        .map(|(name, margin)| format!("{} {} deg", escape(name), significant(*margin, 4)));
+    let flown = margins.counted.iter().map(|(name, counted)| {
+        let [low, high] = counted.interval.map(percent);
+        format!(
+            "; {} of the flights violate {} at any time, {low} to {high}",
+            percent(counted.part),
+            escape(name)
+        )
     });
+    let flown: String = flown.collect();
     let agreed = if margins.agreed { "" } else { "; margins and covariances do not agree yet" };
     format!(
-        "{} for the chances asked, found in {}; without them the cost is {}{agreed}",
+        "{} for the chances asked, found in {}; without them the cost is {}{flown}{agreed}",
         each.collect::<Vec<_>>().join(", "),
         counted(margins.plans, "plan"),
         significant(margins.cost_without, 6)

@@ -63,15 +63,21 @@ impl Running {
     fn options(&self) -> Result<Options, Failure> {
         let mut options = Options { plans: self.plans.clone(), times: self.times, ..Options::default() };
         if let Some(threads) = self.threads {
-            if !(1..=MAX_THREADS).contains(&threads) {
-                let reason = format!("--threads: {threads} threads are not possible");
-                let remedy = format!("give a number from 1 to {MAX_THREADS}, or leave it out");
-                return Err(Failure::Output(Message::new("E0115", reason, remedy)));
-            }
+            checked_threads(threads)?;
             options.threads = threads;
         }
         Ok(options)
     }
+}
+
+/// Refuses a number of threads that there cannot be.
+pub fn checked_threads(threads: usize) -> Result<(), Failure> {
+    if (1..=MAX_THREADS).contains(&threads) {
+        return Ok(());
+    }
+    let reason = format!("--threads: {threads} threads are not possible");
+    let remedy = format!("give a number from 1 to {MAX_THREADS}, or leave it out");
+    Err(Failure::Output(Message::new("E0115", reason, remedy)))
 }
 
 /// How a batch was asked for, to say how one of its cases is planned again.
@@ -104,7 +110,8 @@ pub fn conduct(
     let options = running.options()?;
     let shard = running.shard.as_deref().map_or(Ok(Shard::ALL), Shard::parse)?;
     let outputs = || running.output.iter().chain(&options.plans);
-    for input in std::iter::once(asked.spec).chain(asked.cases) {
+    let named = batch.files();
+    for input in std::iter::once(asked.spec).chain(asked.cases).chain(named.iter().map(PathBuf::as_path)) {
         outputs().try_for_each(|output| distinct(output, input))?;
     }
     if let Some(path) = running.output.as_deref().filter(|path| path.as_os_str() != "-") {

@@ -300,18 +300,31 @@ fn through_bodies(
     Some(at)
 }
 
-/// Smoothed extremals of minimum time for a turn by way of given durations, where the levels lead nowhere: fast
-/// bodies whose gyroscopic torques are of the size of the limits.
+/// Smoothed extremals of minimum time for a turn by way of all given durations, where the levels lead nowhere:
+/// fast bodies whose gyroscopic torques are of the size of the limits.
+pub(super) fn by_all_durations(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec<Smoothed> {
+    by_durations(extremal, turn, &DURATIONS, &[false, true], sweeps)
+}
+
+/// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one, with the rates
+/// of the ends all along or scaled up to them.
 ///
 /// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which cubic angles are near; a
-/// longer one leads to other paths.
-pub(super) fn by_durations(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec<Smoothed> {
+/// longer one leads to other paths. Those of the shortest are beside the cubic paths of a level wherever these are not the quickest:
+/// a body of unequal moments or limits does not turn about a fixed axis.
+fn by_durations(
+    extremal: &Extremal,
+    turn: &Turn,
+    parts: &[f64],
+    scaled: &[bool],
+    sweeps: &mut usize,
+) -> Vec<Smoothed> {
     let usual = extremal.authority().try_inverse();
     let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, turn, LEVELS[0])) else {
         return Vec::new();
     };
     let mut found = Vec::new();
-    for (part, rates) in DURATIONS.iter().flat_map(|part| [(part, false), (part, true)]) {
+    for (part, rates) in parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled))) {
         let given = Extremal { given_duration: Some(part * usual), ..extremal.clone() };
         let of_given = through_bodies(&given, turn, 0, rates, sweeps);
         let sought = of_given.and_then(|path| sought(extremal, path, sweeps));
@@ -356,8 +369,8 @@ fn sought(extremal: &Extremal, mut at: Smoothed, sweeps: &mut usize) -> Option<S
     None
 }
 
-/// Smoothed extremals for a turn, at the ε where branches are told apart: one, or where fuel counts and the
-/// duration is sought one for each first path that leads to it.
+/// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time another by way of
+/// a short duration; where fuel counts and the duration is sought one for each first path that leads to it.
 pub(super) fn bases(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec<Smoothed> {
     let several = extremal.counts_fuel() && extremal.given_duration.is_none();
     let tries = if extremal.given_duration.is_some() { EASY.len() } else { levels(extremal).len() };
@@ -367,6 +380,9 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec
         if !several && !found.is_empty() {
             break;
         }
+    }
+    if extremal.seeks_time() && !found.is_empty() {
+        found.extend(by_durations(extremal, turn, &DURATIONS[..1], &[false], sweeps));
     }
     found
 }

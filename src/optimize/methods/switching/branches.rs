@@ -26,7 +26,7 @@
 //! even in the step. Where two inputs switch together the arc between them stays in the equations without length: five
 //! lengths could not meet six conditions.
 
-use super::base::{BRANCHING, Turn, bases, by_durations, relaxed, stretched, unbalanced};
+use super::base::{BRANCHING, Turn, bases, by_all_durations, relaxed, stretched, unbalanced};
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Smooth, Smoothed, descend, descend_steeply};
 use crate::maneuver::problem::Path as Way;
@@ -324,7 +324,7 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     if found.is_empty() && !extremal.counts_fuel() && extremal.given_duration.is_none() {
         let mut more: Vec<Smoothed> = Vec::new();
         for turn in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
-            by_durations(extremal, turn, sweeps).into_iter().for_each(|found| add(found, &mut more));
+            by_all_durations(extremal, turn, sweeps).into_iter().for_each(|found| add(found, &mut more));
         }
         let (found_more, folded_more) = descended(extremal, ask, &more, stop, sweeps);
         found = found_more;

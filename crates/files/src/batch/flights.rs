@@ -1,0 +1,161 @@
+//! Cases of a plan that is flown, kept line by line: a run that was ended goes on where it was, and one that is done can be enlarged.
+
+use super::error::shown;
+use super::fingerprint::Fingerprint;
+use super::{BatchError, Entry};
+use crate::flown::Runs;
+use serde::{Deserialize, Serialize};
+use slewkit::closed_loop::{Flown, Lost};
+use std::path::Path;
+
+/// The first line: what decides all cases. How many there are does not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FlightHeader {
+    /// Version of the format, [`FlightHeader::FORMAT`]; its key says what the file is.
+    pub slew_flights: u32,
+    /// The program that flies.
+    pub generator: String,
+    /// Name of the maneuver.
+    pub name: String,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Names of the loops that are flown: "closed loop", "open loop".
+    pub loops: Vec<String>,
+    /// Names of the constraints, in the order of `room`.
+    pub constraints: Vec<String>,
+    /// Names of the parameters.
+    pub parameters: Vec<String>,
+    /// Hash of the plan, of what it is flown with, and of the program.
+    pub fingerprint: String,
+}
+
+/// What became of one case in each loop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FlightCase {
+    /// Its number, from 0.
+    pub case: u64,
+    /// Its parameters; none where it was lost in every loop.
+    pub parameters: Vec<f64>,
+    /// Inertias that were drawn and are none.
+    pub rejected_inertias: u32,
+    /// Its end in each loop; nothing where it could not be followed.
+    pub loops: Vec<Option<FlightEnd>>,
+}
+
+/// The end of a case in a loop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FlightEnd {
+    /// `[ζ; δΩ]`, rad and rad/s: true minus planned, body axes.
+    pub error: [f64; 6],
+    /// What is least left of each constraint: \[rad\] of cones, of rates a part of the limit.
+    pub room: Vec<f64>,
+    /// Part of the steps in which a limit cut a command.
+    pub saturated: f64,
+}
+
+impl FlightHeader {
+    /// The version written and read.
+    pub const FORMAT: u32 = 1;
+
+    /// Of a plan that is flown in the loops `closed`.
+    pub fn new(runs: &Runs<'_>, closed: &[bool]) -> Self {
+        let Runs { problem, closed_loop, uncertainty, beside, seed, .. } = runs;
+        // Numbers are shown so that they read back to the same bits.
+        let decides = format!("{problem:?} {:?} {closed_loop:?} {uncertainty:?}", beside.linear);
+        Self {
+            slew_flights: Self::FORMAT,
+            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")).into(),
+            name: problem.name.clone(),
+            seed: *seed,
+            loops: closed.iter().map(|closed| Runs::name(*closed).into()).collect(),
+            constraints: problem.constraints.iter().map(|constraint| constraint.name.clone()).collect(),
+            parameters: uncertainty.parameters.iter().map(|(name, ..)| name.clone()).collect(),
+            fingerprint: Fingerprint::of_program().and(decides.as_bytes()).text(),
+        }
+    }
+}
+
+impl FlightCase {
+    /// The case `case` from its flights in each loop.
+    pub fn new(case: u64, flights: &[&Result<Flown, Lost>]) -> Self {
+        let any = flights.iter().find_map(|flight| flight.as_ref().ok());
+        let end = |flight: &&Result<Flown, Lost>| {
+            let Flown { end, room, saturated, .. } = flight.as_ref().ok()?;
+            Some(FlightEnd { error: (*end).into(), room: room.clone(), saturated: *saturated })
+        };
+        Self {
+            case,
+            parameters: any.map(|flown| flown.parameters.clone()).unwrap_or_default(),
+            rejected_inertias: any.map_or(0, |flown| flown.rejected),
+            loops: flights.iter().map(end).collect(),
+        }
+    }
+
+    /// Its flights in each loop.
+    pub fn flights(&self) -> impl Iterator<Item = Result<Flown, Lost>> + '_ {
+        self.loops.iter().map(|end| {
+            let FlightEnd { error, room, saturated } = end.as_ref().ok_or(Lost)?;
+            Ok(Flown {
+                end: (*error).into(),
+                room: room.clone(),
+                saturated: *saturated,
+                rejected: self.rejected_inertias,
+                parameters: self.parameters.clone(),
+            })
+        })
+    }
+}
+
+impl Entry for FlightCase {
+    type Header = FlightHeader;
+
+    const REMEDY: &'static str = "give another file, or remove this one";
+
+    fn header(path: &Path, line: &[u8]) -> Result<FlightHeader, BatchError> {
+        let none = || {
+            let reason = format!("{} exists and holds no flights", shown(path));
+            BatchError::file("E0112", reason, Self::REMEDY)
+        };
+        // The version first: another one may have other keys.
+        #[derive(Deserialize)]
+        struct Version {
+            slew_flights: u32,
+        }
+        let Version { slew_flights } = serde_json::from_slice(line).map_err(|_| none())?;
+        if slew_flights != FlightHeader::FORMAT {
+            let reason = format!(
+                "{}: flights of format {slew_flights}, this program reads {}",
+                shown(path),
+                FlightHeader::FORMAT
+            );
+            return Err(BatchError::file("E0112", reason, Self::REMEDY));
+        }
+        serde_json::from_slice(line).map_err(|_| none())
+    }
+
+    fn check(&self, header: &FlightHeader, done: u64) -> Result<(), String> {
+        if self.case != done {
+            return Err(format!("it is case {}, not {done}", self.case));
+        }
+        let is_whole = |end: &FlightEnd| end.room.len() == header.constraints.len();
+        let is_lost = self.loops.iter().all(Option::is_none);
+        let parameters = if is_lost { 0 } else { header.parameters.len() };
+        let fits = self.loops.len() == header.loops.len()
+            && self.loops.iter().flatten().all(is_whole)
+            && self.parameters.len() == parameters;
+        if fits { Ok(()) } else { Err("it has other numbers than the first line says".into()) }
+    }
+
+    fn another(found: &FlightHeader, wanted: &FlightHeader) -> String {
+        if found.generator != wanted.generator {
+            format!("{} flew them, this is {}", found.generator, wanted.generator)
+        } else if found.seed != wanted.seed {
+            format!("they are of seed {}, not of {}", found.seed, wanted.seed)
+        } else if found.loops != wanted.loops {
+            let told = |loops: &[String]| shown(loops.join(" and ").as_ref());
+            format!("they are of the {}, not of the {}", told(&found.loops), told(&wanted.loops))
+        } else {
+            "the plan, or what it is flown with, is another".into()
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The plan flown: percentiles of where boresights point and of what is commanded, over the time of many cases.
+//!
+//! They stand beside what linear theory says: cases are few enough to fly while a page is made, and always the same.
+
+use super::{LEVELS, some_nodes};
+use crate::boresight::boresights;
+use crate::charts::{shown, time_axis, within};
+use crate::draw::{Axis, Chart, Curve, Shape};
+use crate::summary::inputs::scale;
+use crate::{Shown, Subject, line};
+use slewkit::Vector3;
+use slewkit::closed_loop::{Flown, Moment, quantile};
+use slewkit::lie;
+use slewkit::maneuver::constraint::angle_between;
+use slewkit::mechanics::actuators::LimitKind;
+use slewkit::uncertainty::Radius;
+use slewkit_files::flown::Runs;
+
+/// Cases that are flown: of 1000 the two dearest are beyond 99.73 %.
+const CASES: usize = 1000;
+
+/// Steps that are flown at most, some seconds of work: of long plans fewer cases.
+const MOST_STEPS: usize = 2_000_000;
+
+/// Cases at least.
+const FEWEST: usize = 100;
+
+/// Nodes at most at which percentiles are told.
+const NODES: usize = 24;
+
+/// Steps at most of which commands are told.
+const STEPS: usize = 240;
+
+/// Seed of the cases: that of `slew fly` where none is given.
+const SEED: u64 = 1;
+
+/// What the cases were at some nodes.
+struct Bands {
+    name: &'static str,
+    cases: usize,
+    nodes: Vec<usize>,
+    steps: Vec<usize>,
+    /// Angles from the plan, sorted, of each boresight at each node \[rad\].
+    angles: Vec<Vec<Vec<f64>>>,
+    /// Commands, sorted, of each input in each step, SI.
+    commands: Vec<Vec<Vec<f64>>>,
+}
+
+/// The charts; none where nothing is uncertain.
+pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
+    let Some(bands) = flown(subject) else { return Vec::new() };
+    pointing(subject, &bands).into_iter().chain(commands(subject, &bands)).collect()
+}
+
+/// Flies the plan: with its gains, where it has some.
+fn flown(subject: &Subject) -> Option<Bands> {
+    let (beside, closed_loop) = (subject.beside()?, subject.closed_loop()?);
+    let uncertainty = closed_loop.uncertainty.as_ref()?;
+    let closed = beside.gains.is_some();
+    let (problem, seed) = (subject.problem, SEED);
+    let runs = Runs { problem, closed_loop, uncertainty, beside, seed, threads: None };
+    let count = beside.linear.count();
+    let nodes: Vec<usize> = some_nodes(count + 1, NODES).collect();
+    let steps: Vec<usize> = some_nodes(count, STEPS).collect();
+    let boresights: Vec<Vector3> = boresights(subject).iter().map(|boresight| boresight.vector).collect();
+    let told = |_: Flown, moments: Vec<Moment>| {
+        let angle = |boresight: &Vector3, node: usize| {
+            let turned = lie::exp(&moments[node].beside.fixed_rows::<3>(0).into_owned());
+            angle_between(&(turned * boresight), boresight)
+        };
+        let of = |boresight: &Vector3| nodes.iter().map(|node| angle(boresight, *node)).collect::<Vec<_>>();
+        let angles: Vec<Vec<f64>> = boresights.iter().map(of).collect();
+        let commands: Vec<Vec<f64>> = steps.iter().map(|step| moments[*step].commanded.clone()).collect();
+        (angles, commands)
+    };
+    let cases = (MOST_STEPS / count.max(1)).clamp(FEWEST, CASES);
+    let flown: Vec<_> = runs.campaign(closed).trace_all(0, cases, told).into_iter().flatten().collect();
+    let inputs = problem.actuation.torque.count();
+    let sorted = |values: &mut dyn Iterator<Item = f64>| {
+        let mut values: Vec<f64> = values.collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let angles = |boresight: usize| {
+        let at = |node: usize| sorted(&mut flown.iter().map(|(angles, _)| angles[boresight][node]));
+        (0..nodes.len()).map(at).collect()
+    };
+    let commands = |input: usize| {
+        let at = |step: usize| sorted(&mut flown.iter().map(|(_, commands)| commands[step][input]));
+        (0..steps.len()).map(at).collect()
+    };
+    if flown.is_empty() {
+        return None;
+    }
+    let angles = (0..boresights.len()).map(angles).collect();
+    let commands = (0..inputs).map(commands).collect();
+    Some(Bands { name: Runs::name(closed), cases: flown.len(), angles, commands, nodes, steps })
+}
+
+/// Percentiles of the angle of each boresight, marked, over the lines of the linear theory.
+fn pointing(subject: &Subject, bands: &Bands) -> Option<Shown> {
+    let beside = subject.beside()?;
+    let covariance = beside.closed.as_ref().or(beside.open.as_ref())?;
+    let boresights = boresights(subject);
+    let levels = if boresights.len() == 1 { &LEVELS[..] } else { &LEVELS[..1] };
+    let times: Vec<f64> = bands.nodes.iter().map(|node| beside.linear.times()[*node]).collect();
+    let (mut marked, mut lines) = (Vec::new(), Vec::new());
+    for (boresight, angles) in boresights.iter().zip(&bands.angles) {
+        let radii: Vec<Radius> = bands
+            .nodes
+            .iter()
+            .map(|node| Radius::of(&boresight.vector, &super::of_attitude(&covariance.states[*node])))
+            .collect();
+        for (level, called) in levels {
+            let style = marked.len();
+            let called = if boresights.len() == 1 { *called } else { &boresight.name };
+            let found = angles.iter().map(|angles| quantile(angles, *level).to_degrees());
+            let points: Vec<(f64, f64)> = times.iter().copied().zip(found).collect();
+            marked.push(Curve { name: format!("{called}, flown"), style, shape: Shape::Marked(points) });
+            let values = radii.iter().map(|radius| radius.at(*level).to_degrees());
+            lines.push(line(format!("{called}, linear"), style, &times, values));
+        }
+    }
+    let curves: Vec<Curve> = marked.into_iter().chain(lines).collect();
+    let axis = Axis::logarithmic("angle from the plan, deg");
+    let mut chart = Chart::new("Pointing errors in flight", time_axis(), axis, curves);
+    let of = match &boresights[..] {
+        [one] => one.name.clone(),
+        _ => LEVELS[0].1.into(),
+    };
+    chart.subtitle = format!("{of}: percentiles of {} cases, {}", bands.cases, bands.name);
+    Some(shown("flown_pointing", chart, "marks: flown, as slew fly does; lines: linear theory"))
+}
+
+/// What holds 99.73 % of the commands of each input.
+fn commands(subject: &Subject, bands: &Bands) -> Option<Shown> {
+    let (problem, linear) = (subject.problem, &subject.beside()?.linear);
+    let first = problem.actuation.first_torque();
+    let times: Vec<f64> = bands.steps.iter().map(|step| linear.times()[*step]).collect();
+    let outside = 0.5 * (1.0 - Radius::LEVEL);
+    let (mut lines, mut areas) = (Vec::new(), Vec::new());
+    for (input, commands) in bands.commands.iter().enumerate() {
+        let unit = scale(problem, subject.identity, first + input).0;
+        let name = subject.input_name(first + input);
+        let planned = bands.steps.iter().map(|step| linear.inputs(*step)[input] / unit);
+        lines.push(line(name.clone(), input, &times, planned));
+        let at = |values: &Vec<f64>, level: f64| quantile(values, level) / unit;
+        let ends = commands.iter().map(|values| (at(values, outside), at(values, 1.0 - outside)));
+        let points = times.iter().zip(ends).map(|(time, (low, high))| (*time, low, high)).collect();
+        areas.push(Curve { name: format!("{name}: 99.73 %"), style: input, shape: Shape::Band(points) });
+    }
+    let unit = scale(problem, subject.identity, first).1;
+    let curves: Vec<Curve> = lines.into_iter().chain(areas).collect();
+    let mut chart =
+        Chart::new("Commands in flight", time_axis(), Axis::linear(format!("input, {unit}")), curves);
+    let sizes = problem.actuation.limits().filter(|limit| !limit.of_force && limit.kind == LimitKind::Size);
+    let bounds: Vec<(&str, Vec<f64>)> = sizes
+        .map(|limit| {
+            let scaled =
+                |(index, bound): (usize, &f64)| bound / scale(problem, subject.identity, first + index).0;
+            (limit.name, limit.bounds.iter().enumerate().map(scaled).collect())
+        })
+        .collect();
+    let bounds: Vec<(&str, &[f64])> = bounds.iter().map(|(name, bounds)| (*name, &bounds[..])).collect();
+    within(&mut chart, &bounds, unit);
+    let about = format!("the plan, and what holds 99.73 % of {} cases, {}", bands.cases, bands.name);
+    chart.subtitle = if chart.subtitle.is_empty() { about } else { format!("{about}; {}", chart.subtitle) };
+    Some(shown("flown_commands", chart, ""))
+}

@@ -1,0 +1,108 @@
+"""Plans flown by a craft that differs from them."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _slewkit
+from ._commands import ProgressFunction, _told
+from ._errors import OF_STATUS
+from ._plan import Array, Plan, load
+
+
+@dataclass(frozen=True, eq=False)
+class Flights:
+    """Many flights of one plan; SI units, body axes. Rows of arrays are cases; of a case that could not be followed they are NaN."""
+
+    #: What the maneuver is called.
+    name: str
+    #: Seed of the random numbers: a case depends on it and its number alone.
+    seed: int
+    #: What all cases say, with the keys of a loop of ``slew fly --format json``: deviations beside the linear ones, quantiles,
+    #: parts of the cases with their intervals of 95 % (Clopper and Pearson).
+    statistics: dict[str, Any]
+    #: ``[ζ, δΩ]`` at the end, true minus planned, rad and rad/s, shape (runs, 6).
+    end: Array
+    #: What is least left of each constraint along the motion, shape (runs, constraints): rad of cones, of rates a part of the
+    #: limit; negative where it is violated.
+    room: Array
+    #: Part of the steps in which a limit cut a command, shape (runs,).
+    saturated: Array
+    #: Constant errors of each case, shape (runs, parameters).
+    parameters: Array
+    #: Names of the constraints, in the order of the columns of ``room``.
+    constraint_names: list[str]
+    #: Names of the parameters, in the order of the columns of ``parameters``.
+    parameter_names: list[str]
+
+    @property
+    def runs(self) -> int:
+        """Number of cases."""
+        return len(self.end)
+
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        """Which cases could not be followed: they turn faster than that, or no inertia that was drawn is one."""
+        return np.isnan(self.end[:, 0])
+
+    @property
+    def violated(self) -> dict[str, dict[str, Any]]:
+        """Of each constraint the cases that violate it at any time: ``count``, ``part``, and ``interval`` of 95 % of it."""
+        return {one["name"]: one["violated"] for one in self.statistics["end"]["constraints"]}
+
+    @property
+    def sigma(self) -> Array:
+        """One standard deviation of ``[ζ, δΩ]`` at the end, rad and rad/s, shape (6,)."""
+        end = self.statistics["end"]
+        return np.radians(end["attitude_sigma_deg"] + end["rate_sigma_deg_s"])
+
+    def __repr__(self) -> str:
+        return f"<slewkit.Flights of {self.name!r}: {self.runs} runs, {self.statistics['name']}>"
+
+
+def closed_loop(
+    plan: Plan | str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    runs: int = 1000,
+    seed: int = 1,
+    threads: int | None = None,
+    gains: bool = True,
+    overrides: Mapping[str, Any] | None = None,
+    progress: ProgressFunction | None = None,
+) -> Flights:
+    """Flies a plan ``runs`` times by a craft that differs from it as ``[uncertainty]`` and ``[plant]`` of its spec say, as ``slew fly``
+    does, with the same numbers: under its gains, or open loop with ``gains=False``.
+
+    ``plan`` is a :class:`Plan`, a plan file, or the dictionary of one; ``overrides`` sets keys of its spec, such as
+    ``{"uncertainty.inertia.relative": 0.05}``, while the plan stays. The number of ``threads``, by default that of the machine,
+    changes nothing. Other threads run meanwhile.
+
+    Raises :class:`PlanError` where the plan is not solved, says nothing that is uncertain, or has no gains to fly with,
+    :class:`SpecError`, :class:`FileError`, ValueError for numbers that there cannot be, :class:`Interrupted` where ``progress``
+    stops it."""
+    flown = plan if isinstance(plan, Plan) else load(plan)
+    text, arrays, raised = _slewkit.fly(flown._planned, runs, seed, threads, gains, overrides, _told(progress))
+    if raised is not None:
+        raise raised
+    document = json.loads(text)
+    if document["status"] == "interrupted":
+        raise OF_STATUS["interrupted"]("", f"{document['name']}: interrupted")
+    constraints, parameters = document["constraints"], document["parameters"]
+    rows = len(arrays["saturated"])
+    return Flights(
+        name=document["name"],
+        seed=seed,
+        statistics=document["loop"],
+        end=arrays["end"].reshape(rows, 6),
+        room=arrays["room"].reshape(rows, len(constraints)),
+        saturated=arrays["saturated"],
+        parameters=arrays["parameters"].reshape(rows, len(parameters)),
+        constraint_names=constraints,
+        parameter_names=parameters,
+    )

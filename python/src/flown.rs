@@ -1,0 +1,121 @@
+//! A plan flown many times.
+
+use crate::failure::{self, detached};
+use crate::maneuver::{self, Overrides};
+use crate::planned::Planned;
+use crate::watch::Watch;
+use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::json;
+use slewkit::assured::Beside;
+use slewkit::closed_loop::{Campaign, Flown, Lost};
+use slewkit::maneuver::Outcome;
+use slewkit_files::batch::MAX_THREADS;
+use slewkit_files::export::ExportError;
+use slewkit_files::flown::{Flight, LoopRecord, Runs};
+use std::time::Instant;
+
+/// Cases between two looks at what the user wants.
+const CHUNK: usize = 4096;
+
+/// Flies a plan `count` times by a craft that differs from it, with its gains or without. Gives what the cases say as JSON, and each
+/// case as arrays of one dimension by name: of one that was lost NaN; beside it what was raised meanwhile.
+#[pyfunction]
+#[pyo3(signature = (planned, count, seed, threads = None, gains = true, overrides = None, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+pub fn fly<'py>(
+    py: Python<'py>,
+    planned: &Bound<'py, Planned>,
+    count: u64,
+    seed: u64,
+    threads: Option<usize>,
+    gains: bool,
+    overrides: Overrides<'py>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, Bound<'py, PyDict>, Option<PyErr>)> {
+    if !(2..=Campaign::MOST_CASES).contains(&count) {
+        let reason = format!("runs = {count}: give a number from 2 to {}", Campaign::MOST_CASES);
+        return Err(PyValueError::new_err(reason));
+    }
+    if threads.is_some_and(|threads| !(1..=MAX_THREADS).contains(&threads)) {
+        return Err(PyValueError::new_err(format!("threads: give a number from 1 to {MAX_THREADS}")));
+    }
+    let planned = planned.get();
+    let refused = |reason: &str, remedy: &str| failure::coded(py, "PlanError", "E0173", reason, remedy);
+    if planned.plan.solution.outcome != Outcome::Converged {
+        return Err(refused("this plan did not reach its end", "fly a plan that is solved"));
+    }
+    let file = planned.file();
+    let held = file.spec.as_ref().ok_or_else(|| failure::export(py, &ExportError::NoSpec, "plan"))?;
+    let loaded = held.read("plan, spec", &maneuver::overrides(&overrides)?);
+    let loaded = loaded.map_err(|found| failure::spec(py, &found))?;
+    let problem = file.on_grid(&loaded.problem).map_err(|error| failure::export(py, &error, "plan"))?;
+    let closed_loop = &loaded.closed_loop;
+    let Some(uncertainty) = &closed_loop.uncertainty else {
+        let reason = "the plan says nothing that the craft could differ by: it would fly as planned";
+        let remedy =
+            "give it [uncertainty] in its spec, or as overrides={\"uncertainty.inertia.relative\": 0.02}";
+        return Err(refused(reason, remedy));
+    };
+    let trajectory = &planned.plan.solution.trajectory;
+    let beside =
+        Beside::along(&problem, trajectory, closed_loop.feedback, Some(uncertainty)).map_err(|error| {
+            let remedy = "give [feedback] kind = \"tvlqr\", or none";
+            failure::coded(py, "PlanError", "E0170", &error.to_string(), remedy)
+        })?;
+    if gains && beside.gains.is_none() {
+        let remedy = "give it [feedback] in its spec, or as overrides={\"feedback.kind\": \"tvlqr\"}; without gains: gains=False";
+        return Err(refused("the plan has no gains", remedy));
+    }
+    let runs = Runs { problem: &problem, closed_loop, uncertainty, beside: &beside, seed, threads };
+    let Some(mut flight) = runs.flight(gains) else {
+        return Err(refused("the plan has no covariance", "give it [uncertainty]"));
+    };
+    let (watch, began) = (Watch::new(progress), Instant::now());
+    let (record, watch) = detached(py, || {
+        let (campaign, mut watch) = (runs.campaign(gains), watch);
+        let mut stopped = false;
+        while (flight.cases.len() as u64) < count && !stopped {
+            let first = flight.cases.len() as u64;
+            flight.cases.extend(campaign.fly_all(first, ((count - first) as usize).min(CHUNK)));
+            let done = flight.cases.len() as u64;
+            stopped = watch.stops("flights", Runs::name(gains), done, began.elapsed().as_secs_f64());
+        }
+        let loops = LoopRecord::new(&problem, &flight);
+        let names = problem.constraints.iter().map(|constraint| &constraint.name).collect::<Vec<_>>();
+        let record = json!({
+            "status": if stopped && (flight.cases.len() as u64) < count { "interrupted" } else { "solved" },
+            "name": problem.name,
+            "loop": loops,
+            "constraints": names,
+            "parameters": uncertainty.parameters.iter().map(|(name, ..)| name).collect::<Vec<_>>(),
+        });
+        (record.to_string(), watch)
+    })?;
+    let arrays = arrays(py, &flight, problem.constraints.len(), uncertainty.parameters.len())?;
+    Ok((record, arrays, watch.raised()))
+}
+
+/// The cases as arrays.
+fn arrays<'py>(
+    py: Python<'py>,
+    flight: &Flight<'_>,
+    constraints: usize,
+    parameters: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let of = |width: usize, numbers: &dyn Fn(&Flown) -> Vec<f64>| {
+        let row = |case: &Result<Flown, Lost>| match case {
+            Ok(flown) => numbers(flown),
+            Err(Lost) => vec![f64::NAN; width],
+        };
+        PyArray1::from_vec(py, flight.cases.iter().flat_map(row).collect())
+    };
+    let named = PyDict::new(py);
+    named.set_item("end", of(6, &|flown| flown.end.iter().copied().collect()))?;
+    named.set_item("room", of(constraints, &|flown| flown.room.clone()))?;
+    named.set_item("saturated", of(1, &|flown| vec![flown.saturated]))?;
+    named.set_item("parameters", of(parameters, &|flown| flown.parameters.clone()))?;
+    Ok(named)
+}
