@@ -48,7 +48,7 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
 
 /// The names of all pictures that a plan may have, in their order.
-pub const KEYS: [&str; 23] = [
+pub const KEYS: [&str; 25] = [
     "sky",
     "around",
     "ground",
