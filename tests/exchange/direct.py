@@ -143,10 +143,11 @@ class Direct:
             row(kept.map(intervals - 1)(nodes[:, 1:-1]), 0.0, np.inf)
             row(kept.map(intervals)(midway), 0.0, np.inf)
         if maneuver.norm:
+            # Over the limit: small numbers would be within the tolerances of IPOPT.
             square = ca.sum1(inputs**2)
-            row(square, 0.0, maneuver.norm**2)
+            row(square / maneuver.norm**2, 0.0, 1.0)
             if fuel:
-                row(burnt**2 - square, 0.0, np.inf)
+                row((burnt**2 - square) / maneuver.norm**2, 0.0, np.inf)
         elif fuel:
             row(burnt - inputs, 0.0, np.inf)
             row(burnt + inputs, 0.0, np.inf)
@@ -174,7 +175,7 @@ class Direct:
         self.lbx = np.concatenate([*flat[0], np.zeros(slack), [ends[0]]])
         self.ubx = np.concatenate([*flat[1], np.full(slack, np.inf), [ends[1]]])
         self.lbg, self.ubg = np.concatenate(low), np.concatenate(high)
-        quiet = {"print_level": 0, "sb": "yes", "max_iter": 500, "max_cpu_time": PATIENCE, "tol": 1e-9}
+        quiet = {"print_level": 0, "sb": "yes", "max_iter": 500, "max_cpu_time": PATIENCE, "tol": 1e-9, "bound_relax_factor": 1e-10}
         problem = {"x": unknowns, "f": cost, "g": ca.vertcat(*rows)}
         self.solver = ca.nlpsol("direct", "ipopt", problem, {"ipopt": quiet, "print_time": False})
 

@@ -754,6 +754,8 @@ tables! {
         "status": Choice(&["solved", "infeasible", "not_converged", "limit_reached", "verification_failed"], &[]);
         /// The cost.
         "cost": Table(&TOLERANCED);
+        /// The cost that was published, in the unit of ours, and its rounding: the plan is not dearer.
+        "published": Table(&TOLERANCED);
         /// Bound on the larger of terminal.attitude_rad and terminal.momentum_relative.
         "terminal_error": Number(q::COST);
         /// Bound on the iterations of the winning start, all its rungs.
