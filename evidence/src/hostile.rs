@@ -212,7 +212,7 @@ impl Corpus {
     pub fn new() -> Result<Self, Box<dyn std::error::Error>> {
         let mut seeds = Vec::new();
         let root = Path::new(crate::ROOT);
-        for folder in ["problems", "problems/shapes", "tests/bad_inputs"] {
+        for folder in ["problems", "problems/published", "problems/shapes", "tests/bad_inputs"] {
             for entry in fs::read_dir(root.join(folder))? {
                 let path = entry?.path();
                 let reader = match path.extension().and_then(|ending| ending.to_str()) {

@@ -75,7 +75,7 @@ pub enum Path {
     /// The other sense.
     Long,
     /// The rotation from the start as written: a rotation vector in the body axes of the start \[rad\],
-    /// any angle.
+    /// any angle. In least time and fuel that tells how many whole turns are made, about whatever axes are the cheapest.
     AsGiven(Vector3),
 }
 

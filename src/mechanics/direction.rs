@@ -61,10 +61,16 @@ pub enum TrackError {
     /// A coefficient, or a value of what is to be fitted, is not finite.
     #[error("a track needs finite numbers")]
     NotFinite,
+    /// What turns does so too often: every quarter of a turn is a piece.
+    #[error("it turns more than 2500 times in that span of time")]
+    Turns,
     /// The vector vanishes: it has no direction.
     #[error("the vector of a track vanishes: it has no direction then")]
     Vanishes,
 }
+
+/// Most quarters of a turn of what turns: five megabytes of coefficients.
+const MOST_QUARTERS: f64 = 1e4;
 
 /// Most pieces of a track: a million hours of ten seconds each would fill the memory before.
 const MOST_PIECES: f64 = 1e6;
@@ -247,6 +253,20 @@ impl Direction {
         Track::fitted(from, to, piece, degree, |time| Ok(vector(time))).map(Self::Moving)
     }
 
+    /// Fixed in something that turns at a constant rate \[rad/s\], inertial axes, over `0 … to` \[s\]: along `vector` at time zero.
+    ///
+    /// # Errors
+    /// A [`TrackError`]: of a vector that is none, or a span that is.
+    pub fn turning(vector: Vector3, rate: Vector3, to: f64) -> Result<Self, TrackError> {
+        // On a quarter of a turn polynomials of this degree leave round-off.
+        const DEGREE: usize = 18;
+        let piece = (0.25 * std::f64::consts::TAU / rate.norm()).min(to);
+        if to / piece > MOST_QUARTERS {
+            return Err(TrackError::Turns);
+        }
+        Self::along(0.0, to, piece, DEGREE, |time| lie::exp(&(rate * time)) * vector)
+    }
+
     /// The unit vector in axes of the reference frame at `time` \[s\]; the frame turns at `frame_rate` \[rad/s\].
     pub fn at(&self, time: f64, frame_rate: &Vector3) -> Vector3 {
         match self {
@@ -288,6 +308,14 @@ impl Direction {
         match self {
             Self::Disc { centre, radius } => (radius / centre.at(time)[0].norm()).min(1.0).asin(),
             Self::Fixed(_) | Self::InFrame(_) | Self::Moving(_) => 0.0,
+        }
+    }
+
+    /// Length of the vector that it leads along, in its unit; `None` of one that is only a direction.
+    pub fn distance(&self, time: f64) -> Option<f64> {
+        match self {
+            Self::Moving(track) | Self::Disc { centre: track, .. } => Some(track.at(time)[0].norm()),
+            Self::Fixed(_) | Self::InFrame(_) => None,
         }
     }
 
@@ -424,6 +452,21 @@ mod tests {
             assert!((here.rate - rate).amax() < 1e-8, "{t} {} {rate}", here.rate);
             assert!((here.acceleration - acceleration).amax() < 1e-8, "{t}");
         }
+    }
+
+    #[test]
+    fn what_turns_has_the_derivatives_of_a_rotation() {
+        let (vector, rate) = (Vector3::new(0.6, -0.64, 0.48), Vector3::new(0.0, 0.2, 0.1));
+        let direction = Direction::turning(vector, rate, 60.0).expect("it turns");
+        for t in [0.0, 3.7, 31.0, 60.0] {
+            let seen = direction.in_space(t, &Vector3::zeros());
+            let wanted = lie::exp(&(rate * t)) * vector;
+            let first = rate.cross(&wanted);
+            assert!((seen.direction - wanted).amax() < 1e-14, "{t}");
+            assert!((seen.rate - first).amax() < 1e-13, "{t} {:e}", (seen.rate - first).amax());
+            assert!((seen.acceleration - rate.cross(&first)).amax() < 1e-12, "{t}");
+        }
+        assert!(Direction::turning(Vector3::zeros(), rate, 60.0).is_err());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a maneuver is of, and when: the names and the epoch that files for other programs carry.
 
 use super::epoch::Epoch;
+use super::scenery::Scenery;
 use slewkit::Vector3;
 
 /// Names and epoch. Nothing in it changes a plan.
@@ -27,6 +28,8 @@ pub struct Identity {
     /// The thrusters of an attitude maneuver that the spec tells by place and force, in their order; empty where one is told by its
     /// torque. The inputs of the plan are their torques.
     pub nozzles: Vec<Nozzle>,
+    /// What stands around the spacecraft, where the spec aims at something by name.
+    pub scenery: Option<Scenery>,
 }
 
 /// A thruster as the spec tells it.

@@ -13,6 +13,7 @@ pub mod flown;
 pub mod formats;
 pub mod identity;
 mod rounding;
+pub mod scenery;
 pub mod spec;
 
 /// The reader of what [`exchange`] writes, for tests.

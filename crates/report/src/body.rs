@@ -1,13 +1,12 @@
 //! The body that a page turns: a box with the proportions of the inertia, and where it is at the times of a trajectory.
 
-use super::boresight::{Boresight, body_axes, boresights, cones};
-use super::document::{cone, numbers, vector};
-use super::sphere::moves;
+use super::boresight::{Boresight, body_axes, boresights};
+use super::document::{cone, disc, numbers, vector};
+use super::moving;
 use super::{MOST_POINTS, Subject};
-use crate::draw::SkyCone;
 use serde_json::{Value, json};
 use slewkit::Vector3;
-use slewkit::maneuver::{Motion, Side};
+use slewkit::maneuver::Motion;
 
 /// Thinnest edge of the box, relative to its longest.
 const THINNEST: f64 = 0.04;
@@ -19,24 +18,10 @@ pub(super) fn body(subject: &Subject) -> Value {
         return Value::Null;
     }
     let mut body = motion(&trajectory.time, &trajectory.quaternion, &trajectory.position, &corners(subject));
-    let frame_rate = problem.environment.frame_rate();
     let boresights: Vec<Value> = boresights(subject).iter().map(named).collect();
-    let mut discs = Vec::new();
-    for (name, pointing) in cones(subject) {
-        for direction in &pointing.directions {
-            let mut disc = cone(&SkyCone {
-                name: name.into(),
-                axis: direction.at(0.0, &frame_rate),
-                half_angle: pointing.effective_half_angle() + direction.angular_radius(0.0),
-                inside_forbidden: pointing.side == Side::KeepOut,
-            });
-            disc["moves"] = moves(direction, &frame_rate).into();
-            discs.push(disc);
-        }
-    }
     body["boresights"] = boresights.into();
-    body["cones"] = discs.into();
-    body["frame_rate"] = vector(&frame_rate);
+    body["cones"] = moving::all_cones(subject).iter().map(cone).collect();
+    body["discs"] = moving::discs(subject).iter().map(disc).collect();
     body["attracted"] = (problem.motion == Motion::RigidBody && !problem.environment.is_free()).into();
     body
 }
@@ -65,7 +50,7 @@ pub(super) fn motion(
         "corners": corners.iter().map(vector).collect::<Vec<_>>(),
         "boresights": body_axes().iter().map(named).collect::<Vec<_>>(),
         "cones": [],
-        "frame_rate": [0, 0, 0],
+        "discs": [],
         "attracted": false,
     })
 }

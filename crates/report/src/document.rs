@@ -1,7 +1,7 @@
 //! The pictures and the body of a page as one JSON document, with no more digits than a screen shows.
 
 use super::Shown;
-use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone};
+use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDisc};
 use serde_json::{Value, json};
 use slewkit::Vector3;
 
@@ -14,7 +14,7 @@ pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
             Picture::Chart(chart) => Some(chart_document(shown.key, chart, &mut grids)),
             Picture::Sky(sky) => Some(sky_document(shown.key, sky)),
             // It stands in the page as it is.
-            Picture::Map(_) => None,
+            Picture::Map(_) | Picture::Ground(_) => None,
         })
         .collect();
     let grids: Vec<Value> = grids.iter().map(|grid: &Vec<f64>| numbers(grid.iter().copied(), 9)).collect();
@@ -98,7 +98,8 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
         "view": {
             "middle": vector(&view.middle), "right": vector(&view.right), "up": vector(&view.up), "reach": view.reach,
         },
-        "cones": sky.cones.iter().map(cone).collect::<Vec<_>>(), "tracks": tracks, "rings": rings, "marks": marks, "labels": labels,
+        "cones": sky.cones.iter().map(cone).collect::<Vec<_>>(),
+        "discs": sky.discs.iter().map(disc).collect::<Vec<_>>(), "tracks": tracks, "rings": rings, "marks": marks, "labels": labels,
     })
 }
 
@@ -106,6 +107,16 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
 pub(super) fn cone(cone: &SkyCone) -> Value {
     json!({
         "name": cone.name, "axis": vector(&cone.axis), "half_angle": cone.half_angle,
-        "inside_forbidden": cone.inside_forbidden,
+        "inside_forbidden": cone.inside_forbidden, "way": way(&cone.way),
     })
+}
+
+/// A disc that moves.
+pub(super) fn disc(disc: &SkyDisc) -> Value {
+    json!({ "name": disc.name, "kind": disc.kind.word(), "way": way(&disc.way) })
+}
+
+/// Directions and angles at equal steps of time, four numbers each.
+fn way(way: &[(Vector3, f64)]) -> Value {
+    way.iter().map(|(at, angle)| numbers(at.iter().chain([angle]).copied(), 6)).collect()
 }

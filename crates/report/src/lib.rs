@@ -22,6 +22,7 @@ mod document;
 pub mod draw;
 mod flight;
 mod hamiltonian;
+mod moving;
 mod page;
 mod results;
 mod simulation;
@@ -47,8 +48,10 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
 
 /// The names of all pictures that a plan may have, in their order.
-pub const KEYS: [&str; 23] = [
+pub const KEYS: [&str; 25] = [
     "sky",
+    "around",
+    "ground",
     "inputs",
     "forces",
     "firings",
@@ -203,6 +206,8 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
     let mut shown = Vec::new();
     if !subject.trajectory().time.is_empty() {
         shown.push(sphere::sky(subject));
+        shown.extend(sphere::around(subject));
+        shown.extend(moving::ground(subject));
         shown.extend(charts::inputs(subject));
         shown.extend(charts::on_and_off(subject));
         shown.extend(switching::chart(subject));

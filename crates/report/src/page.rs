@@ -10,7 +10,7 @@ use super::words::{Table, proved, tables};
 use super::{
     CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, Shown, Subject, flight, hamiltonian, pictures,
 };
-use crate::draw::{Map, Picture, escape};
+use crate::draw::{Ground, Map, Picture, escape};
 use serde_json::Value;
 use slewkit::maneuver::{Problem, Settings, State};
 use slewkit::numerics::figures::rounded;
@@ -70,7 +70,7 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
     ("cases", "Over the cases", &CASE_KEYS),
     ("compared", "Side by side", &COMPARISON_KEYS),
     ("integrators", "Side by side", INTEGRATOR_KEYS),
-    ("directions", "Where the boresights go", &["sky"]),
+    ("directions", "Where the boresights go", &["sky", "around", "ground"]),
     (
         "limits",
         "Inputs, rates and momenta",
@@ -317,15 +317,21 @@ fn figures(html: &mut String, shown: &[&Shown]) {
             Picture::Chart(chart) => chart.subtitle.clone(),
             Picture::Sky(sky) => sky.subtitle.clone(),
             Picture::Map(map) => map.subtitle.clone(),
+            Picture::Ground(ground) => ground.subtitle.clone(),
         };
         if !remark.is_empty() && !shown.remark.is_empty() {
             remark.push_str("; ");
         }
         remark.push_str(&shown.remark);
-        if let Picture::Map(map) = &shown.picture {
-            // The caption has title and subtitle.
-            let bare = Map { title: String::new(), subtitle: String::new(), ..map.clone() };
-            let (key, svg) = (shown.key, bare.svg());
+        // The caption has title and subtitle.
+        let (title_of, subtitle) = (String::new(), String::new());
+        let bare = match &shown.picture {
+            Picture::Map(map) => Some(Map { title: title_of, subtitle, ..map.clone() }.svg()),
+            Picture::Ground(ground) => Some(Ground { title: title_of, subtitle, ..ground.clone() }.svg()),
+            Picture::Chart(_) | Picture::Sky(_) => None,
+        };
+        if let Some(svg) = bare {
+            let key = shown.key;
             let remark = escape(&remark);
             let _ = writeln!(
                 html,

@@ -1,9 +1,9 @@
 //! What the boresights see: their tracks on the sphere of directions, with the cones of the spec.
 
-use super::boresight::{Boresight, body_axes, boresights, cones};
-use super::{MOST_POINTS, Shown, Subject, flight};
-use crate::draw::{Picture, Sky, SkyCone, SkyMark, SkyTrack};
-use slewkit::maneuver::{Direction, Side};
+use super::boresight::{Boresight, body_axes, boresights};
+use super::{MOST_POINTS, Shown, Subject, flight, moving};
+use crate::draw::{Picture, Sky, SkyMark, SkyTrack};
+use slewkit::maneuver::Direction;
 use slewkit::{Matrix3, Vector3, lie};
 
 /// The attitudes of some nodes, at most [`MOST_POINTS`], both ends included.
@@ -17,21 +17,10 @@ fn attitudes(quaternions: &[[f64; 4]]) -> Vec<Matrix3> {
 pub(super) fn sky(subject: &Subject) -> Shown {
     let frame_rate = subject.problem.environment.frame_rate();
     let tracks = tracks(boresights(subject), &subject.trajectory().quaternion);
-    let mut discs = Vec::new();
-    let mut marks = Vec::new();
-    let mut moving = false;
-    for (name, pointing) in cones(subject) {
-        for direction in &pointing.directions {
-            moving |= moves(direction, &frame_rate);
-            discs.push(SkyCone {
-                name: name.into(),
-                axis: direction.at(0.0, &frame_rate),
-                half_angle: pointing.effective_half_angle() + direction.angular_radius(0.0),
-                inside_forbidden: pointing.side == Side::KeepOut,
-            });
-            marks.push(SkyMark { name: String::new(), at: direction.at(0.0, &frame_rate) });
-        }
-    }
+    let all = moving::all_cones(subject);
+    let mut marks: Vec<SkyMark> =
+        all.iter().map(|cone| SkyMark { name: String::new(), at: cone.axis }).collect();
+    let moving = all.iter().any(|cone| !cone.way.is_empty());
     // Where the end asked for is, the track may not be: a plan that failed.
     for (track, boresight) in tracks.iter().zip(boresights(subject)) {
         let target = subject.problem.end.attitude * boresight.vector;
@@ -44,10 +33,12 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let angles = if inertial { ["right ascension", "declination"] } else { ["longitude", "latitude"] };
     let kind = if inertial { "inertial" } else { "which turns" };
     let (rings, enlarged) = flight::rings(subject);
-    let mut remark: String = match (discs.is_empty(), moving) {
-        (true, _) => "the spec has no boresight: the body axes are shown".into(),
-        (false, false) => String::new(),
-        (false, true) => "some directions move here: their cones stand as at the start".into(),
+    let mut remark: String = match (all.is_empty(), moving) {
+        (true, _) if subject.problem.aim().is_none() => {
+            "the spec has no boresight: the body axes are shown".into()
+        }
+        (_, false) => String::new(),
+        (_, true) => "cones that move stand as at the start, dashed as at the end".into(),
     };
     if !rings.is_empty() {
         let and = if remark.is_empty() { "" } else { "; " };
@@ -56,13 +47,25 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let sky = Sky {
         title: "Boresights on the sphere of directions".into(),
         subtitle: format!("in the {}, {kind}", subject.reference_frame()),
-        cones: discs,
+        whole: false,
+        cones: all,
+        discs: moving::discs(subject),
         tracks,
         rings,
         marks,
         angles: angles.map(String::from),
     };
     Shown { key: "sky", picture: Picture::Sky(sky), remark }
+}
+
+/// The whole sphere with what stands around the spacecraft, where that is known.
+pub(super) fn around(subject: &Subject) -> Option<Shown> {
+    subject.identity.scenery.as_ref()?;
+    let Shown { picture: Picture::Sky(sky), .. } = sky(subject) else { return None };
+    let whole = Sky { title: "All around".into(), whole: true, rings: Vec::new(), marks: Vec::new(), ..sky };
+    let remark = "Earth, Moon and Sun as they move: dashed as at the start, filled as at the end; \
+                  the Sun and the Moon larger than they are";
+    Some(Shown { key: "around", picture: Picture::Sky(whole), remark: remark.into() })
 }
 
 /// The ways of some directions of a body.
@@ -81,7 +84,9 @@ pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
     let sky = Sky {
         title: "Body axes on the sphere of directions".into(),
         subtitle: "in the reference frame".into(),
+        whole: false,
         cones: Vec::new(),
+        discs: Vec::new(),
         tracks: tracks(body_axes(), quaternions),
         rings: Vec::new(),
         marks: Vec::new(),

@@ -9,6 +9,7 @@ mod found;
 pub(crate) mod inputs;
 mod lines;
 mod stopped;
+mod target;
 mod verified;
 
 pub use found::scheme;

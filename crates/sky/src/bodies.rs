@@ -58,7 +58,14 @@ pub(crate) fn sun_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
     Some(Vector3::from(earth[0]) * -AU)
 }
 
-/// The Moon by an abridgement of ELP 2000-82: within 9.6″ of DE421.
+/// The velocity of the Earth about the barycentre, in whose frame Sun and stars stand, by VSOP2000 \[m/s\]. `None` outside of 1900 to 2100.
+pub(crate) fn earth_by_vsop(clock: &Clock, time: f64) -> Option<Vector3> {
+    let (day, part) = clock.julian_tt(time);
+    let (_, barycentric) = sofars::eph::epv00(day, part)?;
+    Some(Vector3::from(barycentric[1]) * (AU / 86_400.0))
+}
+
+/// The Moon by an abridgement of ELP 2000-82: within 9.6″ of DE421 from 2024 to 2030, 12″ from 2000 to 2050.
 pub(crate) fn moon(clock: &Clock, time: f64) -> Vector3 {
     let (day, part) = clock.julian_tt(time);
     Vector3::from(sofars::eph::moon98(day, part)[0]) * AU

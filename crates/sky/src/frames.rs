@@ -16,6 +16,9 @@ pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
 /// Its flattening.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 
+/// How fast the Earth turns against the stars \[rad/s\].
+pub const EARTH_RATE_RAD_S: f64 = 7.292_115_146_7e-5;
+
 /// A second of arc \[rad\].
 pub(crate) const ARCSECOND: f64 = PI / 648_000.0;
 
@@ -112,6 +115,13 @@ pub fn earth_to_gcrs(clock: &Clock, time: f64, rotation: &EarthRotation) -> Matr
     to_earth(clock, time, rotation, Theory::Series).transpose()
 }
 
+/// From components against the true equator and equinox of date (IAU 2006/2000A) to those in GCRS, `time` \[s\] after the epoch.
+pub fn true_of_date_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
+    let (day, part) = clock.julian_tt(time);
+    let of_date = sofars::pnp::pnm06a(day, part);
+    Matrix3::from_fn(|row, column| of_date[column][row])
+}
+
 /// From components in the frame of two-line elements (TEME of date) to those in GCRS, `time` \[s\] after the epoch.
 pub fn teme_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
     from_teme(clock, time, Theory::Series)
@@ -143,8 +153,8 @@ pub(crate) fn up(latitude_deg: f64, longitude_deg: f64) -> Vector3 {
     Vector3::new(cos * cl, cos * sl, sin)
 }
 
-/// The normal of the ellipsoid through a point, outward, Earth-fixed axes.
-pub(crate) fn geodetic_up(position: &Vector3) -> Vector3 {
+/// Geodetic latitude and east longitude \[deg\] of a point, Earth-fixed axes \[m\].
+pub fn geodetic(position: &Vector3) -> [f64; 2] {
     let squared = FLATTENING * (2.0 - FLATTENING);
     let longitude = position.y.atan2(position.x);
     let across = position.x.hypot(position.y);
@@ -154,5 +164,23 @@ pub(crate) fn geodetic_up(position: &Vector3) -> Vector3 {
         let normal = EARTH_RADIUS_M / (1.0 - squared * latitude.sin().powi(2)).sqrt();
         latitude = (position.z + squared * normal * latitude.sin()).atan2(across);
     }
-    up(latitude.to_degrees(), longitude.to_degrees())
+    [latitude.to_degrees(), longitude.to_degrees()]
+}
+
+/// The normal of the ellipsoid through a point, outward, Earth-fixed axes.
+pub(crate) fn geodetic_up(position: &Vector3) -> Vector3 {
+    let [latitude, longitude] = geodetic(position);
+    up(latitude, longitude)
+}
+
+/// Where a line of sight first meets the ellipsoid of WGS 84: from a point, along a direction, Earth-fixed axes \[m\]; `None` where it
+/// passes by.
+pub fn meets_ground(from: &Vector3, along: &Vector3) -> Option<Vector3> {
+    // With the polar axis stretched the ellipsoid is a sphere.
+    let stretched = |v: &Vector3| Vector3::new(v.x, v.y, v.z / (1.0 - FLATTENING)) / EARTH_RADIUS_M;
+    let (place, direction) = (stretched(from), stretched(along));
+    let (square, half, rest) = (direction.norm_squared(), place.dot(&direction), place.norm_squared() - 1.0);
+    let discriminant = half * half - square * rest;
+    let ahead = half < 0.0 && rest >= 0.0 && discriminant >= 0.0;
+    ahead.then(|| from + along * ((-half - discriminant.sqrt()) / square))
 }

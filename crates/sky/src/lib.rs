@@ -10,23 +10,28 @@
 //! |---|---|---|
 //! | precession and nutation | seven arguments, 0.063″ | IAU 2006/2000A |
 //! | Sun | series of 30 terms, 3.8″ | VSOP2000 (`epv00`), 0.01″ |
-//! | Moon | ELP abridged (`moon98`), 9.6″ | the same |
+//! | Moon | ELP abridged (`moon98`), 9.6″ from 2024 to 2030, 12″ from 2000 to 2050 | the same |
 //! | orbit | SGP4, two-body, J2, a table | the same, not fitted |
 //!
-//! What is left out: aberration (20.5″ of the Sun and of stars, 0.7″ of the Moon, 5″ of all by the spacecraft's own velocity) and
-//! light time (0.01″ of the Sun, 1″ of stations): directions are geometric. UT1 − UTC and the motion of the pole move stations alone,
-//! by 120 m and 15 m at most where they are taken for zero.
+//! By default directions are geometric: what a star tracker or a payload corrects differs. A [`Light`] says otherwise: aberration is
+//! 20.5″ of the Sun and of stars, and 5″ of all in a low orbit; light time is 1″ of stations and 0.7″ of the Moon. UT1 − UTC and the
+//! motion of the pole move stations alone, by 120 m and 15 m at most where they are taken for zero.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
 mod bodies;
 mod frames;
+mod light;
 mod orbit;
 mod target;
 mod time;
 
-pub use frames::{EARTH_RADIUS_M, EarthRotation, earth_to_gcrs, station, teme_to_gcrs};
+pub use frames::{
+    EARTH_RADIUS_M, EARTH_RATE_RAD_S, EarthRotation, earth_to_gcrs, geodetic, meets_ground, station,
+    teme_to_gcrs, true_of_date_to_gcrs,
+};
+pub use light::Light;
 pub use orbit::{Elements, Model, Orbit, OrbitError};
 pub use target::{Sky, SkyError, Target, Window};
 pub use time::{Clock, DATE_OF_LAST_LEAP_SECOND};

@@ -2,6 +2,7 @@
 
 use crate::bodies;
 use crate::frames::{self, EARTH_RADIUS_M, EarthRotation, Theory};
+use crate::light::{self, Light};
 use crate::orbit::{Orbit, OrbitError};
 use crate::time::Clock;
 use slewkit::mechanics::direction::{Track, TrackError};
@@ -82,6 +83,7 @@ pub struct Sky {
     clock: Clock,
     orbit: Option<Orbit>,
     rotation: EarthRotation,
+    light: Light,
 }
 
 /// When a station is above the horizon \[s\] after the epoch.
@@ -100,10 +102,36 @@ const DEGREE: usize = 14;
 /// How finely windows and shadows are looked for \[s\]: a pass above the horizon or through the shadow lasts minutes.
 const LOOK: f64 = 20.0;
 
+impl Target {
+    /// Whether it is a place, at a distance, and not only a direction.
+    pub fn is_place(&self) -> bool {
+        matches!(
+            self,
+            Self::Sun
+                | Self::Moon
+                | Self::Nadir
+                | Self::Ground { .. }
+                | Self::Limb { .. }
+                | Self::Satellite(_)
+        )
+    }
+}
+
 impl Sky {
     /// From an epoch on; without an orbit Sun, Moon and stars are known alone.
     pub fn new(clock: Clock, orbit: Option<Orbit>, rotation: EarthRotation) -> Self {
-        Self { clock, orbit, rotation }
+        Self { clock, orbit, rotation, light: Light::default() }
+    }
+
+    /// The sky as light tells of it.
+    #[must_use]
+    pub fn with_light(self, light: Light) -> Self {
+        Self { light, ..self }
+    }
+
+    /// Which effects of light directions have.
+    pub fn light(&self) -> Light {
+        self.light
     }
 
     /// The orbit.
@@ -115,11 +143,20 @@ impl Sky {
         Ok(self.orbit.as_ref().ok_or(SkyError::NoOrbit)?.position_by(time, theory)?)
     }
 
-    /// The velocity, by differences of positions: to both sides, and where a table of them begins or ends to one.
+    /// The velocity about the Earth.
     fn velocity(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+        self.rate_of(time, &|time| self.place(time, theory))
+    }
+
+    /// The rate of a position by differences: to both sides, and where a table of them begins or ends to one.
+    fn rate_of(
+        &self,
+        time: f64,
+        place: &dyn Fn(f64) -> Result<Vector3, SkyError>,
+    ) -> Result<Vector3, SkyError> {
         // Of fourth order: 1e-7 m/s in a low orbit.
         const H: f64 = 0.5;
-        let at = |steps: f64| self.place(time + steps * H, theory);
+        let at = |steps: f64| place(time + steps * H);
         let centred = || {
             let near = at(1.0)? - at(-1.0)?;
             let far = at(2.0)? - at(-2.0)?;
@@ -144,8 +181,102 @@ impl Sky {
         Ok(Matrix3::from_columns(&[normal.cross(&outward), normal, outward]))
     }
 
-    /// The vector to a target \[m\], or along a direction, of any length.
+    /// The vector from which light comes \[m\], or along a direction, of any length.
     fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+        let seen = match target {
+            // Opposite of what is seen.
+            Target::AntiSun => return Ok(-self.vector(&Target::Sun, time, theory)?),
+            Target::Sun | Target::Moon | Target::Ground { .. } | Target::Limb { .. } => true,
+            Target::Fixed(_) | Target::Satellite(_) => true,
+            _ => false,
+        };
+        let vector = match (self.light.takes_time, self.of_earth(target, time, theory)?) {
+            (true, Some(there)) => self.by_old_light(target, &there, time, theory)?,
+            _ => self.geometric(target, time, theory)?,
+        };
+        if !(self.light.aberrates && seen) {
+            return Ok(vector);
+        }
+        let velocity = self.velocity_against(target, time, theory)?;
+        Ok(match theory {
+            Theory::Series => light::aberrated(&vector, &velocity),
+            Theory::Full => light::aberrated_fully(&vector, &velocity),
+        })
+    }
+
+    /// Where a thing is that belongs to the Earth and moves by itself, GCRS \[m\]; `None` of all others.
+    fn of_earth(&self, target: &Target, time: f64, theory: Theory) -> Result<Option<Vector3>, SkyError> {
+        Ok(match target {
+            Target::Moon => Some(bodies::moon(&self.clock, time)),
+            Target::Ground { latitude_deg, longitude_deg, height_m } => {
+                let earth = frames::to_earth(&self.clock, time, &self.rotation, theory);
+                Some(earth.tr_mul(&frames::station(*latitude_deg, *longitude_deg, *height_m)))
+            }
+            Target::Satellite(orbit) => Some(orbit.position_by(time, theory)?),
+            _ => None,
+        })
+    }
+
+    /// The vector to where a thing was that is `there` now: by its velocity, or, for a witness, where it was indeed.
+    fn by_old_light(
+        &self,
+        target: &Target,
+        there: &Vector3,
+        time: f64,
+        theory: Theory,
+    ) -> Result<Vector3, SkyError> {
+        let here = self.orbit.as_ref().map_or(Ok(Vector3::zeros()), |_| self.place(time, theory))?;
+        let was = |time: f64| {
+            let place = self.of_earth(target, time, theory)?;
+            Ok(place.unwrap_or(*there))
+        };
+        if theory == Theory::Full {
+            let direct = light::delay(|delay| Ok::<_, SkyError>((was(time - delay)? - here).norm()))
+                .and_then(|delay| was(time - delay));
+            match direct {
+                // Before a table of positions begins.
+                Err(SkyError::Orbit(OrbitError::Beyond(_))) => {}
+                found => return Ok(found? - here),
+            }
+        }
+        let velocity = self.rate_of(time, &was)?;
+        let mut delay = (there - here).norm() / light::C;
+        for _ in 0..3 {
+            delay = (there - velocity * delay - here).norm() / light::C;
+        }
+        Ok(there - velocity * delay - here)
+    }
+
+    /// The velocity of the spacecraft against the frame of a target: that of the Earth, or of Sun and stars.
+    fn velocity_against(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+        let about = self.orbit.as_ref().map_or(Ok(Vector3::zeros()), |_| self.velocity(time, theory))?;
+        if !matches!(target, Target::Sun | Target::Fixed(_)) {
+            return Ok(about);
+        }
+        let by_difference = || {
+            const MINUTE: f64 = 60.0;
+            let sun = |time: f64| bodies::sun(&self.clock, time);
+            (sun(time - MINUTE) - sun(time + MINUTE)) / (2.0 * MINUTE)
+        };
+        let earth = match theory {
+            Theory::Series => by_difference(),
+            Theory::Full => bodies::earth_by_vsop(&self.clock, time).unwrap_or_else(by_difference),
+        };
+        Ok(earth + about)
+    }
+
+    /// By how much light moves a target among the directions \[rad\]: what geometric directions leave out.
+    ///
+    /// # Errors
+    /// As [`Sky::direction`].
+    pub fn moved_by_light(&self, target: &Target, time: f64) -> Result<f64, SkyError> {
+        let with = |light: Light| self.clone().with_light(light).vector(target, time, Theory::Series);
+        let (plain, seen) = (with(Light::default())?, with(Light::APPARENT)?);
+        Ok(plain.cross(&seen).norm().atan2(plain.dot(&seen)))
+    }
+
+    /// The vector to a target \[m\], or along a direction, of any length.
+    fn geometric(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let from = |far: Vector3| match &self.orbit {
             Some(_) => Ok::<_, SkyError>(far - self.place(time, theory)?),
             None => Ok(far),
@@ -159,7 +290,6 @@ impl Sky {
         Ok(match target {
             Target::Sun => from(sun())?,
             Target::AntiSun => -from(sun())?,
-            Target::Moon => from(bodies::moon(&self.clock, time))?,
             Target::Nadir => -self.place(time, theory)?,
             Target::Zenith => self.place(time, theory)?,
             Target::GeodeticNadir => {
@@ -174,11 +304,6 @@ impl Sky {
             Target::OrbitNormal { reversed } => {
                 self.orbit_axes(time, theory)?.column(1) * if *reversed { -1.0 } else { 1.0 }
             }
-            Target::Ground { latitude_deg, longitude_deg, height_m } => {
-                let earth = frames::to_earth(&self.clock, time, &self.rotation, theory);
-                let there = earth.tr_mul(&frames::station(*latitude_deg, *longitude_deg, *height_m));
-                there - self.place(time, theory)?
-            }
             Target::Limb { azimuth_deg, height_m } => {
                 let (axes, r) = (self.orbit_axes(time, theory)?, self.place(time, theory)?.norm());
                 let sine = (EARTH_RADIUS_M + height_m) / r;
@@ -192,7 +317,15 @@ impl Sky {
             }
             Target::Fixed(vector) => *vector,
             Target::InOrbit(vector) => self.orbit_axes(time, theory)? * vector,
-            Target::Satellite(orbit) => orbit.position_by(time, theory)? - self.place(time, theory)?,
+            // What else is seen from where the satellite is, and from nowhere else.
+            Target::Moon | Target::Ground { .. } | Target::Satellite(_) => {
+                let there = self.of_earth(target, time, theory)?.unwrap_or_default();
+                if matches!(target, Target::Moon) {
+                    from(there)?
+                } else {
+                    there - self.place(time, theory)?
+                }
+            }
         })
     }
 
@@ -201,7 +334,7 @@ impl Sky {
     /// # Errors
     /// A [`SkyError`]: no orbit, or none that reaches so far.
     pub fn direction(&self, target: &Target, from: f64, to: f64) -> Result<Direction, SkyError> {
-        if let Target::Fixed(vector) = target {
+        if let (Target::Fixed(vector), false) = (target, self.light.aberrates) {
             return Ok(Direction::Fixed(*vector));
         }
         Ok(Direction::Moving(self.track(target, from, to)?))
@@ -213,6 +346,19 @@ impl Sky {
     /// As [`Sky::direction`].
     pub fn earth_disc(&self, from: f64, to: f64) -> Result<Direction, SkyError> {
         Ok(Direction::Disc { centre: self.track(&Target::Nadir, from, to)?, radius: EARTH_RADIUS_M })
+    }
+
+    /// The geometric vector to a target \[m\] over `from … to` \[s\] after the epoch.
+    ///
+    /// # Errors
+    /// As [`Sky::direction`].
+    pub fn way(&self, target: &Target, from: f64, to: f64) -> Result<Track, SkyError> {
+        Track::fitted(from, to, PIECE, DEGREE, |time| self.geometric(target, time, Theory::Series))
+    }
+
+    /// The axes of the Earth (ITRF), `time` \[s\] after the epoch: from components in GCRS to those.
+    pub fn earth_axes(&self, time: f64) -> Matrix3 {
+        frames::to_earth(&self.clock, time, &self.rotation, Theory::Series)
     }
 
     fn track(&self, target: &Target, from: f64, to: f64) -> Result<Track, SkyError> {
@@ -236,7 +382,7 @@ impl Sky {
     /// # Errors
     /// As [`Sky::direction`].
     pub fn range(&self, target: &Target, time: f64) -> Result<f64, SkyError> {
-        Ok(self.vector(target, time, Theory::Series)?.norm())
+        Ok(self.geometric(target, time, Theory::Series)?.norm())
     }
 
     /// Elevation of the satellite above the horizon of a station \[rad\].
@@ -253,7 +399,7 @@ impl Sky {
         let station = Target::Ground { latitude_deg, longitude_deg, height_m };
         let earth = frames::to_earth(&self.clock, time, &self.rotation, Theory::Series);
         let up = earth.transpose() * frames::up(latitude_deg, longitude_deg);
-        let away = -self.vector(&station, time, Theory::Series)?.normalize();
+        let away = -self.geometric(&station, time, Theory::Series)?.normalize();
         Ok(std::f64::consts::FRAC_PI_2 - away.cross(&up).norm().atan2(away.dot(&up)))
     }
 

@@ -1,6 +1,6 @@
 use crate::bodies;
 use crate::frames::{self, EarthRotation, Theory};
-use crate::{Clock, Elements, Model, Orbit, Sky, Target};
+use crate::{Clock, Elements, Light, Model, Orbit, Sky, Target};
 use serde_json::Value;
 use slewkit::{Matrix3, Vector3};
 
@@ -150,6 +150,72 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
             assert!(apart(&witness, &planned.direction) < 2.0 * within);
         }
     }
+}
+
+/// What light does is of the size that the velocities have, and both theories tell the same of it: their own difference stays what it was.
+#[test]
+fn light_moves_what_is_seen() {
+    let clock = Clock::of_utc([2026, 11, 21], 7, 0, 0, 0).unwrap();
+    let (r, v) = (Vector3::new(7.0e6, 0.0, 0.0), Vector3::new(0.0, 7.5e3, 0.0));
+    let orbit = Orbit::of_state(r, v, Model::TwoBody, clock, clock).unwrap();
+    let geometric = Sky::new(clock, Some(orbit), EarthRotation::default());
+    let apparent = geometric.clone().with_light(Light::APPARENT);
+    let aberrated = geometric.clone().with_light(Light { takes_time: false, aberrates: true });
+    let old = geometric.clone().with_light(Light { takes_time: true, aberrates: false });
+    let station = Target::Ground { latitude_deg: 0.0, longitude_deg: 0.0, height_m: 0.0 };
+    let zenith = Target::Fixed(Vector3::x());
+    let zero = Vector3::zeros();
+    for target in [&Target::Sun, &Target::Moon, &station, &zenith] {
+        let planned = |sky: &Sky| sky.direction(target, 0.0, 60.0).unwrap().at(30.0, &zero);
+        let full = |sky: &Sky| sky.seen(target, 30.0).unwrap();
+        // Of the vectors that light makes of one and the same geometric one.
+        let [by_series, by_full] =
+            [planned(&apparent) - planned(&geometric), full(&apparent) - full(&geometric)];
+        let off = (by_series - by_full).norm();
+        // The Sun of the series stands still, which about the barycentre goes at up to 16 m/s: 5e-8 of Sun and stars.
+        let within = if matches!(target, Target::Sun | Target::Fixed(_)) { 6e-8 } else { 2e-8 };
+        assert!(off < within, "{target:?} {off:.1e}");
+        let told = geometric.moved_by_light(target, 30.0).unwrap();
+        assert!((told - by_full.norm()).abs() < within, "{target:?} {told} {}", by_full.norm());
+    }
+    // A star overhead: the component of the velocity across it, of 30 km/s and 7.5 km/s.
+    let shift = aberrated.seen(&zenith, 0.0).unwrap() - Vector3::x();
+    let earth = bodies::earth_by_vsop(&clock, 0.0).unwrap() + v;
+    let across = (earth - Vector3::x() * earth.x) / crate::light::C;
+    assert!((shift - across).norm() < 2e-8, "{:e}", (shift - across).norm());
+    // A station moves on by ω × x while its light is on the way.
+    let shift = old.seen(&station, 0.0).unwrap() - geometric.seen(&station, 0.0).unwrap();
+    let earth = geometric.earth_axes(0.0).transpose();
+    let place = earth * frames::station(0.0, 0.0, 0.0);
+    let turning = earth * Vector3::z() * frames::EARTH_RATE_RAD_S;
+    let to = place - r;
+    let d = to.normalize();
+    let moved = -turning.cross(&place) / crate::light::C;
+    let wanted = moved - d * d.dot(&moved);
+    assert!((shift - wanted).norm() < 1e-10, "{:e}", (shift - wanted).norm());
+    // The Moon goes 1 km/s, and its light takes 1.3 s; what is no light stays where it is.
+    let shift = old.seen(&Target::Moon, 0.0).unwrap() - geometric.seen(&Target::Moon, 0.0).unwrap();
+    assert!((2.5e-6..4e-6).contains(&shift.norm()), "{:e}", shift.norm());
+    for target in [Target::Nadir, Target::Velocity { reversed: false }] {
+        assert_eq!(apparent.seen(&target, 5.0), geometric.seen(&target, 5.0));
+    }
+    let opposite = apparent.seen(&Target::AntiSun, 0.0).unwrap() + apparent.seen(&Target::Sun, 0.0).unwrap();
+    assert!(opposite.norm() < 1e-15);
+}
+
+/// A line of sight meets the ellipsoid where a point of it is, and nowhere where it passes by.
+#[test]
+fn a_line_of_sight_meets_the_ground() {
+    let place = frames::station(47.0, 11.0, 6e5);
+    for (latitude, longitude) in [(47.0, 11.0), (52.0, 3.0), (41.5, 20.0)] {
+        let there = frames::station(latitude, longitude, 0.0);
+        let met = frames::meets_ground(&place, &((there - place) * 1e-3)).unwrap();
+        assert!((met - there).norm() < 1e-6, "{}", (met - there).norm());
+        let [lat, lon] = frames::geodetic(&met);
+        assert!((lat - latitude).abs() < 1e-9 && (lon - longitude).abs() < 1e-9, "{lat} {lon}");
+    }
+    assert_eq!(frames::meets_ground(&place, &place), None);
+    assert_eq!(frames::meets_ground(&place, &place.cross(&Vector3::z())), None);
 }
 
 /// What sky and documents promise of the pole with seven arguments, every ten days from 1990 to 2050.

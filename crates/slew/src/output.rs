@@ -85,6 +85,14 @@ impl Format {
 }
 
 impl Destination {
+    /// Refuses one of `files`, which the spec names.
+    pub fn distinct_from(&self, files: &[PathBuf]) -> Result<(), Failure> {
+        if let Self::File(target, _) = self {
+            files.iter().try_for_each(|file| target.distinct_from(file))?;
+        }
+        Ok(())
+    }
+
     /// The format, where there are data.
     pub fn format(&self) -> Option<Format> {
         match self {

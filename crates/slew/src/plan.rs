@@ -67,8 +67,12 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let tables = args.tables.checked(&destination)?;
     let page =
         args.report.as_deref().map(|path| report::target(path, args.output.force, &inputs)).transpose()?;
-    let Loaded { problem, settings, mut identity, closed_loop, .. } =
+    let Loaded { problem, settings, mut identity, closed_loop, files, .. } =
         spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
+    destination.distinct_from(&files)?;
+    if let Some(page) = &page {
+        files.iter().try_for_each(|file| page.distinct_from(file))?;
+    }
     // Known before the work: a plan must not be lost for want of a name.
     export::check(&destination, &problem, &identity)?;
     memory::check(&problem, &settings, console)?;

@@ -17,7 +17,8 @@ Examples:
   slew sky problems/ground_pass.toml
   slew sky problems/sun_free_roll.toml --format json
 
-Directions are geometric, axes those of the GCRS. `apart` is how far the direction that is planned with is from that of the full
+Axes are those of the GCRS. Directions are geometric, unless the spec says light_time or aberration; `light` is by how much both
+move them. `apart` is how far the direction that is planned with is from that of the full
 theories (IAU 2006/2000A, VSOP2000), which the planner does not use.")]
 pub struct Args {
     #[command(flatten)]
@@ -45,6 +46,8 @@ struct Line {
     elevation_deg: Option<[f64; 2]>,
     /// Between the direction that is planned with and that of the full theories \[arcsec\].
     apart_arcsec: [f64; 2],
+    /// By how much light time and aberration move it \[arcsec\]: in the directions, or left out, as the spec says.
+    by_light_arcsec: [f64; 2],
 }
 
 /// What a spec's sky is like.
@@ -58,6 +61,9 @@ struct Told {
     age_s: Option<f64>,
     /// When the spacecraft is in the shadow of the Earth, of the maneuver \[s\].
     eclipses_s: Vec<[f64; 2]>,
+    /// Whether directions have the effect of light time, and of aberration.
+    light_time: bool,
+    aberration: bool,
     targets: Vec<Line>,
 }
 
@@ -99,6 +105,8 @@ fn told(loaded: &Loaded, heavens: &Heavens) -> Result<Told, SkyError> {
     Ok(Told {
         period_s,
         age_s,
+        light_time: sky.light().takes_time,
+        aberration: sky.light().aberrates,
         eclipses_s: eclipses.iter().map(|window| [window.from, window.to]).collect(),
         targets,
     })
@@ -113,15 +121,7 @@ fn line(heavens: &Heavens, named: &Named, times: [f64; 2]) -> Result<Line, SkyEr
     for (apart, (time, seen)) in apart_arcsec.iter_mut().zip(times.iter().zip(&seen)) {
         *apart = angle_between(&seen.direction, &sky.seen(target, *time)?).to_degrees() * 3600.0;
     }
-    let has_range = matches!(
-        target,
-        Target::Sun
-            | Target::Moon
-            | Target::Nadir
-            | Target::Ground { .. }
-            | Target::Limb { .. }
-            | Target::Satellite(_)
-    );
+    let by_light = |time: f64| Ok::<_, SkyError>(sky.moved_by_light(target, time)?.to_degrees() * 3600.0);
     let range = |time: f64| Ok::<_, SkyError>(sky.range(target, time)? / 1e3);
     let elevation_deg = match target {
         Target::Ground { latitude_deg, longitude_deg, height_m } => {
@@ -139,9 +139,10 @@ fn line(heavens: &Heavens, named: &Named, times: [f64; 2]) -> Result<Line, SkyEr
             [d.y.atan2(d.x).to_degrees().rem_euclid(360.0), d.z.clamp(-1.0, 1.0).asin().to_degrees()]
         }),
         rate_deg_s: seen.map(|seen| seen.rate.norm().to_degrees()),
-        range_km: if has_range { Some([range(times[0])?, range(times[1])?]) } else { None },
+        range_km: if target.is_place() { Some([range(times[0])?, range(times[1])?]) } else { None },
         elevation_deg,
         apart_arcsec,
+        by_light_arcsec: [by_light(times[0])?, by_light(times[1])?],
     })
 }
 
@@ -168,9 +169,13 @@ fn table(told: &Told) -> String {
         };
         text.push_str(&format!("light       {dark}\n"));
     }
+    let effects = [(told.light_time, "light time"), (told.aberration, "aberration")];
+    let taken: Vec<&str> = effects.iter().filter(|(taken, _)| *taken).map(|(_, name)| *name).collect();
+    let taken = if taken.is_empty() { "geometric".into() } else { format!("with {}", taken.join(" and ")) };
+    text.push_str(&format!("directions  {taken}\n"));
     text.push_str(&format!(
-        "{:<22} {:>7} {:>9} {:>9} {:>10} {:>11} {:>10} {:>8}\n",
-        "target", "t, s", "ra, deg", "dec, deg", "deg/s", "range, km", "elev, deg", "apart, ″"
+        "{:<22} {:>7} {:>9} {:>9} {:>10} {:>11} {:>10} {:>8} {:>8}\n",
+        "target", "t, s", "ra, deg", "dec, deg", "deg/s", "range, km", "elev, deg", "apart, ″", "light, ″"
     ));
     for line in &told.targets {
         for end in 0..2 {
@@ -179,7 +184,7 @@ fn table(told: &Told) -> String {
                 value.map_or("-".into(), |value| significant(value[end], digits))
             };
             text.push_str(&format!(
-                "{name:<22} {:>7} {:>9} {:>9} {:>10} {:>11} {:>10} {:>8}\n",
+                "{name:<22} {:>7} {:>9} {:>9} {:>10} {:>11} {:>10} {:>8} {:>8}\n",
                 significant(line.time_s[end], 5),
                 format!("{:.3}", line.ra_dec_deg[end][0]),
                 format!("{:.3}", line.ra_dec_deg[end][1]),
@@ -187,6 +192,7 @@ fn table(told: &Told) -> String {
                 of(line.range_km, 6),
                 of(line.elevation_deg, 3),
                 significant(line.apart_arcsec[end], 2),
+                significant(line.by_light_arcsec[end], 2),
             ));
         }
     }

@@ -121,7 +121,12 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
         return solution;
     };
     let apart = lie::log(&extremal.end_attitude).norm() + (extremal.end_rate - extremal.start_rate).norm();
-    if apart < SAME && !matches!(problem.path, Path::Long | Path::AsGiven(_)) {
+    let stays = match problem.path {
+        Path::Long => false,
+        Path::AsGiven(rotation) => rotation.norm() < SAME,
+        Path::Best | Path::Shortest => true,
+    };
+    if apart < SAME && stays {
         let resting = problem.start.angular_velocity.norm() * units.time < SAME;
         match extremal.given_duration {
             None => return at_rest(problem, solution, 0),

@@ -21,4 +21,5 @@ mod report;
 mod report_optimality;
 mod report_studies;
 mod simulate;
+mod sky;
 mod streams;

@@ -56,6 +56,43 @@ fn a_maneuver_takes_as_long_backwards() {
     assert!((there / back - 1.0).abs() < 1e-9, "{there} {back}");
 }
 
+/// Hardly a turn, the long way round: the whole turn about the axis of the least moment takes `2√(2πJ/U)`, whichever axis the end is
+/// turned about, and what is left of it hardly any time.
+#[test]
+fn the_long_way_of_hardly_a_turn_takes_no_longer_than_a_whole_turn_about_the_quickest_axis() {
+    let (least, small) = (1.0, 1e-4);
+    let whole = 2.0 * (std::f64::consts::TAU * least).sqrt();
+    for (axis, vector) in CUBE.iter().enumerate() {
+        let end = at(vector.map(|part| small * part), [0.0; 3]);
+        let problem = Problem::minimum_time(body([2.0, 2.9, least]), at([0.0; 3], [0.0; 3]), end)
+            .with_actuation(torques(&CUBE, &[1.0; 3]));
+        let long = duration(&problem.clone().with_path(Path::Long));
+        // The same as one turn as written, about the same axis backwards.
+        let turn = Vector3::from(*vector) * (small - std::f64::consts::TAU);
+        let given = duration(&problem.with_path(Path::AsGiven(turn)));
+        for found in [long, given] {
+            assert!(found <= whole * (1.0 + 10.0 * small), "about {axis}: {found} instead of {whole}");
+        }
+    }
+}
+
+#[test]
+fn no_turn_as_written_takes_no_time_and_no_fuel() {
+    let still = at([0.2, 0.1, -0.3], [0.0; 3]);
+    let sought = Problem::minimum_time(body([1.0, 2.0, 3.0]), still, still)
+        .with_actuation(torques(&CUBE, &[1.0; 3]))
+        .with_path(Path::AsGiven(Vector3::zeros()));
+    let given = Problem::minimum_fuel(sought.body.clone(), still, still, 5.0)
+        .with_actuation(sought.actuation.clone())
+        .with_path(Path::AsGiven(Vector3::zeros()))
+        .with_steps(50);
+    for (problem, steps) in [(sought, 0), (given, 50)] {
+        let plan = solved(&problem).solution;
+        let found = (plan.steps, plan.cost, plan.switching.map(|found| found.structure));
+        assert_eq!(found, (steps, 0.0, Some(Structure::Rest)));
+    }
+}
+
 #[test]
 fn names_of_axes_do_not_matter() {
     let given = moving();

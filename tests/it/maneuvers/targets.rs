@@ -106,6 +106,21 @@ fn a_target_that_moves_is_met_at_the_best_time() {
     agrees("q04", &problem.with_duration(slewkit::Duration::SOUGHT), 50, 1e-7);
 }
 
+/// p04: all of an attitude that turns, at a price of time.
+#[test]
+fn a_body_that_tumbles_is_met_at_the_best_time() {
+    let given = &reference("targets/p04_rotframe_free_time")["problem"];
+    let at_zero = numbers(&given["qf0"]);
+    let at_zero = lie::rotation_from_quaternion(&[at_zero[0], at_zero[1], at_zero[2], at_zero[3]]);
+    let turning = |axis: Vector3| Direction::turning(at_zero * axis, vector(&given["n_vec"]), 12.0).unwrap();
+    let aim = Aim::new(Vector3::z(), turning(Vector3::z()));
+    let aim = aim.with_roll_towards(Vector3::x(), turning(Vector3::x()), 0.0);
+    let price = number(&given["w_T"]);
+    let problem =
+        maneuver(given, aim).with_objective(Weights { time_price: Some(price), ..Weights::default() });
+    agrees("p04_rotframe_free_time", &problem.with_duration(slewkit::Duration::SOUGHT), 100, 1e-8);
+}
+
 /// q06: least time under a limit of the norm of the torque.
 #[test]
 fn a_target_that_moves_is_met_in_the_shortest_time() {

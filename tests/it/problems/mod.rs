@@ -3,5 +3,6 @@
 //! It proves that a user who runs them gets what `[expect]` says: numbers from elsewhere, each with its source in the file.
 
 mod maneuvers;
+mod published;
 mod simulations;
 mod told;

@@ -79,7 +79,9 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
         }
     }
     for cone in problem.constraints.iter().filter(|rule| matches!(rule.rule, Rule::Pointing(_))) {
-        wanted.push(has(format!("{}: ", cone.name)));
+        // Where there is no room for all of them, the nearest are named and the others counted.
+        let (named, reason) = has(format!("{}: ", cone.name));
+        wanted.push((named || text.contains("more with more room"), reason));
     }
     // What thrusters push changes the momentum, and nothing else does where nothing acts on the body.
     if let (Some(pushed), Some(mass)) = (text.split("push (").nth(1), problem.body.mass)

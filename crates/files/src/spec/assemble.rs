@@ -191,6 +191,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
             return None;
         }
     }
+    let scenery = sky.scenery(root);
+    let identity = Identity { scenery, ..identity };
     Some(Assembled { problem, settings, expect, identity, heavens: sky.heavens() })
 }
 

@@ -74,6 +74,11 @@ impl Base {
         own.chain(self.beside.iter().map(String::as_str))
     }
 
+    /// The files that it names, which no output may replace.
+    pub fn files(&self) -> Vec<PathBuf> {
+        orbits_named(&self.root, &self.folder)
+    }
+
     /// The maneuver under more overrides.
     ///
     /// # Errors
@@ -150,6 +155,21 @@ fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
         }
         Value::Array(items) => items.iter().for_each(|item| read_beside(item, folder, found)),
         _ => {}
+    }
+}
+
+/// The orbits that a tree names as files, as paths.
+pub(super) fn orbits_named(node: &Node, folder: &Path) -> Vec<PathBuf> {
+    match &node.value {
+        Value::Table(entries) => entries
+            .iter()
+            .flat_map(|entry| match &entry.node.value {
+                Value::Text(written) if entry.key == OEM => vec![folder.join(written)],
+                _ => orbits_named(&entry.node, folder),
+            })
+            .collect(),
+        Value::Array(items) => items.iter().flat_map(|item| orbits_named(item, folder)).collect(),
+        _ => Vec::new(),
     }
 }
 

@@ -23,6 +23,8 @@ pub struct Expect {
     pub status: String,
     /// Cost.
     pub cost: Option<Toleranced>,
+    /// Cost that was published, in the unit of ours, and its rounding: the plan is not dearer.
+    pub published: Option<Toleranced>,
     /// Bound on the larger of attitude error in rad and relative momentum error at the end.
     pub terminal_error: Option<f64>,
     /// Bound on the Newton iterations of the winning start, all its rungs.
@@ -131,6 +133,7 @@ pub(crate) fn of_maneuver(section: &Section) -> Expect {
         source: section.word("source").map(str::to_string),
         status: section.word("status").unwrap_or("solved").to_string(),
         cost: section.toleranced("cost"),
+        published: section.toleranced("published"),
         terminal_error: section.number("terminal_error"),
         newton_iterations_at_most: section.count("newton_iterations_at_most"),
         conjugate_points: section.count("conjugate_points"),

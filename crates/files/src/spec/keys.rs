@@ -217,6 +217,11 @@ tables! {
         /// The moment of time zero, with its time scale (UTC, TAI, TT, TDB, GPS), as in "2026-11-21T07:00:00 UTC".
         /// Files for other programs need it; plans do not depend on it.
         "epoch": Text(100);
+        /// Whether what is aimed at by name is seen where it was when its light left it: of stations, Moon and satellites. Default: none.
+        "light_time": Choice(&["none", "one_way"], &[]);
+        /// Whether what is aimed at by name is seen as from a satellite that moves: of all that gives light, stars by ra_deg among it.
+        /// Default: none.
+        "aberration": Choice(&["none", "satellite"], &[]);
         /// What files for other programs call the object, its frames and its inputs.
         "names": Table(&NAMES);
         /// The rigid body.
@@ -242,6 +247,8 @@ tables! {
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
         /// The orbit, where ends or cones aim at what depends on it. Axes of the reference frame are then those of the GCRS (ICRF).
         "orbit": Table(&ORBIT);
+        /// What stands around the spacecraft, for pictures and summaries: plan files write it where [orbit] and targets are told.
+        "scenery": Table(&SCENERY);
         /// What is uncertain, for `slew monte-carlo`; any other command plans the values as they stand.
         "dispersion": Table(&DISPERSION);
         /// Gains that keep the craft on the plan.
@@ -430,13 +437,14 @@ const PLACES: &[&str] = &[
     "limb",
     "satellite",
     "orbit_vector",
+    "turning",
     "track",
 ];
 
 shared_keys! {
     /// What is aimed at: sun, anti_sun, moon, nadir (or earth), zenith, geodetic_nadir, velocity, anti_velocity, along_track,
-    /// orbit_normal, anti_orbit_normal, ground, limb, satellite (with the keys of its orbit), orbit_vector; or a track, as plan files write it. All but Sun and Moon need
-    /// [orbit], and all an epoch. Instead: ra_deg and dec_deg, or a vector, which stand still.
+    /// orbit_normal, anti_orbit_normal, ground, limb, satellite (with the keys of its orbit), orbit_vector; turning; or a track, as plan files write it. All but Sun, Moon and what turns need
+    /// [orbit], and all but that an epoch. Instead: ra_deg and dec_deg, or a vector, which stand still.
     AT_KEY = "at": Choice(PLACES, &[]);
     /// Right ascension, with dec_deg.
     RA_KEY = "ra_deg": Number(q::ANGLE_DEG);
@@ -455,7 +463,7 @@ shared_keys! {
     /// Two-line elements, both lines, by SGP4.
     TLE_KEY = "tle": Texts(2);
     /// An orbit ephemeris message of CCSDS (OEM, keywords and values), relative to the folder of the spec: centre Earth, in ICRF, GCRF,
-    /// EME2000, TEME or ITRF.
+    /// EME2000, TOD, TEME or ITRF.
     OEM_KEY = "oem": Text(1000);
     /// Keplerian elements, osculating, GCRS: semi-major axis.
     AXIS_KEY = "semi_major_axis_m": Number(q::POSITION);
@@ -479,6 +487,10 @@ shared_keys! {
     MODEL_KEY = "model": Choice(&["j2", "two_body"], &[]);
     /// For orbit_vector: along the track, the orbit normal, outward.
     ORBIT_VECTOR_KEY = "orbit_vector": Vector(q::COMPONENT);
+    /// For turning: the direction at time zero.
+    TURNING_KEY = "turning_vector": Vector(q::COMPONENT);
+    /// For turning: the angular velocity of what it is fixed in, reference axes.
+    TURNING_RATE_KEY = "turning_rate_deg_s": Vector(q::RATE_DEG);
     /// For track: when it begins. Default: 0.
     FROM_KEY = "from_s": Number(q::ELAPSED);
     /// For track: the length of a piece.
@@ -505,6 +517,7 @@ macro_rules! targets {
                 $visibility static $table {
                     $($(#[doc = $doc])* $name: $kind $(, needed $sample)?;)*
                     AT_KEY; RA_KEY; DEC_KEY; VECTOR_KEY; LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY; AZIMUTH_KEY; ORBIT_VECTOR_KEY;
+                    TURNING_KEY; TURNING_RATE_KEY;
                     TLE_KEY; OEM_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
                     PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
                     FROM_KEY; PIECE_KEY; TERMS_KEY; COEFFICIENTS_KEY; DISC_KEY;
@@ -543,6 +556,29 @@ tables! {
         "polar_motion_x_arcsec": Number(q::COMPONENT);
         /// Coordinate y of the pole. Default: 0.
         "polar_motion_y_arcsec": Number(q::COMPONENT);
+    }
+}
+
+tables! {
+    static SCENERY {
+        /// From the centre of the Earth to the spacecraft, m.
+        "spacecraft": Table(&WAY);
+        /// From the spacecraft to the Sun, m.
+        "sun": Table(&WAY), needed "sun = { piece_s = 60, coefficients = [[1.5e11, 0, 0]] }";
+        /// From the spacecraft to the Moon, m.
+        "moon": Table(&WAY), needed "moon = { piece_s = 60, coefficients = [[3.8e8, 0, 0]] }";
+        /// From reference axes to those that turn with the Earth, at time zero.
+        "earth_axes": Matrix, needed "earth_axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
+        /// What the end points at, for people.
+        "target": Text(200);
+        /// Metres in the unit of the vector that the end points along; without it that is no place.
+        "target_unit_m": Number(q::SIZE);
+        LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY;
+    }
+
+    /// A vector as a function of time.
+    static WAY {
+        FROM_KEY; PIECE_KEY; TERMS_KEY; COEFFICIENTS_KEY;
     }
 }
 
@@ -718,6 +754,8 @@ tables! {
         "status": Choice(&["solved", "infeasible", "not_converged", "limit_reached", "verification_failed"], &[]);
         /// The cost.
         "cost": Table(&TOLERANCED);
+        /// The cost that was published, in the unit of ours, and its rounding: the plan is not dearer.
+        "published": Table(&TOLERANCED);
         /// Bound on the larger of terminal.attitude_rad and terminal.momentum_relative.
         "terminal_error": Number(q::COST);
         /// Bound on the iterations of the winning start, all its rungs.

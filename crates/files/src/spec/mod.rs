@@ -132,6 +132,8 @@ pub struct Loaded {
     pub heavens: Option<Heavens>,
     /// What it is flown with: gains, what is uncertain, actuators.
     pub closed_loop: ClosedLoop,
+    /// The files that it names, which no output may replace.
+    pub files: Vec<PathBuf>,
     /// What is accepted but worth a word, in file order.
     pub warnings: Vec<Diagnostic>,
 }
@@ -380,6 +382,7 @@ fn understand(
                 dispersion,
                 heavens,
                 closed_loop,
+                files: base::orbits_named(root, folder),
                 warnings,
             }))
         })

@@ -4,7 +4,9 @@ use super::shape::open;
 use super::{Section, cut, short};
 use crate::epoch::Epoch;
 use crate::exchange::{EphemerisAxes, Segment, read_ephemeris};
-use slewkit_sky::{Clock, EarthRotation, Elements, Model, Orbit, earth_to_gcrs, teme_to_gcrs};
+use slewkit_sky::{
+    Clock, EarthRotation, Elements, Model, Orbit, earth_to_gcrs, teme_to_gcrs, true_of_date_to_gcrs,
+};
 use std::path::PathBuf;
 
 /// Age of two-line elements from which a word is said \[days\]: they are off by 1 to 3 km a day.
@@ -184,6 +186,7 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
     let axes = |time: f64| match segment.axes {
         EphemerisAxes::Inertial(matrix) => matrix,
         EphemerisAxes::Teme => teme_to_gcrs(&around.clock, time),
+        EphemerisAxes::TrueOfDate => true_of_date_to_gcrs(&around.clock, time),
         EphemerisAxes::Earth => earth_to_gcrs(&around.clock, time, &around.rotation),
     };
     let position =

@@ -3,13 +3,16 @@
 //! What is known of the sky is turned into vectors as functions of time when a spec is read: the maneuver holds these, and a plan file
 //! writes their coefficients (`at = "track"`), so that nobody needs an orbit or an ephemeris after that. Axes are those of the GCRS.
 
+mod scenery;
+
 use super::orbit::{self, Around};
 use super::{Section, short, show};
 use crate::epoch::Epoch;
+use crate::scenery::TargetShown;
 use slewkit::maneuver::{Aim, AimRate};
 use slewkit::mechanics::direction::Track;
 use slewkit::{Direction, Vector3};
-use slewkit_sky::{EarthRotation, OrbitError, Sky, SkyError, Target};
+use slewkit_sky::{EarthRotation, Light, OrbitError, Sky, SkyError, Target};
 use std::path::Path;
 
 /// How far ahead the sky is known where the duration is sought without a bound \[s\].
@@ -50,6 +53,8 @@ pub(crate) struct Reading {
     /// How far ahead tracks reach \[s\].
     ahead: f64,
     targets: Vec<Named>,
+    /// What the end points at, where that has a name.
+    goal: Option<TargetShown>,
 }
 
 impl Reading {
@@ -84,14 +89,28 @@ impl Reading {
             let reason = "[orbit] places the satellite among the stars, and `orbital_rate_rad_s` in a frame that turns";
             section.error_here("E0028", reason, "leave one of the two out");
         }
+        let light = Light {
+            takes_time: root.word("light_time") == Some("one_way"),
+            aberrates: root.word("aberration") == Some("satellite"),
+        };
+        if let (true, None) = (light != Light::default(), &around) {
+            let key = if light.takes_time { "light_time" } else { "aberration" };
+            let reason = format!("`{key}` needs `epoch`: what is seen depends on the date");
+            root.error(
+                "E0075",
+                key,
+                reason,
+                "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, or leave it out",
+            );
+        }
         // Of an orbit that is wrong something has been said already.
         let sky = match &around {
             Some(around) if orbit.is_some() || section.is_none() => {
-                Some(Sky::new(around.clock, orbit, rotation))
+                Some(Sky::new(around.clock, orbit, rotation).with_light(light))
             }
             _ => None,
         };
-        Self { around, sky, ahead, targets: Vec::new() }
+        Self { around, sky, ahead, targets: Vec::new(), goal: None }
     }
 
     /// What was aimed at.
@@ -102,7 +121,19 @@ impl Reading {
     /// The direction of a table of targets.
     pub fn direction(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         if !section.has("at") {
-            return star(section).map(Direction::Fixed);
+            let star = star(section)?;
+            // A vector is a direction as it is, a star gives light.
+            return match &self.sky {
+                Some(sky) if sky.light().aberrates && section.has("ra_deg") => {
+                    self.known_ahead(section, "ra_deg")?;
+                    let target = Target::Fixed(star);
+                    let found = sky.direction(&target, 0.0, self.ahead);
+                    let direction = self.told(section, "a star", found)?;
+                    self.targets.push(Named { used_by: used_by.into(), name: "star".into(), target });
+                    Some(direction)
+                }
+                _ => Some(Direction::Fixed(star)),
+            };
         }
         let word = section.word("at")?;
         if let Some(given) = ["ra_deg", "dec_deg", "vector"].into_iter().find(|name| section.has(name)) {
@@ -112,6 +143,7 @@ impl Reading {
         own_keys(section, word)?;
         let target = match word {
             "track" => return track(section),
+            "turning" => return self.turning(section),
             "sun" => Target::Sun,
             "anti_sun" => Target::AntiSun,
             "moon" => Target::Moon,
@@ -145,18 +177,32 @@ impl Reading {
         let Some(sky) = &self.sky else {
             return if self.around.is_none() { self.without_epoch(section, word) } else { None };
         };
-        if self.ahead > MOST_AHEAD {
-            let reason = format!(
-                "targets are known for {} s ahead, and the maneuver may take {} s",
-                short(MOST_AHEAD),
-                short(self.ahead)
-            );
-            return section.refuse("E0076", "at", reason, "shorten it, or bound it by duration_at_most_s");
-        }
+        self.known_ahead(section, "at")?;
         let found = sky.direction(&target, 0.0, self.ahead);
         let direction = self.told(section, word, found)?;
         self.targets.push(Named { used_by: used_by.into(), name: named(word, section), target });
         Some(direction)
+    }
+
+    /// What is fixed in something that turns, as a satellite that tumbles.
+    fn turning(&self, section: &Section) -> Option<Direction> {
+        for (key, sample) in [("turning_vector", "[0, 0, 1]"), ("turning_rate_deg_s", "[0, 0, 2]")] {
+            if !section.has(key) {
+                let reason = format!("`at = \"turning\"` needs `{key}`");
+                return section.refuse_here("E0021", reason, format!("add {key} = {sample}"));
+            }
+        }
+        self.known_ahead(section, "at")?;
+        let vector = axis(section, "turning_vector")?;
+        let rate = section.vector("turning_rate_deg_s")?.map(f64::to_radians);
+        if rate == Vector3::zeros() {
+            return Some(Direction::Fixed(vector));
+        }
+        let direction = Direction::turning(vector, rate, self.ahead);
+        let remedy = "give a smaller rate, or a shorter maneuver";
+        direction
+            .map_err(|error| section.error("E0076", "turning_rate_deg_s", error.to_string(), remedy))
+            .ok()
     }
 
     /// The disc of the Earth, whose limb a cone begins at.
@@ -173,23 +219,24 @@ impl Reading {
             }
             return None;
         };
-        if self.ahead > MOST_AHEAD {
-            let reason = format!(
-                "targets are known for {} s ahead, and the maneuver may take {} s",
-                short(MOST_AHEAD),
-                short(self.ahead)
-            );
-            return section.refuse(
-                "E0076",
-                "limb_of",
-                reason,
-                "shorten it, or bound it by duration_at_most_s",
-            );
-        }
+        self.known_ahead(section, "limb_of")?;
         let found = sky.earth_disc(0.0, self.ahead);
         let direction = self.told(section, "the limb of the Earth", found)?;
         self.targets.push(Named { used_by: used_by.into(), name: "earth".into(), target: Target::Nadir });
         Some(direction)
+    }
+
+    /// Refuses a maneuver that lasts longer than targets are known.
+    fn known_ahead(&self, section: &Section, key: &str) -> Option<()> {
+        if self.ahead <= MOST_AHEAD {
+            return Some(());
+        }
+        let reason = format!(
+            "targets are known for {} s ahead, and the maneuver may take {} s",
+            short(MOST_AHEAD),
+            short(self.ahead)
+        );
+        section.refuse("E0076", key, reason, "shorten it, or bound it by duration_at_most_s")
     }
 
     fn without_epoch<T>(&self, section: &Section, word: &str) -> Option<T> {
@@ -224,7 +271,11 @@ impl Reading {
     pub fn aim(&mut self, boundary: &Section, duration: Option<f64>) -> Option<Aim> {
         let (point, end) = (boundary.section("point")?, &boundary.path);
         let boresight = axis(point, "boresight_body");
+        let known = self.targets.len();
         let at = self.direction(point, end);
+        if end == "end" && self.targets.len() > known {
+            self.goal = at.as_ref().and_then(|at| self.shown(at));
+        }
         if at.is_some()
             && let Some(time) = duration
         {
@@ -331,6 +382,7 @@ fn keys_of(word: &str) -> &'static [&'static str] {
         "limb" => &["azimuth_deg", "height_m"],
         "satellite" => orbit::KEYS,
         "orbit_vector" => &["orbit_vector"],
+        "turning" => &["turning_vector", "turning_rate_deg_s"],
         "track" => &["from_s", "piece_s", "terms", "coefficients", "disc_radius"],
         _ => &[],
     }
@@ -339,7 +391,7 @@ fn keys_of(word: &str) -> &'static [&'static str] {
 /// Refuses a key that goes with another word of `at`: what is not used was meant to be.
 fn own_keys(section: &Section, word: &str) -> Option<()> {
     let own = keys_of(word);
-    for owner in ["ground", "limb", "satellite", "orbit_vector", "track"] {
+    for owner in ["ground", "limb", "satellite", "orbit_vector", "turning", "track"] {
         if let Some(key) = keys_of(owner).iter().find(|key| section.has(key) && !own.contains(key)) {
             let reason = format!("`{key}` goes with at = \"{owner}\", not with \"{word}\"");
             return section.refuse("E0029", key, reason, "leave it out, or name the other target");
@@ -409,7 +461,8 @@ fn track(section: &Section) -> Option<Direction> {
     let track = track
         .map_err(|error| section.error("E0076", "coefficients", error.to_string(), "check the numbers"))
         .ok()?;
-    Some(match section.number("disc_radius") {
+    let radius = if section.knows("disc_radius") { section.number("disc_radius") } else { None };
+    Some(match radius {
         Some(radius) => Direction::Disc { centre: track, radius },
         None => Direction::Moving(track),
     })

@@ -17,12 +17,14 @@ use super::difference::{Difference, differences};
 use super::keys::{Kind, ROOT, Table};
 use super::{Diagnostics, Format, Loaded, Override, Spec, Wanted, interpret};
 use crate::identity::{Identity, Nozzle};
+use crate::scenery::Scenery;
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 use slewkit::maneuver::{
     Aim, AimRate, Constraint, Direction, Duration, Motion, Path, Problem, Roll, Rule, Settings, Side, State,
     Weighted,
 };
+use slewkit::mechanics::direction::Track;
 use slewkit::mechanics::{AxisFrame, Description, Thrusters, Wheels};
 use slewkit::{Matrix3, Vector3};
 use thiserror::Error;
@@ -127,6 +129,9 @@ impl SpecDocument {
         if !identity.inputs.is_empty() {
             spec.table("names", |names| names.put("inputs", identity.inputs.clone()));
         }
+        if let Some(scenery) = &identity.scenery {
+            spec.table("scenery", |table| self::scenery(table, scenery));
+        }
         spec.by_force(&identity.nozzles);
         Self(Value::Object(spec.keys))
     }
@@ -170,7 +175,7 @@ impl SpecDocument {
     pub(crate) fn is_asked(key: &str) -> bool {
         let section = key.split('.').next().unwrap_or_default();
         key != "epoch"
-            && !["names", "feedback", "uncertainty", "plant"].contains(&section)
+            && !["names", "scenery", "feedback", "uncertainty", "plant"].contains(&section)
             && !key.ends_with(".chance")
             && !key.ends_with(".chance_over")
     }
@@ -353,14 +358,36 @@ fn target(table: &mut Writing, direction: &Direction) {
         Direction::Fixed(vector) | Direction::InFrame(vector) => return table.put("vector", row(vector)),
         Direction::Moving(track) | Direction::Disc { centre: track, .. } => track,
     };
-    let (from, piece, pieces) = track.pieces();
     table.put("at", "track");
+    way(table, track);
+    if let Direction::Disc { radius, .. } = direction {
+        table.put("disc_radius", *radius);
+    }
+}
+
+fn way(table: &mut Writing, track: &Track) {
+    let (from, piece, pieces) = track.pieces();
     table.put("from_s", from);
     table.put("piece_s", piece);
     table.put("terms", pieces.first().map_or(0, Vec::len));
     table.put("coefficients", rows(pieces.iter().flatten()));
-    if let Direction::Disc { radius, .. } = direction {
-        table.put("disc_radius", *radius);
+}
+
+fn scenery(table: &mut Writing, scenery: &Scenery) {
+    if let Some(track) = &scenery.spacecraft {
+        table.table("spacecraft", |inner| way(inner, track));
+    }
+    table.table("sun", |inner| way(inner, &scenery.sun));
+    table.table("moon", |inner| way(inner, &scenery.moon));
+    table.put("earth_axes", <[[f64; 3]; 3]>::from(scenery.earth.transpose()).map(Value::from).to_vec());
+    if let Some(target) = &scenery.target {
+        table.put("target", target.name.as_str());
+        table.some("target_unit_m", target.unit_m);
+        if let Some([latitude, longitude, height]) = target.station {
+            table.put("latitude_deg", latitude);
+            table.put("longitude_deg", longitude);
+            table.put("height_m", height);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Several pictures in one: two columns, marked (a), (b), …
 
 use super::chart::Chart;
+use super::ground::Ground;
 use super::map::Map;
 use super::sky::Sky;
 use super::svg::{Anchor, INK, SIZE, Svg};
@@ -14,6 +15,8 @@ pub enum Picture {
     Sky(Sky),
     /// A value over two quantities.
     Map(Map),
+    /// Ways on the ground.
+    Ground(Ground),
 }
 
 impl Picture {
@@ -23,6 +26,7 @@ impl Picture {
             Self::Chart(chart) => &chart.title,
             Self::Sky(sky) => &sky.title,
             Self::Map(map) => &map.title,
+            Self::Ground(ground) => &ground.title,
         }
     }
 
@@ -32,6 +36,7 @@ impl Picture {
             Self::Chart(chart) => chart.svg(),
             Self::Sky(sky) => sky.svg(),
             Self::Map(map) => map.svg(),
+            Self::Ground(ground) => ground.svg(),
         }
     }
 
@@ -40,6 +45,7 @@ impl Picture {
             Self::Chart(chart) => chart.draw(svg, id),
             Self::Sky(sky) => sky.draw(svg, id),
             Self::Map(map) => map.draw(svg),
+            Self::Ground(ground) => ground.draw(svg, id),
         }
     }
 }

@@ -4,6 +4,10 @@
 //! middle is drawn at a distance proportional to θ, in its true azimuth. A track is torn only where it passes behind the
 //! middle, by the point opposite to it, and a cone is one closed curve wherever it is.
 
+mod disc;
+
+pub use disc::{DiscKind, SkyDisc};
+
 use super::colour;
 use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
 use slewkit::Vector3;
@@ -16,8 +20,12 @@ pub struct Sky {
     pub title: String,
     /// One line below the title.
     pub subtitle: String,
+    /// Whether the whole sphere is shown, or what tracks and cones take.
+    pub whole: bool,
     /// Cones about directions.
     pub cones: Vec<SkyCone>,
+    /// Discs that move.
+    pub discs: Vec<SkyDisc>,
     /// Ways of directions.
     pub tracks: Vec<SkyTrack>,
     /// Closed curves about points of the tracks.
@@ -39,6 +47,8 @@ pub struct SkyCone {
     pub half_angle: f64,
     /// Whether its inside is forbidden, or else its outside.
     pub inside_forbidden: bool,
+    /// Where it moves: axis and half angle at equal steps of time from start to end; else empty.
+    pub way: Vec<(Vector3, f64)>,
 }
 
 /// The way of a direction.
@@ -128,7 +138,12 @@ impl Sky {
             shown().chain(rings().copied()).map(|point| angle(&point)).chain(forbidden).fold(0.0, f64::max);
         // East to the left, as the sky is seen from inside.
         let right = middle.cross(&Vector3::z()).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-        SkyView { middle, right, up: right.cross(&middle), reach: (1.08 * reach).clamp(0.2, PI) }
+        SkyView {
+            middle,
+            right,
+            up: right.cross(&middle),
+            reach: if self.whole { PI } else { (1.08 * reach).clamp(0.2, PI) },
+        }
     }
 
     /// The map as the text of an SVG file.
@@ -163,7 +178,15 @@ impl Sky {
             .map(|k| (TAU * k as f64 / AROUND as f64).sin_cos())
             .map(|(sin, cos)| (MIDDLE.0 + 1.01 * RADIUS * cos, MIDDLE.1 + 1.01 * RADIUS * sin))
             .collect();
+        for disc in &self.discs {
+            disc.draw(svg, &view, RADIUS, &place, &rim);
+        }
         for cone in &self.cones {
+            if let Some((axis, half_angle)) = cone.way.last() {
+                let edge: Vec<(f64, f64)> = circle(axis, *half_angle).iter().map(place).collect();
+                let style = format!("fill=\"none\" stroke=\"{FORBIDDEN}\" stroke-dasharray=\"4 3\"");
+                svg.path(&edge, true, &style);
+            }
             let edge: Vec<(f64, f64)> = circle(&cone.axis, cone.half_angle).iter().map(place).collect();
             // On this map the inside of a closed curve is the part without the point opposite to the middle.
             let opposite = cone.axis.dot(&-view.middle).clamp(-1.0, 1.0).acos() < cone.half_angle;
@@ -330,6 +353,8 @@ mod tests {
             cones: vec![],
             tracks: vec![],
             rings: vec![],
+            whole: false,
+            discs: vec![],
             marks: vec![mark(Vector3::x())],
             angles: ["longitude", "latitude"].map(String::from),
         };

@@ -93,20 +93,48 @@ function stage() {
         }
       }
     };
-    const word = (text, at, colour, size) => {
+    const word = (text, at, colour, size, below = -5) => {
       pen.fillStyle = colour;
       pen.font = `${size || 12}px system-ui, "DejaVu Sans", sans-serif`;
       const [x, y] = place(at);
-      pen.fillText(text, x + 5, y - 5);
+      pen.fillText(text, x + 5, y + below);
     };
     pen.clearRect(0, 0, width, height);
     const attitude = attitudeAt(time());
     const origin = moving ? scaled(1 / extent, plus(positionAt(time()), scaled(-1, middle))) : [0, 0, 0];
-    const cones = body.cones.map((cone) => ({ ...cone, axis: cone.moves ? fixed(cone.axis, time()) : cone.axis }));
+    const part = end ? time() / end : 0;
+    const standing = (thing) => {
+      const [axis, half_angle] = alongWay(thing.way, part);
+      return { ...thing, axis, half_angle };
+    };
+    const cones = body.cones.map((cone) => (cone.way.length ? standing(cone) : cone));
+    const discs = body.discs.map(standing);
 
     const sphere = (front) => {
       if (moving) return;
       for (const line of graticule()) halves(line, front, tint("line"), 0.8, 0.7);
+      for (const disc of discs) {
+        const [here, colour] = [dot(disc.axis, near) >= 0 === front, tint(disc.kind)];
+        if (disc.half_angle > 0.02) {
+          const edge = circle(disc.axis, disc.half_angle);
+          if (here) {
+            pen.globalAlpha = front ? 0.18 : 0.09;
+            pen.fillStyle = colour;
+            polyline(edge);
+            pen.fill();
+            pen.globalAlpha = 1;
+          }
+          halves(edge, front, colour, 1.4, 1);
+        } else if (here) {
+          const [x, y] = place(disc.axis);
+          pen.fillStyle = colour;
+          pen.beginPath();
+          pen.arc(x, y, 5, 0, 2 * Math.PI);
+          pen.fill();
+        }
+        halves(disc.way.map((at) => at.slice(0, 3)), front, colour, 1.2, 0.8);
+        if (here) word(disc.name, disc.axis, colour, 11, 14);
+      }
       for (const cone of cones) {
         const edge = circle(cone.axis, cone.half_angle);
         if (dot(cone.axis, near) >= 0 === front && cone.inside_forbidden) {
@@ -179,14 +207,6 @@ function stage() {
       pen.fill();
     });
     sphere(true);
-  }
-
-  // A direction fixed in space, seen from the reference frame that turns.
-  function fixed(axis, at) {
-    const rate = Math.hypot(...body.frame_rate);
-    const half = -0.5 * rate * at;
-    const q = [Math.cos(half), ...scaled(Math.sin(half) / (rate || 1), body.frame_rate)];
-    return turned(q, axis);
   }
 
   const tracks = body.boresights.map((boresight) => body.quaternion.map((q) => turned(q, boresight.vector)));

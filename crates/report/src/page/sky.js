@@ -28,11 +28,23 @@ function graticule() {
   return lines;
 }
 
+// The least radius of a disc on the screen: the Sun would be half a pixel.
+const LEAST_DISC = 4;
+
+// Axis and angle on a way at equal steps of time, after a part of it.
+function alongWay(way, part) {
+  const at = Math.max(0, Math.min(1, part)) * (way.length - 1);
+  const k = Math.min(Math.floor(at), Math.max(0, way.length - 2));
+  const [a, b] = [way[k], way[Math.min(k + 1, way.length - 1)]];
+  const mixed = a.map((value, index) => value + (at - k) * (b[index] - value));
+  return [unit(mixed.slice(0, 3)), mixed[3]];
+}
+
 function sky(figureNode, picture) {
   const plot = figureNode.querySelector(".plot");
   const { middle, right, up, reach } = picture.view;
   const body = data.body;
-  let [place, dots] = [null, []];
+  let [place, dots, drawMoving, moving] = [null, [], null, null];
 
   function draw(width) {
     const radius = Math.min(290, width / 2 - 14);
@@ -61,8 +73,8 @@ function sky(figureNode, picture) {
       return parts;
     };
     const svg = element("svg", { viewBox: `0 0 ${width} ${height}`, height });
-    element("circle", { cx, cy, r: radius }, element("clipPath", { id: "clip-sky" }, svg));
-    const inside = element("g", { "clip-path": "url(#clip-sky)" }, svg);
+    element("circle", { cx, cy, r: radius }, element("clipPath", { id: `clip-${picture.key}` }, svg));
+    const inside = element("g", { "clip-path": `url(#clip-${picture.key})` }, svg);
     for (const line of graticule()) {
       // Near the point opposite to the middle the map is torn.
       let part = [];
@@ -75,15 +87,47 @@ function sky(figureNode, picture) {
       }
     }
     const rim = `M${cx - radius - 2} ${cy}a${radius + 2} ${radius + 2} 0 1 0 ${2 * radius + 4} 0a${radius + 2} ${radius + 2} 0 1 0 ${-2 * radius - 4} 0Z`;
-    for (const cone of picture.cones) {
-      const edge = trace(circle(cone.axis, cone.half_angle)) + "Z";
-      const opposite = Math.acos(Math.max(-1, Math.min(1, -dot(cone.axis, middle)))) < cone.half_angle;
-      const d = opposite === cone.inside_forbidden ? edge + rim : edge;
-      element("path", { d, fill: "var(--limit)", "fill-opacity": 0.14, "fill-rule": "evenodd" }, inside);
-      element("path", { d: edge, fill: "none", stroke: "var(--limit)", "stroke-width": 1.4 }, inside);
-      const [x, y] = place(cone.axis);
-      element("text", { x, y: y - 8, "text-anchor": "middle", class: "limit" }, inside, cone.name);
+    const holdsOpposite = (axis, angle) => Math.acos(Math.max(-1, Math.min(1, -dot(axis, middle)))) < angle;
+    const drawCone = (cone, axis, angle, parent) => {
+      const edge = trace(circle(axis, angle)) + "Z";
+      const d = holdsOpposite(axis, angle) === cone.inside_forbidden ? edge + rim : edge;
+      element("path", { d, fill: "var(--limit)", "fill-opacity": 0.14, "fill-rule": "evenodd" }, parent);
+      element("path", { d: edge, fill: "none", stroke: "var(--limit)", "stroke-width": 1.4 }, parent);
+      const [x, y] = place(axis);
+      element("text", { x, y: y - 8, "text-anchor": "middle", class: "limit" }, parent, cone.name);
+    };
+    const drawDisc = (disc, axis, angle, parent) => {
+      const tint = `var(--${disc.kind})`;
+      const [x, y] = place(axis);
+      if ((radius * angle) / reach < LEAST_DISC) element("circle", { cx: x, cy: y, r: LEAST_DISC, fill: tint }, parent);
+      else {
+        const edge = trace(circle(axis, angle)) + "Z";
+        const d = holdsOpposite(axis, angle) ? edge + rim : edge;
+        element("path", { d, fill: tint, "fill-opacity": 0.22, "fill-rule": "evenodd" }, parent);
+        element("path", { d: edge, fill: "none", stroke: tint, "stroke-width": 1.4 }, parent);
+      }
+      // Cones have their names above.
+      element("text", { x: x + 7, y: y + 15, class: "small" }, parent, disc.name);
+    };
+    for (const disc of picture.discs) {
+      const middles = disc.way.map((at) => at.slice(0, 3));
+      element("path", { d: stretches(middles).map(trace).join(""), fill: "none", stroke: `var(--${disc.kind})`, "stroke-width": 1.2 }, inside);
+      const [axis, angle] = alongWay(disc.way, 0);
+      const dashed = { fill: "none", stroke: `var(--${disc.kind})`, "stroke-dasharray": "3 3" };
+      const [cx, cy] = place(axis);
+      if ((radius * angle) / reach < LEAST_DISC) element("circle", { cx, cy, r: LEAST_DISC, ...dashed }, inside);
+      else element("path", { d: trace(circle(axis, angle)) + "Z", ...dashed }, inside);
     }
+    for (const cone of picture.cones) if (!cone.way.length) drawCone(cone, cone.axis, cone.half_angle, inside);
+    moving = element("g", {}, inside);
+    drawMoving = () => {
+      moving.replaceChildren();
+      // Without a cursor as at the end.
+      const last = body ? body.time[body.time.length - 1] : 0;
+      const part = shared.time === null || !last ? 1 : shared.time / last;
+      for (const disc of picture.discs) drawDisc(disc, ...alongWay(disc.way, part), moving);
+      for (const cone of picture.cones) if (cone.way.length) drawCone(cone, ...alongWay(cone.way, part), moving);
+    };
     for (const ring of picture.rings) {
       if (ring.points.some((point, k) => tears(point, ring.points[(k + 1) % ring.points.length]))) continue;
       const drawn = { fill: colour(ring.style), "fill-opacity": ring.filled ? 0.35 : 0, stroke: colour(ring.style) };
@@ -116,6 +160,7 @@ function sky(figureNode, picture) {
 
   // Where the boresights are at the time of the cursor.
   function update() {
+    if (picture.discs.length || picture.cones.some((cone) => cone.way.length)) drawMoving();
     dots.forEach((ring, index) => {
       const seen = shared.time !== null && body;
       ring.style.display = seen ? "" : "none";
@@ -137,6 +182,12 @@ function sky(figureNode, picture) {
   for (const cone of picture.cones) {
     const what = cone.inside_forbidden ? "keep out" : "keep in";
     html("span", node, `${cone.name}: ${what}, ${figure((cone.half_angle * 180) / Math.PI)}°`);
+  }
+  for (const disc of picture.discs) {
+    const entry = html("span", node);
+    const sample = element("svg", { viewBox: "0 0 28 10" }, entry);
+    element("circle", { cx: 14, cy: 5, r: 4.5, fill: `var(--${disc.kind})` }, sample);
+    entry.appendChild(document.createTextNode(disc.name));
   }
   shared.listeners.push(update);
   onWidth(plot, draw);

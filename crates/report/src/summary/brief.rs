@@ -5,7 +5,7 @@ use super::inputs;
 use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use super::stopped::{nearest, stopped};
 use super::verified::failures;
-use super::{firings, fixed_axis};
+use super::{firings, fixed_axis, target};
 use slewkit::maneuver::{
     Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
 };
@@ -50,6 +50,11 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         return lines;
     }
     lines.lines("arrives", arrives(problem, settings, found));
+    let aimed = target::told(problem, solution, identity);
+    let before = lines.len();
+    lines.lines("target", aimed.iter().flat_map(|text| wrapped(text, TEXT)));
+    // They take no room from the cones.
+    let aimed = lines.len() - before;
     lines.extend(inputs::told(problem, solution, found, identity));
     lines.lines(
         "firing",
@@ -60,7 +65,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     if !failed.is_empty() {
         last = failed;
     }
-    let room = MOST_LINES.saturating_sub(AROUND + lines.len() + last.len()).max(1);
+    let room = (MOST_LINES + aimed).saturating_sub(AROUND + lines.len() + last.len()).max(1);
     let told = clearances(problem, solution, found, room);
     lines.lines("clearance", told.iter().flat_map(|text| wrapped(text, TEXT)));
     lines.extend(last);

@@ -110,7 +110,8 @@ pub fn conduct(
     let options = running.options()?;
     let shard = running.shard.as_deref().map_or(Ok(Shard::ALL), Shard::parse)?;
     let outputs = || running.output.iter().chain(&options.plans);
-    for input in std::iter::once(asked.spec).chain(asked.cases) {
+    let named = batch.files();
+    for input in std::iter::once(asked.spec).chain(asked.cases).chain(named.iter().map(PathBuf::as_path)) {
         outputs().try_for_each(|output| distinct(output, input))?;
     }
     if let Some(path) = running.output.as_deref().filter(|path| path.as_os_str() != "-") {

@@ -377,6 +377,10 @@ pub(super) fn newton_step(
     if switches >= DETERMINED {
         return jacobian.lu().solve(&-residual);
     }
+    // A coast all along leaves nothing to seek.
+    if jacobian.is_empty() {
+        return None;
+    }
     let svd = jacobian.svd(true, true);
     let least = UNDETERMINED * svd.singular_values.max();
     svd.solve(&-residual, least).ok()

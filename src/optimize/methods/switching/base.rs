@@ -1,4 +1,4 @@
-//! Smoothed extremals to start from, one for a rotation vector.
+//! Smoothed extremals to start from, one for a turn.
 //!
 //! Angles that are cubic in time meet the attitude and both rates; the duration is taken so that the largest input is
 //! a part of its limit, and the costates are those which the smoothed law wants for these inputs. A body of any inertia
@@ -64,6 +64,38 @@ pub(super) const BRANCHING: f64 = 0.3;
 const LARGEST_COSTATE: f64 = 32.0;
 const HALVINGS: usize = 30;
 
+/// A duration that is cut ends at this part of what it was first: without a turn every duration is enough, and none the shortest.
+const SHORTEST: f64 = 1e-3;
+
+/// How a first path gets to the end: `R = exp(q 2πn) exp(φ)`, by a rotation vector `φ` that is cubic in time, and by whole turns
+/// about an axis `n` of the reference frame beside, with `q` from 0 to 1 and no rate at the ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    pub phi: Vector3,
+    /// `2πn`, times how many turns; zero without any.
+    pub whole: Vector3,
+}
+
+impl Turn {
+    /// Without whole turns.
+    pub fn straight(phi: Vector3) -> Self {
+        Self { phi, whole: Vector3::zeros() }
+    }
+
+    /// Attitude, rate and acceleration in body axes at the part `u` of the duration; what a turn of one about the other adds to the
+    /// acceleration is left out, like the gyroscopic torque.
+    fn at(&self, ends: [&Vector3; 2], duration: f64, u: f64) -> (Matrix3, Vector3, Vector3) {
+        let (a, b) = cubic(&self.phi, ends[0], ends[1], duration);
+        let t = u * duration;
+        let angle = t * ends[0] + t * t * (0.5 * a + u / 6.0 * b);
+        let turned = lie::exp(&angle);
+        let whole = turned.tr_mul(&self.whole);
+        let rate = ends[0] + t * (a + 0.5 * u * b) + 6.0 * u * (1.0 - u) / duration * whole;
+        let acceleration = a + u * b + (6.0 - 12.0 * u) / (duration * duration) * whole;
+        (lie::exp(&(u * u * (3.0 - 2.0 * u) * self.whole)) * turned, rate, acceleration)
+    }
+}
+
 /// Accelerations `a + b t/T` of angles that are cubic in time.
 fn cubic(phi: &Vector3, start: &Vector3, end: &Vector3, duration: f64) -> (Vector3, Vector3) {
     let t = duration;
@@ -117,12 +149,12 @@ fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f6
 }
 
 /// How long a cubic path takes whose largest input is the part `level` of its limit.
-fn duration_at(extremal: &Extremal, inverse: &Matrix3, phi: &Vector3, level: f64) -> Option<f64> {
-    let (start, end) = (extremal.start_rate, extremal.end_rate);
+fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) -> Option<f64> {
+    let ends = [&extremal.start_rate, &extremal.end_rate];
     let loads = |duration: f64| {
-        let (a, b) = cubic(phi, &start, &end, duration);
         [0.0, 0.5, 1.0]
-            .map(|t| largest(extremal, inverse, &(extremal.j * (a + t * b))))
+            .map(|u| turn.at(ends, duration, u).2)
+            .map(|acceleration| largest(extremal, inverse, &(extremal.j * acceleration)))
             .into_iter()
             .fold(0.0, f64::max)
     };
@@ -142,22 +174,19 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, phi: &Vector3, level: f64
     Some(high)
 }
 
-/// A path for the rotation vector `phi`, of the given duration or by one of the levels.
-fn guess(extremal: &Extremal, phi: &Vector3, try_index: usize) -> Option<Smoothed> {
+/// A path for a turn, of the given duration or by one of the levels.
+fn guess(extremal: &Extremal, turn: &Turn, try_index: usize) -> Option<Smoothed> {
     let inverse = extremal.authority().try_inverse()?;
-    let (start, end) = (extremal.start_rate, extremal.end_rate);
+    let start = extremal.start_rate;
     let (duration, mut epsilon) = match extremal.given_duration {
         Some(duration) => (duration, EASY[try_index]),
-        None => (duration_at(extremal, &inverse, phi, levels(extremal)[try_index])?, 1.0),
+        None => (duration_at(extremal, &inverse, turn, levels(extremal)[try_index])?, 1.0),
     };
-    let (a, b) = cubic(phi, &start, &end, duration);
     let node = |k: usize| {
-        let t = k as f64 / INTERVALS as f64;
-        let s = t * duration;
-        let angle = s * start + s * s * (0.5 * a + t / 6.0 * b);
-        let rate = start + s * (a + 0.5 * t * b);
-        let e = costate(extremal, &inverse, &(extremal.j * (a + t * b)), epsilon);
-        Node { r: lie::exp(&angle), pi: extremal.j * rate, e }
+        let (r, rate, acceleration) =
+            turn.at([&start, &extremal.end_rate], duration, k as f64 / INTERVALS as f64);
+        let e = costate(extremal, &inverse, &(extremal.j * acceleration), epsilon);
+        Node { r, pi: extremal.j * rate, e }
     };
     let mut nodes: Vec<Node> = (0..=INTERVALS).map(node).collect();
     nodes[0].pi = extremal.j * start;
@@ -239,14 +268,14 @@ fn between(extremal: &Extremal, s: f64, rates: f64) -> Option<Extremal> {
 /// From the isotropic body, or one at rest, to the body itself.
 fn through_bodies(
     extremal: &Extremal,
-    phi: &Vector3,
+    turn: &Turn,
     try_index: usize,
     rates: bool,
     sweeps: &mut usize,
 ) -> Option<Smoothed> {
     let body = |s: f64| between(extremal, s, if rates { s } else { 1.0 });
     let sphere = body(0.0)?;
-    let mut at = relaxed(&sphere, &guess(&sphere, phi, try_index)?, sweeps)?;
+    let mut at = relaxed(&sphere, &guess(&sphere, turn, try_index)?, sweeps)?;
     let (mut s, mut step) = (0.0_f64, 0.34_f64);
     while s < 1.0 {
         let next = (s + step).min(1.0);
@@ -271,20 +300,33 @@ fn through_bodies(
     Some(at)
 }
 
-/// Smoothed extremals of minimum time for the rotation vector `phi` by way of given durations, where the levels lead nowhere: fast
-/// bodies whose gyroscopic torques are of the size of the limits.
+/// Smoothed extremals of minimum time for a turn by way of all given durations, where the levels lead nowhere:
+/// fast bodies whose gyroscopic torques are of the size of the limits.
+pub(super) fn by_all_durations(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec<Smoothed> {
+    by_durations(extremal, turn, &DURATIONS, &[false, true], sweeps)
+}
+
+/// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one, with the rates
+/// of the ends all along or scaled up to them.
 ///
 /// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which cubic angles are near; a
-/// longer one leads to other paths.
-pub(super) fn by_durations(extremal: &Extremal, phi: &Vector3, sweeps: &mut usize) -> Vec<Smoothed> {
+/// longer one leads to other paths. Those of the shortest are beside the cubic paths of a level wherever these are not the quickest:
+/// a body of unequal moments or limits does not turn about a fixed axis.
+fn by_durations(
+    extremal: &Extremal,
+    turn: &Turn,
+    parts: &[f64],
+    scaled: &[bool],
+    sweeps: &mut usize,
+) -> Vec<Smoothed> {
     let usual = extremal.authority().try_inverse();
-    let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, phi, LEVELS[0])) else {
+    let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, turn, LEVELS[0])) else {
         return Vec::new();
     };
     let mut found = Vec::new();
-    for (part, rates) in DURATIONS.iter().flat_map(|part| [(part, false), (part, true)]) {
+    for (part, rates) in parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled))) {
         let given = Extremal { given_duration: Some(part * usual), ..extremal.clone() };
-        let of_given = through_bodies(&given, phi, 0, rates, sweeps);
+        let of_given = through_bodies(&given, turn, 0, rates, sweeps);
         let sought = of_given.and_then(|path| sought(extremal, path, sweeps));
         let at_branching =
             sought.map(|one| descend(extremal, &one, BRANCHING.min(one.epsilon), &Bias::default(), sweeps));
@@ -299,7 +341,8 @@ pub(super) fn by_durations(extremal: &Extremal, phi: &Vector3, sweeps: &mut usiz
 /// taken at which the Hamiltonian vanishes; where more time would need more effort there is none, and the duration is cut.
 fn sought(extremal: &Extremal, mut at: Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
     let mut cut = CUT;
-    while cut < LEAST_CUT {
+    let shortest = SHORTEST * at.path.duration;
+    while cut < LEAST_CUT && at.path.duration > shortest {
         let end = at.path.nodes[at.path.intervals()];
         let minimum = extremal.smooth(&end.e, at.epsilon, &Vector3::zeros()).minimum;
         let factor =
@@ -326,30 +369,33 @@ fn sought(extremal: &Extremal, mut at: Smoothed, sweeps: &mut usize) -> Option<S
     None
 }
 
-/// Smoothed extremals for the rotation vector `phi`, at the ε where branches are told apart: one, or where fuel counts and the
-/// duration is sought one for each first path that leads to it.
-pub(super) fn bases(extremal: &Extremal, phi: &Vector3, sweeps: &mut usize) -> Vec<Smoothed> {
+/// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time another by way of
+/// a short duration; where fuel counts and the duration is sought one for each first path that leads to it.
+pub(super) fn bases(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec<Smoothed> {
     let several = extremal.counts_fuel() && extremal.given_duration.is_none();
     let tries = if extremal.given_duration.is_some() { EASY.len() } else { levels(extremal).len() };
     let mut found = Vec::new();
     for try_index in 0..tries {
-        found.extend(base(extremal, phi, try_index, sweeps));
+        found.extend(base(extremal, turn, try_index, sweeps));
         if !several && !found.is_empty() {
             break;
         }
+    }
+    if extremal.seeks_time() && !found.is_empty() {
+        found.extend(by_durations(extremal, turn, &DURATIONS[..1], &[false], sweeps));
     }
     found
 }
 
 /// The same from one first path.
-fn base(extremal: &Extremal, phi: &Vector3, try_index: usize, sweeps: &mut usize) -> Option<Smoothed> {
+fn base(extremal: &Extremal, turn: &Turn, try_index: usize, sweeps: &mut usize) -> Option<Smoothed> {
     let isotropic = (extremal.j - Matrix3::identity() * (extremal.j.trace() / 3.0)).amax() < 1e-9;
-    let direct = |sweeps: &mut usize| relaxed(extremal, &guess(extremal, phi, try_index)?, sweeps);
+    let direct = |sweeps: &mut usize| relaxed(extremal, &guess(extremal, turn, try_index)?, sweeps);
     let found = if isotropic {
         direct(sweeps)
     } else {
-        through_bodies(extremal, phi, try_index, false, sweeps)
-            .or_else(|| through_bodies(extremal, phi, try_index, true, sweeps))
+        through_bodies(extremal, turn, try_index, false, sweeps)
+            .or_else(|| through_bodies(extremal, turn, try_index, true, sweeps))
             .or_else(|| direct(sweeps))
     }?;
     descend(extremal, &found, BRANCHING.min(found.epsilon), &Bias::default(), sweeps).ok()

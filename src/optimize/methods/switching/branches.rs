@@ -26,7 +26,7 @@
 //! even in the step. Where two inputs switch together the arc between them stays in the equations without length: five
 //! lengths could not meet six conditions.
 
-use super::base::{BRANCHING, bases, by_durations, relaxed, stretched, unbalanced};
+use super::base::{BRANCHING, Turn, bases, by_all_durations, relaxed, stretched, unbalanced};
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Smooth, Smoothed, descend, descend_steeply};
 use crate::maneuver::problem::Path as Way;
@@ -147,25 +147,50 @@ fn is_fast(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > FAST
 }
 
-/// Rotation vectors to the target: those that are asked for; of the best the short way, and the other where it may be
-/// shorter in time.
-fn ways(extremal: &Extremal, path: &Way) -> Vec<Vector3> {
+/// Turns to the target: those that are asked for; of the best the short way, and the other where it may be shorter in time.
+fn ways(extremal: &Extremal, path: &Way) -> Vec<Turn> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
     // No turn at all has no axis: any other way round is about the first.
     let axis = if angle > 0.0 { phi / angle } else { Vector3::x() };
     let other = axis * (angle - TAU);
     let fast = is_fast(extremal);
+    let straight = |vectors: &[Vector3]| vectors.iter().copied().map(Turn::straight).collect();
     match path {
-        Way::AsGiven(vector) => vec![*vector],
+        Way::AsGiven(vector) => {
+            let (angle, mut ways): (_, Vec<Turn>) = (vector.norm(), straight(&[*vector]));
+            let rounds = (angle / TAU).round();
+            if rounds > 0.0 {
+                ways.extend(rounded(extremal, &(vector * (1.0 - rounds * TAU / angle)), rounds));
+            }
+            ways
+        }
         // Thrusters may be far stronger to one side than to the other.
-        Way::Best if angle > OTHER_SENSE || fast || extremal.middle != Vector3::zeros() => vec![phi, other],
-        Way::Best => vec![phi],
+        Way::Best if angle > OTHER_SENSE || fast || extremal.middle != Vector3::zeros() => {
+            straight(&[phi, other])
+        }
+        Way::Best => straight(&[phi]),
         // Against the motion without inputs; where that turns far, either may be it.
-        Way::Shortest if !fast => vec![phi],
-        Way::Long if !fast => vec![other],
-        Way::Shortest | Way::Long => vec![phi, other],
+        Way::Shortest if !fast => straight(&[phi]),
+        Way::Long if !fast => {
+            let mut ways: Vec<Turn> = straight(&[other]);
+            ways.extend(rounded(extremal, &phi, 1.0));
+            ways
+        }
+        Way::Shortest | Way::Long => straight(&[phi, other]),
     }
+}
+
+/// The rotation vector `phi` beside whole turns about other axes than its own, to either side: those about which the inputs turn the
+/// body the fastest, and those across. All are of one class, and a turn that is nearly whole anyway is one about any axis.
+fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Item = Turn> {
+    let axes =
+        (extremal.j_inverse * extremal.authority() * extremal.j_inverse).symmetric_eigen().eigenvectors;
+    let phi = *phi;
+    (0..6).map(move |index| {
+        let side = if index % 2 == 0 { rounds * TAU } else { -rounds * TAU };
+        Turn { phi, whole: side * axes.column(index / 2) }
+    })
 }
 
 /// Distinct extremals at a small ε, the best first, of the maneuver and, but where a quick answer is asked for, of the same
@@ -240,14 +265,14 @@ fn branches_forward(
 
 /// Whether a base of fuel in a given duration turns much further than it has to: where limits are wide for the duration the first
 /// path, whose inputs are smoothed, may go astray.
-fn wanders(extremal: &Extremal, phi: &Vector3, base: &Smoothed) -> bool {
+fn wanders(extremal: &Extremal, turn: &Turn, base: &Smoothed) -> bool {
     let path = &base.path;
     let rate = |node: usize| (extremal.j_inverse * path.nodes[node].pi).norm();
     let turned = |k: usize| 0.5 * (path.parts[k + 1] - path.parts[k]) * (rate(k) + rate(k + 1));
     let turned = path.duration * (0..path.intervals()).map(turned).sum::<f64>();
     let carried = path.duration * (extremal.start_rate.norm() + extremal.end_rate.norm());
     let given = extremal.counts_fuel() && extremal.given_duration.is_some();
-    given && turned > WANDERING * (phi.norm() + carried)
+    given && turned > WANDERING * (turn.phi.norm() + turn.whole.norm() + carried)
 }
 
 /// The same for this duration alone.
@@ -258,11 +283,11 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
             from.push(found);
         }
     };
-    for phi in ways(extremal, &ask.path) {
-        let mut of_way = bases(extremal, &phi, sweeps);
-        if of_way.iter().any(|base| wanders(extremal, &phi, base)) {
+    for turn in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
+        let mut of_way = bases(extremal, turn, sweeps);
+        if of_way.iter().any(|base| wanders(extremal, turn, base)) {
             let given_duration = extremal.given_duration.map(|given| SHORTER[0] * given);
-            let near = bases(&Extremal { given_duration, ..extremal.clone() }, &phi, sweeps);
+            let near = bases(&Extremal { given_duration, ..extremal.clone() }, turn, sweeps);
             let stretched: Vec<_> =
                 near.iter().filter_map(|near| stretched(extremal, near, sweeps)).collect();
             of_way.extend(stretched);
@@ -276,8 +301,8 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
         }
         let end_attitude = extremal.end_attitude * lie::exp(tilt);
         let tilted = Extremal { end_attitude, ..extremal.clone() };
-        for phi in ways(extremal, &ask.path) {
-            let near = bases(&tilted, &phi, sweeps);
+        for turn in ways(extremal, &ask.path) {
+            let near = bases(&tilted, &turn, sweeps);
             let found = near.iter().filter_map(|near| relaxed(extremal, near, sweeps)).collect::<Vec<_>>();
             found.into_iter().for_each(|found| add(found, &mut from));
         }
@@ -285,8 +310,8 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     // Thrusters that push unequally turn the body the more the longer a first path takes.
     if from.is_empty() && extremal.middle.norm() > 0.0 {
         let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
-        for phi in ways(extremal, &ask.path) {
-            let near = bases(&balanced, &phi, sweeps);
+        for turn in ways(extremal, &ask.path) {
+            let near = bases(&balanced, &turn, sweeps);
             let found = near.iter().filter_map(|near| unbalanced(extremal, near, sweeps)).collect::<Vec<_>>();
             found.into_iter().for_each(|found| add(found, &mut from));
         }
@@ -298,8 +323,8 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     let (mut found, mut folded) = descended(extremal, ask, &from, stop, sweeps);
     if found.is_empty() && !extremal.counts_fuel() && extremal.given_duration.is_none() {
         let mut more: Vec<Smoothed> = Vec::new();
-        for phi in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
-            by_durations(extremal, phi, sweeps).into_iter().for_each(|found| add(found, &mut more));
+        for turn in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
+            by_all_durations(extremal, turn, sweeps).into_iter().for_each(|found| add(found, &mut more));
         }
         let (found_more, folded_more) = descended(extremal, ask, &more, stop, sweeps);
         found = found_more;

@@ -443,3 +443,29 @@ fn an_input_between_its_limits_is_read_as_so_many_pulses_of_its_area() {
         assert!((on - 0.3 * 33.0 / 16.0).abs() < 1e-9, "{on}");
     }
 }
+
+/// Bodies of unequal moments under unequal limits turn quickest along paths that no turn about a fixed axis is near: durations by
+/// direct multiple shooting in another program (CasADi and IPOPT, inputs held on 60 intervals, so these are upper bounds;
+/// `tests/exchange/direct.py`).
+#[test]
+fn turns_that_are_far_from_a_fixed_axis_are_found() {
+    // In the units of the search, and its unit of time: those of the mean moment and the mean limit.
+    let turn = |moments: [f64; 3], limits: [f64; 3], axis: [f64; 3], degrees: f64| {
+        let [inertia, torque] = [moments, limits].map(|three| three.iter().product::<f64>().cbrt());
+        let axes = (0..3).map(|input| Vector3::ith(input, limits[input] / torque)).collect();
+        let body = Matrix3::from_diagonal(&(Vector3::from(moments) / inertia));
+        let phi = degrees.to_radians() * Vector3::from(axis).normalize();
+        (extremal(body, Law::Inputs(axes), phi, [Vector3::zeros(); 2]), (inertia / torque).sqrt())
+    };
+    let cases = [
+        (turn([3.7441, 1.0, 4.1870], [1.2709, 1.1425, 0.4049], [-1.0279, -0.5745, 1.9711], 148.17), 5.5265),
+        (
+            turn([1.0000, 3.1721, 3.3962], [1.2568, 0.6892, 1.4651], [-0.5295, -0.9165, -0.2487], 128.27),
+            4.0392,
+        ),
+    ];
+    for ((case, time), direct) in cases {
+        let found = time * shortest(&case).0.duration;
+        assert!(found < direct * 1.0002, "{found}, {direct} by the direct method");
+    }
+}

@@ -125,6 +125,11 @@ impl Batch {
         Ok(Self { base, overrides, source, header })
     }
 
+    /// The files that the spec names from which the cases are made, which no output may replace.
+    pub fn files(&self) -> Vec<std::path::PathBuf> {
+        self.base.as_ref().map_or_else(Vec::new, Base::files)
+    }
+
     /// How many cases there are.
     pub fn count(&self) -> u64 {
         self.header.cases

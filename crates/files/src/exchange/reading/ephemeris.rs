@@ -26,6 +26,8 @@ pub enum EphemerisAxes {
     Inertial(Matrix3),
     /// True equator, mean equinox of date.
     Teme,
+    /// True equator and equinox of date: TOD.
+    TrueOfDate,
     /// Turning with the Earth: ITRF.
     Earth,
 }
@@ -48,8 +50,8 @@ pub struct Segment {
 /// Reads an OEM, as segments; `name` stands for it in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line: other centres than the Earth and other frames than ICRF, GCRF, EME2000, TEME and
-/// ITRF among them.
+/// The first thing that is wrong, with its line: other centres than the Earth and other frames than ICRF, GCRF, EME2000, TOD, TEME
+/// and ITRF among them.
 pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diagnostics> {
     let text = whole_text(input, name, "an OEM")?;
     segments(&text).map_err(|wrong| resolved(wrong, name, text))
@@ -228,12 +230,13 @@ fn axes(frame: Piece<'_>, of_date: Option<Piece<'_>>) -> Result<EphemerisAxes, W
     let axes = match meaning(frame.text) {
         Meaning::Inertial(matrix) => return Ok(EphemerisAxes::Inertial(matrix)),
         _ if frame.is("TEME") => EphemerisAxes::Teme,
+        _ if frame.is("TOD") => EphemerisAxes::TrueOfDate,
         _ if frame.text.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("ITRF")) => {
             EphemerisAxes::Earth
         }
         _ => {
             let reason = format!("positions in the frame {} are not understood", cut(frame.text, 30));
-            return frame.wrong(reason, "give them in ICRF, GCRF, EME2000, TEME or ITRF");
+            return frame.wrong(reason, "give them in ICRF, GCRF, EME2000, TOD, TEME or ITRF");
         }
     };
     match of_date {
@@ -341,7 +344,7 @@ mod tests {
         let with = |from: &str, to: &str| reason(&format!("{HEAD}{META}{ROWS}").replace(from, to));
         for (from, to, told) in [
             ("EARTH", "MARS BARYCENTER", "not the Earth"),
-            ("EME2000", "TOD", "TOD are not understood"),
+            ("EME2000", "GTOD", "GTOD are not understood"),
             ("EME2000", "TEME\nREF_FRAME_EPOCH = 2026-11-21T00:00:00", "frozen"),
             ("= UTC", "= UT1", "UT1 is not known"),
             ("OEM_VERS = 2.0", "OEM_VERS = 9.0", "version 9.0"),

@@ -1,0 +1,225 @@
+//! Tracks on the ground as a map: azimuthal equidistant about the middle of what is shown, seen from above, north up.
+
+use super::colour;
+use super::sky::SkyView;
+use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
+use slewkit::Vector3;
+use std::f64::consts::PI;
+
+/// A map of tracks on the ground.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ground {
+    /// What it shows.
+    pub title: String,
+    /// One line below the title.
+    pub subtitle: String,
+    /// Ways on the ground.
+    pub tracks: Vec<GroundTrack>,
+    /// Places with names.
+    pub places: Vec<(String, Place)>,
+}
+
+/// Latitude and east longitude \[deg\].
+pub type Place = [f64; 2];
+
+/// A way on the ground.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroundTrack {
+    /// Its name.
+    pub name: String,
+    /// Number of its colour.
+    pub style: usize,
+    /// Its stretches: a line of sight may leave the Earth and come back.
+    pub stretches: Vec<Vec<Place>>,
+}
+
+/// Middle and radius of the map on the drawing \[px\].
+const MIDDLE: (f64, f64) = (300.0, 264.0);
+const RADIUS: f64 = 196.0;
+/// Steps of the grid \[deg\], of which the first that gives at most so many lines from the middle to the rim is taken.
+const STEPS: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0];
+const MOST_LINES: f64 = 3.5;
+/// Kilometres of a degree on the ground.
+const KM_PER_DEG: f64 = 111.19;
+/// The least that is shown to either side \[deg\].
+const LEAST_REACH: f64 = 0.5;
+
+impl Ground {
+    /// The map as the text of an SVG file.
+    pub fn svg(&self) -> String {
+        let mut svg = Svg::new(SIZE.0, SIZE.1);
+        self.draw(&mut svg, "plot");
+        svg.end()
+    }
+
+    fn view(&self) -> SkyView {
+        let tracks = self.tracks.iter().flat_map(|track| track.stretches.iter().flatten());
+        let points: Vec<Vector3> =
+            tracks.chain(self.places.iter().map(|(_, at)| at)).map(direction).collect();
+        let middle = points.iter().sum::<Vector3>().try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        let angle = |to: &Vector3| middle.cross(to).norm().atan2(middle.dot(to));
+        let reach = points.iter().map(angle).fold(LEAST_REACH.to_radians(), f64::max);
+        // East to the right, as the ground is seen from above.
+        let right = Vector3::z().cross(&middle).try_normalize(1e-6).unwrap_or_else(Vector3::y);
+        SkyView { middle, right, up: middle.cross(&right), reach: (1.12 * reach).min(PI) }
+    }
+
+    /// Draws it into `svg`, where `id` is used by nothing else.
+    pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
+        let view = self.view();
+        let place = |at: &Place| {
+            let (x, y) = view.project(&direction(at));
+            (MIDDLE.0 + RADIUS * x, MIDDLE.1 - RADIUS * y)
+        };
+        let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
+        svg.text((92.0, 26.0), Anchor::Start, &bold, &self.title);
+        svg.text((92.0, 47.0), Anchor::Start, &format!("fill=\"{FAINT}\""), &self.subtitle);
+        let (x, y) = MIDDLE;
+        svg.raw(&format!("<clipPath id=\"{id}\"><circle cx=\"{x}\" cy=\"{y}\" r=\"{RADIUS}\"/></clipPath>"));
+        svg.raw(&format!("<g clip-path=\"url(#{id})\">"));
+        let reach = view.reach.to_degrees();
+        let step =
+            STEPS.into_iter().find(|step| reach / step <= MOST_LINES).unwrap_or(STEPS[STEPS.len() - 1]);
+        for line in grid(step) {
+            // Near the point opposite to the middle the map is torn.
+            let near = |at: &Place| direction(at).dot(&view.middle) > -0.995;
+            for stretch in line.split(|at| !near(at)).filter(|stretch| stretch.len() > 1) {
+                let points: Vec<(f64, f64)> = stretch.iter().map(place).collect();
+                svg.path(&points, false, &format!("fill=\"none\" stroke=\"{GRID}\""));
+            }
+        }
+        for track in &self.tracks {
+            let style = format!("fill=\"none\" stroke=\"{}\" stroke-width=\"2\"", colour(track.style));
+            for stretch in &track.stretches {
+                svg.path(&stretch.iter().map(place).collect::<Vec<_>>(), false, &style);
+            }
+        }
+        svg.raw("</g>");
+        svg.circle(MIDDLE, RADIUS, &format!("fill=\"none\" stroke=\"{INK}\""));
+        let small = format!("font-size=\"10\" fill=\"{FAINT}\"");
+        for (text, at) in labels(&view, step) {
+            let (x, y) = place(&at);
+            svg.text((x + 2.0, y - 2.0), Anchor::Start, &small, &text);
+        }
+        for track in &self.tracks {
+            let colour = colour(track.style);
+            let first = track.stretches.first().and_then(|stretch| stretch.first());
+            let last = track.stretches.last().and_then(|stretch| stretch.last());
+            if let (Some(first), Some(last)) = (first, last) {
+                svg.circle(
+                    place(first),
+                    4.5,
+                    &format!("fill=\"#ffffff\" stroke=\"{colour}\" stroke-width=\"2\""),
+                );
+                svg.circle(
+                    place(last),
+                    5.0,
+                    &format!("fill=\"{colour}\" stroke=\"#ffffff\" stroke-width=\"1\""),
+                );
+            }
+        }
+        for (name, at) in &self.places {
+            let (x, y) = place(at);
+            let cross = format!("stroke=\"{INK}\" stroke-width=\"1.6\"");
+            svg.line((x - 7.0, y), (x + 7.0, y), &cross);
+            svg.line((x, y - 7.0), (x, y + 7.0), &cross);
+            let style = format!("font-size=\"11\" fill=\"{INK}\"");
+            svg.text((x + 9.0, y + 14.0), Anchor::Start, &style, name);
+        }
+        self.legend(svg, step, view.reach);
+    }
+
+    fn legend(&self, svg: &mut Svg, step: f64, reach: f64) {
+        let (x, mut y) = (MIDDLE.0 + RADIUS + 56.0, 84.0);
+        let ink = format!("fill=\"{INK}\"");
+        for track in &self.tracks {
+            let stroke = format!("stroke=\"{}\" stroke-width=\"2.4\"", colour(track.style));
+            svg.line((x, y - 4.0), (x + 28.0, y - 4.0), &stroke);
+            svg.text((x + 36.0, y), Anchor::Start, &ink, &shortened(&track.name, 25));
+            y += 24.0;
+        }
+        svg.circle((x + 6.0, y - 4.0), 4.5, &format!("fill=\"#ffffff\" stroke=\"{INK}\" stroke-width=\"2\""));
+        svg.text((x + 36.0, y), Anchor::Start, &ink, "start");
+        svg.circle((x + 110.0, y - 4.0), 5.0, &format!("fill=\"{INK}\""));
+        svg.text((x + 124.0, y), Anchor::Start, &ink, "end");
+        let small = format!("font-size=\"11\" fill=\"{FAINT}\"");
+        let across = (2.0 * reach.to_degrees() * KM_PER_DEG / 10.0).round() * 10.0;
+        let remarks = [
+            format!("grid every {step}°; {across} km across"),
+            "distances from the middle are true;".into(),
+            "north up".into(),
+        ];
+        for (row, remark) in remarks.iter().enumerate() {
+            svg.text((x, 430.0 + 15.0 * row as f64), Anchor::Start, &small, remark);
+        }
+    }
+}
+
+/// The unit vector to a place, for which the sphere of directions stands.
+fn direction([latitude, longitude]: &Place) -> Vector3 {
+    let ((sin, cos), (sl, cl)) = (latitude.to_radians().sin_cos(), longitude.to_radians().sin_cos());
+    Vector3::new(cos * cl, cos * sl, sin)
+}
+
+/// Parallels and meridians every `step` \[deg\].
+fn grid(step: f64) -> Vec<Vec<Place>> {
+    const FINE: f64 = 2.0;
+    let parts = |whole: f64| (0..=(whole / FINE) as usize).map(move |k| FINE * k as f64);
+    let count = (90.0 / step) as i32;
+    let parallels = (1 - count..count)
+        .map(|k| parts(360.0).map(|longitude| [step * f64::from(k), longitude - 180.0]).collect());
+    let meridians = (0..(360.0 / step) as i32)
+        .map(|k| parts(180.0).map(|latitude| [latitude - 90.0, step * f64::from(k)]).collect());
+    parallels.chain(meridians).collect()
+}
+
+/// Numbers where the grid lines cross the parallel and the meridian next to the middle.
+fn labels(view: &SkyView, step: f64) -> Vec<(String, Place)> {
+    let latitude = view.middle.z.clamp(-1.0, 1.0).asin().to_degrees();
+    let longitude = view.middle.y.atan2(view.middle.x).to_degrees();
+    let near = |value: f64| (value / step).round() * step;
+    let (row, column) = (near(latitude).clamp(-90.0 + step, 90.0 - step), near(longitude));
+    let inside = |at: &Place| {
+        let (x, y) = view.project(&direction(at));
+        x.hypot(y) < 0.93
+    };
+    let signed = |value: f64, [plus, minus]: [&str; 2]| {
+        let side = if value < 0.0 { minus } else { plus };
+        format!("{}° {side}", value.abs())
+    };
+    let range = -6..=6;
+    let rows = range.clone().map(|k| row + step * f64::from(k)).filter(|value| value.abs() < 90.0);
+    let rows = rows.map(|value| (signed(value, ["N", "S"]), [value, column]));
+    let columns = range.filter(|k| *k != 0).map(|k| column + step * f64::from(k));
+    let columns = columns.map(|value| {
+        let wrapped = value - 360.0 * (value / 360.0).round();
+        (signed(wrapped, ["E", "W"]), [row, value])
+    });
+    rows.chain(columns).filter(|(_, at)| inside(at)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn east_is_right_and_north_is_up_and_all_is_on_the_map() {
+        let track =
+            GroundTrack { name: "t".into(), style: 0, stretches: vec![vec![[10.0, 170.0], [20.0, -170.0]]] };
+        let ground = Ground {
+            title: String::new(),
+            subtitle: String::new(),
+            tracks: vec![track],
+            places: vec![("station".into(), [14.0, 179.0])],
+        };
+        let view = ground.view();
+        let [a, b] = [[10.0, 170.0], [20.0, -170.0]].map(|at| view.project(&direction(&at)));
+        // Over the date line too.
+        assert!(a.0 < 0.0 && b.0 > 0.0 && a.1 < b.1, "{a:?} {b:?}");
+        assert!(a.0.hypot(a.1) < 1.0 && b.0.hypot(b.1) < 1.0);
+        // A degree of latitude is a degree on the map.
+        let apart = (view.project(&view.middle).1 - view.project(&(view.middle + 0.01 * view.up)).1).abs();
+        assert!((apart * view.reach - 0.01_f64.atan()).abs() < 1e-12);
+        assert!(ground.svg().contains("station") && !ground.svg().contains("NaN"));
+    }
+}

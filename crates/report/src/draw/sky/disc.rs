@@ -1,0 +1,104 @@
+//! Discs on the sphere of directions, as they move: Earth, Moon and Sun, and points that are aimed at.
+
+use super::super::svg::{Anchor, INK, Svg};
+use super::{SkyView, circle};
+use slewkit::Vector3;
+
+/// A disc that moves, or a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkyDisc {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: DiscKind,
+    /// Unit vector to its middle and the angle to its limb \[rad\], at equal steps of time from start to end; never empty.
+    pub way: Vec<(Vector3, f64)>,
+}
+
+/// What a disc is, hence its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DiscKind {
+    /// The Earth.
+    Earth,
+    /// The Moon.
+    Moon,
+    /// The Sun.
+    Sun,
+    /// What is aimed at.
+    Target,
+}
+
+/// The least radius of a mark on paper \[px\]: the Sun would be half a pixel.
+const LEAST: f64 = 4.0;
+
+impl DiscKind {
+    /// Its name in the style sheet of pages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Earth => "earth",
+            Self::Moon => "moon",
+            Self::Sun => "sun",
+            Self::Target => "target",
+        }
+    }
+
+    fn colour(self) -> &'static str {
+        match self {
+            Self::Earth => "#2f6f9f",
+            Self::Moon => "#777777",
+            Self::Sun => "#d99a00",
+            Self::Target => "#0b6b3a",
+        }
+    }
+}
+
+impl SkyDisc {
+    /// At the start and at the end.
+    pub fn ends(&self) -> [(Vector3, f64); 2] {
+        let nothing = (Vector3::x(), 0.0);
+        [self.way.first(), self.way.last()].map(|end| end.copied().unwrap_or(nothing))
+    }
+
+    /// The disc at the end, its outline at the start, and the way of its middle; `scale` is the radius of the map \[px\], `rim` a curve
+    /// around it.
+    pub(super) fn draw(
+        &self,
+        svg: &mut Svg,
+        view: &SkyView,
+        scale: f64,
+        place: &dyn Fn(&Vector3) -> (f64, f64),
+        rim: &[(f64, f64)],
+    ) {
+        let colour = self.kind.colour();
+        let [start, end] = self.ends();
+        for (index, (middle, radius)) in [start, end].into_iter().enumerate() {
+            let line = if index == 0 { "stroke-dasharray=\"3 3\"" } else { "" };
+            let stroke = format!("stroke=\"{colour}\" stroke-width=\"1.2\" {line}");
+            let fill = if index == 0 { 0.0 } else { 0.25 };
+            if scale * radius / view.reach < LEAST {
+                let style = format!("fill=\"{colour}\" fill-opacity=\"{}\" {stroke}", 3.0 * fill);
+                svg.circle(place(&middle), LEAST, &style);
+                continue;
+            }
+            let edge: Vec<(f64, f64)> = circle(&middle, radius).iter().map(place).collect();
+            // What holds the point opposite to the middle of the map is outside of its edge there.
+            let outside = middle.dot(&-view.middle) > radius.cos();
+            if index == 1 {
+                let curves = [Some(&edge[..]), outside.then_some(rim)];
+                let style = format!("fill=\"{colour}\" fill-opacity=\"{fill}\" fill-rule=\"evenodd\"");
+                svg.area(&curves.into_iter().flatten().collect::<Vec<_>>(), &style);
+            }
+            svg.path(&edge, true, &format!("fill=\"none\" {stroke}"));
+        }
+        let middles: Vec<Vector3> = self.way.iter().map(|(middle, _)| *middle).collect();
+        for stretch in middles.chunk_by(|a, b| !view.tears(a, b)) {
+            let points: Vec<(f64, f64)> = stretch.iter().map(place).collect();
+            svg.path(&points, false, &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\""));
+        }
+        let (x, y) = place(&end.0);
+        if !self.name.is_empty() {
+            let style = format!("font-size=\"11\" fill=\"{INK}\"");
+            svg.text((x + 7.0, y + 15.0), Anchor::Start, &style, &self.name);
+        }
+    }
+}
