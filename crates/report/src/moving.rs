@@ -1,7 +1,6 @@
 //! What moves around a spacecraft, for pictures: Earth, Moon, Sun, the target, cones about what moves.
 
 use super::boresight::{boresights, cones};
-use super::sphere::moves;
 use super::{MOST_POINTS, Shown, Subject};
 use crate::draw::{DiscKind, Ground, GroundTrack, Picture, SkyCone, SkyDisc};
 use slewkit::maneuver::{Direction, Pointing, Side};
@@ -59,8 +58,11 @@ pub(super) fn cone(subject: &Subject, name: &str, pointing: &Pointing, direction
     let frame_rate = subject.problem.environment.frame_rate();
     let half = |time: f64| pointing.effective_half_angle() + direction.angular_radius(time);
     let at = |time: f64| (direction.at(time, &frame_rate), half(time));
-    let way =
-        if moves(direction, &frame_rate) { times(subject).into_iter().map(at).collect() } else { Vec::new() };
+    let way = if direction.is_still(&frame_rate) {
+        Vec::new()
+    } else {
+        times(subject).into_iter().map(at).collect()
+    };
     SkyCone {
         name: name.into(),
         axis: direction.at(0.0, &frame_rate),

@@ -3,7 +3,6 @@
 use super::boresight::{Boresight, body_axes, boresights};
 use super::{MOST_POINTS, Shown, Subject, flight, moving};
 use crate::draw::{Picture, Sky, SkyMark, SkyTrack};
-use slewkit::maneuver::Direction;
 use slewkit::{Matrix3, Vector3, lie};
 
 /// The attitudes of some nodes, at most [`MOST_POINTS`], both ends included.
@@ -93,9 +92,4 @@ pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
         angles: ["longitude", "latitude"].map(String::from),
     };
     Shown { key: "sky", picture: Picture::Sky(sky), remark: String::new() }
-}
-
-/// Whether a direction moves in the reference frame.
-pub(super) fn moves(direction: &Direction, frame_rate: &Vector3) -> bool {
-    !direction.is_still(frame_rate)
 }
