@@ -354,7 +354,7 @@ def main():
     print(f"{'maneuver':<28} {'plan':>14} {'direct from it':>15} {'direct from others':>18}  of {asked.starts - 1}")
     with Pool(asked.processes) as pool:
         for name, cost, near, other, count in pool.imap(run, jobs):
-            ours = near if abs(near / cost - 1) < OF_THE_GRIDS else cost
+            ours = near if 0 < 1 - near / cost < OF_THE_GRIDS else cost
             least = min(near, other)
             lost = not ours <= least * (1 + BEATEN)
             kind = name.rsplit("-", 1)[0] if asked.random else "maneuvers"
