@@ -264,3 +264,20 @@ fn the_steps_that_are_named_reach_the_accuracy() {
         assert!(finer["accuracy"]["steps"].is_null());
     }
 }
+
+/// A body that is where it should be has a plan of one moment, which formats of motions cannot tell.
+#[test]
+fn plans_of_no_time_are_refused_by_formats_of_motions() {
+    let folder = Folder::new();
+    let spec = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[body]\ninertia_kg_m2 = [1, 2, 2.9]\n[actuators]\ntorque_limit_n_m = 1\n\
+        [start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n[end]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
+        [maneuver]\nminimize = \"time\"\n[names]\nobject = \"X\"\nspice_id = -1000\nreference_frame = \"J2000\"\n";
+    fs::write(folder.path("there.toml"), spec).unwrap();
+    folder.slew(&["plan", "there.toml", "-q", "-o", "there.json"]).ends(0);
+    for ending in ["aem", "apm", "a", "npz", "mat", "xml", "bc", "flight", "42"] {
+        let name = format!("there.{ending}");
+        folder.slew(&["export", "there.json", "-o", &name]).ends(3).tells("E0143").tells("takes no time");
+        assert!(!folder.path(&name).exists(), "{name}");
+    }
+    folder.slew(&["export", "there.json", "-o", "there.csv"]).ends(0);
+}

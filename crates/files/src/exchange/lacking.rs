@@ -39,6 +39,9 @@ pub enum Lacking {
     /// The feature.
     #[error("this program was built without Parquet")]
     Parquet,
+    /// Time.
+    #[error("the plan takes no time, and this format tells a motion from one time to another")]
+    Duration,
     /// Inputs.
     #[error("the torque of each step is needed, and there is none")]
     Inputs,
@@ -53,7 +56,7 @@ impl Lacking {
                 "E0141"
             }
             Self::SpiceId => "E0142",
-            Self::Inputs | Self::Tick => "E0143",
+            Self::Duration | Self::Inputs | Self::Tick => "E0143",
             Self::Parquet => "E0144",
         }
     }
@@ -77,6 +80,9 @@ impl Lacking {
             Self::Tick => "give --tick SECONDS, of which the duration is a whole number, at most ten million",
             Self::Parquet => {
                 "build it with `cargo install --path crates/slew --features parquet` in its sources, or write .csv or .npz"
+            }
+            Self::Duration => {
+                "give another end or maneuver.duration_s, or write .json or .csv, which hold a single moment"
             }
             Self::Inputs => "give a plan that was solved",
         }

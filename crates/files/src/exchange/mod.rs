@@ -57,7 +57,7 @@ pub use numpy::Arrays;
 pub use reading::{Attitudes, EphemerisAxes, Segment, read_attitudes, read_ephemeris};
 pub use record::{Record, Tables};
 
-use super::export::{ExportError, TrajectoryError};
+use super::export::ExportError;
 use slewkit::maneuver::Problem;
 use std::io::Write;
 
@@ -180,9 +180,4 @@ impl From<std::fmt::Error> for ExportError {
     fn from(error: std::fmt::Error) -> Self {
         Self::Io(std::io::Error::other(error))
     }
-}
-
-/// What a trajectory without rows is.
-fn empty() -> ExportError {
-    TrajectoryError::Shape { key: "time_s", of: "rows", found: 0, needed: 2 }.into()
 }

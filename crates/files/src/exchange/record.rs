@@ -151,7 +151,7 @@ impl Record<'_> {
     /// Refuses what no format can hold.
     pub(super) fn check_finite(&self) -> Result<(), ExportError> {
         crate::export::check_finite(self.trajectory)?;
-        if self.nodes() < 2 { Err(super::empty()) } else { Ok(()) }
+        if self.nodes() < 2 { Err(super::Lacking::Duration.into()) } else { Ok(()) }
     }
 
     /// What heads call the inputs, with their units.
