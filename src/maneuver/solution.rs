@@ -453,6 +453,23 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// Adds what the time of a plan costs to all that is told of its cost: of a duration that was sought, planned as a given one.
+    pub(crate) fn pay_for_time(&mut self, price: f64) {
+        self.cost += price;
+        for rival in &mut self.rivals {
+            rival.cost += price;
+        }
+        if let Some(landing) = &mut self.landing {
+            landing.cost_before += price;
+        }
+        if let Some(switching) = &mut self.switching {
+            switching.continuous_cost += price;
+            if let Some(pulses) = &mut switching.pulses {
+                pulses.cost_without += price;
+            }
+        }
+    }
+
     /// A solution of which nothing is known, not even the maneuver.
     #[doc(hidden)]
     pub fn unknown() -> Self {

@@ -160,10 +160,7 @@ pub(super) fn solve(
         return Ok(Solution { outcome, shortfall, solve_time: elapsed, ..unsolved });
     };
     let mut solution = Solution { solve_time: elapsed, ..solution };
-    solution.cost += price * duration;
-    for rival in &mut solution.rivals {
-        rival.cost += price * duration;
-    }
+    solution.pay_for_time(price * duration);
     solution.optimality.stationarity = solution.optimality.stationarity.max(stationarity);
     Ok(solution)
 }

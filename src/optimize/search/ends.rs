@@ -86,10 +86,9 @@ fn at_best_duration(
         return Ok(found);
     }
     let priced = problem.objective.time_price() * best;
-    let landed = in_time(&problem.clone().lasting(best), aim, best, settings, observer)?;
+    let mut landed = in_time(&problem.clone().lasting(best), aim, best, settings, observer)?;
     let stationarity = landed.optimality.stationarity.max(found.optimality.stationarity);
-    let mut landed = Solution { cost: landed.cost + priced, ..landed };
-    landed.rivals.iter_mut().for_each(|rival| rival.cost += priced);
+    landed.pay_for_time(priced);
     landed.optimality.stationarity = stationarity;
     Ok(landed)
 }

@@ -88,16 +88,7 @@ pub(super) fn up_to(
     let price = problem.objective.given_time_price().unwrap_or(0.0);
     let of = |time_price| problem.objective.with_time_price(time_price);
     let mut all = once(&problem.clone().with_duration(longest).with_objective(of(None)));
-    all.cost += price * longest;
-    for rival in &mut all.rivals {
-        rival.cost += price * longest;
-    }
-    if let Some(switching) = &mut all.switching {
-        switching.continuous_cost += price * longest;
-        if let Some(pulses) = &mut switching.pulses {
-            pulses.cost_without += price * longest;
-        }
-    }
+    all.pay_for_time(price * longest);
     if context.interrupt().is_some() || problem.can_wait() && price == 0.0 {
         return all;
     }
