@@ -60,7 +60,9 @@ class Flights:
     def sigma(self) -> Array:
         """One standard deviation of ``[ζ, δΩ]`` at the end, rad and rad/s, shape (6,)."""
         end = self.statistics["end"]
-        return np.radians(end["attitude_sigma_deg"] + end["rate_sigma_deg_s"])
+        degrees = np.asarray(end["attitude_sigma_deg"] + end["rate_sigma_deg_s"], dtype=float)
+        sigma: Array = np.radians(degrees)
+        return sigma
 
     def __repr__(self) -> str:
         return f"<slewkit.Flights of {self.name!r}: {self.runs} runs, {self.statistics['name']}>"
