@@ -6,7 +6,8 @@ use slewkit::numerics::figures::significant;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// What is told; nothing where the end is not on a target that moves.
+/// The target, its rate against the stars [deg/s] (what ends at rest is off by it a second later), and how far it moves meanwhile;
+/// nothing where the end is not on a target that moves.
 pub(super) fn told(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let frame_rate = problem.environment.frame_rate();
     let Some(aim) = problem.aim().filter(|aim| !aim.at.is_still(&frame_rate)) else { return Vec::new() };
@@ -30,7 +31,6 @@ pub(super) fn told(problem: &Problem, solution: &Solution, identity: &Identity) 
     let before = aim.at.in_space(0.0, &frame_rate).direction;
     let moved = angle_between(&before, &seen.direction).to_degrees();
     let name = target.map_or_else(String::new, |target| format!("{}, ", escape(&target.name)));
-    // What ends at rest is off by the rate a second later.
     let moved = significant(moved, 3);
     vec![format!("{name}{far}turns at {rate} deg/s; aimed at 0 s: {moved} deg off")]
 }

@@ -381,6 +381,7 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec
             break;
         }
     }
+    // Where there is none, all durations are tried in the end.
     if extremal.seeks_time() && !found.is_empty() {
         found.extend(by_durations(extremal, turn, &DURATIONS[..1], &[false], sweeps));
     }
