@@ -2,6 +2,7 @@
 
 mod check;
 mod formulation;
+mod plane;
 mod unsuited;
 
 pub use crate::maneuver::grid::Scheme;

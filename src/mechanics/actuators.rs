@@ -220,12 +220,17 @@ impl ActuatorSet {
     /// Whether the inputs within their limits have an output in every direction: of rank 3, and where they are never
     /// negative not all on one side of a plane.
     pub fn reaches_every_direction(&self) -> bool {
-        if self.rank().0 < 3 || !self.limits.one_sided {
-            return self.rank().0 == 3;
-        }
-        let units =
-            DMatrix::from_fn(3, self.count(), |row, input| self.axes[input][row] / self.axes[input].amax());
-        cone::is_whole_space(&units)
+        self.rank().0 == 3 && (!self.limits.one_sided || cone::is_whole_space(&self.units()))
+    }
+
+    /// Whether the inputs within their limits have with every output its opposite.
+    pub fn reaches_both_senses(&self) -> bool {
+        !self.limits.one_sided || cone::is_subspace(&self.units())
+    }
+
+    /// The axes as columns, each in the unit of its largest component.
+    fn units(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(3, self.count(), |row, input| self.axes[input][row] / self.axes[input].amax())
     }
 }
 
@@ -403,16 +408,30 @@ impl Actuation {
     /// Whether the inputs within their limits have a torque in every direction and, where `moves`, a force and a torque in
     /// every direction at once.
     pub fn reaches_every_direction(&self, moves: bool) -> bool {
-        let (Some(force), Some(_), true) = (&self.force, &self.thrusters, moves) else {
-            return self.torque.reaches_every_direction();
-        };
-        // Arms in the unit of the longest.
+        match self.wrenches(moves) {
+            Some(wrenches) => cone::is_whole_space(&wrenches),
+            None => self.torque.reaches_every_direction(),
+        }
+    }
+
+    /// Whether the inputs within their limits have with every torque its opposite and, where `moves`, with every force and torque at
+    /// once their opposites.
+    pub fn reaches_both_senses(&self, moves: bool) -> bool {
+        match self.wrenches(moves) {
+            Some(wrenches) => cone::is_subspace(&wrenches),
+            None => self.torque.reaches_both_senses(),
+        }
+    }
+
+    /// Of thrusters that push and turn a body that `moves`: force and torque of each, these by arms in the unit of the longest.
+    fn wrenches(&self, moves: bool) -> Option<DMatrix<f64>> {
+        let (Some(force), Some(_), true) = (&self.force, &self.thrusters, moves) else { return None };
         let longest = self.torque.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
-        let wrenches = DMatrix::from_fn(6, self.count(), |row, input| match row {
+        let unit = if longest > 0.0 { longest } else { 1.0 };
+        Some(DMatrix::from_fn(6, self.count(), |row, input| match row {
             0..3 => force.axes[input][row],
-            _ => self.torque.axes[input][row - 3] / longest,
-        });
-        longest > 0.0 && cone::is_whole_space(&wrenches)
+            _ => self.torque.axes[input][row - 3] / unit,
+        }))
     }
 
     /// Momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque inputs [N·m·s]; zero

@@ -21,6 +21,15 @@ pub(crate) fn is_whole_space(a: &DMatrix<f64>) -> bool {
     sizes.min() > RANK_TOLERANCE * sizes.max() && rest.norm() <= RANK_TOLERANCE * sizes.max()
 }
 
+/// Whether with every vector `A x`, `x ≥ 0`, its opposite is one as well: what the columns reach is a subspace.
+pub(crate) fn is_subspace(a: &DMatrix<f64>) -> bool {
+    let svd = a.clone().svd(true, false);
+    let least = RANK_TOLERANCE * svd.singular_values.max();
+    let kept: Vec<usize> =
+        (0..svd.singular_values.len()).filter(|index| svd.singular_values[*index] > least).collect();
+    svd.u.is_some_and(|u| is_whole_space(&u.select_columns(&kept).tr_mul(a)))
+}
+
 /// The `x ≥ 0` with the least `|A x − b|`, by the active set of Lawson and Hanson (Solving Least Squares Problems, 1974,
 /// chapter 23).
 fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {

@@ -194,8 +194,8 @@ impl Problem {
         if self.scheme == Scheme::LieVerlet { Ok(()) } else { Err(Unsuited::SchemeOfSoughtDuration.into()) }
     }
 
-    /// What the search for maneuvers of minimum time and fuel takes: torques along body axes that reach every direction, and
-    /// a limit of every input.
+    /// What the search for maneuvers of minimum time and fuel takes: torques along body axes that reach every direction, or of the plane
+    /// in which the maneuver stays, and a limit of every input.
     fn check_switching(&self) -> Result<(), ProblemError> {
         let torque = &self.actuation.torque;
         let moves = self.motion == Motion::RigidBody;
@@ -209,11 +209,13 @@ impl Problem {
             None => Unsuited::TorqueDirections,
             Some(_) => Unsuited::ThrusterDirections,
         };
+        let reached = self.actuation.reaches_every_direction(moves)
+            || self.actuation.reaches_both_senses(moves) && self.stays_in_plane().is_some();
         first_met([
             (torque.frame() != AxisFrame::Body, Unsuited::ReferenceTorques),
             (unlimited(torque), Unsuited::UnlimitedTorque),
             (force.is_some_and(unlimited), Unsuited::UnlimitedForce),
-            (!self.actuation.reaches_every_direction(moves), directions),
+            (!reached, directions),
             (self.scheme != Scheme::LieVerlet, Unsuited::SchemeOfSwitching),
         ])
     }

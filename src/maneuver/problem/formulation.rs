@@ -33,8 +33,10 @@ impl Formulation {
         let given_end = !problem.ends_in_any_attitude();
         // The shooting differentiates by the duration what only turns, and knows arcs of a body that nothing acts on.
         let taken = given_end && !problem.has_shaping_limits() && !problem.on_equal_steps;
+        // Arcs are placed by conditions on all six states, which in a plane leave four of them undetermined.
+        let whole = problem.actuation.torque.rank().0 == 3;
         match (problem.objective.switches(), problem.duration.known()) {
-            (true, _) if taken && problem.is_free_turn() => Self::Switching,
+            (true, _) if taken && whole && problem.is_free_turn() => Self::Switching,
             (false, None) if taken && problem.motion == Motion::Attitude => Self::OverDurations,
             (true, _) | (false, None) => Self::Chain,
             (false, Some(_)) => Self::Extremal,
