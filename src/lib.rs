@@ -61,6 +61,7 @@
 //!     directions: vec![sun],
 //!     half_angle: 30.0_f64.to_radians(),
 //!     margin: 0.0,
+//!     during: Default::default(),
 //! };
 //! let problem = Problem::attitude(body, start, end, 60.0)
 //!     .with_actuation(Actuation::torques(torques))

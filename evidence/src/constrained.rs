@@ -58,6 +58,7 @@ pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
                     directions: vec![Direction::Fixed(direction.normalize())],
                     half_angle,
                     margin: 0.0,
+                    during: Default::default(),
                 };
                 problem = problem.with_constraint(Constraint {
                     name: format!("cone {index}"),

@@ -236,6 +236,7 @@ fn cones(random: &mut Random) -> Problem {
                 directions: vec![Direction::Fixed(direction)],
                 half_angle,
                 margin: 0.0,
+                during: Default::default(),
             };
             let name = format!("cone {}", problem.constraints.len() + 1);
             problem = problem.with_constraint(Constraint { name, rule: Rule::Pointing(pointing) });

@@ -114,6 +114,9 @@ fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
         Rule::RateNorm(limit) => rate.norm() / limit - 1.0,
         Rule::RateAxes(limits) => rate.component_div(limits).amax() - 1.0,
         Rule::Pointing(pointing) => {
+            if !pointing.during.contains(time) {
+                return f64::NEG_INFINITY;
+            }
             let of_pair = |(boresight, direction): (&Vector3, &Direction)| {
                 let target = match direction {
                     Direction::InFrame(vector) => *vector,
@@ -123,6 +126,7 @@ fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
                 match pointing.side {
                     Side::KeepOut => pointing.half_angle + pointing.margin - angle,
                     Side::KeepIn => angle - (pointing.half_angle - pointing.margin),
+                    Side::On { within } => (angle - pointing.half_angle).abs() - within,
                 }
             };
             let pairs = pointing.boresights.iter().flat_map(|boresight| {

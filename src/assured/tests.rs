@@ -20,6 +20,7 @@ fn maneuver() -> (serde_json::Value, Problem, Uncertainty) {
         directions: vec![Direction::Fixed(unit(&given["cone"]["direction"]))],
         half_angle: given["cone"]["half_angle"].as_f64().unwrap(),
         margin: 0.0,
+        during: Default::default(),
     };
     let start = State::at_rest(Matrix3::identity());
     let problem = Problem::attitude(body, start, end, 60.0)

@@ -55,8 +55,8 @@ impl<'a> Excess<'a> {
                 {
                     continue;
                 }
-                let nearest = arc.extreme(boresight, &target, pointing.side);
-                *worst = worst.max(-pointing.room_beside(nearest.angle, target.radius));
+                let least = pointing.least_room(&arc, boresight, &target, [time, step]);
+                *worst = least.map_or(*worst, |(_, room)| worst.max(-room));
             }
         }
     }

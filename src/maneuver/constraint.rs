@@ -5,10 +5,12 @@
 
 mod arc;
 mod conflict;
+mod during;
 
 pub use crate::mechanics::direction::Direction;
-pub use arc::{Approach, Arc, Target, angle_between};
+pub use arc::{Approach, Arc, Extreme, Target, angle_between};
 pub use conflict::{Conflict, conflict};
+pub use during::During;
 
 use crate::numerics::figures::decimals;
 use crate::{Matrix3, Vector3};
@@ -38,13 +40,30 @@ pub enum Rule {
     RateAxes(Vector3),
 }
 
-/// Outside or inside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Outside, inside, or on the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Side {
     /// Every boresight stays at least the angle away from every direction.
     KeepOut,
     /// Every boresight stays within the angle of every direction.
     KeepIn,
+    /// Every boresight is held at the angle from every direction: at the nodes exactly, on the arcs between them and at the ends as
+    /// near as is stated. An arc that joins two points of a cone leaves it by a share of the square of its angle.
+    On {
+        /// What it may be off by \[rad\].
+        within: f64,
+    },
+}
+
+impl Side {
+    /// The angles on an arc that tell the least room.
+    fn extremes(self) -> &'static [Extreme] {
+        match self {
+            Self::KeepOut => &[Extreme::Nearest],
+            Self::KeepIn => &[Extreme::Farthest],
+            Self::On { .. } => &[Extreme::Nearest, Extreme::Farthest],
+        }
+    }
 }
 
 /// Cones about directions, for every pair of a boresight and a direction.
@@ -58,8 +77,11 @@ pub struct Pointing {
     pub directions: Vec<Direction>,
     /// Half angle of the cones \[rad\], in (0, π).
     pub half_angle: f64,
-    /// Margin \[rad\]: added to the half angle of a keep-out cone, taken from that of a keep-in cone.
+    /// Margin \[rad\]: added to the half angle of a keep-out cone, taken from that of a keep-in cone; 0 where a boresight is held
+    /// on the cone.
     pub margin: f64,
+    /// When it acts. Default: always.
+    pub during: During,
 }
 
 /// Why a constraint cannot be used.
@@ -82,6 +104,12 @@ pub enum ConstraintError {
         /// Half angle with margin \[deg\].
         degrees: f64,
     },
+    /// A boresight is held on a cone with a margin, or within nothing.
+    #[error("a boresight held on a cone has no margin, and what it may be off by must be positive")]
+    OnCone,
+    /// Intervals of time are not finite, or overlap.
+    #[error("the intervals in which a constraint acts must be finite, and one after another")]
+    Intervals,
     /// A rate limit is not positive and finite.
     #[error("a rate limit is {value} rad/s, it must be positive and finite")]
     Rate {
@@ -99,23 +127,43 @@ impl Pointing {
         match self.side {
             Side::KeepOut => self.half_angle + self.margin,
             Side::KeepIn => self.half_angle - self.margin,
+            Side::On { .. } => self.half_angle,
         }
     }
 
     /// How far a boresight at `angle` from a direction is from the cone that counts \[rad\]; negative: violated.
     pub fn room(&self, angle: f64) -> f64 {
-        match self.side {
-            Side::KeepOut => angle - self.effective_half_angle(),
-            Side::KeepIn => self.effective_half_angle() - angle,
-        }
+        self.room_beside(angle, 0.0)
     }
 
     /// How far a boresight at `angle` from the centre of a disc of angular `radius` is from the cone about its limb \[rad\].
     pub fn room_beside(&self, angle: f64, radius: f64) -> f64 {
+        let outside = angle - self.effective_half_angle() - radius;
         match self.side {
-            Side::KeepOut => self.room(angle) - radius,
-            Side::KeepIn => self.room(angle) + radius,
+            Side::KeepOut => outside,
+            Side::KeepIn => -outside,
+            Side::On { within } => within - outside.abs(),
         }
+    }
+
+    /// Where on an arc of `step` \[s\] from `time` on there is least room for a boresight beside a target, and how much \[rad\]; `None`
+    /// where the constraint does not act there.
+    pub fn least_room(
+        &self,
+        arc: &Arc,
+        boresight: &Vector3,
+        target: &Target,
+        [time, step]: [f64; 2],
+    ) -> Option<(Approach, f64)> {
+        let met = self.during.parts(time, step).flat_map(|part| {
+            let (arc, target) = (arc.piece(part), target.piece(part));
+            let at =
+                move |found: Approach| Approach { part: part[0] + found.part * (part[1] - part[0]), ..found };
+            let extremes = self.side.extremes().iter();
+            extremes.map(move |extreme| at(arc.extreme(boresight, &target, *extreme)))
+        });
+        let met = met.map(|found| (found, self.room_beside(found.angle, target.radius)));
+        met.reduce(|least, next| if next.1 < least.1 || next.1.is_nan() { next } else { least })
     }
 
     /// Every pair of a boresight and a direction.
@@ -176,6 +224,14 @@ impl Constraint {
                 // From the limb of a disc on, as it is seen at first.
                 let discs = pointing.directions.iter().map(|direction| angle + direction.angular_radius(0.0));
                 let angle = discs.fold(angle, f64::max);
+                if let Side::On { within } = pointing.side
+                    && !(within > 0.0 && within.is_finite() && pointing.margin == 0.0)
+                {
+                    return Err(ConstraintError::OnCone);
+                }
+                if !pointing.during.is_in_order() {
+                    return Err(ConstraintError::Intervals);
+                }
                 let usable = cone(angle) && cone(pointing.half_angle) && pointing.margin >= 0.0;
                 if usable { Ok(()) } else { Err(ConstraintError::Angle { degrees: angle.to_degrees() }) }
             }
@@ -223,12 +279,15 @@ impl Pointing {
         for (index, (boresight, direction)) in self.pairs().enumerate() {
             let still = direction.is_still(frame_rate);
             // Where a direction goes by in a time that is not known, it may be anywhere.
-            let Some(time) = time.or(still.then_some(0.0)) else { continue };
+            let always = self.during.given().is_none();
+            let Some(time) = time.or((still && always).then_some(0.0)) else { continue };
+            if !self.during.contains(time) {
+                continue;
+            }
             let (b, w) = (attitude * boresight, direction.at(time, frame_rate));
             let angle = angle_between(&b, &w);
             let limit = limit + direction.angular_radius(time);
-            let inside = limit - angle;
-            let excess = if self.side == Side::KeepOut { inside } else { -inside };
+            let excess = -self.room_beside(angle, direction.angular_radius(time));
             if excess > worst {
                 (worst, found) = (excess, Some((index, angle, limit)));
             }
@@ -246,6 +305,7 @@ impl Pointing {
             (false, _) => String::new(),
             (true, Side::KeepOut) => format!(", margin of {margin} deg included"),
             (true, Side::KeepIn) => format!(", margin of {margin} deg taken off"),
+            (true, Side::On { .. }) => String::new(),
         };
         Some(format!("{boresight} is {angle} deg from {axis}, the cone is {cone} deg{margin}"))
     }
@@ -276,7 +336,8 @@ mod tests {
         let directions = vec![Direction::Fixed(Vector3::z())];
         let boresights = vec![Vector3::x()];
         let (half_angle, margin) = (half_angle.to_radians(), margin.to_radians());
-        let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin });
+        let during = During::default();
+        let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin, during });
         Constraint { name: "cone".into(), rule }
     }
 

@@ -13,7 +13,9 @@ pub mod solution;
 pub mod switching;
 
 pub use aim::{Aim, AimError, AimRate, Roll};
-pub use constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, Pointing, Rule, Side};
+pub use constraint::{
+    BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, During, Pointing, Rule, Side,
+};
 pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;

@@ -45,6 +45,8 @@ impl Chance {
     /// Of every cone of a maneuver, beside the cone without its margin.
     pub fn of_cones(problem: &Problem, plan: &LinearPlan, covariance: &Covariance) -> Vec<Self> {
         let cone = |constraint: &crate::maneuver::constraint::Constraint| match &constraint.rule {
+            // A boresight that is held on a cone is off it with certainty.
+            Rule::Pointing(Pointing { side: Side::On { .. }, .. }) => None,
             Rule::Pointing(pointing) => Some(Self::of(&constraint.name, pointing, problem, plan, covariance)),
             Rule::RateNorm(_) | Rule::RateAxes(_) => None,
         };
@@ -67,6 +69,10 @@ impl Chance {
             let time = plan.times()[node];
             let of_attitude: Matrix3 = state.fixed_view::<3, 3>(0, 0).into_owned();
             let mut worst = (-1.0, 0.0, f64::INFINITY);
+            if !cone.during.contains(time) {
+                out.nodes.push(0.0);
+                continue;
+            }
             for (boresight, direction) in cone.pairs() {
                 let seen = direction.at(time, &frame_rate);
                 let (angle, gradient) = angle_from(attitude, boresight, &seen);

@@ -65,6 +65,7 @@ fn cone(given: &Value, boresight: Vector3) -> Pointing {
         directions: vec![Direction::Fixed(vector(&given["w"]))],
         half_angle: given["half_angle"].as_f64().unwrap(),
         margin: 0.0,
+        during: Default::default(),
     }
 }
 

@@ -27,7 +27,7 @@ pub struct Course {
 }
 
 /// How far a motion stays from the cones of one constraint \[rad\]: on each step the smallest distance, of all pairs of
-/// boresight and direction, to the cone with its margin; negative: violated. `N` values each.
+/// boresight and direction, to the cone with its margin; negative: violated, infinite: it does not act. `N` values each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearance {
     /// Name of the constraint.
@@ -103,8 +103,8 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
             let on = |time: f64, length: f64, arc: &Arc| {
                 cone.pairs().fold(f64::INFINITY, |least, (boresight, direction)| {
                     let target = on_arc(direction, time, length, &frame_rate);
-                    let angle = arc.extreme(boresight, &target, cone.side).angle;
-                    smaller(least, cone.room_beside(angle, target.radius))
+                    let found = cone.least_room(arc, boresight, &target, [time, length]);
+                    found.map_or(least, |(_, room)| smaller(least, room))
                 })
             };
             clearance.discrete.push(discrete.arc().map_or(f64::NAN, |arc| on(began, step, arc)));

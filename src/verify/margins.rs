@@ -219,17 +219,19 @@ impl<'a> Meter<'a> {
                 {
                     continue;
                 }
-                let worst = arc.extreme(boresight, &target, pointing.side);
-                let scaled = pointing.room_beside(worst.angle, target.radius);
+                let Some((worst, scaled)) = pointing.least_room(arc, boresight, &target, [time, step]) else {
+                    continue;
+                };
                 let time = time + worst.part * step;
                 smallest.meet(Smallest { margin: scaled, scaled, time, index });
             }
         }
     }
 
-    /// What was met. A limit that nothing was held against has no margin, and that is NaN.
+    /// What was met. A limit that nothing was held against has no margin, and that is NaN; a constraint that acts at times of which
+    /// the motion has none is left out.
     pub(crate) fn margins(&self) -> Vec<Margin> {
-        self.entries.iter().map(Entry::margin).collect()
+        self.entries.iter().filter(|entry| entry.has_acted()).map(Entry::margin).collect()
     }
 }
 
@@ -238,6 +240,12 @@ fn pairs<'a>(values: &'a [f64], limits: &'a [f64]) -> impl Iterator<Item = (f64,
 }
 
 impl Entry<'_> {
+    /// Whether it acts always, or has come to act.
+    fn has_acted(&self) -> bool {
+        let What::Rule(Rule::Pointing(pointing)) = self.what else { return true };
+        pointing.during.given().is_none() || self.smallest.scaled != f64::INFINITY
+    }
+
     fn margin(&self) -> Margin {
         let Smallest { margin, scaled, time, index } = self.smallest;
         let margin = if self.unit.starts_with("deg") { margin.to_degrees() } else { margin };

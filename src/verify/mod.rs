@@ -324,11 +324,12 @@ impl Verification {
 
         let held = held?;
         self.ran("continuous, held torque", held.method, steps, 1);
-        for (margin, continuous) in self.margins.iter_mut().zip(&held.margins) {
-            margin.continuous_margin = Some(continuous.margin).filter(|margin| !margin.is_nan());
+        for margin in &mut self.margins {
+            let continuous = held.margins.iter().find(|continuous| continuous.name == margin.name);
+            margin.continuous_margin = continuous.map(|found| found.margin).filter(|margin| !margin.is_nan());
         }
         judged.flown = flown.map(|_| held.recorded);
-        let limits = held.margins.len().saturating_sub(problem.constraints.len());
+        let limits = problem.actuation.limits().count().min(held.margins.len());
         judged.continuous_violation = worst_violation(&held.margins[limits..]);
         let missed = |end: &Phase| {
             let moves = |error: Vector3| plant.moves.then(|| error.norm());

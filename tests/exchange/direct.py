@@ -9,7 +9,7 @@ equations of motion written here and integrated by Runge and Kutta's method of o
 `--intervals` says. The starts (`--starts`) are the plan itself and paths about the axis of the rotation, both ways round, half of
 them bent at random. Held inputs are a restriction, so what the direct method finds is an upper bound of the least cost: a plan is
 beaten where the bound lies below its cost by more than a part of 1e-4. Cones are asked for at the ends of the intervals and at the
-middle of each.
+middle of each, while they act; a boresight that is held on a cone at the ends of the intervals.
 
 The random maneuvers: bodies of moments in a ratio up to 5 (`unequal`: 5 to 20) along the axes of the torques, limits from 0.4 to
 1.6, rotations of uniform axis and 30 to 180°, from rest to rest; fuel and effort in 1.2 to 5 times the shortest duration; one to
@@ -68,12 +68,13 @@ class Maneuver:
             if rule["kind"] == "rate_limit":
                 self.rate = np.array(rule["limit_rad_s"])
                 continue
-            assert rule["kind"] in ("keep_out", "keep_in"), rule["kind"]
-            sign = 1.0 if rule["kind"] == "keep_out" else -1.0
-            angle = rule["half_angle_rad"] + sign * rule["margin_rad"]
+            # Held on a cone: of no sign.
+            sign = {"keep_out": 1.0, "keep_in": -1.0, "on_cone": 0.0}[rule["kind"]]
+            angle = rule["half_angle_rad"] + sign * rule.get("margin_rad", 0.0)
+            acts = rule.get("during_s", [[-np.inf, np.inf]])
             for axis in rule["boresight_body"]:
                 for direction in rule["direction_inertial"]:
-                    self.cones.append((sign, np.array(axis), np.array(direction["vector"]), np.cos(angle)))
+                    self.cones.append((sign, np.array(axis), np.array(direction["vector"]), np.cos(angle), acts))
 
         def state(end):
             turn = Rotation.from_matrix(end["attitude"]["matrix"])
@@ -117,8 +118,19 @@ class Direct:
         flow = ca.Function("flow", [state, held, step], [x, middle]).map(intervals)
 
         def margins(x):
-            rows = [sign * (cosine - ca.dot(d, turned(x[:4], ca.DM(a)))) for sign, a, d, cosine in maneuver.cones]
+            rows = [(sign or 1.0) * (cosine - ca.dot(d, turned(x[:4], ca.DM(a)))) for sign, a, d, cosine, _ in maneuver.cones]
             return ca.vertcat(*rows)
+
+        def bounds(parts, between):
+            """What margins may be at parts of the motion: held on a cone at nodes alone, and anything where a cone does not act."""
+            low, high = np.full((2, len(maneuver.cones), len(parts)), [[[-np.inf]], [[np.inf]]])
+            for cone, (sign, *_, acts) in enumerate(maneuver.cones):
+                assert maneuver.duration or np.isinf(acts).all(), "times need a given duration"
+                for at, part in enumerate(parts):
+                    if any(since <= part * (maneuver.duration or 1.0) <= until for since, until in acts):
+                        low[cone, at] = -np.inf if between and sign == 0.0 else 0.0
+                        high[cone, at] = 0.0 if sign == 0.0 and not between else np.inf
+            return low.ravel(order="F"), high.ravel(order="F")
 
         nodes, inputs, duration = ca.MX.sym("X", 7, intervals + 1), ca.MX.sym("U", m, intervals), ca.MX.sym("T")
         fuel = maneuver.objective == "fuel"
@@ -140,8 +152,8 @@ class Direct:
         if maneuver.cones:
             each = ca.SX.sym("x", 7)
             kept = ca.Function("kept", [each], [margins(each)])
-            row(kept.map(intervals - 1)(nodes[:, 1:-1]), 0.0, np.inf)
-            row(kept.map(intervals)(midway), 0.0, np.inf)
+            row(kept.map(intervals - 1)(nodes[:, 1:-1]), *bounds(np.arange(1, intervals) / intervals, False))
+            row(kept.map(intervals)(midway), *bounds((np.arange(intervals) + 0.5) / intervals, True))
         if maneuver.norm:
             # Over the limit: small numbers would be within the tolerances of IPOPT.
             square = ca.sum1(inputs**2)
@@ -160,10 +172,10 @@ class Direct:
             cost = grid / 2 * ca.sum2(ca.DM(maneuver.weight).T @ inputs**2)
         self.shape = [nodes.shape, inputs.shape, burnt.shape]
         unknowns = ca.vertcat(ca.vec(nodes), ca.vec(inputs), ca.vec(burnt), duration)
-        bounds = np.full((7, intervals + 1), np.inf)
+        most_of = np.full((7, intervals + 1), np.inf)
         if maneuver.rate is not None:
-            bounds[4:] = np.broadcast_to(maneuver.rate, (intervals + 1, 3)).T
-        lowest, highest = -bounds, bounds.copy()
+            most_of[4:] = np.broadcast_to(maneuver.rate, (intervals + 1, 3)).T
+        lowest, highest = -most_of, most_of.copy()
         first = np.concatenate([np.roll(maneuver.start.as_quat(), 1), maneuver.start_rate])
         lowest[:, 0] = highest[:, 0] = first
         lowest[4:, -1] = highest[4:, -1] = maneuver.end_rate

@@ -107,7 +107,7 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
 pub(super) fn cone(cone: &SkyCone) -> Value {
     json!({
         "name": cone.name, "axis": vector(&cone.axis), "half_angle": cone.half_angle,
-        "inside_forbidden": cone.inside_forbidden, "way": way(&cone.way),
+        "asks": cone.asks.word(), "acts": cone.acts, "when": cone.when, "way": way(&cone.way),
     })
 }
 

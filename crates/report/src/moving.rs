@@ -2,8 +2,9 @@
 
 use super::boresight::{boresights, cones};
 use super::{MOST_POINTS, Shown, Subject};
-use crate::draw::{DiscKind, Ground, GroundTrack, Picture, SkyCone, SkyDisc};
+use crate::draw::{ConeAsks, DiscKind, Ground, GroundTrack, Picture, SkyCone, SkyDisc};
 use slewkit::maneuver::{Direction, Pointing, Side};
+use slewkit::numerics::figures::significant;
 use slewkit::{Vector3, lie};
 
 /// How many times of a maneuver a moving disc is shown at; pages look between them.
@@ -63,12 +64,31 @@ pub(super) fn cone(subject: &Subject, name: &str, pointing: &Pointing, direction
     } else {
         times(subject).into_iter().map(at).collect()
     };
+    let last = subject.trajectory().time.last().copied().unwrap_or(0.0);
+    let acts = pointing.during.given().map(|_| pointing.during.parts(0.0, last).collect());
     SkyCone {
         name: name.into(),
         axis: direction.at(0.0, &frame_rate),
         half_angle: half(0.0),
-        inside_forbidden: pointing.side == Side::KeepOut,
+        asks: match pointing.side {
+            Side::KeepOut => ConeAsks::KeepOut,
+            Side::KeepIn => ConeAsks::KeepIn,
+            Side::On { .. } => ConeAsks::HoldOn,
+        },
+        acts,
+        when: when(pointing),
         way,
+    }
+}
+
+/// When a cone acts, in words; empty: always.
+fn when(pointing: &Pointing) -> String {
+    let Some(intervals) = pointing.during.given() else { return String::new() };
+    let told = |[from, to]: &[f64; 2]| format!("from {} to {} s", significant(*from, 4), significant(*to, 4));
+    if intervals.is_empty() {
+        "never".into()
+    } else {
+        intervals.iter().map(told).collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -26,6 +26,7 @@ mod light;
 mod orbit;
 mod target;
 mod time;
+mod visibility;
 
 pub use frames::{
     EARTH_RADIUS_M, EARTH_RATE_RAD_S, EarthRotation, earth_to_gcrs, geodetic, meets_ground, station,
@@ -33,8 +34,9 @@ pub use frames::{
 };
 pub use light::Light;
 pub use orbit::{Elements, Model, Orbit, OrbitError};
-pub use target::{Sky, SkyError, Target, Window};
+pub use target::{Sky, SkyError, Target};
 pub use time::{Clock, DATE_OF_LAST_LEAP_SECOND};
+pub use visibility::{Condition, Window, elevation};
 
 #[cfg(test)]
 mod tests;

@@ -86,21 +86,9 @@ pub struct Sky {
     light: Light,
 }
 
-/// When a station is above the horizon \[s\] after the epoch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
-    /// It rises.
-    pub from: f64,
-    /// It sets, or the look ahead ends.
-    pub to: f64,
-}
-
 /// Pieces of a track \[s\] and their degree: 3e-8 m of a low orbit by SGP4.
 const PIECE: f64 = 600.0;
 const DEGREE: usize = 14;
-
-/// How finely windows and shadows are looked for \[s\]: a pass above the horizon or through the shadow lasts minutes.
-const LOOK: f64 = 20.0;
 
 impl Target {
     /// Whether it is a place, at a distance, and not only a direction.
@@ -134,12 +122,18 @@ impl Sky {
         self.light
     }
 
+    /// The clock, whose epoch is time zero.
+    pub(crate) fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
     /// The orbit.
     pub fn orbit(&self) -> Option<&Orbit> {
         self.orbit.as_ref()
     }
 
-    fn place(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+    /// Where the spacecraft is, GCRS \[m\].
+    pub(crate) fn place(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         Ok(self.orbit.as_ref().ok_or(SkyError::NoOrbit)?.position_by(time, theory)?)
     }
 
@@ -182,7 +176,7 @@ impl Sky {
     }
 
     /// The vector from which light comes \[m\], or along a direction, of any length.
-    fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+    pub(crate) fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let seen = match target {
             // Opposite of what is seen.
             Target::AntiSun => return Ok(-self.vector(&Target::Sun, time, theory)?),
@@ -276,7 +270,7 @@ impl Sky {
     }
 
     /// The vector to a target \[m\], or along a direction, of any length.
-    fn geometric(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
+    pub(crate) fn geometric(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let from = |far: Vector3| match &self.orbit {
             Some(_) => Ok::<_, SkyError>(far - self.place(time, theory)?),
             None => Ok(far),
@@ -384,88 +378,4 @@ impl Sky {
     pub fn range(&self, target: &Target, time: f64) -> Result<f64, SkyError> {
         Ok(self.geometric(target, time, Theory::Series)?.norm())
     }
-
-    /// Elevation of the satellite above the horizon of a station \[rad\].
-    ///
-    /// # Errors
-    /// As [`Sky::direction`].
-    pub fn elevation(
-        &self,
-        latitude_deg: f64,
-        longitude_deg: f64,
-        height_m: f64,
-        time: f64,
-    ) -> Result<f64, SkyError> {
-        let station = Target::Ground { latitude_deg, longitude_deg, height_m };
-        let earth = frames::to_earth(&self.clock, time, &self.rotation, Theory::Series);
-        let up = earth.transpose() * frames::up(latitude_deg, longitude_deg);
-        let away = -self.geometric(&station, time, Theory::Series)?.normalize();
-        Ok(std::f64::consts::FRAC_PI_2 - away.cross(&up).norm().atan2(away.dot(&up)))
-    }
-
-    /// When a station is above the horizon next, from `from` on and within `ahead` \[s\]; `None` where it is not.
-    ///
-    /// # Errors
-    /// As [`Sky::direction`].
-    pub fn window(
-        &self,
-        latitude_deg: f64,
-        longitude_deg: f64,
-        height_m: f64,
-        from: f64,
-        ahead: f64,
-    ) -> Result<Option<Window>, SkyError> {
-        let above =
-            |time: f64| Ok::<_, SkyError>(self.elevation(latitude_deg, longitude_deg, height_m, time)? > 0.0);
-        let found = intervals(from, from + ahead, &above)?;
-        Ok(found.first().copied())
-    }
-
-    /// When the centre of the Sun is behind the Earth, a sphere: intervals \[s\]. Umbra and penumbra differ from that by some ten seconds.
-    ///
-    /// # Errors
-    /// As [`Sky::direction`].
-    pub fn eclipses(&self, from: f64, to: f64) -> Result<Vec<Window>, SkyError> {
-        intervals(from, to, &|time| self.is_dark(time))
-    }
-
-    fn is_dark(&self, time: f64) -> Result<bool, SkyError> {
-        let place = self.place(time, Theory::Series)?;
-        let sun = bodies::sun(&self.clock, time) - place;
-        let apart = place.cross(&sun).norm().atan2(-place.dot(&sun));
-        // The centre of the Sun sets behind the limb.
-        Ok(apart < (EARTH_RADIUS_M / place.norm()).min(1.0).asin())
-    }
-}
-
-/// When something holds, its borders to a millisecond.
-fn intervals(
-    from: f64,
-    to: f64,
-    holds: &dyn Fn(f64) -> Result<bool, SkyError>,
-) -> Result<Vec<Window>, SkyError> {
-    let border = |mut low: f64, mut high: f64, at_low: bool| {
-        while high - low > 1e-3 {
-            let middle = 0.5 * (low + high);
-            if holds(middle)? == at_low { low = middle } else { high = middle }
-        }
-        Ok::<_, SkyError>(0.5 * (low + high))
-    };
-    let mut found = Vec::new();
-    let (mut time, mut now) = (from, holds(from)?);
-    let mut since = from;
-    while time < to {
-        let next = (time + LOOK).min(to);
-        let then = holds(next)?;
-        match (now, then) {
-            (false, true) => since = border(time, next, false)?,
-            (true, false) => found.push(Window { from: since, to: border(time, next, true)? }),
-            _ => {}
-        }
-        (time, now) = (next, then);
-    }
-    if now {
-        found.push(Window { from: since, to });
-    }
-    Ok(found)
 }

@@ -8,7 +8,7 @@ use slewkit::maneuver::constraint::angle_between;
 use slewkit::numerics::figures::significant;
 use slewkit_files::export::write_document;
 use slewkit_files::spec::{Heavens, Loaded, Named};
-use slewkit_sky::{SkyError, Target};
+use slewkit_sky::{Condition, SkyError, Target, elevation};
 
 /// Arguments of `slew sky`.
 #[derive(Debug, clap::Args)]
@@ -59,7 +59,7 @@ struct Told {
     /// Age of the elements at the epoch \[s\]; absent of a table of positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     age_s: Option<f64>,
-    /// When the spacecraft is in the shadow of the Earth, of the maneuver \[s\].
+    /// When the spacecraft is in the shadow of the Earth, penumbra and umbra, of the maneuver \[s\].
     eclipses_s: Vec<[f64; 2]>,
     /// Whether directions have the effect of light time, and of aberration.
     light_time: bool,
@@ -96,7 +96,7 @@ fn told(loaded: &Loaded, heavens: &Heavens) -> Result<Told, SkyError> {
     let (period_s, age_s, eclipses) = match sky.orbit() {
         Some(orbit) => {
             let age = (!orbit.is_table()).then(|| orbit.age());
-            (Some(orbit.period()?), age, sky.eclipses(0.0, end)?)
+            (Some(orbit.period()?), age, Condition::Eclipsed.windows(sky, 0.0, end)?)
         }
         None => (None, None, Vec::new()),
     };
@@ -125,7 +125,7 @@ fn line(heavens: &Heavens, named: &Named, times: [f64; 2]) -> Result<Line, SkyEr
     let range = |time: f64| Ok::<_, SkyError>(sky.range(target, time)? / 1e3);
     let elevation_deg = match target {
         Target::Ground { latitude_deg, longitude_deg, height_m } => {
-            let at = |time: f64| sky.elevation(*latitude_deg, *longitude_deg, *height_m, time);
+            let at = |time: f64| elevation(sky, *latitude_deg, *longitude_deg, *height_m, time);
             Some([at(times[0])?.to_degrees(), at(times[1])?.to_degrees()])
         }
         _ => None,

@@ -101,6 +101,7 @@ fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
         directions: vec![Direction::Fixed(direction)],
         half_angle,
         margin: 0.0,
+        during: Default::default(),
     };
     let constraint = Constraint { name: "cone".into(), rule: Rule::Pointing(cone) };
     Ok(clear.then(|| problem.with_constraint(constraint)))

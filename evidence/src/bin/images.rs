@@ -239,6 +239,7 @@ fn with_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Opti
             directions: vec![Direction::Fixed(aside)],
             half_angle: angle,
             margin: 0.0,
+            during: Default::default(),
         });
         problem = problem.with_constraint(Constraint { name: format!("cone {index}"), rule });
     }

@@ -12,7 +12,6 @@
 //! frame gives a product of two rotations, without a closed form for its extremum. There a cubic through
 //! values and slopes stands for it on pieces so short that its error is below round-off.
 
-use super::Side;
 use crate::{Matrix3, Vector3, lie};
 
 /// What the body does from one node to the next.
@@ -33,6 +32,15 @@ pub struct Target {
     pub turn: Vector3,
     /// Angle from it to the limb of what is seen there \[rad\]; 0: a point.
     pub radius: f64,
+}
+
+/// Which angle between a boresight and a direction is looked for on an arc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extreme {
+    /// The smallest.
+    Nearest,
+    /// The largest.
+    Farthest,
 }
 
 /// Where on an arc a boresight is nearest to a direction, or farthest from it.
@@ -65,6 +73,11 @@ impl Target {
     pub fn at(&self, part: f64) -> Vector3 {
         if self.turn == Vector3::zeros() { self.start } else { lie::exp(&(part * self.turn)) * self.start }
     }
+
+    /// Between two parts of the arc.
+    pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
+        Self { start: self.at(from), turn: self.turn * (to - from), radius: self.radius }
+    }
 }
 
 impl Arc {
@@ -78,25 +91,32 @@ impl Arc {
         angle_between(&(self.attitude(part) * boresight), &target.at(part))
     }
 
-    /// Where the cone is in most danger: the smallest angle on the arc for a keep-out cone, the largest for
-    /// a keep-in cone. The angle is NaN where a number is, or where more than a hundred radians are turned.
-    pub fn extreme(&self, boresight: &Vector3, target: &Target, side: Side) -> Approach {
+    /// Between two parts of it.
+    pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
+        if from == 0.0 && to == 1.0 {
+            return *self;
+        }
+        Self { start: self.attitude(from), turn: self.turn * (to - from) }
+    }
+
+    /// Where the angle is smallest or largest. It is NaN where a number is, or where more than a hundred radians are turned.
+    pub fn extreme(&self, boresight: &Vector3, target: &Target, which: Extreme) -> Approach {
         let at = |part: f64| Approach { part, angle: self.angle(boresight, target, part) };
         let worse = |a: Approach, b: Approach| {
             let (smaller, larger) = (b.angle < a.angle, b.angle > a.angle);
-            let taken = if side == Side::KeepOut { smaller } else { larger };
+            let taken = if which == Extreme::Nearest { smaller } else { larger };
             if taken || b.angle.is_nan() { b } else { a }
         };
         let ends = worse(at(0.0), at(1.0));
         if target.turn == Vector3::zeros() {
-            self.turning_point(boresight, &target.start, side).map_or(ends, |part| worse(ends, at(part)))
+            self.turning_point(boresight, &target.start, which).map_or(ends, |part| worse(ends, at(part)))
         } else {
-            self.turning_points(boresight, target, side).map(at).fold(ends, worse)
+            self.turning_points(boresight, target, which).map(at).fold(ends, worse)
         }
     }
 
     /// The part at which the closed form has its extremum, if that is on the arc.
-    fn turning_point(&self, boresight: &Vector3, direction: &Vector3, side: Side) -> Option<f64> {
+    fn turning_point(&self, boresight: &Vector3, direction: &Vector3, which: Extreme) -> Option<f64> {
         let angle = self.turn.norm();
         if angle == 0.0 {
             return None;
@@ -105,7 +125,7 @@ impl Arc {
         let v = self.start.tr_mul(direction);
         let c = v.dot(boresight) - axis.dot(&v) * axis.dot(boresight);
         let s = v.dot(&axis.cross(boresight));
-        let phase = if side == Side::KeepOut { s.atan2(c) } else { (-s).atan2(-c) };
+        let phase = if which == Extreme::Nearest { s.atan2(c) } else { (-s).atan2(-c) };
         // An arc of more than half a turn may hold the extremum at a negative phase too.
         let phase = if phase < 0.0 { phase + std::f64::consts::TAU } else { phase };
         (phase <= angle).then_some(phase / angle)
@@ -117,9 +137,9 @@ impl Arc {
         &self,
         boresight: &Vector3,
         target: &Target,
-        side: Side,
+        which: Extreme,
     ) -> impl Iterator<Item = f64> + use<> {
-        let sign = if side == Side::KeepOut { 1.0 } else { -1.0 };
+        let sign = if which == Extreme::Nearest { 1.0 } else { -1.0 };
         let (arc, target, boresight) = (*self, *target, *boresight);
         let sample = move |part: f64| {
             let (attitude, w) = (arc.attitude(part), target.at(part));

@@ -5,7 +5,9 @@
 //! only if `|γ − δ| ≤ α₁ + α₂`. Between directions of which one turns with the reference frame δ changes, and
 //! its extremes over a whole maneuver are those of one rotation ([`Arc`]).
 
-use super::{Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between};
+use super::{
+    Arc, BOUNDARY_ROUNDING, Constraint, Direction, Extreme, Pointing, Rule, Side, Target, angle_between,
+};
 use crate::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -51,11 +53,11 @@ impl<'a> Inside<'a> {
         let turn = if moving.turns && !standing.turns { *frame_turn } else { Vector3::zeros() };
         let arc = Arc { start: Matrix3::identity(), turn };
         let target = Target::fixed(standing.axis);
-        let off = |side: Side| {
-            let extreme = arc.extreme(&moving.axis, &target, side);
+        let off = |which: Extreme| {
+            let extreme = arc.extreme(&moving.axis, &target, which);
             (extreme.part, (extreme.angle - between).abs())
         };
-        let (near, far) = (off(Side::KeepOut), off(Side::KeepIn));
+        let (near, far) = (off(Extreme::Nearest), off(Extreme::Farthest));
         let (part, worst) = if near.1 > far.1 { near } else { far };
         let missing = worst - self.half_angle - other.half_angle;
         let names = [self.name, other.name];
@@ -66,11 +68,12 @@ impl<'a> Inside<'a> {
 /// A constraint as cones to be inside of.
 fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
     let pointing = match &constraint.rule {
-        Rule::Pointing(pointing) => Some(pointing),
+        // Of what acts at times only nothing is claimed.
+        Rule::Pointing(pointing) => Some(pointing).filter(|pointing| pointing.during.given().is_none()),
         Rule::RateNorm(_) | Rule::RateAxes(_) => None,
     };
-    pointing.into_iter().flat_map(move |pointing| {
-        let (sign, half_angle) = inside(pointing);
+    let sides = pointing.into_iter().flat_map(|pointing| inside(pointing).map(move |side| (pointing, side)));
+    sides.flat_map(move |(pointing, (sign, half_angle))| {
         // Of directions that move by themselves nothing is claimed.
         let constant = pointing.pairs().filter_map(|(b, to)| Some((b, to, to.constant()?)));
         constant.map(move |(boresight, direction, vector)| Inside {
@@ -83,23 +86,34 @@ fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
     })
 }
 
-/// Sign of the axis, and half angle, of the cone to be inside of.
-fn inside(pointing: &Pointing) -> (f64, f64) {
+/// Sign of the axis, and half angle, of the cones to be inside of.
+fn inside(pointing: &Pointing) -> impl Iterator<Item = (f64, f64)> + use<> {
     let angle = pointing.effective_half_angle();
-    match pointing.side {
-        Side::KeepIn => (1.0, angle),
-        Side::KeepOut => (-1.0, PI - angle),
-    }
+    let (within, without) = match pointing.side {
+        Side::KeepIn => (Some(angle), None),
+        Side::KeepOut => (None, Some(angle)),
+        Side::On { within } => (Some(angle + within), Some(angle - within)),
+    };
+    let without = without.map(|angle| (-1.0, PI - angle));
+    within.map(|angle| (1.0, angle)).into_iter().chain(without)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::During;
     use super::*;
     use crate::testing::Random;
 
     fn cone(name: &str, side: Side, boresight: Vector3, vector: Vector3, half_angle: f64) -> Constraint {
         let (boresights, directions) = (vec![boresight], vec![Direction::Fixed(vector)]);
-        let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin: 0.0 });
+        let rule = Rule::Pointing(Pointing {
+            side,
+            boresights,
+            directions,
+            half_angle,
+            margin: 0.0,
+            during: During::default(),
+        });
         Constraint { name: name.into(), rule }
     }
 

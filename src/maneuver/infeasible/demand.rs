@@ -153,7 +153,9 @@ fn detours(problem: &Problem, ends: &Ends) -> impl Iterator<Item = (Vector3, Det
     let [start, end] = ends.attitude;
     let turning = !standing(problem);
     let cones = problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
-        Rule::Pointing(pointing) if pointing.side == Side::KeepOut => Some((&constraint.name, pointing)),
+        Rule::Pointing(pointing) if pointing.side == Side::KeepOut && pointing.during.given().is_none() => {
+            Some((&constraint.name, pointing))
+        }
         _ => None,
     });
     cones.flat_map(move |(name, pointing)| {

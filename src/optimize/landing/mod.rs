@@ -23,7 +23,7 @@ pub(crate) use shooting::land_costate;
 
 use crate::flight::{Excess, Flight, Held};
 use crate::lie;
-use crate::maneuver::constraint::{Constraint, Rule};
+use crate::maneuver::constraint::{Constraint, Pointing, Rule, Side};
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::solution::{Landing, Trajectory};
 use crate::{Matrix3, Vector3};
@@ -105,7 +105,14 @@ impl<'a> Aim<'a> {
         }
         let mut excess = Excess::of(self.problem);
         let end = self.flight.fly(steps, excess.as_mut())?;
-        Some((end, excess.map_or_else(Vec::new, |excess| excess.worst)))
+        let mut worst = excess.map_or_else(Vec::new, |excess| excess.worst);
+        // What is held on a cone cannot be drawn in: the witnesses tell by how much it strays.
+        for (worst, constraint) in worst.iter_mut().zip(&self.problem.constraints) {
+            if matches!(constraint.rule, Rule::Pointing(Pointing { side: Side::On { .. }, .. })) {
+                *worst = f64::NEG_INFINITY;
+            }
+        }
+        Some((end, worst))
     }
 
     /// What the true motion misses at the end, scaled: `[x, γ, ζ, Π]` from the end to where it is.

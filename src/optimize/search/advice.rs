@@ -57,7 +57,7 @@ fn finds_any<const N: usize>(search: &Search<N>) -> bool {
     let mut found = Found::default();
     let coarse = Chain::new(search.problem, chain_steps(search.problem));
     for (_, seed) in relaxed_paths(search, &relaxed(search.problem), &coarse) {
-        for seed in detours(search.problem, &coarse.model.dynamics.frame_rate(), seed) {
+        for seed in detours(search.problem, seed) {
             if search.stopped() {
                 return false;
             }

@@ -72,7 +72,7 @@ pub(super) fn effort_paths<const N: usize>(search: &Search<N>, paths: &[Candidat
     let mut found = Found::default();
     let coarse = search.chain(chain_steps(search.problem));
     for path in paths {
-        for seed in detours(search.problem, &coarse.model.dynamics.frame_rate(), path.clone()) {
+        for seed in detours(search.problem, path.clone()) {
             if !search.stopped() {
                 descend(&search, &mut found, &coarse, seed);
             }

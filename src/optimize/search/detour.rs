@@ -1,11 +1,11 @@
 //! Paths around cones: seeds for SCP, which only finds its way locally.
 //!
 //! A path whose boresight crosses a keep-out cone is turned aside over the crossing, to either side; one
-//! that leaves a keep-in cone is pulled back into it node by node.
+//! that leaves a keep-in cone is pulled back into it node by node, and one that is to be on a cone is pulled onto it.
 
 use crate::Vector3;
 use crate::lie;
-use crate::maneuver::constraint::{Direction, Rule, Side};
+use crate::maneuver::constraint::{Direction, Pointing, Rule, Side, angle_between};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::Pose;
 use crate::optimize::candidate::Candidate;
@@ -20,24 +20,40 @@ const MOST: usize = 8;
 /// One pair of a boresight and a direction.
 struct Cone<'a> {
     name: &'a str,
-    side: Side,
+    pointing: &'a Pointing,
     half_angle: f64,
     boresight: Vector3,
     direction: &'a Direction,
+    /// What a path takes \[s\], and how fast the reference frame turns meanwhile [rad/s].
+    seconds: f64,
+    frame_rate: Vector3,
+}
+
+/// A boresight beside a cone at a node.
+struct Seen {
+    boresight: Vector3,
+    /// What the cone is about.
+    direction: Vector3,
+    /// From its axis to its surface \[rad\].
+    half_angle: f64,
+    /// Whether it acts then.
+    acts: bool,
 }
 
 /// The seed and its detours around every cone that it violates.
-pub(crate) fn detours(problem: &Problem, frame_rate: &Vector3, seed: Candidate) -> Vec<Candidate> {
+pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
     let mut cones = Vec::new();
     for constraint in &problem.constraints {
         let Rule::Pointing(pointing) = &constraint.rule else { continue };
         for (boresight, direction) in pointing.pairs() {
             cones.push(Cone {
                 name: &constraint.name,
-                side: pointing.side,
+                pointing,
                 half_angle: pointing.effective_half_angle(),
                 boresight: *boresight,
                 direction,
+                seconds: problem.seconds(),
+                frame_rate: problem.environment.frame_rate(),
             });
         }
     }
@@ -45,9 +61,9 @@ pub(crate) fn detours(problem: &Problem, frame_rate: &Vector3, seed: Candidate) 
     for cone in &cones {
         let mut next = Vec::new();
         for seed in seeds {
-            match cone.side {
-                Side::KeepOut => around(cone, frame_rate, seed, &mut next),
-                Side::KeepIn => next.push(into(cone, frame_rate, seed)),
+            match cone.pointing.side {
+                Side::KeepOut => around(cone, seed, &mut next),
+                Side::KeepIn | Side::On { .. } => next.push(into(cone, seed)),
             }
         }
         next.truncate(MOST);
@@ -57,28 +73,34 @@ pub(crate) fn detours(problem: &Problem, frame_rate: &Vector3, seed: Candidate) 
 }
 
 impl Cone<'_> {
-    /// Boresight and direction at a node, reference axes.
-    fn seen(&self, frame_rate: &Vector3, time: f64, pose: &Pose) -> (Vector3, Vector3) {
-        (pose.attitude * self.boresight, self.direction.at(time, frame_rate))
+    /// Boresight and direction after a part of the path, reference axes.
+    fn seen(&self, part: f64, pose: &Pose) -> Seen {
+        let time = part * self.seconds;
+        Seen {
+            boresight: pose.attitude * self.boresight,
+            direction: self.direction.at(time, &self.frame_rate),
+            half_angle: self.half_angle + self.direction.angular_radius(time),
+            acts: self.pointing.during.contains(time),
+        }
     }
 }
 
 /// Both ways around a keep-out cone, or the path itself where it stays outside.
-fn around(cone: &Cone, frame_rate: &Vector3, seed: Candidate, out: &mut Vec<Candidate>) {
+fn around(cone: &Cone, seed: Candidate, out: &mut Vec<Candidate>) {
     let last = seed.steps();
     let poses: Vec<Pose> = seed.states.iter().map(Point::pose).collect();
-    let time = |index: usize| index as f64 / last as f64;
-    let seen: Vec<(Vector3, Vector3)> =
-        poses.iter().enumerate().map(|(index, pose)| cone.seen(frame_rate, time(index), pose)).collect();
-    let angles: Vec<f64> = seen.iter().map(|(p, w)| p.cross(w).norm().atan2(p.dot(w))).collect();
-    let inside = |index: &usize| angles[*index] < cone.half_angle;
+    let part = |index: usize| index as f64 / last as f64;
+    let seen: Vec<Seen> =
+        poses.iter().enumerate().map(|(index, pose)| cone.seen(part(index), pose)).collect();
+    let angles: Vec<f64> = seen.iter().map(|seen| angle_between(&seen.boresight, &seen.direction)).collect();
+    let inside = |index: &usize| seen[*index].acts && angles[*index] < seen[*index].half_angle;
     let (Some(first), Some(final_)) = ((0..=last).find(inside), (0..=last).rev().find(inside)) else {
         out.push(seed);
         return;
     };
     let nearest = (first..=final_).min_by(|a, b| angles[*a].total_cmp(&angles[*b])).unwrap_or(first);
-    let (p, w) = &seen[nearest];
-    let motion = seen[(nearest + 1).min(last)].0 - seen[nearest.saturating_sub(1)].0;
+    let Seen { boresight: p, direction: w, half_angle, .. } = &seen[nearest];
+    let motion = seen[(nearest + 1).min(last)].boresight - seen[nearest.saturating_sub(1)].boresight;
     let along = motion - p * p.dot(&motion);
     // A boresight that does not move has no sideways of its own: any will do.
     let along = along.try_normalize(1e-9).unwrap_or_else(|| p.cross(&other(p)).normalize());
@@ -89,7 +111,7 @@ fn around(cone: &Cone, frame_rate: &Vector3, seed: Candidate, out: &mut Vec<Cand
     let centre = 0.5 * (first + final_) as f64;
     let (low, high) = ((centre - 2.0 * reach).max(0.0), (centre + 2.0 * reach).min(last as f64));
     for side in [1.0, -1.0] {
-        let shift = lateral + side * (cone.half_angle + CLEARANCE);
+        let shift = lateral + side * (half_angle + CLEARANCE);
         let turned = poses.iter().enumerate().map(|(index, pose)| {
             let at = index as f64;
             let fade = if at <= centre {
@@ -112,16 +134,21 @@ fn other(p: &Vector3) -> Vector3 {
     if p.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() }
 }
 
-/// The path pulled into a keep-in cone.
-fn into(cone: &Cone, frame_rate: &Vector3, seed: Candidate) -> Candidate {
+/// The path pulled into a keep-in cone, or onto a cone.
+fn into(cone: &Cone, seed: Candidate) -> Candidate {
     let last = seed.steps();
     let poses = seed.states.iter().map(Point::pose).enumerate().map(|(index, pose)| {
-        let (p, w) = cone.seen(frame_rate, index as f64 / last as f64, &pose);
+        let Seen { boresight: p, direction: w, half_angle, acts } =
+            cone.seen(index as f64 / last as f64, &pose);
         let axis = p.cross(&w);
-        let excess = axis.norm().atan2(p.dot(&w)) - (cone.half_angle - CLEARANCE.min(0.1 * cone.half_angle));
+        let (surface, off) = match cone.pointing.side {
+            Side::On { .. } => (half_angle, true),
+            _ => (half_angle - CLEARANCE.min(0.1 * half_angle), false),
+        };
+        let excess = angle_between(&p, &w) - surface;
         let inner = index > 0 && index < last;
         match axis.try_normalize(1e-12) {
-            Some(axis) if excess > 0.0 && inner => {
+            Some(axis) if acts && (off || excess > 0.0) && inner => {
                 Pose { position: pose.position, attitude: lie::exp(&(axis * excess)) * pose.attitude }
             }
             _ => pose,

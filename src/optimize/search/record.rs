@@ -111,8 +111,10 @@ fn active(
 ) -> Vec<ActiveConstraint> {
     let of_group = |group: usize| {
         let acting = rows.rows.iter().zip(multipliers);
-        let acting = acting
-            .filter(move |(row, multiplier)| row.group == group && !row.what.is_kink() && **multiplier > 0.0);
+        let acting = acting.filter(move |(row, multiplier)| {
+            let pulls = if row.what.is_equation() { **multiplier != 0.0 } else { **multiplier > 0.0 };
+            row.group == group && !row.what.is_kink() && pulls
+        });
         acting.map(|(row, multiplier)| (row.stage as f64 * problem.step(), *multiplier)).unzip()
     };
     let groups = rows.groups.iter().enumerate().map(|(group, named)| {

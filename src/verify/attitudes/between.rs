@@ -18,7 +18,8 @@ use crate::Vector3;
 use crate::lie::{self, interpolation};
 use crate::maneuver::Problem;
 use crate::maneuver::constraint::{
-    Arc, BOUNDARY_ROUNDING, Constraint, Direction, Pointing, Rule, Side, Target, angle_between, turn_between,
+    Arc, BOUNDARY_ROUNDING, Constraint, Direction, Extreme, Pointing, Rule, Side, Target, angle_between,
+    turn_between,
 };
 use crate::numerics::figures::{decimals, significant, told_apart};
 
@@ -81,9 +82,14 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
         let arc = Arc { start: motion.attitude[k], turn: motion.turn(k) };
         for (boresight, direction) in pointing.pairs() {
             let target = target(motion, direction, k);
-            let room = |part: f64| pointing.room_beside(arc.angle(boresight, &target, part), target.radius);
-            let worst = arc.extreme(boresight, &target, pointing.side);
-            let deepest = pointing.room_beside(worst.angle, target.radius);
+            let room = |part: f64| {
+                let acts = pointing.during.contains(begin + part * step);
+                let angle = arc.angle(boresight, &target, part);
+                if acts { pointing.room_beside(angle, target.radius) } else { f64::INFINITY }
+            };
+            let Some((worst, deepest)) = pointing.least_room(&arc, boresight, &target, [begin, step]) else {
+                continue;
+            };
             if deepest.is_nan() || deepest < -allowed {
                 let edge = |from: f64, to: f64| begin + step * border(&room, from, to);
                 let found = Inside {
@@ -160,6 +166,9 @@ fn along_cubic(
     let cubic = interpolation::Cubic::between(&first, &second, motion.step(k));
     let speed = cubic.steepest() + target.turn.norm();
     let room = |part: f64| {
+        if !pointing.during.contains(motion.rows.time[k] + part * motion.step(k)) {
+            return f64::INFINITY;
+        }
         let pointed = first.attitude * lie::exp(&cubic.at(part).0) * boresight;
         pointing.room_beside(angle_between(&pointed, &target.at(part)), target.radius)
     };
@@ -222,11 +231,11 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
                     let mut value = mean[axis].abs();
                     if frame > 0.0 {
                         let target = Target::fixed(motion.frame_rate / frame);
-                        let along = |side| {
-                            let part = arc.extreme(&Vector3::ith(axis, 1.0), &target, side);
+                        let along = |which| {
+                            let part = arc.extreme(&Vector3::ith(axis, 1.0), &target, which);
                             (mean[axis] + frame * part.angle.cos()).abs()
                         };
-                        value = along(Side::KeepOut).max(along(Side::KeepIn));
+                        value = along(Extreme::Nearest).max(along(Extreme::Farthest));
                     }
                     meet(value, limits[axis], AXES[axis], open, time);
                 }

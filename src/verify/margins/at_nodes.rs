@@ -13,7 +13,7 @@ pub struct NodeMargins {
     pub name: String,
     /// Its unit there.
     pub unit: &'static str,
-    /// `N + 1` distances, negative: violated. NaN where there is no input, or no rate of one.
+    /// `N + 1` distances, negative: violated. NaN where there is no input, or no rate of one, and where a constraint does not act.
     pub values: Vec<f64>,
 }
 
@@ -38,6 +38,9 @@ impl Meter<'_> {
         let frame_rate = self.frame_rate;
         for entry in &mut self.entries {
             let super::What::Rule(Rule::Pointing(pointing)) = entry.what else { continue };
+            if !pointing.during.contains(time) {
+                continue;
+            }
             for (index, (angle, radius)) in angles(pointing, time, attitude, &frame_rate).enumerate() {
                 let scaled = pointing.room_beside(angle, radius);
                 entry.smallest.meet(super::Smallest { margin: scaled, scaled, time, index });
@@ -84,8 +87,8 @@ pub fn margins_at_nodes(
         }
         meter.rate(time, &trajectory.angular_velocity[node]);
         meter.attitude(time, &lie::rotation_from_quaternion(&trajectory.quaternion[node]));
-        for (column, margin) in found.iter_mut().zip(meter.margins()) {
-            column.values.push(margin.margin);
+        for (column, entry) in found.iter_mut().zip(&meter.entries) {
+            column.values.push(entry.margin().margin);
         }
     }
     found

@@ -63,7 +63,7 @@ fn a_report_of_a_pass_shows_what_stands_around() {
     assert_eq!(scenery.on_ground(&-seen, 75.0), None);
     let [range, elevation] = scenery.station_at(75.0).unwrap();
     assert!((range / heavens.sky.range(&target("ground"), 75.0).unwrap() - 1.0).abs() < 1e-6);
-    let wanted = heavens.sky.elevation(-4.9, -95.3, 500.0, 75.0).unwrap();
+    let wanted = slewkit_sky::elevation(&heavens.sky, -4.9, -95.3, 500.0, 75.0).unwrap();
     assert!((elevation - wanted).abs() < 1e-6, "{elevation} {wanted}");
 }
 
@@ -101,6 +101,33 @@ fn an_orbit_that_a_spec_names_is_never_replaced() {
         "orbit.oem",
         "--force",
     ]);
+    fs::create_dir(folder.path("specs")).unwrap();
+    fs::write(folder.path("specs/pass.toml"), BY_FILE.replace("orbit.oem", "../orbit.csv")).unwrap();
+    fs::write(folder.path("page.toml"), BY_FILE.replace("orbit.oem", "orbit.html")).unwrap();
+    for name in ["orbit.csv", "orbit.html"] {
+        fs::write(folder.path(name), &text).unwrap();
+    }
+    folder.slew(&["batch", "specs", "-q", "-o", "orbit.csv", "--force"]).ends(8).tells("E0100");
+    folder.slew(&["compare", "page.toml", "--report", "orbit.html", "--force"]).ends(8).tells("E0100");
+    for name in ["orbit.csv", "orbit.html"] {
+        assert_eq!(folder.read(name), text);
+    }
+}
+
+/// Of a folder of specs, too.
+#[test]
+fn results_of_specs_with_another_orbit_are_never_mixed() {
+    let folder = Folder::new();
+    let orbit = format!("{}/../../tests/bad_inputs/sky_circular.oem", env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(orbit).unwrap();
+    fs::create_dir(folder.path("specs")).unwrap();
+    fs::write(folder.path("specs/pass.toml"), BY_FILE).unwrap();
+    fs::write(folder.path("specs/orbit.oem"), &text).unwrap();
+    let own = ["batch", "specs", "-q", "-o", "all.jsonl"];
+    folder.slew(&own).ends(0);
+    folder.slew(&own).ends(0);
+    fs::write(folder.path("specs/orbit.oem"), text.replace("6985.362639", "6985.362638")).unwrap();
+    folder.slew(&own).ends(8).tells("error[E0112]");
 }
 
 #[test]

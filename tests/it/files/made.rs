@@ -83,6 +83,7 @@ pub fn with_constraints(problem: Problem) -> Problem {
             ],
             half_angle,
             margin: 0.1 + 0.2,
+            during: Default::default(),
         })
     };
     let constraint = |name: &str, rule| Constraint { name: name.into(), rule };

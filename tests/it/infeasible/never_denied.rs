@@ -65,6 +65,7 @@ fn fence(mut problem: Problem, inputs: &[f64], random: &mut Random) -> Problem {
             }],
             half_angle: 1.0,
             margin: 0.0,
+            during: Default::default(),
         };
         wanted.push(Constraint { name: format!("cone {index}"), rule: Rule::Pointing(pointing) });
     }

@@ -128,6 +128,7 @@ fn cones_limits_and_wheels_are_kept_on_the_way_to_any_attitude() {
         directions: vec![Direction::Fixed(sun)],
         half_angle: 0.6,
         margin: 0.0,
+        during: Default::default(),
     };
     let coned =
         problem.clone().with_constraint(Constraint { name: "sun".into(), rule: Rule::Pointing(cone) });

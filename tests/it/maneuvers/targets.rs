@@ -153,6 +153,7 @@ fn a_cone_that_moves_is_touched_where_it_is_by_then() {
         directions: vec![direction(given, "cone")],
         half_angle: number(&given["half_angle_deg"]).to_radians(),
         margin: 0.0,
+        during: Default::default(),
     };
     let problem = Problem::attitude(body, state("q0", "w0"), state("qf", "wf"), number(&given["T"]))
         .with_constraint(Constraint { name: "station".into(), rule: Rule::Pointing(cone) });
@@ -233,6 +234,7 @@ fn a_boresight_stays_within_an_angle_of_the_limb() {
         directions: vec![disc],
         half_angle,
         margin: 0.0,
+        during: Default::default(),
     };
     // About an axis aside of the way from start to end, and by way of rates that carry the boresight beyond.
     let start = State::attitude(slewkit::Matrix3::identity(), Vector3::new(0.0, 0.0, 0.4));

@@ -149,6 +149,7 @@ fn cone(side: Side, half_angle: f64, margin: f64, turns_with_frame: bool) -> Con
         directions: directions.map(direction).to_vec(),
         half_angle,
         margin,
+        during: Default::default(),
     };
     Constraint { name: format!("{side:?} {turns_with_frame}"), rule: Rule::Pointing(pointing) }
 }
@@ -314,6 +315,7 @@ fn passing_between_nodes(half_angle_deg: f64) -> (Problem, Trajectory) {
         directions: vec![Direction::Fixed(vector)],
         half_angle: half_angle_deg.to_radians(),
         margin: 0.0,
+        during: Default::default(),
     };
     let mut problem = Problem::attitude(body, start, start, steps as f64)
         .with_steps(steps)

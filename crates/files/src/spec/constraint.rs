@@ -81,6 +81,7 @@ fn names(sections: &[Section]) -> Option<Vec<String>> {
         let word = match sections[index].word("kind")? {
             "keep_out" => "keep-out cone",
             "keep_in" => "keep-in cone",
+            "on_cone" => "cone",
             _ => "rate limit",
         };
         let numbered = (2..).map(|number| format!("{word} {number}"));
@@ -94,12 +95,15 @@ fn rule(section: &Section, sky: &mut sky::Reading, name: &str) -> Option<Rule> {
     let side = match section.word("kind")? {
         "keep_out" => Side::KeepOut,
         "keep_in" => Side::KeepIn,
+        "on_cone" => Side::On { within: sky::within(section)? },
         _ => return rate_limit(section),
     };
     let boresights = section
         .vectors("boresight_body")
         .map(|vectors| vectors.into_iter().map(|vector| section.unit(vector)).collect());
+    let known = sky.targets_read();
     let directions = directions(section, sky, name);
+    let during = sky.during(section, known);
     let (half_angle, margin) = cone(section, side)?;
     let widest =
         directions.iter().flatten().map(|direction| direction.angular_radius(0.0)).fold(0.0, f64::max);
@@ -117,6 +121,7 @@ fn rule(section: &Section, sky: &mut sky::Reading, name: &str) -> Option<Rule> {
         directions: directions?,
         half_angle,
         margin,
+        during: during?,
     }))
 }
 
@@ -139,8 +144,8 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     } else {
         section.angle("half_angle_deg", "half_angle_rad")
     };
-    let margin = section.angle("margin_deg", "margin_rad");
     let margin_given = section.has("margin_deg") || section.has("margin_rad");
+    let margin = if margin_given { section.angle("margin_deg", "margin_rad") } else { None };
     let half_angle = half_angle?;
     if half_angle.degrees() <= 0.0 || half_angle.degrees() >= 180.0 {
         let reason = format!(
@@ -207,6 +212,10 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
             format!("slow the {end} down, or raise the limit from {} deg/s", short(limit.to_degrees())),
         ),
         Some(Rule::RateAxes(_)) => ("E0060", format!("slow the {end} down, or raise the limit")),
+        Some(Rule::Pointing(Pointing { side: Side::On { within }, .. })) => (
+            "E0071",
+            format!("turn the {end} onto the cone, or widen within_deg from {}", short(within.to_degrees())),
+        ),
         Some(Rule::Pointing(Pointing { side: Side::KeepIn, .. })) => {
             ("E0071", format!("turn the {end} into the cone, or make the cone wider"))
         }

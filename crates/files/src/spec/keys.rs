@@ -58,6 +58,8 @@ pub(crate) enum Kind {
     Vertices(Quantity),
     /// A list of triangles, each three whole numbers from 1.
     Faces,
+    /// A list of intervals of time \[s\], one after another.
+    Intervals,
     /// Known, but this version cannot do it; the text says what it will be.
     Later(&'static str),
 }
@@ -198,7 +200,9 @@ pub(crate) use simulation::{MAX_LISTED, MAX_STEPS, SIMULATION_ROOT};
 
 pub(crate) const MAX_POINTS: usize = 100;
 pub(crate) const MAX_WHEELS: usize = ActuatorSet::MAX_INPUTS;
-const POINTING: &[&str] = &["keep_out", "keep_in"];
+const POINTING: &[&str] = &["keep_out", "keep_in", "on_cone"];
+const BESIDE_CONE: &[&str] = &["keep_out", "keep_in"];
+const ON_CONE: &[&str] = &["on_cone"];
 const RATE_LIMIT: &[&str] = &["rate_limit"];
 const UNIFORM: &[&str] = &["uniform_gravity"];
 const GRADIENT: &[&str] = &["gravity_gradient"];
@@ -372,15 +376,21 @@ tables! {
 
     static CONSTRAINT[
         selector: Some("kind"),
-        exclusive: &[RATE_LIMITS, HALF_ANGLES, &["margin_deg", "margin_rad"]],
+        exclusive: &[
+            RATE_LIMITS,
+            HALF_ANGLES,
+            &["margin_deg", "margin_rad"],
+            &["within_deg", "within_rad"],
+            &["while", "during_s"],
+        ],
         one_of: &[
             (HALF_ANGLES, "half_angle_deg = 35"),
             (DIRECTIONS, "direction_inertial = { ra_deg = 231.0, dec_deg = -18.3 }"),
             (RATE_LIMITS, "angular_velocity_limit_deg_s = 4"),
         ],
     ] {
-        /// What it asks: boresights outside or inside of cones, or a limit of the angular velocity.
-        "kind": Choice(&["keep_out", "keep_in", "rate_limit"], &[]), needed "kind = \"keep_out\"";
+        /// What it asks: boresights outside or inside of cones, or held on them, or a limit of the angular velocity.
+        "kind": Choice(&["keep_out", "keep_in", "on_cone", "rate_limit"], &[]), needed "kind = \"keep_out\"";
         /// What reports call it. Default: its kind.
         "name": Text(100);
         /// One boresight or several, body axes, any length.
@@ -401,15 +411,24 @@ tables! {
         /// The same in rad, between 0 and π.
         "half_angle_rad": Number(q::ANGLE_RAD), only POINTING;
         /// Margin: added to the half angle of a keep-out cone, taken from that of a keep-in cone. Default: 0.
-        "margin_deg": Number(q::MARGIN_DEG), only POINTING;
+        "margin_deg": Number(q::MARGIN_DEG), only BESIDE_CONE;
         /// The same in rad.
-        "margin_rad": Number(q::MARGIN_RAD), only POINTING;
+        "margin_rad": Number(q::MARGIN_RAD), only BESIDE_CONE;
+        /// What a boresight that is held on a cone may be off by at the ends and between the nodes, on which it is held exactly. Default: 0.1.
+        "within_deg": Number(q::TOLERANCE_DEG), only ON_CONE;
+        /// The same in rad.
+        "within_rad": Number(q::TOLERANCE_RAD), only ON_CONE;
+        /// When it acts: while a part of the Sun is seen, while a part of it is hidden by the Earth, or while what the cone is about is
+        /// not hidden by the Earth. Needs [orbit]. Default: always.
+        "while": Choice(&["always", "sunlit", "eclipse", "target_visible"], &[]), only POINTING;
+        /// The same as intervals of time from the start on: [[0, 40], [60, 90]].
+        "during_s": Intervals, only POINTING;
         /// The chance of violating it at its worst instant, under [uncertainty], with the gains of [feedback]: the plan keeps as much
         /// margin as that takes. Below 0.5.
-        "chance": Number(q::CHANCE), only POINTING;
+        "chance": Number(q::CHANCE), only BESIDE_CONE;
         /// When it may be violated with the chance. instant: at the worst one, to first order. motion: at any time, counted in flights
         /// by [plant]; from 1e-4 on. Default: instant.
-        "chance_over": Choice(&["instant", "motion"], &[]), only POINTING;
+        "chance_over": Choice(&["instant", "motion"], &[]), only BESIDE_CONE;
         /// Limit of the inertial angular velocity: one number for its norm, or three for its components in
         /// body axes.
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;

@@ -2,7 +2,7 @@
 
 use super::keys::{ATTITUDE, DIRECTION, Kind, MAX_LISTED, ROOT, SIMULATION_ROOT, TARGET, Table};
 use super::quantity::{Quantity, Sign};
-use super::values::MAX_DIRECTIONS;
+use super::values::{MAX_DIRECTIONS, MAX_INTERVALS};
 use serde_json::{Map, Value, json};
 
 /// The JSON Schema (draft 2020-12) of a spec, for editors. It holds for the TOML form too.
@@ -130,6 +130,9 @@ fn kind(kind: Kind) -> Value {
         Kind::Faces => {
             let corner = json!({ "type": "integer", "minimum": 1, "maximum": MAX_LISTED });
             json!({ "type": "array", "items": list(3, corner), "maxItems": MAX_LISTED })
+        }
+        Kind::Intervals => {
+            json!({ "type": "array", "items": list(2, any), "maxItems": MAX_INTERVALS })
         }
         Kind::Count(least, most) => json!({ "type": "integer", "minimum": least, "maximum": most }),
         Kind::Vector(quantity) => list(3, number(&quantity)),

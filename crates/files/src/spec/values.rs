@@ -11,7 +11,7 @@ use super::tree::{self, Integer};
 use super::{Node, Span, Value, cut, show};
 use slewkit::{Matrix3, Vector3};
 
-pub(crate) use lists::{MAX_DIRECTIONS, each};
+pub(crate) use lists::{MAX_DIRECTIONS, MAX_INTERVALS, each};
 
 /// What is wrong with a value: code, place, reason, remedy.
 pub(crate) type Fault = (&'static str, Span, String, String);
@@ -47,6 +47,10 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
         Kind::Vectors(quantity) => several(lists::vectors(node, &quantity)?),
         Kind::Axes => several(lists::axes(node, &q::COMPONENT)?),
         Kind::Vertices(quantity) => several(lists::vertices(node, &quantity)?),
+        Kind::Intervals => {
+            let pairs = lists::intervals(node)?;
+            Parsed::Square(pairs.into_iter().map(Vec::from).collect())
+        }
         Kind::Faces => Parsed::Faces(lists::faces(node)?),
         Kind::Quaternion => Parsed::Quaternion(lists::numbers(node, &q::ENTRY, "numbers")?),
         Kind::Matrix => matrix(lists::rows(node, &q::ENTRY)?),

@@ -591,7 +591,12 @@ fn constraint(table: &mut Writing, constraint: &Constraint) {
     };
     table.put("name", constraint.name.as_str());
     let Some(pointing) = pointing else { return };
-    table.put("kind", if pointing.side == Side::KeepOut { "keep_out" } else { "keep_in" });
+    let kind = match pointing.side {
+        Side::KeepOut => "keep_out",
+        Side::KeepIn => "keep_in",
+        Side::On { .. } => "on_cone",
+    };
+    table.put("kind", kind);
     table.put("boresight_body", rows(&pointing.boresights));
     for (name, turning) in [("direction_inertial", false), ("direction_reference", true)] {
         for direction in &pointing.directions {
@@ -607,5 +612,11 @@ fn constraint(table: &mut Writing, constraint: &Constraint) {
         table.item("direction", |table| target(table, direction));
     }
     table.put("half_angle_rad", pointing.half_angle);
-    table.put("margin_rad", pointing.margin);
+    match pointing.side {
+        Side::On { within } => table.put("within_rad", within),
+        Side::KeepOut | Side::KeepIn => table.put("margin_rad", pointing.margin),
+    }
+    if let Some(intervals) = pointing.during.given() {
+        table.put("during_s", Value::Array(intervals.iter().map(|pair| pair.as_slice().into()).collect()));
+    }
 }

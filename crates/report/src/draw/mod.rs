@@ -26,7 +26,7 @@ pub use ground::{Ground, GroundTrack};
 pub use map::Map;
 pub use panel::{Picture, panel};
 pub use scene::{Item, Scene};
-pub use sky::{DiscKind, Sky, SkyCone, SkyDisc, SkyMark, SkyRing, SkyTrack, SkyView, circle};
+pub use sky::{ConeAsks, DiscKind, Sky, SkyCone, SkyDisc, SkyMark, SkyRing, SkyTrack, SkyView, circle};
 pub use svg::escape;
 pub use table::table;
 pub use thin::thinned;

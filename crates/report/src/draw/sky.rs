@@ -5,8 +5,10 @@
 //! middle, by the point opposite to it, and a cone is one closed curve wherever it is.
 
 mod disc;
+mod names;
 
 pub use disc::{DiscKind, SkyDisc};
+use names::Names;
 
 use super::colour;
 use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
@@ -45,10 +47,36 @@ pub struct SkyCone {
     pub axis: Vector3,
     /// Half angle \[rad\].
     pub half_angle: f64,
-    /// Whether its inside is forbidden, or else its outside.
-    pub inside_forbidden: bool,
+    /// What it asks.
+    pub asks: ConeAsks,
+    /// When it acts, as parts of the motion from 0 to 1; `None`: always.
+    pub acts: Option<Vec<[f64; 2]>>,
+    /// The same in words: "from 0 to 40 s"; empty: always.
+    pub when: String,
     /// Where it moves: axis and half angle at equal steps of time from start to end; else empty.
     pub way: Vec<(Vector3, f64)>,
+}
+
+/// What a cone asks of boresights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConeAsks {
+    /// To stay outside.
+    KeepOut,
+    /// To stay inside.
+    KeepIn,
+    /// To stay on its surface.
+    HoldOn,
+}
+
+impl ConeAsks {
+    /// In words.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::KeepOut => "keep out",
+            Self::KeepIn => "keep in",
+            Self::HoldOn => "hold on",
+        }
+    }
 }
 
 /// The way of a direction.
@@ -98,6 +126,9 @@ pub struct SkyView {
 /// Middle and radius of the map on the drawing \[px\].
 const MIDDLE: (f64, f64) = (320.0, 264.0);
 const RADIUS: f64 = 196.0;
+
+/// Size of names on the map \[px\].
+const NAME: f64 = 11.0;
 
 /// Points around a cone.
 const AROUND: usize = 180;
@@ -190,9 +221,11 @@ impl Sky {
             let edge: Vec<(f64, f64)> = circle(&cone.axis, cone.half_angle).iter().map(place).collect();
             // On this map the inside of a closed curve is the part without the point opposite to the middle.
             let opposite = cone.axis.dot(&-view.middle).clamp(-1.0, 1.0).acos() < cone.half_angle;
-            let outer = (opposite == cone.inside_forbidden).then_some(&rim[..]);
-            let fill = format!("fill=\"{FORBIDDEN}\" fill-opacity=\"0.13\" fill-rule=\"evenodd\"");
-            svg.area(&[Some(&edge[..]), outer].into_iter().flatten().collect::<Vec<_>>(), &fill);
+            if cone.asks != ConeAsks::HoldOn {
+                let outer = (opposite == (cone.asks == ConeAsks::KeepOut)).then_some(&rim[..]);
+                let fill = format!("fill=\"{FORBIDDEN}\" fill-opacity=\"0.13\" fill-rule=\"evenodd\"");
+                svg.area(&[Some(&edge[..]), outer].into_iter().flatten().collect::<Vec<_>>(), &fill);
+            }
             svg.path(&edge, true, &format!("fill=\"none\" stroke=\"{FORBIDDEN}\" stroke-width=\"1.4\""));
         }
         for ring in &self.rings {
@@ -218,10 +251,19 @@ impl Sky {
         svg.raw("</g>");
         let rim = format!("fill=\"none\" stroke=\"{INK}\"");
         svg.circle(MIDDLE, RADIUS, &rim);
+        let mut names = Names::default();
+        let style = format!("font-size=\"{NAME}\" fill=\"{INK}\"");
+        let discs = self.discs.iter().map(|disc| (disc.ends()[1].0, &disc.name));
+        let marks = self.marks.iter().map(|mark| (mark.at, &mark.name));
+        for (at, name) in marks.chain(discs).filter(|(_, name)| !name.is_empty()) {
+            svg.text(names.beside(place(&at), name, NAME), Anchor::Start, &style, name);
+        }
         for (label, at) in self.labels(&view) {
             let (x, y) = place(&at);
-            let style = format!("font-size=\"10\" fill=\"{FAINT}\"");
-            svg.text((x + 2.0, y - 2.0), Anchor::Start, &style, &label);
+            if names.if_free((x + 2.0, y - 2.0), &label, 10.0) {
+                let style = format!("font-size=\"10\" fill=\"{FAINT}\"");
+                svg.text((x + 2.0, y - 2.0), Anchor::Start, &style, &label);
+            }
         }
         for track in &self.tracks {
             if let [first, .., last] = &track.points[..] {
@@ -233,8 +275,6 @@ impl Sky {
             let cross = format!("stroke=\"{INK}\" stroke-width=\"1.6\"");
             svg.line((x - 5.0, y), (x + 5.0, y), &cross);
             svg.line((x, y - 5.0), (x, y + 5.0), &cross);
-            let style = format!("font-size=\"11\" fill=\"{INK}\"");
-            svg.text((x + 7.0, y + 12.0), Anchor::Start, &style, &mark.name);
         }
         self.legend(svg);
     }
@@ -280,9 +320,12 @@ impl Sky {
             svg.circle((x + 14.0, y - 4.0), 8.0, &style);
             svg.text((x + 36.0, y), Anchor::Start, &ink, &shortened(&cone.name, 23));
             y += 16.0;
-            let what = if cone.inside_forbidden { "keep out" } else { "keep in" };
             let angle = slewkit::numerics::figures::rounded(cone.half_angle.to_degrees(), 4);
-            svg.text((x + 36.0, y), Anchor::Start, &small, &format!("{what}, {angle}°"));
+            svg.text((x + 36.0, y), Anchor::Start, &small, &format!("{}, {angle}°", cone.asks.word()));
+            if !cone.when.is_empty() {
+                y += 14.0;
+                svg.text((x + 36.0, y), Anchor::Start, &small, &shortened(&cone.when, 28));
+            }
             y += 24.0;
         }
         let [about, tilt] = &self.angles;

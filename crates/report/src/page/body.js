@@ -93,11 +93,11 @@ function stage() {
         }
       }
     };
-    const word = (text, at, colour, size, below = -5) => {
+    const names = naming();
+    const word = (text, at, colour, size = 12) => {
       pen.fillStyle = colour;
-      pen.font = `${size || 12}px system-ui, "DejaVu Sans", sans-serif`;
-      const [x, y] = place(at);
-      pen.fillText(text, x + 5, y + below);
+      pen.font = `${size}px system-ui, "DejaVu Sans", sans-serif`;
+      pen.fillText(text, ...names.beside(...place(at), pen.measureText(text).width, size));
     };
     pen.clearRect(0, 0, width, height);
     const attitude = attitudeAt(time());
@@ -133,11 +133,11 @@ function stage() {
           pen.fill();
         }
         halves(disc.way.map((at) => at.slice(0, 3)), front, colour, 1.2, 0.8);
-        if (here) word(disc.name, disc.axis, colour, 11, 14);
+        if (here) word(disc.name, disc.axis, colour, 11);
       }
       for (const cone of cones) {
         const edge = circle(cone.axis, cone.half_angle);
-        if (dot(cone.axis, near) >= 0 === front && cone.inside_forbidden) {
+        if (dot(cone.axis, near) >= 0 === front && cone.asks === "keep out" && coneActs(cone, part)) {
           pen.globalAlpha = front ? 0.16 : 0.07;
           pen.fillStyle = tint("limit");
           polyline(edge);

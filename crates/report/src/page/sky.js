@@ -28,6 +28,32 @@ function graticule() {
   return lines;
 }
 
+// Where names stand: each beside what it names, right or left, in the nearest row that no other one covers.
+function naming(taken = []) {
+  const box = (x, y, width, size) => [x, y - size, x + width, y + 0.25 * size];
+  const free = (b) => taken.every((other) => b[0] >= other[2] || b[2] <= other[0] || b[1] >= other[3] || b[3] <= other[1]);
+  return {
+    taken,
+    ifFree(x, y, width, size) {
+      const wanted = box(x, y, width, size);
+      return free(wanted) && taken.push(wanted) > 0;
+    },
+    beside(x, y, width, size) {
+      const places = [];
+      for (let row = 0; row < 12; row += 1) {
+        for (const k of [row + 1, -row]) for (const left of [x + 7, x - 7 - width]) places.push([left, y + k * (size + 2)]);
+      }
+      const place = places.find(([left, below]) => free(box(left, below, width, size))) || places[0];
+      taken.push(box(...place, width, size));
+      return place;
+    },
+  };
+}
+const nameWidth = (text, size) => 0.6 * size * text.length;
+// Whether a cone acts after a part of the motion.
+const coneActs = (cone, part) => !cone.acts || cone.acts.some(([from, to]) => from <= part && part <= to);
+const coneMoves = (cone) => cone.way.length > 0 || cone.acts !== null;
+
 // The least radius of a disc on the screen: the Sun would be half a pixel.
 const LEAST_DISC = 4;
 
@@ -88,13 +114,19 @@ function sky(figureNode, picture) {
     }
     const rim = `M${cx - radius - 2} ${cy}a${radius + 2} ${radius + 2} 0 1 0 ${2 * radius + 4} 0a${radius + 2} ${radius + 2} 0 1 0 ${-2 * radius - 4} 0Z`;
     const holdsOpposite = (axis, angle) => Math.acos(Math.max(-1, Math.min(1, -dot(axis, middle)))) < angle;
-    const drawCone = (cone, axis, angle, parent) => {
+    let names = naming();
+    const name = (text, at, kind, parent, size = 11) => {
+      const [x, y] = names.beside(...place(at), nameWidth(text, size), size);
+      element("text", { x, y, ...kind }, parent, text);
+    };
+    const drawCone = (cone, axis, angle, acts, parent) => {
       const edge = trace(circle(axis, angle)) + "Z";
-      const d = holdsOpposite(axis, angle) === cone.inside_forbidden ? edge + rim : edge;
-      element("path", { d, fill: "var(--limit)", "fill-opacity": 0.14, "fill-rule": "evenodd" }, parent);
-      element("path", { d: edge, fill: "none", stroke: "var(--limit)", "stroke-width": 1.4 }, parent);
-      const [x, y] = place(axis);
-      element("text", { x, y: y - 8, "text-anchor": "middle", class: "limit" }, parent, cone.name);
+      const d = holdsOpposite(axis, angle) === (cone.asks === "keep out") ? edge + rim : edge;
+      const shaded = acts && cone.asks !== "hold on";
+      if (shaded) element("path", { d, fill: "var(--limit)", "fill-opacity": 0.14, "fill-rule": "evenodd" }, parent);
+      const line = { fill: "none", stroke: "var(--limit)", "stroke-width": 1.4 };
+      element("path", { d: edge, ...line, ...(acts ? {} : { "stroke-dasharray": "2 4" }) }, parent);
+      name(cone.name, axis, { class: "limit" }, parent);
     };
     const drawDisc = (disc, axis, angle, parent) => {
       const tint = `var(--${disc.kind})`;
@@ -106,8 +138,7 @@ function sky(figureNode, picture) {
         element("path", { d, fill: tint, "fill-opacity": 0.22, "fill-rule": "evenodd" }, parent);
         element("path", { d: edge, fill: "none", stroke: tint, "stroke-width": 1.4 }, parent);
       }
-      // Cones have their names above.
-      element("text", { x: x + 7, y: y + 15, class: "small" }, parent, disc.name);
+      if (disc.name) name(disc.name, axis, { class: "small" }, parent);
     };
     for (const disc of picture.discs) {
       const middles = disc.way.map((at) => at.slice(0, 3));
@@ -118,15 +149,29 @@ function sky(figureNode, picture) {
       if ((radius * angle) / reach < LEAST_DISC) element("circle", { cx, cy, r: LEAST_DISC, ...dashed }, inside);
       else element("path", { d: trace(circle(axis, angle)) + "Z", ...dashed }, inside);
     }
-    for (const cone of picture.cones) if (!cone.way.length) drawCone(cone, cone.axis, cone.half_angle, inside);
+    for (const mark of picture.marks) {
+      const [x, y] = place(mark.at);
+      element("path", { d: `M${x - 5} ${y}h10M${x} ${y - 5}v10`, stroke: "var(--ink)", "stroke-width": 1.5 }, inside);
+      name(mark.name, mark.at, {}, inside, 13);
+    }
+    for (const cone of picture.cones) if (!coneMoves(cone)) drawCone(cone, cone.axis, cone.half_angle, true, inside);
+    for (const label of picture.labels) {
+      const [x, y] = place(label.at);
+      if (names.ifFree(x + 3, y - 3, nameWidth(label.text, 11), 11)) element("text", { x: x + 3, y: y - 3, class: "small" }, inside, label.text);
+    }
     moving = element("g", {}, inside);
+    const standing = names.taken;
     drawMoving = () => {
       moving.replaceChildren();
+      names = naming([...standing]);
       // Without a cursor as at the end.
       const last = body ? body.time[body.time.length - 1] : 0;
       const part = shared.time === null || !last ? 1 : shared.time / last;
       for (const disc of picture.discs) drawDisc(disc, ...alongWay(disc.way, part), moving);
-      for (const cone of picture.cones) if (cone.way.length) drawCone(cone, ...alongWay(cone.way, part), moving);
+      for (const cone of picture.cones.filter(coneMoves)) {
+        const at = cone.way.length ? alongWay(cone.way, part) : [cone.axis, cone.half_angle];
+        drawCone(cone, ...at, coneActs(cone, part), moving);
+      }
     };
     for (const ring of picture.rings) {
       if (ring.points.some((point, k) => tears(point, ring.points[(k + 1) % ring.points.length]))) continue;
@@ -138,15 +183,6 @@ function sky(figureNode, picture) {
       element("path", { d: stretches(track.points).map(trace).join(""), ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, inside);
     }
     element("circle", { cx, cy, r: radius, fill: "none", stroke: "var(--line)" }, svg);
-    for (const label of picture.labels) {
-      const [x, y] = place(label.at);
-      element("text", { x: x + 3, y: y - 3, class: "small" }, svg, label.text);
-    }
-    for (const mark of picture.marks) {
-      const [x, y] = place(mark.at);
-      element("path", { d: `M${x - 5} ${y}h10M${x} ${y - 5}v10`, stroke: "var(--ink)", "stroke-width": 1.5 }, svg);
-      element("text", { x: x + 7, y: y + 13 }, svg, mark.name);
-    }
     for (const track of picture.tracks) {
       const [start, end] = [place(track.points[0]), place(track.points[track.points.length - 1])];
       const ring = { r: 4.5, fill: "var(--paper)", stroke: colour(track.style), "stroke-width": 2 };
@@ -160,7 +196,7 @@ function sky(figureNode, picture) {
 
   // Where the boresights are at the time of the cursor.
   function update() {
-    if (picture.discs.length || picture.cones.some((cone) => cone.way.length)) drawMoving();
+    if (picture.discs.length || picture.cones.some(coneMoves)) drawMoving();
     dots.forEach((ring, index) => {
       const seen = shared.time !== null && body;
       ring.style.display = seen ? "" : "none";
@@ -180,8 +216,8 @@ function sky(figureNode, picture) {
   }
   html("span", node, "○ start   ● end");
   for (const cone of picture.cones) {
-    const what = cone.inside_forbidden ? "keep out" : "keep in";
-    html("span", node, `${cone.name}: ${what}, ${figure((cone.half_angle * 180) / Math.PI)}°`);
+    const when = cone.when ? `, ${cone.when}` : "";
+    html("span", node, `${cone.name}: ${cone.asks}, ${figure((cone.half_angle * 180) / Math.PI)}°${when}`);
   }
   for (const disc of picture.discs) {
     const entry = html("span", node);

@@ -88,7 +88,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     let study = Study::of(simulation, &args.study.asked());
     study.check().map_err(|error| args.study.refusal(&error))?;
     let targets = args.study.targets(&args.spec.spec)?;
-    let page_target = args.target()?;
+    let page_target = args.target(&loaded.files)?;
     interrupt::watch();
     let ran = study.run(&simulation.system, &simulation.start, &mut |progress| {
         let StudyProgress { kind, step, runs: (done, all) } = progress;

@@ -14,7 +14,7 @@ use slewkit_files::spec::{Loaded, Spec};
 use slewkit_report::studies::integrators::History;
 use slewkit_report::studies::methods::compare;
 use slewkit_report::{ComparisonFile, Motion, comparison_page};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `slew compare`.
 #[derive(Debug, clap::Args)]
@@ -76,9 +76,11 @@ pub struct Args {
 }
 
 impl Args {
-    /// The file of the page, checked before any work.
-    fn target(&self) -> Result<Option<Target>, Failure> {
-        let target = |page: &PathBuf| report::target(page, self.study.force, &[&self.spec.spec]);
+    /// The file of the page, checked before any work: it replaces neither the spec nor the `files` that this names.
+    fn target(&self, files: &[PathBuf]) -> Result<Option<Target>, Failure> {
+        let inputs: Vec<&Path> =
+            std::iter::once(&self.spec.spec).chain(files).map(PathBuf::as_path).collect();
+        let target = |page: &PathBuf| report::target(page, self.study.force, &inputs);
         self.page.as_ref().map(target).transpose()
     }
 }
@@ -132,8 +134,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 }
 
 fn methods(args: &Args, loaded: Loaded, console: &mut Console) -> Result<Exit, Failure> {
-    let Loaded { problem, settings, identity, .. } = loaded;
-    let target = args.target()?;
+    let Loaded { problem, settings, identity, files, .. } = loaded;
+    let target = args.target(&files)?;
     interrupt::watch();
     let comparison = compare(&problem, &settings, &mut Watcher(console)).map_err(refusal)?;
     let bound = args

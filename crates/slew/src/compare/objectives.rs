@@ -15,7 +15,7 @@ use slewkit_report::studies::ways::{self, WayRun};
 /// Compares the objectives.
 pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, Failure> {
     let Loaded { problem, settings, identity, .. } = loaded;
-    let target = args.target()?;
+    let target = args.target(&loaded.files)?;
     interrupt::watch();
     // What switches has ways of its own, which stand before the objectives unless these alone are asked for.
     let ways = (problem.switches() && !args.objectives)

@@ -104,7 +104,7 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     let acts = |index: &usize| {
         let multiplier = multipliers.rows[*index];
         limits.rows[*index].what.is_curved(model)
-            && (multiplier > 0.0 || limits.rows[*index].what.is_kink() && multiplier < 0.0)
+            && (multiplier > 0.0 || limits.rows[*index].what.has_either_sign() && multiplier < 0.0)
             && !matches!(at.rows[*index], RowValue::Idle)
     };
     let acting: Vec<usize> = limits.range(stage).filter(acts).collect();

@@ -176,7 +176,11 @@ impl<'a> Evaluated<'a> {
     pub fn violations(&self) -> Vec<f64> {
         let mut worst = vec![0.0f64; self.limits.groups.len()];
         for (row, value) in self.limits.rows.iter().zip(&self.rows) {
-            worst[row.group] = worst[row.group].max(value.violation());
+            let off = match value {
+                RowValue::Half { c, .. } if row.what.is_equation() => c.abs(),
+                _ => value.violation(),
+            };
+            worst[row.group] = worst[row.group].max(off);
         }
         worst
     }

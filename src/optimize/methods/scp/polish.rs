@@ -22,6 +22,8 @@
 //! of which thousands follow each other, contradict each other by a few at the ends of their arcs. From an iterate to which
 //! the convex iteration has settled, `δ` may therefore be as large as `1/ν` too.
 //!
+//! An equation, as of a boresight that is held on a cone, acts always, and its multiplier has either sign.
+//!
 //! A kink `p |v|` of the cost (`rows`) is met in the same way: it holds `v = 0` where `|ν + ρ v| ≤ p`, with ν as unknown, and
 //! elsewhere its slope is known, `ν = p v/|v|`.
 //!
@@ -43,7 +45,7 @@ use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
 use super::kkt::{BURNT, Kkt, PROXIMAL};
 use super::model::Model;
-use super::rows::{LimitRows, RowValue, What, size};
+use super::rows::{LimitRow, LimitRows, RowValue, What, size};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
 use crate::optimize::methods::driver::{Iteration, run};
@@ -416,13 +418,13 @@ fn largest_multiplier(multipliers: &Multipliers) -> f64 {
     multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value))
 }
 
-/// Rows whose value and multiplier `acts` accepts.
+/// Rows whose value and multiplier `acts` accepts, and all equations.
 fn rows_that(at: &Evaluated, multipliers: &Multipliers, acts: impl Fn(f64, f64) -> bool) -> Vec<bool> {
-    let half = |(value, multiplier): (&RowValue, &f64)| match value {
-        RowValue::Half { c, .. } => acts(*c, *multiplier),
+    let half = |((value, multiplier), row): ((&RowValue, &f64), &LimitRow)| match value {
+        RowValue::Half { c, .. } => row.what.is_equation() || acts(*c, *multiplier),
         _ => false,
     };
-    at.rows.iter().zip(&multipliers.rows).map(half).collect()
+    at.rows.iter().zip(&multipliers.rows).zip(&at.limits.rows).map(half).collect()
 }
 
 /// At first: rows with a multiplier that is not round-off, or violated.
@@ -507,9 +509,11 @@ impl Residuals {
             return f64::INFINITY;
         }
         largest = largest.max(at.largest_defect());
-        for ((value, multiplier), active) in at.rows.iter().zip(&multipliers.rows).zip(active) {
+        let rows = at.rows.iter().zip(&multipliers.rows).zip(&at.limits.rows);
+        for (((value, multiplier), row), active) in rows.zip(active) {
             let RowValue::Half { c, .. } = value else { continue };
-            largest = largest.max(if *active { c.abs() } else { *c }).max(-multiplier / self.scale);
+            let pull = if row.what.is_equation() { 0.0 } else { -multiplier / self.scale };
+            largest = largest.max(if *active { c.abs() } else { *c }).max(pull);
         }
         for kink in &at.limits.kinks {
             let v = kink.rows.clone().map(|row| at.rows[row].kinked());

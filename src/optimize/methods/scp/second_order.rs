@@ -58,7 +58,13 @@ pub(crate) fn descents(
     let evaluated = iterate.evaluate(model, rows, *watch).ok()?.smooth();
     let largest = multipliers.rows.iter().fold(0.0f64, |largest, value| largest.max(*value));
     let values = || evaluated.rows.iter().zip(&multipliers.rows);
-    let sure: Vec<bool> = values().map(|(_, multiplier)| *multiplier > SURE * largest).collect();
+    let is_equation = |row: usize| {
+        rows.rows[row].what.is_equation() && matches!(evaluated.rows[row], RowValue::Half { .. })
+    };
+    let sure: Vec<bool> = values()
+        .enumerate()
+        .map(|(row, (_, multiplier))| is_equation(row) || *multiplier > SURE * largest)
+        .collect();
     let possible: Vec<bool> = values()
         .zip(&sure)
         .map(|((value, _), sure)| *sure || matches!(value, RowValue::Half { c, .. } if *c >= -MET))

@@ -7,7 +7,7 @@
 //! minimise   Σ κ ½(u+δu)ᵀW(u+δu) + ½ Σ z_kᵀ P_k z_k + μ D t + Σ ρ_g σ_g
 //! subject to z_0 = B_0 δu_0 + (1 − t) d_0 ,   z_{k+1} = A_k z_k + B_{k+1} δu_{k+1} + (1 − t) d_{k+1}
 //!            S z_N = −(1 − t) e ,             |ζ_k| ≤ Δ ,   0 ≤ t ≤ 1 ,   σ ≥ 0
-//!            rows: c + ∂c·δ ≤ σ_g ,           |v + ∂v·δ| ≤ 1 + σ_g
+//!            rows: c + ∂c·δ ≤ σ_g ,           |v + ∂v·δ| ≤ 1 + σ_g ,       |c + ∂c·δ| ≤ σ_g of an equation
 //! ```
 //!
 //! and, where the duration `s` is sought, with `w s δ` in the cost, `δ` the change of its logarithm, bounded as rotations
@@ -254,6 +254,12 @@ impl<'a> Subproblem<'a> {
             },
             predicted: 0.0,
         };
+        // Of an equation the two sides: the second one stands next to the first.
+        for (row, place) in places.iter().enumerate() {
+            if self.rows.rows[row].what.is_equation() {
+                best.multipliers.rows[row] = optimum.z[*place] - optimum.z[place + 1];
+            }
+        }
         for kink in &self.rows.kinks {
             let first = places[kink.rows.start];
             for (component, row) in kink.rows.clone().enumerate() {
@@ -413,6 +419,13 @@ impl<'a> Subproblem<'a> {
                 }
             }
             writer.slack(place, layout.slack[row.group]);
+            if row.what.is_equation() {
+                // The other side, of which an idle one has none either.
+                let other = writer.row(if matches!(value, RowValue::Half { .. }) { c } else { 1.0 });
+                let state = state.into_iter().flat_map(|state| state.iter());
+                writer.put_all(other, layout.state(row.stage), state, -1.0);
+                writer.slack(other, layout.slack[row.group]);
+            }
         }
         for (kink, bound) in self.rows.kinks.iter().zip(&layout.kink).filter(|(kink, _)| kink.rows.len() == 1)
         {

@@ -5,7 +5,7 @@ use super::iterate::Iterate;
 use super::model::{ChainState as Node, Goal};
 use super::rows::{LimitRow, Place, RowValue, What};
 use super::*;
-use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use crate::maneuver::constraint::{Constraint, Direction, During, Pointing, Rule, Side};
 use crate::maneuver::objective::{Fuel, Objective, Weights};
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
@@ -64,7 +64,8 @@ fn limited_channel(channel: &ActuatorSet) -> ActuatorSet {
 fn limited(mut problem: Problem) -> Problem {
     problem.actuation.torque = limited_channel(&problem.actuation.torque);
     problem.actuation.force = problem.actuation.force.as_ref().map(limited_channel);
-    let cone = |side, kind: fn(Vector3) -> Direction| Constraint {
+    let step = problem.step();
+    let acting = |side, kind: fn(Vector3) -> Direction, during: During| Constraint {
         name: "cone".into(),
         rule: Rule::Pointing(Pointing {
             side,
@@ -72,14 +73,34 @@ fn limited(mut problem: Problem) -> Problem {
             directions: vec![kind(Vector3::new(0.0, 0.8, -0.6))],
             half_angle: 0.7,
             margin: 0.02,
+            during,
         }),
     };
+    let cone = |side, kind| acting(side, kind, During::default());
+    // Arcs on which it begins and ends to act.
+    let intervals: Vec<[f64; 2]> = (0..3 * problem.steps)
+        .map(|k| 0.93 * step * k as f64)
+        .map(|from| [from, from + 0.6 * step])
+        .collect();
+    let at_times = |side, kind| acting(side, kind, During::intervals(intervals.clone()));
     let rate = |rule| Constraint { name: "rate".into(), rule };
     problem
         .with_constraint(cone(Side::KeepOut, Direction::Fixed))
         .with_constraint(cone(Side::KeepIn, Direction::InFrame))
+        .with_constraint(cone(Side::On { within: 0.1 }, Direction::Fixed))
+        .with_constraint(at_times(Side::KeepOut, Direction::InFrame))
+        .with_constraint(at_times(Side::KeepIn, Direction::Fixed))
+        .with_constraint(at_times(Side::KeepOut, drifting))
         .with_constraint(rate(Rule::RateNorm(1.5)))
         .with_constraint(rate(Rule::RateAxes(Vector3::new(1.0, 1.2, 1.4))))
+}
+
+/// A direction that moves by itself.
+fn drifting(from: Vector3) -> Direction {
+    Direction::along(0.0, 20.0, 20.0, 12, |time| {
+        from + 0.1 * time * Vector3::new(0.3, 1.0, -0.4) + 0.01 * time * time * Vector3::x()
+    })
+    .unwrap()
 }
 
 fn problems() -> Vec<Problem> {
@@ -279,7 +300,7 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
             }
             let [by_state, by_inputs, by_next] = there.slopes().map(|slope| slope.cloned());
             let kind = match row.what {
-                What::Cone { arc: true, .. } => 1,
+                What::Cone(_) if row.what.is_of_arc() => 1,
                 What::Burn { .. } => 2,
                 _ => 0,
             };

@@ -79,7 +79,7 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
         if hopeless || search.stopped() {
             continue;
         }
-        for seed in detours(problem, &coarse.model.dynamics.frame_rate(), seed) {
+        for seed in detours(problem, seed) {
             descend(search, found, &coarse, seed);
         }
     }
@@ -116,7 +116,7 @@ fn from_paths<const N: usize>(
     let bvp = BoundaryValueProblem::<N>::new(relaxed, coarse.model.steps);
     for start in starts.paths(&bvp) {
         let seed = path(&start.provenance.start, grid, start.states.iter().map(Point::pose));
-        for seed in detours(search.problem, &coarse.model.dynamics.frame_rate(), seed) {
+        for seed in detours(search.problem, seed) {
             if search.stopped() {
                 return;
             }

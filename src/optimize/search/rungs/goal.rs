@@ -31,8 +31,7 @@ impl<const N: usize> Climb<N> for OfGoal {
 /// than the dynamics do.
 fn coarse_minima<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Chain {
     let mut coarse = search.chain(chain_steps(search.problem));
-    let frame_rate = coarse.model.dynamics.frame_rate();
-    let detours = |path: &Candidate| detours(search.problem, &frame_rate, path.clone());
+    let detours = |path: &Candidate| detours(search.problem, path.clone());
     let seeds: Vec<Candidate> = search.ask.paths.iter().flat_map(detours).collect();
     for share in shares(search, found) {
         found.share = Some(share);

@@ -3,7 +3,7 @@
 use super::{Fingerprint, MAX_CASES};
 use crate::batch::error::shown;
 use crate::batch::{BatchError, Case};
-use crate::spec::MAX_BYTES;
+use crate::spec::{Base, Format, MAX_BYTES};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -13,11 +13,13 @@ use std::path::{Path, PathBuf};
 pub(super) struct Folder {
     path: PathBuf,
     names: Vec<String>,
+    /// The files that they name.
+    beside: Vec<PathBuf>,
 }
 
 impl Folder {
     /// The files of `path` that end in `.toml` or `.json`, in the order of the bytes of their names, and the hash of
-    /// their names and contents.
+    /// their names and contents, and of the orbits that they name as files.
     pub fn open(path: &Path, mut fingerprint: Fingerprint) -> Result<(Self, Fingerprint), BatchError> {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let mut names = Vec::new();
@@ -45,6 +47,7 @@ impl Folder {
             return Err(BatchError::file("E0034", reason, "use several folders"));
         }
         names.sort_unstable();
+        let mut beside = Vec::new();
         for name in &names {
             let file = path.join(name);
             let mut content = Vec::new();
@@ -53,12 +56,23 @@ impl Folder {
                 let _ = input.take(MAX_BYTES as u64 + 1).read_to_end(&mut content);
             }
             fingerprint = fingerprint.and(name.as_bytes()).and(&content);
+            // What is wrong with a spec is told when its turn comes, too.
+            if let Ok(base) = Base::open(&file, Format::of(&file), &[]) {
+                fingerprint =
+                    base.texts().skip(1).fold(fingerprint, |found, text| found.and(text.as_bytes()));
+                beside.extend(base.files());
+            }
         }
-        Ok((Self { path: path.into(), names }, fingerprint))
+        Ok((Self { path: path.into(), names, beside }, fingerprint))
     }
 
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The files that the specs name.
+    pub fn beside(&self) -> &[PathBuf] {
+        &self.beside
     }
 
     pub fn count(&self) -> u64 {

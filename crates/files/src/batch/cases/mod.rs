@@ -14,7 +14,7 @@ use crate::spec::{Base, Diagnostics, Format, Loaded, MOST_CASES, Override, escap
 use draws::Draws;
 use folder::Folder;
 use grid::Grid;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use table::Table;
 
 /// Most cases of one batch: what is kept of each for the summary is some bytes.
@@ -125,9 +125,13 @@ impl Batch {
         Ok(Self { base, overrides, source, header })
     }
 
-    /// The files that the spec names from which the cases are made, which no output may replace.
-    pub fn files(&self) -> Vec<std::path::PathBuf> {
-        self.base.as_ref().map_or_else(Vec::new, Base::files)
+    /// The files that the specs name from which the cases are made, which no output may replace.
+    pub fn files(&self) -> Vec<PathBuf> {
+        match (&self.base, &self.source) {
+            (Some(base), _) => base.files(),
+            (None, Source::Folder(folder)) => folder.beside().to_vec(),
+            (None, _) => Vec::new(),
+        }
     }
 
     /// How many cases there are.

@@ -2,8 +2,8 @@
 
 use super::{Read, count, limit, number, text, wrong};
 use crate::spec::keys::MAX_LISTED;
-use crate::spec::quantity::Quantity;
-use crate::spec::{Limits, Node, Value};
+use crate::spec::quantity::{ELAPSED, Quantity};
+use crate::spec::{Limits, Node, Value, show};
 use slewkit::mechanics::ActuatorSet;
 
 /// Most inputs of one kind, and so the longest list of numbers that can make sense.
@@ -195,6 +195,28 @@ pub(super) fn texts(node: &Node, most: usize) -> Read<Vec<String>> {
 pub(super) fn vertices(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     let items = long_list(node, "vertices", "[[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]")?;
     each(items, |item| vector(item, quantity))
+}
+
+/// Most intervals in which a constraint acts.
+pub(crate) const MAX_INTERVALS: usize = 1000;
+
+/// A list of intervals of time \[s\], one after another.
+pub(super) fn intervals(node: &Node) -> Read<Vec<[f64; 2]>> {
+    let given = list(node, "intervals", "[[0, 40], [60, 90]]")?;
+    if given.len() > MAX_INTERVALS {
+        let reason = format!("{} intervals, the limit is {MAX_INTERVALS}", given.len());
+        return wrong("E0034", node, reason, "write fewer intervals");
+    }
+    let pairs = each(given, |item| numbers::<2>(item, &ELAPSED, "numbers (from, until)"))?;
+    let times: Vec<f64> = pairs.iter().flatten().copied().collect();
+    match times.windows(2).position(|pair| pair[0] > pair[1]) {
+        Some(at) => {
+            let reason =
+                format!("{} s comes before {} s: intervals go forward", show(times[at]), show(times[at + 1]));
+            wrong("E0079", &given[at / 2], reason, "write them in the order of time, each as [from, until]")
+        }
+        None => Ok(pairs),
+    }
 }
 
 /// A list of triangles, vertices counted from 1.

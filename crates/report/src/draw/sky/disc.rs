@@ -1,6 +1,6 @@
 //! Discs on the sphere of directions, as they move: Earth, Moon and Sun, and points that are aimed at.
 
-use super::super::svg::{Anchor, INK, Svg};
+use super::super::svg::Svg;
 use super::{SkyView, circle};
 use slewkit::Vector3;
 
@@ -94,11 +94,6 @@ impl SkyDisc {
         for stretch in middles.chunk_by(|a, b| !view.tears(a, b)) {
             let points: Vec<(f64, f64)> = stretch.iter().map(place).collect();
             svg.path(&points, false, &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\""));
-        }
-        let (x, y) = place(&end.0);
-        if !self.name.is_empty() {
-            let style = format!("font-size=\"11\" fill=\"{INK}\"");
-            svg.text((x + 7.0, y + 15.0), Anchor::Start, &style, &self.name);
         }
     }
 }

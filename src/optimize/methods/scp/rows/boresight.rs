@@ -41,14 +41,21 @@ impl BoresightArc {
         (self.sign * first, self.sign * second)
     }
 
-    /// Where inside the arc the value is largest; `None` where that is at an end. An arc turns far less
-    /// than half a turn, so the slope changes its sign once at most.
-    pub fn extremum(&self) -> Option<f64> {
-        let (mut low, mut high) = (0.0, 1.0);
-        if self.slopes(low).0 <= 0.0 || self.slopes(high).0 >= 0.0 {
-            return None;
+    /// First derivative along the arc.
+    pub fn slope(&self, fraction: f64) -> f64 {
+        self.slopes(fraction).0
+    }
+
+    /// Where between two fractions of the arc the value is largest; `None` where that is at an end of the arc, whose node tells it. An
+    /// arc turns far less than half a turn, so the slope changes its sign once at most.
+    pub fn extremum(&self, [mut low, mut high]: [f64; 2]) -> Option<f64> {
+        if self.slope(low) <= 0.0 {
+            return (low > 0.0).then_some(low);
         }
-        let mut at = 0.5;
+        if self.slope(high) >= 0.0 {
+            return (high < 1.0).then_some(high);
+        }
+        let mut at = 0.5 * (low + high);
         for _ in 0..60 {
             let (first, second) = self.slopes(at);
             if first > 0.0 {

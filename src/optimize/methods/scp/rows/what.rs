@@ -3,7 +3,7 @@
 use super::super::model::{Arc, ChainState, Model};
 use super::RowValue;
 use super::boresight::BoresightArc;
-use crate::maneuver::constraint::{Direction, Rule, Side, on_arc};
+use crate::maneuver::constraint::{Direction, During, Rule, Side, on_arc};
 use crate::optimize::methods::scp::model::step;
 use crate::{Vector3, lie};
 use nalgebra::{DVector, Matrix3xX};
@@ -21,14 +21,27 @@ pub(crate) enum What {
     RateNorm { arc: bool, limit: f64 },
     /// `sign Ω_axis ≤ limit`.
     RateAxis { arc: bool, axis: usize, sign: f64, limit: f64 },
-    /// `sign (w·R b) ≤ sign cos α`.
-    Cone { arc: bool, boresight: Vector3, direction: Direction, sign: f64, half_angle: f64 },
+    /// `sign (w·R b) ≤ sign cos α`, at times; or `w·R b = cos α` at the node.
+    Cone(Cone),
     /// `sign h_i ≤ limit` of a wheel's momentum.
     Wheel { wheel: usize, sign: f64, limit: f64 },
     /// An input as a part of its limit, which has a kink at 0 and may have no other side.
     Burn { input: usize, limit: f64, one_sided: bool },
     /// The same of a component of the force or the torque.
     BurnOfNorm { forces: bool, component: usize, limit: f64 },
+}
+
+/// A boresight and a cone, at a node or on the arc that begins there.
+#[derive(Clone, Debug)]
+pub(crate) struct Cone {
+    arc: bool,
+    boresight: Vector3,
+    direction: Direction,
+    sign: f64,
+    half_angle: f64,
+    during: During,
+    /// Whether the boresight is held on it.
+    on: bool,
 }
 
 /// What a row is evaluated at.
@@ -55,14 +68,20 @@ impl What {
                 (0..3).flat_map(|axis| [row(axis, 1.0), row(axis, -1.0)]).collect()
             }
             Rule::Pointing(pointing) => {
-                let sign = if pointing.side == Side::KeepOut { 1.0 } else { -1.0 };
+                let (sign, on) = match pointing.side {
+                    Side::KeepOut => (1.0, false),
+                    Side::KeepIn => (-1.0, false),
+                    Side::On { .. } => (1.0, true),
+                };
+                if on && arc {
+                    // Nodes are held on it: an arc between them has no inputs of its own to follow it by.
+                    return Vec::new();
+                }
                 let half_angle = pointing.effective_half_angle();
-                let cone = |(boresight, direction): (&Vector3, &Direction)| Self::Cone {
-                    arc,
-                    boresight: *boresight,
-                    direction: direction.clone(),
-                    sign,
-                    half_angle,
+                let cone = |(boresight, direction): (&Vector3, &Direction)| {
+                    let (boresight, direction) = (*boresight, direction.clone());
+                    let during = pointing.during.clone();
+                    Self::Cone(Cone { arc, boresight, direction, sign, half_angle, during, on })
                 };
                 pointing.pairs().map(cone).collect()
             }
@@ -85,7 +104,7 @@ impl What {
     /// Power of the duration with which the limit grows.
     pub fn growth(&self) -> i32 {
         match self {
-            Self::Cone { .. } | Self::Burn { .. } | Self::BurnOfNorm { .. } => 0,
+            Self::Cone(_) | Self::Burn { .. } | Self::BurnOfNorm { .. } => 0,
             Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Wheel { .. } => 1,
             Self::InputSize { .. } | Self::InputNorm { .. } => 2,
             Self::InputRate { .. } => 3,
@@ -108,7 +127,7 @@ impl What {
             self,
             Self::RateNorm { arc: true, .. }
                 | Self::RateAxis { arc: true, .. }
-                | Self::Cone { arc: true, .. }
+                | Self::Cone(Cone { arc: true, .. })
         )
     }
 
@@ -122,6 +141,11 @@ impl What {
         matches!(self, Self::InputSize { .. } | Self::InputRate { .. })
     }
 
+    /// Whether it is an equation.
+    pub fn is_equation(&self) -> bool {
+        matches!(self, Self::Cone(Cone { on: true, .. }))
+    }
+
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
@@ -130,6 +154,11 @@ impl What {
     /// Whether it is a kink of the cost.
     pub fn is_kink(&self) -> bool {
         matches!(self, Self::Burn { .. } | Self::BurnOfNorm { .. })
+    }
+
+    /// Whether its multiplier may be negative.
+    pub fn has_either_sign(&self) -> bool {
+        self.is_kink() || self.is_equation()
     }
 
     /// Whether it depends on (state, inputs of its stage).
@@ -142,7 +171,7 @@ impl What {
             | Self::Burn { .. }
             | Self::BurnOfNorm { .. } => (model.duration.is_some(), true),
             Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag),
-            Self::Cone { .. } => (true, false),
+            Self::Cone(_) => (true, false),
             Self::Wheel { .. } => (true, lag),
         }
     }
@@ -192,60 +221,7 @@ impl What {
                 let row = |slope: &Matrix3xX<f64>| slope.row(*axis).transpose() * (sign / limit);
                 RowValue::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
             }
-            Self::Cone { arc, boresight, direction, sign, half_angle } => {
-                let (unit, grid) = (model.dynamics.units.time, &model.dynamics.grid);
-                // In seconds, as directions know the time.
-                let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * place.state.stretch);
-                let along = place.arc.filter(|_| *arc);
-                let (time, step) =
-                    (grid.after(stage) * seconds, along.map_or(0.0, |_| grid.step(stage) * seconds));
-                let seen = direction.at(time, &frame_rate);
-                let target = on_arc(direction, time, step, &frame_rate);
-                let half_angle = half_angle + target.radius;
-                // In the axes of the reference frame as it stands when the arc begins.
-                let turn = if frame_rate == Vector3::zeros() {
-                    target.turn
-                } else {
-                    lie::exp(&(frame_rate * -time)) * target.turn
-                };
-                let pointing = BoresightArc {
-                    attitude: place.state.attitude,
-                    boresight: *boresight,
-                    direction: seen,
-                    turn,
-                    arc: along.map_or_else(Vector3::zeros, |arc| arc.turn),
-                    sign: *sign,
-                };
-                let fraction = if *arc { pointing.extremum() } else { Some(0.0) };
-                let Some(fraction) = fraction else { return RowValue::Idle };
-                let (cosine, slope) = pointing.at(fraction);
-                // Near the edge of the cone this is the violation in rad.
-                let scale = 1.0 / half_angle.sin();
-                let mut state = DVector::zeros(model.n);
-                let mut by_zeta = state.rows_mut(model.zeta(), 3);
-                match along {
-                    Some(Arc { turn, slope: of_turn }) => {
-                        let arrived = lie::exp(&(turn * -fraction));
-                        by_zeta.copy_from(&(arrived.tr_mul(&slope) * scale));
-                        let along = lie::right_jacobian(&(turn * fraction)) * fraction;
-                        state += of_turn.tr_mul(&along.tr_mul(&slope)) * scale;
-                    }
-                    None => by_zeta.copy_from(&(slope * scale)),
-                }
-                if let Some(duration) = model.duration {
-                    let passed = match direction {
-                        Direction::Fixed(_) => frame_rate * -time,
-                        Direction::InFrame(_) => pointing.turn * fraction,
-                        Direction::Moving(_) | Direction::Disc { .. } => {
-                            let at = time + step * fraction;
-                            let moved = direction.in_space(at, &frame_rate);
-                            moved.direction.cross(&moved.rate) * at - frame_rate * time
-                        }
-                    };
-                    state[duration] += pointing.along(fraction, &passed) * scale;
-                }
-                RowValue::half((cosine - sign * half_angle.cos()) * scale, Some(state), None)
-            }
+            Self::Cone(cone) => cone.at(model, stage, place),
             Self::Wheel { wheel, sign, limit } => {
                 let lag = model.lag(stage);
                 let momentum = place.state.wheels[*wheel] + lag * place.inputs[model.forces + wheel];
@@ -268,6 +244,70 @@ impl What {
                 burnt(model, place, slope)
             }
         }
+    }
+}
+
+impl Cone {
+    /// The row at a place of stage `stage`.
+    fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
+        let (unit, grid) = (model.dynamics.units.time, &model.dynamics.grid);
+        // In seconds, as directions know the time.
+        let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * place.state.stretch);
+        let along = place.arc.filter(|_| self.arc);
+        let (time, step) = (grid.after(stage) * seconds, along.map_or(0.0, |_| grid.step(stage) * seconds));
+        let acting = match along {
+            Some(_) => self.during.hull(time, step),
+            None => self.during.contains(time).then_some([0.0, 0.0]),
+        };
+        let Some(acting) = acting else { return RowValue::Idle };
+        let target = on_arc(&self.direction, time, step, &frame_rate);
+        let half_angle = self.half_angle + target.radius;
+        // In the axes of the reference frame as it stands when the arc begins.
+        let turn = if frame_rate == Vector3::zeros() {
+            target.turn
+        } else {
+            lie::exp(&(frame_rate * -time)) * target.turn
+        };
+        let pointing = BoresightArc {
+            attitude: place.state.attitude,
+            boresight: self.boresight,
+            direction: self.direction.at(time, &frame_rate),
+            turn,
+            arc: along.map_or_else(Vector3::zeros, |arc| arc.turn),
+            sign: self.sign,
+        };
+        let fraction = if self.arc { pointing.extremum(acting) } else { Some(0.0) };
+        let Some(fraction) = fraction else { return RowValue::Idle };
+        let (cosine, slope) = pointing.at(fraction);
+        // Near the edge of the cone this is the violation in rad.
+        let scale = 1.0 / half_angle.sin();
+        let mut state = DVector::zeros(model.n);
+        let mut by_zeta = state.rows_mut(model.zeta(), 3);
+        match along {
+            Some(Arc { turn, slope: of_turn }) => {
+                let arrived = lie::exp(&(turn * -fraction));
+                by_zeta.copy_from(&(arrived.tr_mul(&slope) * scale));
+                let along = lie::right_jacobian(&(turn * fraction)) * fraction;
+                state += of_turn.tr_mul(&along.tr_mul(&slope)) * scale;
+            }
+            None => by_zeta.copy_from(&(slope * scale)),
+        }
+        if let Some(duration) = model.duration {
+            let passed = match &self.direction {
+                Direction::Fixed(_) => frame_rate * -time,
+                Direction::InFrame(_) => pointing.turn * fraction,
+                Direction::Moving(_) | Direction::Disc { .. } => {
+                    let at = time + step * fraction;
+                    let moved = self.direction.in_space(at, &frame_rate);
+                    moved.direction.cross(&moved.rate) * at - frame_rate * time
+                }
+            };
+            // A moment at which it begins or ends to act stays where it is while the nodes go by.
+            let is_edge = self.arc && acting.contains(&fraction);
+            let slid = if is_edge { pointing.slope(fraction) * (time / step + fraction) } else { 0.0 };
+            state[duration] += (pointing.along(fraction, &passed) - slid) * scale;
+        }
+        RowValue::half((cosine - self.sign * half_angle.cos()) * scale, Some(state), None)
     }
 }
 

@@ -211,6 +211,7 @@ fn fenced(problem: &Problem, free: &Solution, depth: f64, random: &mut Random) -
         directions: vec![Direction::Fixed((aside * seen).normalize())],
         half_angle: 0.1,
         margin: 0.0,
+        during: Default::default(),
     };
     let cone = Constraint { name: "cone".into(), rule: Rule::Pointing(cone) };
     let problem = problem.clone();

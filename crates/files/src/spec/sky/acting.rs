@@ -1,0 +1,69 @@
+//! When a cone acts: `while` and `during_s`.
+
+use super::super::Section;
+use super::Reading;
+use slewkit::maneuver::During;
+use slewkit_sky::Condition;
+
+/// What a boresight that is held on a cone may be off by between nodes, where nothing is stated \[deg\].
+const WITHIN_DEG: f64 = 0.1;
+
+/// What a boresight that is held on a cone may be off by \[rad\].
+pub(in crate::spec) fn within(section: &Section) -> Option<f64> {
+    if section.has("within_deg") || section.has("within_rad") {
+        section.angle("within_deg", "within_rad").map(|angle| angle.radians())
+    } else {
+        Some(WITHIN_DEG.to_radians())
+    }
+}
+
+impl Reading {
+    /// When a constraint acts, of which the directions have been read; `known` targets stood there before.
+    pub fn during(&self, section: &Section, known: usize) -> Option<During> {
+        if section.has("during_s") {
+            let pairs = section.square("during_s")?;
+            return Some(During::intervals(pairs.iter().map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>()));
+        }
+        if !section.has("while") {
+            return Some(During::default());
+        }
+        let word = section.word("while")?;
+        let condition = match word {
+            "always" => return Some(During::default()),
+            "sunlit" => Condition::Sunlit,
+            "eclipse" => Condition::Eclipsed,
+            _ => match &self.targets[known..] {
+                [one] if section.tables("direction").is_some_and(|all| all.len() == 1) => {
+                    Condition::Visible(one.target.clone())
+                }
+                _ => {
+                    let reason =
+                        "`while = \"target_visible\"` needs one `direction` by name, which may be hidden";
+                    let remedy = "write direction = \"moon\", one constraint for each target";
+                    return section.refuse("E0021", "while", reason, remedy);
+                }
+            },
+        };
+        let Some(sky) = &self.sky else {
+            if self.around.is_none() {
+                let reason =
+                    format!("whether it is \"{word}\" depends on the date, and the spec has no `epoch`");
+                let remedy = "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, and [orbit]";
+                section.error("E0075", "while", reason, remedy);
+            }
+            return None;
+        };
+        self.known_ahead(section, "while")?;
+        let windows = condition.windows(sky, 0.0, self.ahead).map_err(|error| {
+            let remedy = "add [orbit] with tle, oem, or the keys of a Keplerian orbit";
+            section.error("E0076", "while", format!("\"{word}\": {error}"), remedy);
+        });
+        let intervals: Vec<[f64; 2]> = windows.ok()?.iter().map(|window| [window.from, window.to]).collect();
+        Some(During::intervals(intervals))
+    }
+
+    /// How many targets have been read.
+    pub fn targets_read(&self) -> usize {
+        self.targets.len()
+    }
+}

@@ -1,0 +1,82 @@
+//! Names of things on a map, none over another.
+
+/// Width of a character in parts of its size, as of a wide one of a sans-serif font.
+const WIDE: f64 = 0.6;
+
+/// How far a name stands beside what it names \[px\].
+const BESIDE: f64 = 7.0;
+
+/// Rows above and below in which a place is looked for.
+const ROWS: i32 = 12;
+
+/// Where names stand already: left, top, right, bottom \[px\].
+#[derive(Default)]
+pub(super) struct Names {
+    taken: Vec<[f64; 4]>,
+}
+
+impl Names {
+    /// Where the text of a name begins whose size is given \[px\]: right of what it names or left of it, in the nearest row that is free.
+    pub fn beside(&mut self, (x, y): (f64, f64), name: &str, size: f64) -> (f64, f64) {
+        let width = Self::width(name, size);
+        // A little below first, then a little above, then row by row away from there.
+        let rows = (0..ROWS).flat_map(|row| [f64::from(row), f64::from(-row - 1)]);
+        let at = |row: f64, left: bool| {
+            let x = if left { x - BESIDE - width } else { x + BESIDE };
+            (x, y + (row + 1.0) * (size + 2.0))
+        };
+        let mut places = rows.flat_map(|row| [at(row, false), at(row, true)]);
+        let place = places.find(|place| self.is_free(*place, name, size)).unwrap_or_else(|| at(0.0, false));
+        self.take(place, name, size);
+        place
+    }
+
+    /// Takes the place of a text that begins there, if it is free.
+    pub fn if_free(&mut self, place: (f64, f64), name: &str, size: f64) -> bool {
+        let free = self.is_free(place, name, size);
+        if free {
+            self.take(place, name, size);
+        }
+        free
+    }
+
+    fn width(name: &str, size: f64) -> f64 {
+        WIDE * size * name.chars().count() as f64
+    }
+
+    fn of((x, y): (f64, f64), name: &str, size: f64) -> [f64; 4] {
+        [x, y - size, x + Self::width(name, size), y + 0.25 * size]
+    }
+
+    fn is_free(&self, place: (f64, f64), name: &str, size: f64) -> bool {
+        let [left, top, right, bottom] = Self::of(place, name, size);
+        self.taken
+            .iter()
+            .all(|other| left >= other[2] || right <= other[0] || top >= other[3] || bottom <= other[1])
+    }
+
+    fn take(&mut self, place: (f64, f64), name: &str, size: f64) {
+        self.taken.push(Self::of(place, name, size));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_name_covers_another_where_all_stand_in_one_place() {
+        let mut names = Names::default();
+        let all = ["Earth", "ground 48.1, 11.6", "star tracker off the Earth", "Moon", "Earth"];
+        for name in all {
+            names.beside((200.0, 200.0), name, 11.0);
+        }
+        for (index, [left, top, right, bottom]) in names.taken.iter().enumerate() {
+            for other in &names.taken[..index] {
+                assert!(left >= &other[2] || right <= &other[0] || top >= &other[3] || bottom <= &other[1]);
+            }
+        }
+        assert_eq!(names.taken.len(), all.len());
+        assert!(!names.if_free((207.0, 213.0), "30°", 10.0) && names.if_free((20.0, 20.0), "30°", 10.0));
+    }
+}

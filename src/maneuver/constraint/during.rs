@@ -1,0 +1,71 @@
+//! When a constraint acts.
+
+use std::sync::Arc;
+
+/// The times at which a constraint acts: always, or in intervals \[s\] from the start of the maneuver on, their ends among them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct During(Option<Arc<[[f64; 2]]>>);
+
+impl During {
+    /// In these intervals \[s\], one after another; none: never. [`super::Constraint::check`] looks at them.
+    pub fn intervals(intervals: impl Into<Arc<[[f64; 2]]>>) -> Self {
+        Self(Some(intervals.into()))
+    }
+
+    /// The intervals; `None`: always.
+    pub fn given(&self) -> Option<&[[f64; 2]]> {
+        self.0.as_deref()
+    }
+
+    /// Whether it acts at a time \[s\].
+    pub fn contains(&self, time: f64) -> bool {
+        let Some(intervals) = self.given() else { return true };
+        let next = intervals.partition_point(|[_, to]| *to < time);
+        intervals.get(next).is_some_and(|[from, _]| *from <= time)
+    }
+
+    /// The parts of a step from `time` on at which it acts, from 0 to 1.
+    pub fn parts(&self, time: f64, step: f64) -> impl Iterator<Item = [f64; 2]> + use<'_> {
+        let always = self.0.is_none().then_some([0.0, 1.0]);
+        let intervals = self.given().unwrap_or_default();
+        let first = intervals.partition_point(|[_, to]| *to <= time);
+        let within = intervals[first..].iter().take_while(move |[from, _]| *from < time + step);
+        let part = move |[from, to]: &[f64; 2]| [(from - time) / step, (to - time) / step];
+        always.into_iter().chain(within.map(part).map(|[from, to]| [from.max(0.0), to.min(1.0)]))
+    }
+
+    /// From the first to the last of these parts.
+    pub fn hull(&self, time: f64, step: f64) -> Option<[f64; 2]> {
+        self.parts(time, step).reduce(|[from, _], [_, to]| [from, to])
+    }
+
+    /// Whether the intervals are finite and follow each other.
+    pub(super) fn is_in_order(&self) -> bool {
+        let times: Vec<f64> = self.given().into_iter().flatten().flatten().copied().collect();
+        times.iter().all(|time| time.is_finite()) && times.windows(2).all(|pair| pair[0] <= pair[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_cut_where_intervals_begin_and_end() {
+        let during = During::intervals([[1.0, 2.0], [2.5, 2.75], [7.0, 9.0]]);
+        let parts = |time: f64| during.parts(time, 2.0).collect::<Vec<_>>();
+        assert_eq!(parts(0.0), [[0.5, 1.0]]);
+        assert_eq!(parts(1.0), [[0.0, 0.5], [0.75, 0.875]]);
+        assert_eq!(parts(3.0), [[0.0; 2]; 0]);
+        assert_eq!(parts(7.5), [[0.0, 0.75]]);
+        assert_eq!(during.hull(1.0, 2.0), Some([0.0, 0.875]));
+        assert_eq!(during.hull(4.0, 2.0), None);
+        for (time, acts) in [(0.9, false), (1.0, true), (2.0, true), (2.2, false), (8.0, true), (9.1, false)]
+        {
+            assert_eq!(during.contains(time), acts, "{time}");
+        }
+        assert!(During::default().contains(1e9));
+        assert_eq!(During::default().hull(4.0, 2.0), Some([0.0, 1.0]));
+        assert_eq!(During::intervals([]).hull(0.0, 1e9), None);
+    }
+}
