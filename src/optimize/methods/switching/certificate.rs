@@ -18,7 +18,7 @@
 
 use super::arcs::{Arcs, Switch, between};
 use super::extremal::Extremal;
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use super::flow::{Course, Node};
 use crate::numerics::hermite::hermite;
 
 /// Longest part of the duration between two nodes, and points of the cubic between them.
@@ -61,7 +61,7 @@ impl Certificate {
         let inputs = extremal.switching_count();
         let mut open: Vec<Option<Wrong>> = vec![None; inputs];
         let mut wrong = Vec::new();
-        let all = arcs.arcs();
+        let (all, course) = (arcs.arcs(), Course::of(extremal, &arcs.m));
         let last = all.len() - 1;
         for (index, (from, start, stop, signs)) in all.iter().enumerate() {
             let law = extremal.on_arc(signs);
@@ -69,15 +69,7 @@ impl Certificate {
             let length = (stop - start) / steps as f64;
             let mut node = *from;
             for step in 0..steps {
-                let mut none = Lanes::<3>::zero();
-                let next = advance(
-                    &Course::of(extremal, &arcs.m),
-                    &COOPER_VERNER,
-                    &node,
-                    length,
-                    &mut none,
-                    |_, e| law.at(e),
-                );
+                let next = course.reached(&node, length, |_, e| law.at(e));
                 let rates =
                     [&node, &next].map(|node| extremal.rate(&arcs.m, node, &law.at(&node.e).torque)[2]);
                 for point in 0..POINTS {

@@ -17,7 +17,7 @@
 
 use super::arcs::Arcs;
 use super::extremal::Extremal;
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use super::flow::{Course, Lanes, Node};
 use crate::Vector3;
 use crate::numerics::hermite::hermite;
 use nalgebra::{SMatrix, SVector};
@@ -59,8 +59,9 @@ pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<(Arcs, 
         return None;
     }
     let (pieces, lanes) = pieces(extremal, arcs);
-    let vanishing = extremal.given_duration.is_none().then(|| hamiltonian(extremal, arcs));
-    let change = least(&pieces, vanishing.as_ref());
+    let law = extremal.on_arc(&arcs.signs);
+    let at_start = || extremal.hamiltonian_at_start(&arcs.m, &arcs.first, &law);
+    let change = least(&pieces, extremal.given_duration.is_none().then(at_start));
     let mut moved = arcs.clone();
     moved.m += change.fixed_rows::<3>(0);
     moved.first.e += change.fixed_rows::<3>(3);
@@ -68,31 +69,6 @@ pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<(Arcs, 
         switch.node.e += lanes.times(change.as_slice())[2];
     }
     Some((moved, gap(&pieces, &change, 0.0)))
-}
-
-/// A number that is linear in the change of the costates.
-struct Linear {
-    value: f64,
-    slope: Change,
-}
-
-impl Linear {
-    /// The smallest change that makes it vanish; none where it does not depend on the change.
-    fn nearest_zero(&self) -> Change {
-        let size = self.slope.norm_squared();
-        if size > 0.0 { -self.value / size * self.slope } else { Change::zeros() }
-    }
-}
-
-/// The Hamiltonian at the start.
-fn hamiltonian(extremal: &Extremal, arcs: &Arcs) -> Linear {
-    let (law, node) = (extremal.on_arc(&arcs.signs).at(&arcs.first.e), &arcs.first);
-    let minimum = node.e.dot(&law.torque) + law.running;
-    let push = node.pi.cross(&extremal.start_rate) + law.torque;
-    let mut slope = Change::zeros();
-    slope.fixed_rows_mut::<3>(0).copy_from(&extremal.start_rate);
-    slope.fixed_rows_mut::<3>(3).copy_from(&push);
-    Linear { value: extremal.hamiltonian(&arcs.m, node, minimum), slope }
 }
 
 /// All switching functions along the way, and how the nodes answer at the end of each arc.
@@ -107,7 +83,7 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
         let mut node = from;
         let mut before = Costates::at(extremal, &arcs.m, &node, &lanes, &torque);
         for step in 0..steps {
-            node = advance(&course, &COOPER_VERNER, &node, length, &mut lanes, |_, e| law.at(e));
+            node = course.carried(&node, length, &mut lanes, |_, e| law.at(e));
             let after = Costates::at(extremal, &arcs.m, &node, &lanes, &torque);
             for (x, part) in points(step == 0, step + 1 == steps) {
                 let costates = before.between(&after, length, x);
@@ -178,11 +154,14 @@ impl Costates {
     }
 }
 
-/// The change of the costates that makes the gap least.
-fn least(pieces: &[Piece], vanishing: Option<&Linear>) -> Change {
+/// The change of the costates that makes the gap least, where a number that is linear in it, given by its value and slope, vanishes.
+fn least(pieces: &[Piece], vanishing: Option<(f64, Change)>) -> Change {
     let total: f64 = pieces.iter().map(|piece| piece.length).sum();
-    let first = vanishing.map_or_else(Change::zeros, Linear::nearest_zero);
-    let along = vanishing.map(|linear| linear.slope);
+    let along = vanishing.map(|(_, slope)| slope);
+    // The smallest change with which it does; none where it does not depend on the change.
+    let nearest = |(value, slope): (f64, Change)| -value / slope.norm_squared() * slope;
+    let dependent = vanishing.filter(|(_, slope)| slope.norm_squared() > 0.0);
+    let first = dependent.map_or_else(Change::zeros, nearest);
     let (mut best, mut least) = (first, gap(pieces, &first, 0.0));
     let (mut change, mut mu) = (best, FIRST);
     while mu > LAST && mu * total > ADDED * least {

@@ -21,6 +21,7 @@ pub(crate) mod arcs;
 pub(crate) mod base;
 pub(crate) mod branches;
 pub(crate) mod certificate;
+mod condensed;
 pub(crate) mod discretize;
 pub(crate) mod dual;
 pub(crate) mod eigenaxis;

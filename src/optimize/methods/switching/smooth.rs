@@ -6,9 +6,10 @@
 //! derivatives.
 
 use super::extremal::{Bias, Extremal, Response};
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Units, taken};
+use super::flow::{Course, Lanes, Node, Stages, Units, taken};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::hermite::hermite;
+use crate::numerics::tableau::{EIGHTH, FOURTH};
 use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
 use crate::{Matrix3, Vector3, lie};
@@ -118,14 +119,12 @@ impl Smooth<'_> {
     fn residual(&self, path: &Path) -> SVector<f64, 7> {
         let extremal = self.extremal;
         let end = path.nodes[path.intervals()];
-        let miss = self.miss(&end);
-        let pi_miss = end.pi - extremal.j * extremal.end_rate;
         // What determines the duration: it is given, or the Hamiltonian vanishes.
         let last = match extremal.given_duration {
             Some(given) => path.duration - given,
             None => extremal.hamiltonian(&path.m, &end, self.at_end(&end).minimum),
         };
-        SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, last])
+        extremal.miss(&end).push(last)
     }
 
     /// The derivatives of the path that was swept last.
@@ -137,10 +136,6 @@ impl Smooth<'_> {
             );
         }
         self.at_the_end(path, &swept.lanes[path.intervals()])
-    }
-
-    fn miss(&self, end: &Node) -> Vector3 {
-        lie::log(&(end.r * self.extremal.end_attitude.transpose()))
     }
 
     fn at_end(&self, end: &Node) -> Response {
@@ -169,12 +164,11 @@ impl Smooth<'_> {
         for k in 0..path.intervals() {
             let stretch = [path.parts[k], path.parts[k + 1]];
             let length = (stretch[1] - stretch[0]) * path.duration;
-            let reached = course.step(&COOPER_VERNER, &path.nodes[k], length, self.law(stretch), &mut stages);
+            let reached = course.step(&EIGHTH, &path.nodes[k], length, self.law(stretch), &mut stages);
             let gap = reached.minus(&path.nodes[k + 1]);
             gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
             let stretched = Some((TIME, path.duration));
-            lanes[k + 1] =
-                stages.carry(&COOPER_VERNER, length, &lanes[k], stretched, &units, |number| *number);
+            lanes[k + 1] = stages.carry(&EIGHTH, length, &lanes[k], stretched, &units, |number| *number);
             lanes[k + 1].add(GAP, &gap, 1.0);
         }
         gaps
@@ -198,7 +192,7 @@ impl Smooth<'_> {
             let to = Node::of(|lane| &path.nodes[interval(lane) + 1]);
             let stretch = [0, 1].map(|end| Eight::from_fn(|lane| path.parts[interval(lane) + end]));
             let length = (stretch[1] - stretch[0]) * duration;
-            *gap = course.step(&RK4, &from, length, self.law(stretch), stages).minus(&to);
+            *gap = course.step(&FOURTH, &from, length, self.law(stretch), stages).minus(&to);
             for lane in 0..Eight::LANES.min(n - first) {
                 gaps +=
                     taken(gap, |number| number.0[lane]).iter().map(|part| part.norm_squared()).sum::<f64>();
@@ -233,7 +227,8 @@ impl Smooth<'_> {
     fn at_the_end(&self, path: &Path, lanes: &Lanes<8>) -> Answers {
         let end = path.nodes[path.intervals()];
         let extremal = self.extremal;
-        let jacobian_of_log = lie::left_jacobian_inverse(&self.miss(&end));
+        let jacobian_of_log =
+            lie::left_jacobian_inverse(&extremal.miss(&end).fixed_rows::<3>(0).into_owned());
         let [w, pi_dot, e_dot] = extremal.rate(&path.m, &end, &self.at_end(&end).torque);
         let mut columns = [SVector::<f64, 7>::zeros(); 8];
         for (lane, column) in columns.iter_mut().enumerate() {
@@ -358,7 +353,7 @@ impl Smooth<'_> {
                 if divide(&from, &to, (end - begin) * path.duration, depth) {
                     let half = 0.5 * (begin + end);
                     let length = (half - begin) * path.duration;
-                    let middle = course.step(&RK4, &from, length, self.law([begin, half]), &mut stages);
+                    let middle = course.step(&FOURTH, &from, length, self.law([begin, half]), &mut stages);
                     ahead.extend([(to, end, depth + 1), (middle, half, depth + 1)]);
                 } else {
                     nodes.push(to);

@@ -134,9 +134,8 @@ impl<'a> Motion<'a> {
     /// The end against the terminal conditions; `None` where a number is not finite.
     pub fn miss(&self) -> Option<Miss> {
         let (extremal, end, flow) = (self.extremal, &self.end, &self.end_flow);
-        let turn = lie::log(&(end.r * extremal.end_attitude.transpose()));
-        let momentum = end.pi - extremal.j * extremal.end_rate;
-        let of_log = lie::left_jacobian_inverse(&turn);
+        let residual = extremal.miss(end);
+        let of_log = lie::left_jacobian_inverse(&residual.fixed_rows::<3>(0).into_owned());
         let mut to_end = SMatrix::<f64, 6, 6>::from_fn(|row, lane| flow.0[row][6 + lane]);
         let turned = of_log * to_end.fixed_rows::<3>(0);
         to_end.fixed_rows_mut::<3>(0).copy_from(&turned);
@@ -149,7 +148,6 @@ impl<'a> Motion<'a> {
             jacobian.view_mut((0, last), (3, 1)).copy_from(&(of_log * turning));
             jacobian.view_mut((3, last), (3, 1)).copy_from(&momentum);
         }
-        let residual = Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z);
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
         finite.then_some(Miss { residual, jacobian })
     }

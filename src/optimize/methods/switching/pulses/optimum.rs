@@ -4,12 +4,13 @@
 //! them, whose curvature is that of the exact second derivative with its negative part turned over; Gauss and Newton bring
 //! what it misses back, within the bounds.
 
-use super::super::arcs::Arcs;
+use super::super::arcs::{Arcs, UNDETERMINED};
 use super::super::extremal::Extremal;
 use super::motion::{Miss, Motion, gradient};
 use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Best, Schedule};
 use super::ties::settled;
+use crate::numerics::least_squares::shortest;
 use nalgebra::{DMatrix, DVector};
 
 /// The end is met, scaled.
@@ -39,9 +40,6 @@ const GAINED: f64 = 1e-10;
 /// Part of the predicted gain that a step must bring, and at which the next may be longer.
 const ENOUGH: f64 = 0.05;
 const GOOD: f64 = 0.5;
-
-/// Singular values below this part of the largest are none.
-const NO_RANK: f64 = 1e-9;
 
 /// Curvature below this part of the largest is none.
 const FLAT: f64 = 1e-6;
@@ -111,20 +109,13 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
 fn independent(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let svd = matrix.clone().svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
-    let least = NO_RANK * svd.singular_values.max();
+    let least = UNDETERMINED * svd.singular_values.max();
     let kept: Vec<usize> =
         (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > least).collect();
     let rows = v_t.select_rows(&kept);
     let along = u.tr_mul(right);
     let values = kept.iter().map(|k| along[*k] / svd.singular_values[*k]).collect();
     Some((rows, DVector::from_vec(values)))
-}
-
-/// The least-squares solution of `A x = b`.
-fn least_squares(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let svd = matrix.clone().svd(true, true);
-    let least = NO_RANK * svd.singular_values.max();
-    svd.solve(right, least).ok()
 }
 
 /// A positive definite matrix that agrees with `hessian` along the equations where that is positive.
@@ -156,7 +147,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
             None => {
                 let motion = Motion::of(extremal, &schedule, &[0.0; 6]);
                 let linear = motion.curvature()?.of_costates;
-                array(&least_squares(&linear, &-&gradient)?)
+                array(&shortest(&linear, &-&gradient, UNDETERMINED)?)
             }
         };
         let motion = Motion::of(extremal, &schedule, &own);
@@ -179,7 +170,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
         for (bound, multiplier) in limits.iter().zip(&step.multipliers) {
             bound.add_to(&mut pull, -multiplier);
         }
-        let next_costates = least_squares(&curvature.of_costates, &-pull).map(|found| array(&found));
+        let next_costates = shortest(&curvature.of_costates, &-pull, UNDETERMINED).map(|found| array(&found));
         costates = next_costates.or(Some(own));
         let predicted = -(gradient.dot(&step.p) + 0.5 * step.p.dot(&(&hessian * &step.p)));
         if predicted < GAINED * cost {

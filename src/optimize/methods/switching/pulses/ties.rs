@@ -1,9 +1,11 @@
 //! Times that stand at their bounds: each hangs on another time, or on an end of the maneuver.
 
+use super::super::arcs::UNDETERMINED;
 use super::super::extremal::Extremal;
 use super::motion::{Motion, gradient};
 use super::quadratic::Bound;
 use super::schedule::{Ask, Best, Schedule};
+use crate::numerics::least_squares::shortest;
 use nalgebra::{DMatrix, DVector};
 
 /// A bound this near, as a part of the duration, is met exactly; the same for another attempt.
@@ -20,9 +22,6 @@ const NEARBY: f64 = 0.02;
 pub(super) const KEPT: f64 = 1e-13;
 
 const MOST_ITERATIONS: usize = 12;
-
-/// Singular values below this part of the largest are none.
-const NO_RANK: f64 = 1e-9;
 
 /// What a time is: a free number, if any, and what is added to it.
 #[derive(Clone, Copy, Debug)]
@@ -175,9 +174,7 @@ fn newton(extremal: &Extremal, best: &Best, ties: &Ties, stationary: bool) -> Op
             return (moved < NEARBY * schedule.duration).then_some((schedule, own));
         }
         last = size;
-        let svd = jacobian.svd(true, true);
-        let least = NO_RANK * svd.singular_values.max();
-        let step = svd.solve(&-residual, least).ok()?;
+        let step = shortest(&jacobian, &-residual, UNDETERMINED)?;
         costates += step.rows(0, count).resize_vertically(6, 0.0);
         times += &matrix * step.rows(count, free);
     }
