@@ -28,7 +28,7 @@
 
 use super::base::{BRANCHING, Turn, bases, by_all_durations, relaxed, stretched, unbalanced};
 use super::extremal::{Bias, Extremal};
-use super::smooth::{Smooth, Smoothed, descend, descend_steeply};
+use super::smooth::{Intervals, STEEP, Smooth, Smoothed, descend, descend_by};
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 use crate::numerics::parallel;
@@ -247,7 +247,7 @@ fn branches_forward(
         return found;
     };
     for part in SHORTER {
-        let shorter = Extremal { given_duration: Some(part * given), ..extremal.clone() };
+        let shorter = extremal.lasting(Some(part * given));
         let of_shorter = branches_of(&shorter, ask, stop, sweeps);
         let mut found: Vec<Smoothed> = of_shorter
             .iter()
@@ -286,8 +286,8 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     for turn in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
         let mut of_way = bases(extremal, turn, sweeps);
         if of_way.iter().any(|base| wanders(extremal, turn, base)) {
-            let given_duration = extremal.given_duration.map(|given| SHORTER[0] * given);
-            let near = bases(&Extremal { given_duration, ..extremal.clone() }, turn, sweeps);
+            let shorter = extremal.lasting(extremal.given_duration.map(|given| SHORTER[0] * given));
+            let near = bases(&shorter, turn, sweeps);
             let stretched: Vec<_> =
                 near.iter().filter_map(|near| stretched(extremal, near, sweeps)).collect();
             of_way.extend(stretched);
@@ -361,7 +361,15 @@ fn descended(
             let reached = if extremal.counts_fuel() || close || !bias.tips() {
                 descend(extremal, from, target.min(BRANCHING), &bias, sweeps)
             } else {
-                descend_steeply(extremal, from, (PARTED * target).min(BRANCHING), &bias, sweeps)
+                descend_by(
+                    STEEP,
+                    Intervals::Following,
+                    extremal,
+                    from,
+                    (PARTED * target).min(BRANCHING),
+                    &bias,
+                    sweeps,
+                )
             };
             match reached {
                 Ok(reached) => {
@@ -378,7 +386,7 @@ fn descended(
 
 /// An extremal without the bias that led to it.
 fn unbiased(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
-    let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
+    let smooth = Smooth::of(extremal, from.epsilon);
     // Fuel tells branches apart less sharply than time.
     let tolerance = if extremal.counts_fuel() { 1e-5 } else { (0.1 * from.epsilon).clamp(1e-4, 1e-2) };
     let path = smooth.solve(from.path.clone(), tolerance, 20, sweeps)?;

@@ -140,6 +140,11 @@ impl Extremal {
         })
     }
 
+    /// The same maneuver in another duration, or in one that is sought.
+    pub fn lasting(&self, given_duration: Option<f64>) -> Self {
+        Self { given_duration, ..self.clone() }
+    }
+
     /// The maneuver backwards in time: from its end to its start with rates of the other sign, under the same torques.
     ///
     /// With `(R, Π)(t)` and the costates `(M, e)` an extremal, `(R_eᵀ R, −Π)(T − t)` and `(−R_eᵀ M, e)` are one of this maneuver
@@ -347,9 +352,7 @@ impl Extremal {
             Law::Norm(_) => &[],
         }
     }
-}
 
-impl Extremal {
     /// The least `e·τ + Σ c_j v_j` that the limits allow.
     pub fn least(&self, e: &Vector3) -> f64 {
         let least = match &self.law {

@@ -34,7 +34,7 @@ use super::limit::{
     Found, LAST, LESS, Limit, SMALLEST, bounded, is_small, measured, polish, refined, tipped,
 };
 use super::pulses::optimum::best_arcs;
-use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_on, settle};
+use super::smooth::{Intervals, RATIO, Smooth, Smoothed, descend, descend_by, settle};
 
 /// How many pulses stand for a singular arc, one after the other until the gap is small.
 const CELLS: [usize; 6] = [1, 2, 3, 4, 6, 8];
@@ -93,7 +93,7 @@ pub(super) fn fuel_limit(
 /// The smoothed extremal of a branch at the smallest ε that it is found for, on intervals that follow its inputs.
 fn settled(extremal: &Extremal, rival: &Smoothed, stop: &dyn Fn() -> bool, found: &mut Found) -> Smoothed {
     let close = |from: &Smoothed, found: &mut Found| {
-        descend_on(Intervals::Close, extremal, from, LAST, &Bias::default(), &mut found.sweeps)
+        descend_by(RATIO, Intervals::Close, extremal, from, LAST, &Bias::default(), &mut found.sweeps)
     };
     let end = match close(rival, found) {
         Ok(end) => end,

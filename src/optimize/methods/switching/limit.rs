@@ -14,7 +14,7 @@
 use super::arcs::Arcs;
 use super::branches::tips;
 use super::certificate::Certificate;
-use super::extremal::{Bias, Extremal};
+use super::extremal::Extremal;
 use super::least_gap::with_least_gap;
 use super::smooth::{Smooth, Smoothed, descend};
 
@@ -121,8 +121,12 @@ pub(super) fn tipped(
 ) -> Option<Smoothed> {
     let reached = tips(extremal).take_while(|_| !stop()).filter_map(|bias| {
         let reached = descend(extremal, rival, LAST, &bias, &mut found.sweeps).ok()?;
-        let unbiased = Smooth { extremal, epsilon: LAST, bias: Bias::default(), accurate: false };
-        let path = unbiased.solve(reached.path, 0.1 * LAST, TIPPED_ITERATIONS, &mut found.sweeps)?;
+        let path = Smooth::of(extremal, LAST).solve(
+            reached.path,
+            0.1 * LAST,
+            TIPPED_ITERATIONS,
+            &mut found.sweeps,
+        )?;
         Some(Smoothed { path, epsilon: LAST })
     });
     reached.min_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)))

@@ -167,7 +167,7 @@ fn end_game(
 /// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where
 /// Newton finds it.
 fn turning(extremal: &Extremal, from: Smoothed, found: &mut Found) -> Smoothed {
-    let exact = Smooth { extremal, epsilon: 0.0, bias: Bias::default(), accurate: true };
+    let exact = Smooth { accurate: true, ..Smooth::of(extremal, 0.0) };
     let mut path = from.path.clone();
     while path.intervals() < TURNING {
         path = exact.doubled(&path);

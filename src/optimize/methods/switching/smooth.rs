@@ -12,6 +12,7 @@ use crate::numerics::hermite::hermite;
 use crate::numerics::tableau::{EIGHTH, FOURTH};
 use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
+use crate::optimize::methods::continuation::{Pace, follow};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{SMatrix, SVector};
 
@@ -86,6 +87,12 @@ impl Path {
         }
     }
 
+    /// The path at rates that are smaller by a factor: switching functions are of the size of the price whatever the pace.
+    pub fn slower(&self, factor: f64) -> Self {
+        let nodes = self.nodes.iter().map(|node| Node { pi: node.pi / factor, ..*node }).collect();
+        Self { m: self.m / factor, duration: factor * self.duration, nodes, parts: self.parts.clone() }
+    }
+
     /// The interval in which a part of the duration is, and how far into it, from 0 to 1.
     pub fn interval_at(&self, part: f64) -> (usize, f64) {
         let last = self.intervals() - 1;
@@ -95,7 +102,12 @@ impl Path {
     }
 }
 
-impl Smooth<'_> {
+impl<'a> Smooth<'a> {
+    /// Without a bias, by the method of order 4.
+    pub fn of(extremal: &'a Extremal, epsilon: f64) -> Self {
+        Self { extremal, epsilon, bias: Bias::default(), accurate: false }
+    }
+
     /// Every interval from its own node, without derivatives: most paths that are tried are not gone on from. `None` where
     /// the merit is not below `most`, which as a rule the first intervals show.
     fn sweep(&self, path: &Path, most: f64, swept: &mut Swept) -> Option<Misses> {
@@ -304,7 +316,7 @@ impl Smooth<'_> {
             Intervals::Equal => (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(&path)),
             Intervals::Following | Intervals::Close => self.finer(&path),
         } {
-            path = self.solve(finer, self.tolerance(), 12, sweeps)?;
+            path = self.solve(finer, self.tolerance(), ITERATIONS, sweeps)?;
         }
         Some(path)
     }
@@ -404,8 +416,17 @@ const ROUGH: f64 = 0.3;
 const DEEPEST: usize = 8;
 
 /// ε over the one before, and where a bias is only to tell branches apart.
-const RATIO: f64 = 0.25;
-const STEEP: f64 = 0.185;
+pub(super) const RATIO: f64 = 0.25;
+pub(super) const STEEP: f64 = 0.185;
+
+/// How the logarithm of ε falls, over that of the ratio: a level that fails is tried at a smaller one, and later ones at larger again.
+const DESCENT: Pace = Pace { first: 1.0, least: 0.037, most: 1.0, longer: 1.4, shorter: 0.4 };
+
+/// Iterations of Newton on one ε.
+const ITERATIONS: usize = 12;
+
+/// The part by which an ε that is reached may be off.
+const ROUND_OFF: f64 = 1e-9;
 
 /// The residual of an extremal that is carried further.
 const SETTLED: f64 = 1e-8;
@@ -462,12 +483,12 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, sweeps: &
     let mut at = from;
     let mut epsilon = at.epsilon;
     loop {
-        let smooth = Smooth { extremal, epsilon, bias: Bias::default(), accurate: false };
-        let mut next = smooth.solve(at.path.clone(), SETTLED, 12, sweeps);
+        let smooth = Smooth::of(extremal, epsilon);
+        let mut next = smooth.solve(at.path.clone(), SETTLED, ITERATIONS, sweeps);
         while let Some(path) = &next
             && let Some(finer) = smooth.finer(path)
         {
-            next = smooth.solve(finer, SETTLED, 12, sweeps);
+            next = smooth.solve(finer, SETTLED, ITERATIONS, sweeps);
         }
         let Some(path) = next else { return at };
         at = Smoothed { path, epsilon };
@@ -487,19 +508,8 @@ pub(crate) fn descend(
     bias: &Bias,
     sweeps: &mut usize,
 ) -> Result<Smoothed, Smoothed> {
-    let on = if extremal.counts_fuel() { Intervals::Equal } else { Intervals::Following };
-    descend_on(on, extremal, from, target, bias, sweeps)
-}
-
-/// The same in fewer levels of ε, on each of which Newton takes more iterations, but fewer in all.
-pub(crate) fn descend_steeply(
-    extremal: &Extremal,
-    from: &Smoothed,
-    target: f64,
-    bias: &Bias,
-    sweeps: &mut usize,
-) -> Result<Smoothed, Smoothed> {
-    descend_by(STEEP, Intervals::Following, extremal, from, target, bias, sweeps)
+    let intervals = if extremal.counts_fuel() { Intervals::Equal } else { Intervals::Following };
+    descend_by(RATIO, intervals, extremal, from, target, bias, sweeps)
 }
 
 /// Intervals of a path that is continued.
@@ -513,8 +523,10 @@ pub(crate) enum Intervals {
     Close,
 }
 
-/// The same on intervals of a kind.
-pub(crate) fn descend_on(
+/// The same by this ratio of one ε to the one before, on intervals of a kind. In fewer levels of ε Newton takes more iterations on
+/// each, but fewer in all.
+pub(crate) fn descend_by(
+    ratio: f64,
     intervals: Intervals,
     extremal: &Extremal,
     from: &Smoothed,
@@ -522,36 +534,12 @@ pub(crate) fn descend_on(
     bias: &Bias,
     sweeps: &mut usize,
 ) -> Result<Smoothed, Smoothed> {
-    descend_by(RATIO, intervals, extremal, from, target, bias, sweeps)
-}
-
-fn descend_by(
-    least_ratio: f64,
-    intervals: Intervals,
-    extremal: &Extremal,
-    from: &Smoothed,
-    target: f64,
-    bias: &Bias,
-    sweeps: &mut usize,
-) -> Result<Smoothed, Smoothed> {
-    let mut at = from.clone();
-    let (mut ratio, mut failures) = (least_ratio, 0);
-    while at.epsilon > target * (1.0 + 1e-9) {
-        let epsilon = (ratio * at.epsilon).max(target);
-        let smooth = Smooth { extremal, epsilon, bias: *bias, accurate: false };
-        let next = smooth
-            .solve(at.path.clone(), smooth.tolerance(), 12, sweeps)
-            .and_then(|path| smooth.refined(path, intervals, sweeps));
-        if let Some(path) = next {
-            at = Smoothed { path, epsilon };
-            ratio = (0.8 * ratio).max(least_ratio);
-        } else {
-            failures += 1;
-            ratio = ratio.powf(0.4);
-            if failures > 6 || ratio > 0.95 {
-                return Err(at);
-            }
-        }
-    }
-    Ok(at)
+    let arrived = |at: &Smoothed| at.epsilon <= target * (1.0 + ROUND_OFF);
+    follow(&DESCENT, from.clone(), arrived, |at, length| {
+        let epsilon = (ratio.powf(length) * at.epsilon).max(target);
+        let smooth = Smooth { bias: *bias, ..Smooth::of(extremal, epsilon) };
+        let path = smooth.solve(at.path.clone(), smooth.tolerance(), ITERATIONS, sweeps);
+        let path = path.and_then(|path| smooth.refined(path, intervals, sweeps));
+        path.map(|path| Smoothed { path, epsilon }).into()
+    })
 }

@@ -146,7 +146,7 @@ fn stationary(
     let arcs = grid.lengths.len();
     let free = of_length.ncols();
     // Of every arc its own Hamiltonian.
-    let each = Extremal { given_duration: None, ..extremal.clone() };
+    let each = extremal.lasting(None);
     let first = grid.lengths.clone();
     let mut last = f64::INFINITY;
     for iteration in 0..MOST_ITERATIONS {
