@@ -14,7 +14,6 @@
 use super::ladder::Search;
 use super::way::{Follower, Way};
 use crate::Vector3;
-use crate::lie;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::shortfall::Shortfall;

@@ -18,7 +18,7 @@ use crate::optimize::landing::{Aim, Next};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::arcs::Arcs;
 use crate::optimize::methods::switching::branches::Ask;
-use crate::optimize::methods::switching::discretize::{LEAST_STEPS, arcs_on_grid, smooth_on_grid};
+use crate::optimize::methods::switching::discretize::{arcs_on_grid, smooth_on_grid};
 use crate::optimize::methods::switching::eigenaxis;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
 use crate::optimize::methods::switching::limit::{Found, Limit};
@@ -27,6 +27,7 @@ use crate::optimize::methods::switching::pulses::on_grid::{again, arcs_placed};
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled};
 use crate::optimize::methods::switching::search::search;
 use crate::optimize::methods::switching::smooth::Smoothed;
+use crate::optimize::methods::switching::tuning::grid::LEAST_STEPS;
 use record::{Planned, at_rest, record};
 
 /// Attitudes this near, and rates in the unit of time, are the same.

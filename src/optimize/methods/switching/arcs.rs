@@ -10,41 +10,12 @@ use super::condensed::Condensed;
 use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Lanes, Node};
 use super::smooth::Path;
+use super::tuning::arcs::*;
+use super::tuning::{COARSER, FINE, SAME, UNDETERMINED};
 use crate::Vector3;
 use crate::numerics::least_squares::shortest;
 use crate::numerics::widest::widest;
 use nalgebra::DVector;
-
-/// Longest part of the duration that one step of the integration covers, on the way and at the end.
-const COARSE: f64 = 0.12;
-const FINE: f64 = 0.03;
-
-/// Residual at which the integration becomes fine, and at which Newton ends.
-const NEAR: f64 = 1e-6;
-const CONVERGED: f64 = 1e-12;
-
-/// Longest steps: of the costates relative to them, of the duration and of switching times relative to the duration.
-const COSTATE_STEP: f64 = 0.5;
-const TIME_STEP: f64 = 0.1;
-const SWITCH_STEP: f64 = 0.15;
-
-const MOST_ITERATIONS: usize = 16;
-
-/// An input below this part of its limit is off, and a pulse shorter than this part of the duration is none.
-const IDLE: f64 = 0.02;
-const SHORTEST_PULSE: f64 = 1e-4;
-
-/// An input that is on for less than this part of a run is between its limits.
-const BETWEEN: f64 = 0.7;
-
-/// A pulse that Newton has made shorter than this part of the duration is no pulse.
-const NO_PULSE: f64 = 1e-9;
-
-/// Fewest switches that determine all costates.
-const DETERMINED: usize = 5;
-
-/// Singular values below this part of the largest belong to costates that are not determined.
-pub(super) const UNDETERMINED: f64 = 1e-9;
 
 /// One input goes to its other limit.
 #[derive(Clone, Copy, Debug)]
@@ -190,12 +161,12 @@ impl Arcs {
 
     /// Two switches of one input with no time between them.
     fn vanished(&self) -> Option<(usize, usize)> {
-        let no_time = NO_PULSE * self.duration;
+        let no_time = SAME * self.duration;
         self.pairs().find(|(a, b)| self.switches[*b].time - self.switches[*a].time < no_time)
     }
 
     fn solved(mut self, extremal: &Extremal) -> Option<Self> {
-        let mut longest = COARSE;
+        let mut longest = COARSER * FINE;
         for _ in 0..MOST_ITERATIONS {
             let count = self.switches.len();
             if !(extremal.fewest_switches()..=extremal.most_switches()).contains(&count) {
@@ -206,14 +177,14 @@ impl Arcs {
                 17..=32 => self.equations::<32>(extremal, longest),
                 _ => self.equations::<64>(extremal, longest),
             }?;
-            if found.merit < CONVERGED && longest == FINE {
+            if found.merit < CONVERGED && longest <= FINE {
                 return Some(self);
             }
-            if found.merit < NEAR && longest == COARSE {
+            if found.merit < NEAR && longest > FINE {
                 longest = FINE;
                 continue;
             }
-            if found.merit > 1e3 {
+            if found.merit > LOST {
                 return None;
             }
             let step = newton_step(&found, count)?;
@@ -354,7 +325,7 @@ pub(super) fn over_arc<const L: usize>(
     longest: f64,
     lanes: &mut Lanes<L>,
 ) -> Node {
-    let steps = (length.abs() / longest).ceil().clamp(1.0, 1e3) as usize;
+    let steps = (length.abs() / longest).ceil().clamp(1.0, MOST_STEPS) as usize;
     let (course, step) = (Course::of(extremal, m), length / steps as f64);
     widest(
         #[inline(always)]

@@ -27,51 +27,13 @@
 
 use super::extremal::{Bias, Extremal, Law};
 use super::flow::Node;
-use super::smooth::{INTERVALS, Path, Smooth, Smoothed, descend};
-use crate::optimize::methods::continuation::{Pace, Step, follow};
+use super::smooth::{Path, Smooth, Smoothed, descend};
+use super::tuning::FAR_ITERATIONS;
+use super::tuning::branches::BRANCHING;
+use super::tuning::paths::*;
+use super::tuning::smooth::INTERVALS;
+use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
-
-/// Parts of the limits that the largest input of a first path has where the duration is sought: one after the other until a path
-/// is found or, where fuel counts and more time may cost less, all of them.
-const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
-const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
-
-/// The least that a level leaves to the motion, where the inputs work without any.
-const ABOVE_IDLE: f64 = 0.25;
-
-/// ε of a first path where the duration is given: so large that fuel hardly counts.
-const EASY: [f64; 3] = [4.0, 12.0, 1.5];
-
-/// How far the way from one problem to another, from 0 to 1, goes at once.
-const HOMOTOPY: Pace = Pace { first: 0.34, least: 0.02, most: 1.0, longer: 1.5, shorter: 0.4 };
-
-/// How the logarithm of a duration grows or falls, over that of the factor by which it does at most.
-pub(super) const DURATIONS_PACE: Pace =
-    Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
-
-/// By how much a duration is stretched, and to what part it is cut, at once.
-const STRETCH: f64 = 1.3;
-const CUT: f64 = 0.8;
-
-/// Residual and iterations of a smoothed extremal on the way to another.
-const RELAXED: f64 = 1e-3;
-const RELAXED_ITERATIONS: usize = 20;
-
-/// Parts of the duration of the first level that are given on the way to one that is sought.
-const DURATIONS: [f64; 5] = [0.5, 0.7, 1.0, 1.5, 2.2];
-
-/// The largest ε of a first path.
-const LARGEST_EPSILON: f64 = 100.0;
-
-/// ε at which branches are told apart.
-pub(super) const BRANCHING: f64 = 0.3;
-
-/// Under a limit of the norm the costate over ε that gives a torque is sought up to this size, and halved this often.
-const LARGEST_COSTATE: f64 = 32.0;
-const HALVINGS: usize = 30;
-
-/// A duration that is cut ends at this part of what it was first: without a turn every duration is enough, and none the shortest.
-const SHORTEST: f64 = 1e-3;
 
 /// How a first path gets to the end: `R = exp(q 2πn) exp(φ)`, by a rotation vector `φ` that is cubic in time, and by whole turns
 /// about an axis `n` of the reference frame beside, with `q` from 0 to 1 and no rate at the ends.
@@ -141,15 +103,7 @@ fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f6
             let given = |size: f64| {
                 extremal.smooth(&(size * epsilon * along), epsilon, &Vector3::zeros()).torque.norm()
             };
-            let (mut low, mut high) = (0.0, 1.0);
-            while given(high) < wanted && high < LARGEST_COSTATE {
-                (low, high) = (high, 2.0 * high);
-            }
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (low + high);
-                if given(middle) < wanted { low = middle } else { high = middle }
-            }
-            high * along
+            least(1.0, LARGEST_COSTATE, |size| given(size) >= wanted) * along
         }
     }
 }
@@ -166,18 +120,21 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) 
     };
     // Thrusters that push unequally work even where nothing is to turn.
     let level = level.max(largest(extremal, inverse, &Vector3::zeros()) + ABOVE_IDLE);
-    let (mut low, mut high) = (1e-6, 1e-3);
-    while loads(high) > level {
+    let duration = least(1e-3, 1e9, |duration| loads(duration) <= level);
+    (loads(duration) <= level).then_some(duration)
+}
+
+/// The least number from which on something holds, doubled from a first one up to about the largest and then by halves.
+fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, first);
+    while !holds(high) && high < largest {
         (low, high) = (high, 2.0 * high);
-        if high > 1e9 {
-            return None;
-        }
     }
-    for _ in 0..40 {
+    for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        if loads(middle) > level { low = middle } else { high = middle }
+        if holds(middle) { high = middle } else { low = middle }
     }
-    Some(high)
+    high
 }
 
 /// A path for a turn, of the given duration or by one of the levels.
@@ -219,7 +176,7 @@ fn levels(extremal: &Extremal) -> &'static [f64] {
 /// A smoothed extremal at its own ε, from a path near it.
 pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
     let smooth = Smooth::of(extremal, from.epsilon);
-    let path = smooth.solve(from.path.clone(), RELAXED, RELAXED_ITERATIONS, sweeps)?;
+    let path = smooth.solve(from.path.clone(), RELAXED, FAR_ITERATIONS, sweeps)?;
     Some(Smoothed { path, ..*from })
 }
 
@@ -257,7 +214,7 @@ pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, sweeps: &mut usiz
 pub(super) fn stretched(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
     let given = extremal.given_duration?;
     let arrived = |at: &Smoothed| at.path.duration >= given;
-    let reached = follow(&DURATIONS_PACE, from.clone(), arrived, |at, length| {
+    let reached = follow(&STRETCHING, from.clone(), arrived, |at, length| {
         let duration = (STRETCH.powf(length) * at.path.duration).min(given);
         let mut trial = Smoothed { path: at.path.slower(duration / at.path.duration), ..*at };
         trial.path.duration = duration;
@@ -341,7 +298,7 @@ fn sought(extremal: &Extremal, from: Smoothed, sweeps: &mut usize) -> Option<Smo
     let shortest = SHORTEST * from.path.duration;
     let mut found = scaled(extremal, &from, sweeps);
     let ended = |at: &Smoothed| at.path.duration <= shortest;
-    let _ = follow(&DURATIONS_PACE, from, ended, |at, length| {
+    let _ = follow(&STRETCHING, from, ended, |at, length| {
         if found.is_some() {
             return Step::Stopped;
         }

@@ -19,17 +19,9 @@
 use super::arcs::{Arcs, Switch, between};
 use super::extremal::Extremal;
 use super::flow::{Course, Node};
+use super::tuning::arcs::{MOST_STEPS, TOGETHER, ZERO};
+use super::tuning::{FINE, POINTS};
 use crate::numerics::hermite::hermite;
-
-/// Longest part of the duration between two nodes, and points of the cubic between them.
-const STEP: f64 = 0.03;
-const POINTS: usize = 4;
-
-/// A switching function of this size is zero: the cubic between two nodes is as good as that.
-const ZERO: f64 = 1e-6;
-
-/// Runs of wrong signs whose gap is this part of the largest are put right with it.
-const TOGETHER: f64 = 0.2;
 
 /// What is found along a maneuver of arcs.
 #[derive(Clone, Debug)]
@@ -65,7 +57,7 @@ impl Certificate {
         let last = all.len() - 1;
         for (index, (from, start, stop, signs)) in all.iter().enumerate() {
             let law = extremal.on_arc(signs);
-            let steps = ((stop - start) / (STEP * arcs.duration)).ceil().clamp(1.0, 1e3) as usize;
+            let steps = ((stop - start) / (FINE * arcs.duration)).ceil().clamp(1.0, MOST_STEPS) as usize;
             let length = (stop - start) / steps as f64;
             let mut node = *from;
             for step in 0..steps {

@@ -4,12 +4,11 @@ use super::arcs::Arcs;
 use super::extremal::{Bias, Extremal, Law};
 use super::flow::{Course, Node};
 use super::grid_step::Torque;
-use super::on_grid::{MOST_ITERATIONS, OnGrid, Step};
+use super::on_grid::{OnGrid, Step};
 use super::smooth::Smoothed;
+use super::tuning::grid::*;
+use super::tuning::{NEAR_ITERATIONS, SMALLER, VANISHED};
 use crate::Vector3;
-
-/// Fewest steps of an arc.
-pub(crate) const LEAST_STEPS: usize = 2;
 
 /// Steps of arcs of these lengths, `steps` in all where that allows every arc its least number.
 pub(crate) fn shares(lengths: &[f64], steps: usize) -> Vec<usize> {
@@ -63,12 +62,6 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
     OnGrid::new(arcs.m, lengths, steps, all_signs, nodes)
 }
 
-/// An arc shorter than this part of the duration has one step, beside those of the others.
-const COMMON: f64 = 1e-6;
-
-/// How often pulses are held at another bound, and switches exchanged or joined, in all.
-pub(super) const MOST_CHANGES: usize = 12;
-
 /// How arcs lie on a grid, as its discrete optima tell it one after the other.
 ///
 /// Where two inputs switch together, as rest to rest at the middle, the arc between them stays in the equations with
@@ -85,7 +78,7 @@ pub(super) struct Layout {
 impl Layout {
     pub fn of(arcs: &Arcs) -> Self {
         let lengths: Vec<f64> = arcs.arcs().iter().map(|(_, start, end, _)| end - start).collect();
-        let common = lengths.iter().map(|length| length.abs() < COMMON * arcs.duration).collect();
+        let common = lengths.iter().map(|length| length.abs() < VANISHED * arcs.duration).collect();
         let none = vec![false; lengths.len()];
         Self { lengths, common, exchanged: none.clone(), joined: none }
     }
@@ -144,17 +137,6 @@ pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Op
     None
 }
 
-/// ε that a step of the grid can follow, times the number of steps.
-const FOLLOWED: f64 = 0.3;
-
-/// On the way to a smaller ε: residual over ε at which Newton ends, and most iterations. Where the grid cannot follow it takes
-/// all of them.
-const ON_THE_WAY: f64 = 1e-2;
-const MOST_ON_THE_WAY: usize = 12;
-
-/// ε that is tried after none at all.
-const LEAST_SMOOTHING: f64 = 1e-4;
-
 /// The discrete optimum of the smoothed problem on `steps` equal steps, and its ε: the smallest that is found, not below
 /// `least`.
 pub(crate) fn smooth_on_grid(
@@ -175,17 +157,17 @@ pub(crate) fn smooth_on_grid(
         grid.solve_to(ON_THE_WAY * epsilon, most, extremal)
     };
     let (mut epsilon, mut found) = (wish, at(&start, wish, MOST_ITERATIONS));
-    for _ in 0..4 {
+    for _ in 0..MOST_LARGER {
         if found.is_some() {
             break;
         }
-        epsilon = (2.5 * epsilon).max(LEAST_SMOOTHING);
+        epsilon = (epsilon / SMALLER).max(LEAST_SMOOTHING);
         found = at(&start, epsilon, MOST_ITERATIONS);
     }
     let mut known = vec![(found?, epsilon)];
     while epsilon > least {
-        let next = (0.4 * epsilon).max(least);
-        let Some(better) = known.last().and_then(|(found, _)| at(found, next, MOST_ON_THE_WAY)) else {
+        let next = (SMALLER * epsilon).max(least);
+        let Some(better) = known.last().and_then(|(found, _)| at(found, next, NEAR_ITERATIONS)) else {
             break;
         };
         known.push((better, next));

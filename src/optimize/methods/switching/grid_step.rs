@@ -17,6 +17,7 @@
 
 use super::dual::{Dual, Dual3};
 use super::extremal::{ArcLaw, Extremal, Response};
+use super::tuning::grid::{LAST_CHANGE, MOST_OF_TORQUE};
 use crate::mechanics::drift_equation;
 use crate::numerics::three::apply;
 use crate::numerics::widest::widest;
@@ -26,9 +27,6 @@ use crate::{Matrix3, Vector3, lie};
 const PARAMETERS: usize = 10;
 /// The same and the torque, where it answers to them.
 const WITH_TORQUE: usize = PARAMETERS + 3;
-
-/// A change of the torque after which the next one would be round-off: Newton squares it.
-const LAST_CHANGE: f64 = 1e-9;
 
 /// How the torque of a step comes about.
 #[derive(Clone, Copy, Debug)]
@@ -173,7 +171,7 @@ impl Extremal {
         h: f64,
         by: &Torque,
     ) -> Option<(Vector3, Matrix3)> {
-        for _ in 0..30 {
+        for _ in 0..MOST_OF_TORQUE {
             let out = self.drifted::<3>(&In {
                 m: Dual3::constant(m),
                 pi: Dual3::constant(pi),

@@ -18,27 +18,11 @@
 use super::arcs::Arcs;
 use super::extremal::Extremal;
 use super::flow::{Course, Lanes, Node};
+use super::tuning::arcs::*;
+use super::tuning::{FINE, POINTS};
 use crate::Vector3;
 use crate::numerics::hermite::hermite;
 use nalgebra::{SMatrix, SVector};
-
-/// Longest part of the duration between two nodes, and points of the cubic between them.
-const STEP: f64 = 0.06;
-const POINTS: usize = 8;
-
-/// First μ, by what factor it is made smaller, and what it may add to the gap in the end, as a part of that.
-const FIRST: f64 = 0.1;
-const SMALLER: f64 = 0.2;
-const ADDED: f64 = 0.05;
-/// As small as μ becomes: a switching function of this size is zero for the certificate too.
-const LAST: f64 = 1e-7;
-
-/// Newton for one μ: steps, halvings of a step, and the part of the sum below which one gains nothing.
-const MOST_ITERATIONS: usize = 8;
-const MOST_HALVINGS: usize = 6;
-const NO_GAIN: f64 = 1e-3;
-/// What is added to the diagonal of its matrix, as a part of the trace: a maneuver of few inputs leaves costates open.
-const OPEN: f64 = 1e-10;
 
 /// A change of `M` and of the costate at the start.
 type Change = SVector<f64, 6>;
@@ -77,7 +61,7 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
     let mut lanes = Lanes::<8>::of_costate();
     for (from, start, end, signs) in arcs.arcs() {
         let law = extremal.on_arc(&signs);
-        let steps = ((end - start) / (STEP * arcs.duration)).ceil().clamp(1.0, 1e3) as usize;
+        let steps = ((end - start) / (2.0 * FINE * arcs.duration)).ceil().clamp(1.0, MOST_STEPS) as usize;
         let length = (end - start) / steps as f64;
         let (course, torque) = (Course::of(extremal, &arcs.m), law.at(&from.e).torque);
         let mut node = from;
@@ -108,7 +92,7 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
 /// beside the switch.
 fn points(first: bool, last: bool) -> impl Iterator<Item = (f64, f64)> {
     let edge = move |k: usize| {
-        let x = k as f64 / POINTS as f64;
+        let x = k as f64 / (2 * POINTS) as f64;
         match (first, last) {
             (true, true) => 0.5 - 0.5 * (std::f64::consts::PI * x).cos(),
             (true, false) => x * x,
@@ -116,7 +100,7 @@ fn points(first: bool, last: bool) -> impl Iterator<Item = (f64, f64)> {
             (false, false) => x,
         }
     };
-    (0..POINTS).map(move |k| (0.5 * (edge(k) + edge(k + 1)), edge(k + 1) - edge(k)))
+    (0..(2 * POINTS)).map(move |k| (0.5 * (edge(k) + edge(k + 1)), edge(k + 1) - edge(k)))
 }
 
 /// What the six costates at the start make of the costate `e` at a node, and that itself, with their time derivatives.
@@ -170,7 +154,7 @@ fn least(pieces: &[Piece], vanishing: Option<(f64, Change)>) -> Change {
         if found < least {
             (best, least) = (change, found);
         }
-        mu *= SMALLER;
+        mu *= REDUCED;
     }
     best
 }
@@ -188,7 +172,7 @@ fn gap(pieces: &[Piece], change: &Change, mu: f64) -> f64 {
 fn newton(pieces: &[Piece], from: Change, across: Option<&Change>, mu: f64) -> Change {
     let mut change = from;
     let mut last = gap(pieces, &change, mu);
-    for _ in 0..MOST_ITERATIONS {
+    for _ in 0..MOST_STEPS_OF_GAP {
         let (mut gradient, mut hessian) = (Change::zeros(), SMatrix::<f64, 6, 6>::zeros());
         for piece in pieces {
             let s = piece.value + piece.slope.dot(&change);

@@ -7,19 +7,13 @@
 //! always one: what grows has left its branch.
 
 use super::arcs::Arcs;
-use super::base::DURATIONS_PACE;
 use super::certificate::Certificate;
 use super::extremal::Extremal;
 use super::limit::{Found, Limit, polish};
 use super::smooth::Smoothed;
+use super::tuning::paths::{LONG, STRETCH_OF_ARCS, STRETCHING};
 use crate::lie;
 use crate::optimize::methods::continuation::{Step, follow};
-
-/// A duration is long from so many times that of a turn of a sphere with limits about the axis: `2 √θ` in the units of an extremal.
-const LONG: f64 = 10.0;
-
-/// By how much a duration is stretched at once at most.
-const STRETCH: f64 = 2.0;
 
 /// The same maneuver in a moderate duration, where its own is long.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
@@ -39,11 +33,11 @@ pub(super) fn followed(
 ) -> Option<Limit> {
     let given = extremal.given_duration?;
     let arrived = |(at, _): &(Arcs, Certificate)| at.duration >= given;
-    let reached = follow(&DURATIONS_PACE, limit.arcs.clone()?, arrived, |(at, _), length| {
+    let reached = follow(&STRETCHING, limit.arcs.clone()?, arrived, |(at, _), length| {
         if stop() {
             return Step::Stopped;
         }
-        let duration = (STRETCH.powf(length) * at.duration).min(given);
+        let duration = (STRETCH_OF_ARCS.powf(length) * at.duration).min(given);
         let there = extremal.lasting(Some(duration));
         let next = polish(&there, stretched(at, extremal, duration / at.duration), found);
         next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)).into()

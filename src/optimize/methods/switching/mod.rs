@@ -39,3 +39,4 @@ pub(crate) mod search;
 pub(crate) mod smooth;
 #[cfg(test)]
 mod tests;
+pub(crate) mod tuning;

@@ -17,21 +17,11 @@ use super::condensed::Condensed;
 use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
 use super::grid_step::{GridStep, Torque};
+use super::tuning::grid::*;
 use crate::Vector3;
 use crate::numerics::three::{apply, apply_transposed, cross, product};
 use crate::numerics::widest::widest;
 use nalgebra::{DMatrix, DVector};
-
-/// Residual at which Newton ends if it falls no further.
-const CONVERGED: f64 = 2e-13;
-
-pub(super) const MOST_ITERATIONS: usize = 30;
-
-/// An arc shorter than this part of the duration has no length: two inputs switch together.
-pub(crate) const NO_LENGTH: f64 = 1e-14;
-
-/// An arc longer than this part of the duration is no more than halved in an iteration.
-const SHORT: f64 = 0.01;
 
 /// A maneuver on a grid of arcs.
 #[derive(Clone, Debug)]
@@ -211,7 +201,7 @@ impl OnGrid {
 
 /// Whether a residual falls no further, after the last one.
 pub(super) fn is_round_off(residual: f64, last: f64) -> bool {
-    residual < CONVERGED && residual >= 0.1 * last
+    residual < CONVERGED && residual >= FALLING * last
 }
 
 /// Carries the lanes over a step and gives those of its Hamiltonian.

@@ -7,21 +7,19 @@
 
 use super::extremal::{Bias, Extremal, Response};
 use super::flow::{Course, Lanes, Node, Stages, Units, taken};
+use super::tuning::smooth::*;
+use super::tuning::{NEAR_ITERATIONS, POINTS, SAME};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::hermite::hermite;
 use crate::numerics::tableau::{EIGHTH, FOURTH};
 use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
-use crate::optimize::methods::continuation::{Pace, follow};
+use crate::optimize::methods::continuation::follow;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{SMatrix, SVector};
 
 const TIME: usize = 6;
 const GAP: usize = 7;
-
-/// Longest step of the costates, relative to them, and of the duration.
-const COSTATE_STEP: f64 = 1.0;
-const TIME_STEP: f64 = 0.4;
 
 /// A path: nodes and the parameters.
 #[derive(Clone, Debug)]
@@ -278,14 +276,14 @@ impl<'a> Smooth<'a> {
             factor = factor.min(1.0);
             let changes = changes(&swept.lanes, &step);
             let mut accepted = false;
-            for _ in 0..6 {
+            for _ in 0..MOST_TRIALS {
                 let trial = moved(&path, &changes, &step, factor);
                 *sweeps += 1;
-                if let Some(next) = self.sweep(&trial, (1.0 - 0.1 * factor) * misses.merit, &mut swept) {
+                if let Some(next) = self.sweep(&trial, (1.0 - DECREASE * factor) * misses.merit, &mut swept) {
                     (path, misses, accepted) = (trial, next, true);
                     break;
                 }
-                factor *= 0.4;
+                factor *= SHORTENED;
             }
             if !accepted {
                 return None;
@@ -301,12 +299,12 @@ impl<'a> Smooth<'a> {
 
     /// Equal intervals that would do.
     fn wanted(&self) -> usize {
-        (0.2 / self.epsilon) as usize
+        (RESOLVED / self.epsilon) as usize
     }
 
     /// The residual of an extremal on the way to a smaller ε.
-    fn tolerance(&self) -> f64 {
-        (0.1 * self.epsilon).clamp(1e-4, 1e-2)
+    pub fn tolerance(&self) -> f64 {
+        (ON_THE_WAY * self.epsilon).clamp(ON_THE_WAY_WITHIN.0, ON_THE_WAY_WITHIN.1)
     }
 
     /// Solved again on more intervals of a kind until there are enough. On the way coarse intervals do.
@@ -316,7 +314,7 @@ impl<'a> Smooth<'a> {
             Intervals::Equal => (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(&path)),
             Intervals::Following | Intervals::Close => self.finer(&path),
         } {
-            path = self.solve(finer, self.tolerance(), ITERATIONS, sweeps)?;
+            path = self.solve(finer, self.tolerance(), NEAR_ITERATIONS, sweeps)?;
         }
         Some(path)
     }
@@ -403,37 +401,6 @@ fn moved(path: &Path, changes: &[[Vector3; 3]], step: &SVector<f64, 7>, factor: 
     }
 }
 
-/// Intervals of a path at the start of a continuation, those that are enough where no input changes fast, and at most: equal
-/// ones, and others.
-pub(crate) const INTERVALS: usize = 32;
-const ENOUGH: usize = 64;
-const ENOUGH_FUEL: usize = 128;
-const MOST_EQUAL: usize = 600;
-const MOST_INTERVALS: usize = 3000;
-
-/// What an input may change by on one interval, as a part of its range, and how often one is halved for it at once.
-const ROUGH: f64 = 0.3;
-const DEEPEST: usize = 8;
-
-/// ε over the one before, and where a bias is only to tell branches apart.
-pub(super) const RATIO: f64 = 0.25;
-pub(super) const STEEP: f64 = 0.185;
-
-/// How the logarithm of ε falls, over that of the ratio: a level that fails is tried at a smaller one, and later ones at larger again.
-const DESCENT: Pace = Pace { first: 1.0, least: 0.037, most: 1.0, longer: 1.4, shorter: 0.4 };
-
-/// Iterations of Newton on one ε.
-const ITERATIONS: usize = 12;
-
-/// The part by which an ε that is reached may be off.
-const ROUND_OFF: f64 = 1e-9;
-
-/// The residual of an extremal that is carried further.
-const SETTLED: f64 = 1e-8;
-
-/// Points at which an integral looks at each interval.
-const POINTS: usize = 4;
-
 /// A path and the ε that it is an extremal for.
 #[derive(Clone, Debug)]
 pub(crate) struct Smoothed {
@@ -484,18 +451,18 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, sweeps: &
     let mut epsilon = at.epsilon;
     loop {
         let smooth = Smooth::of(extremal, epsilon);
-        let mut next = smooth.solve(at.path.clone(), SETTLED, ITERATIONS, sweeps);
+        let mut next = smooth.solve(at.path.clone(), SETTLED, NEAR_ITERATIONS, sweeps);
         while let Some(path) = &next
             && let Some(finer) = smooth.finer(path)
         {
-            next = smooth.solve(finer, SETTLED, ITERATIONS, sweeps);
+            next = smooth.solve(finer, SETTLED, NEAR_ITERATIONS, sweeps);
         }
         let Some(path) = next else { return at };
         at = Smoothed { path, epsilon };
         if epsilon <= target {
             return at;
         }
-        epsilon = (0.2 * epsilon).max(target);
+        epsilon = (SETTLING * epsilon).max(target);
     }
 }
 
@@ -534,11 +501,11 @@ pub(crate) fn descend_by(
     bias: &Bias,
     sweeps: &mut usize,
 ) -> Result<Smoothed, Smoothed> {
-    let arrived = |at: &Smoothed| at.epsilon <= target * (1.0 + ROUND_OFF);
+    let arrived = |at: &Smoothed| at.epsilon <= target * (1.0 + SAME);
     follow(&DESCENT, from.clone(), arrived, |at, length| {
         let epsilon = (ratio.powf(length) * at.epsilon).max(target);
         let smooth = Smooth { bias: *bias, ..Smooth::of(extremal, epsilon) };
-        let path = smooth.solve(at.path.clone(), smooth.tolerance(), ITERATIONS, sweeps);
+        let path = smooth.solve(at.path.clone(), smooth.tolerance(), NEAR_ITERATIONS, sweeps);
         let path = path.and_then(|path| smooth.refined(path, intervals, sweeps));
         path.map(|path| Smoothed { path, epsilon }).into()
     })

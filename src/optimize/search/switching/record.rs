@@ -6,8 +6,9 @@ use crate::maneuver::switching::{Structure, Switching};
 use crate::mechanics::drift_equation;
 use crate::optimize::methods::switching::extremal::Extremal;
 use crate::optimize::methods::switching::grid_step::Torque;
-use crate::optimize::methods::switching::on_grid::{NO_LENGTH, OnGrid};
+use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, shared};
+use crate::optimize::methods::switching::tuning::grid::NO_LENGTH;
 use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
 

@@ -21,16 +21,14 @@
 use super::super::arcs::{Arcs, Switch, over_arc};
 use super::super::extremal::Extremal;
 use super::super::flow::{Lanes, Node};
+use super::super::tuning::COARSER;
+use super::super::tuning::pulses::FINE;
 use super::schedule::Schedule;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DVector, RowVector6, SMatrix, SVector, Vector6};
 
 /// Lanes: `δM`, `δe` at the start, and `η`, `δΠ` there.
 const LANES: usize = 12;
-
-/// Longest part of the duration that one step of the integration covers, on the way and at the end.
-const COARSE: f64 = 0.04;
-const FINE: f64 = 0.01;
 
 /// A pulse begins or ends.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +75,7 @@ pub(super) struct Curvature {
 impl<'a> Motion<'a> {
     /// From the start to the end, with the costates `ℓ`.
     pub fn of(extremal: &'a Extremal, schedule: &'a Schedule, costates: &[f64; 6]) -> Self {
-        Self::in_steps(COARSE, extremal, schedule, costates)
+        Self::in_steps(COARSER * FINE, extremal, schedule, costates)
     }
 
     /// The same in steps so short that their error is round-off.

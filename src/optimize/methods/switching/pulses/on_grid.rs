@@ -4,20 +4,17 @@
 //! discrete Hamiltonians of the arcs: the discrete action is stationary in every time that no bound holds.
 
 use super::super::arcs::Arcs;
-use super::super::discretize::{Layout, MOST_CHANGES, of_arcs};
+use super::super::discretize::{Layout, of_arcs};
 use super::super::extremal::Extremal;
-use super::super::on_grid::{MOST_ITERATIONS, OnGrid, Sweep, is_round_off};
+use super::super::on_grid::{OnGrid, Sweep, is_round_off};
+use super::super::tuning::UNDETERMINED;
+use super::super::tuning::grid::{MOST_CHANGES, MOST_ITERATIONS};
+use super::super::tuning::pulses::{KEPT, NEARBY_ON_GRID};
 use super::motion::Motion;
 use super::schedule::{Ask, Best, Schedule};
-use super::ties::{KEPT, Settled, Ties, settled};
+use super::ties::{Settled, Ties, settled};
 use crate::numerics::least_squares::shortest;
 use nalgebra::{DMatrix, DVector};
-
-/// Lengths stay this near to those of the equations of motion, as a part of the duration.
-const NEARBY: f64 = 0.05;
-
-/// Singular values below this part of the largest belong to costates that are not determined.
-const UNDETERMINED: f64 = 1e-10;
 
 /// Pulses as arcs of the equations of motion, and on their grid.
 #[derive(Clone, Debug)]
@@ -166,7 +163,7 @@ fn stationary(
                 .lengths
                 .iter()
                 .zip(&first)
-                .all(|(length, first)| (length - first).abs() < NEARBY * grid.duration());
+                .all(|(length, first)| (length - first).abs() < NEARBY_ON_GRID * grid.duration());
             return near.then_some(grid);
         }
         last = merit;
