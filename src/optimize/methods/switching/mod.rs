@@ -23,7 +23,6 @@ pub(crate) mod branches;
 pub(crate) mod certificate;
 mod condensed;
 pub(crate) mod discretize;
-pub(crate) mod dual;
 pub(crate) mod eigenaxis;
 pub(crate) mod extremal;
 pub(crate) mod flow;
