@@ -9,7 +9,7 @@
 //! at the end for Lie–Euler, the row of the step where inputs switch.
 //!
 //! The flow is an explicit Runge–Kutta method on the Lie group (Munthe-Kaas 1999): over a part of a step
-//! `A = A_0 exp S(u)` with `u̇ = J_r⁻¹(u) Ω`, and `(u, Π, x, γ)` are integrated as vectors (`tableau`). The witnesses judge
+//! `A = A_0 exp S(u)` with `u̇ = J_r⁻¹(u) Ω`, and `(u, Π, x, γ)` are integrated as vectors (`numerics/tableau`). The witnesses judge
 //! by other flows (`verify::continuous`, `verify::symplectic`); nothing of theirs is used here, and nothing of this there.
 //!
 //! A part turns by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a turn of a few radians (a test holds
@@ -17,7 +17,6 @@
 //! ([`Flight::settle`]).
 
 mod limits;
-mod tableau;
 
 pub(crate) use limits::Excess;
 
@@ -25,8 +24,8 @@ use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::mechanics::environment::Pose;
+use crate::numerics::tableau::{FOURTH, SIXTH, Tableau};
 use crate::{Matrix3, Vector3, lie};
-use tableau::{FOURTH, SIXTH, Tableau};
 
 /// What actuators give over a step, each in the axes in which its set is fixed [N, N·m].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! The methods that improve a candidate, and what drives their iterations.
 
+pub(crate) mod continuation;
 pub(crate) mod descent;
 pub(crate) mod driver;
 pub(crate) mod lifted;

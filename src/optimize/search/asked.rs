@@ -14,7 +14,6 @@
 use super::ladder::Search;
 use super::way::{Follower, Way};
 use crate::Vector3;
-use crate::lie;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::shortfall::Shortfall;
@@ -54,12 +53,7 @@ pub(super) fn asked_sense<const N: usize>(search: &Search<N>) -> Option<Sense> {
         Path::Shortest => Some(Sense::Short),
         Path::Long => Some(Sense::Long),
         Path::AsGiven(rotation) => {
-            let mut path = Follower::new();
-            let parts = (rotation.norm() / 0.1).ceil().max(1.0);
-            for part in 0..=parts as usize {
-                let turned = lie::exp(&(rotation * (part as f64 / parts)));
-                path.node(&(search.problem.start.attitude * turned), Vector3::zeros(), 0.0);
-            }
+            let path = Follower::begun(&search.problem.start.attitude).turned_by(&rotation);
             path.way(&search.coarse).ok().map(|way| way.sense)
         }
     }

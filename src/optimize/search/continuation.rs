@@ -1,6 +1,7 @@
 //! Continuation in the limits of the inputs.
 
 use crate::maneuver::solution::Outcome;
+use crate::optimize::methods::continuation::{Pace, Step, follow};
 use crate::optimize::methods::driver::{Interrupt, Report, run};
 use crate::optimize::methods::lifted::Nodes;
 use crate::optimize::methods::shooting::newton::Newton;
@@ -12,49 +13,13 @@ use nalgebra::SVector;
 const TOLERANCE: f64 = 1e-8;
 /// Iterations granted to an intermediate problem: a good step needs three or four.
 const ITERATIONS: usize = 12;
-/// First and smallest step of the parameter.
-const FIRST_STEP: f64 = 0.2;
-const SMALLEST_STEP: f64 = 1.0 / 512.0;
+/// How far the parameter goes at once.
+const PACE: Pace = Pace { first: 0.2, least: 1.0 / 512.0, most: 1.0, longer: 2.0, shorter: 0.25 };
 /// The least tolerance of an intermediate problem.
 const ROUND_OFF: f64 = 1e-13;
 
-/// Walks a parameter from `from` to 1: `solve(s)` says whether the problem at `s` was solved, and in
-/// how many iterations.
-fn walk(
-    interrupt: Interrupt,
-    from: f64,
-    report: &mut Report,
-    mut solve: impl FnMut(f64) -> Result<usize, usize>,
-) {
-    let (mut at, mut step) = (from, FIRST_STEP);
-    while at < 1.0 {
-        if let Some(outcome) = interrupt() {
-            report.outcome = outcome;
-            return;
-        }
-        let next = (at + step).min(1.0);
-        match solve(next) {
-            Ok(iterations) => {
-                report.iterations += iterations;
-                at = next;
-                if iterations <= ITERATIONS / 2 {
-                    step *= 2.0;
-                }
-            }
-            Err(iterations) => {
-                report.iterations += iterations;
-                step *= 0.25;
-                if step < SMALLEST_STEP {
-                    report.outcome = Outcome::Stalled;
-                    return;
-                }
-            }
-        }
-    }
-}
-
 /// Follows an extremal from `solved = (s, λ_{−1})` to the problem at `s = 1`: how far that went.
-fn follow<'a, const N: usize>(
+fn extremals<'a, const N: usize>(
     solved: (f64, SVector<f64, N>),
     tolerance: f64,
     interrupt: Interrupt,
@@ -62,16 +27,32 @@ fn follow<'a, const N: usize>(
 ) -> ((f64, SVector<f64, N>), Report) {
     let mut report = Report::failed(Outcome::Converged);
     let mut solved = vec![solved];
-    walk(interrupt, 0.0, &mut report, |s| {
-        let problem = problem(s);
-        let newton = Newton::new(&problem, tolerance, predict(&solved, s), None).map_err(|_| 0usize)?;
-        let (newton, run) = run(newton, ITERATIONS, interrupt);
-        if run.outcome != Outcome::Converged {
-            return Err(run.iterations);
-        }
-        solved.push((s, newton.costate));
-        Ok(run.iterations)
-    });
+    let reached = follow(
+        &PACE,
+        0.0_f64,
+        |at| *at >= 1.0,
+        |at, step| {
+            if let Some(outcome) = interrupt() {
+                report.outcome = outcome;
+                return Step::Stopped;
+            }
+            let next = (at + step).min(1.0);
+            let problem = problem(next);
+            let Ok(newton) = Newton::new(&problem, tolerance, predict(&solved, next), None) else {
+                return Step::Failed;
+            };
+            let (newton, run) = run(newton, ITERATIONS, interrupt);
+            report.iterations += run.iterations;
+            if run.outcome != Outcome::Converged {
+                return Step::Failed;
+            }
+            solved.push((next, newton.costate));
+            Step::Solved { at: next, easily: run.iterations <= ITERATIONS / 2 }
+        },
+    );
+    if reached.is_err() && report.outcome == Outcome::Converged {
+        report.outcome = Outcome::Stalled;
+    }
     (solved[solved.len() - 1], report)
 }
 
@@ -108,7 +89,7 @@ pub(super) fn in_limits<const N: usize>(
     // A small maneuver is not solved because its error is small.
     let tolerance = (TOLERANCE * from.costate.amax().min(1.0)).max(ROUND_OFF);
     let ((at, costate), report) =
-        follow((0.0, from.costate), tolerance, interrupt, |s| bvp.relaxed(factor(s)));
+        extremals((0.0, from.costate), tolerance, interrupt, |s| bvp.relaxed(factor(s)));
     (Wider { costate, factor: factor(at) }, report)
 }
 

@@ -1,35 +1,34 @@
 //! Minimum time and fuel: the search for the best extremal, and the discrete optimum on the grid of the plan.
 
 mod pulses;
+mod record;
 
 use super::context::Context;
-use crate::lie::{self, continued};
+use super::way::Follower;
+use crate::lie;
 use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
-use crate::maneuver::solution::{
-    Landing, Optimality, Outcome, Rival, Rung, Sense, Solution, TerminalError, Trajectory,
-};
+use crate::maneuver::solution::{Landing, Optimality, Outcome, Rival, Rung, Sense, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
-use crate::mechanics::drift_equation;
 use crate::numerics::figures::rounded_up;
 use crate::optimize::landing::{Aim, Next};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::arcs::Arcs;
 use crate::optimize::methods::switching::branches::Ask;
-use crate::optimize::methods::switching::discretize::{LEAST_STEPS, NO_LENGTH, arcs_on_grid, smooth_on_grid};
+use crate::optimize::methods::switching::discretize::{arcs_on_grid, smooth_on_grid};
 use crate::optimize::methods::switching::eigenaxis;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
-use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::limit::{Found, Limit};
 use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::pulses::on_grid::{again, arcs_placed};
-use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled, shared};
+use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled};
 use crate::optimize::methods::switching::search::search;
 use crate::optimize::methods::switching::smooth::Smoothed;
-use crate::{Matrix3, Vector3};
+use crate::optimize::methods::switching::tuning::grid::LEAST_STEPS;
+use record::{Planned, at_rest, record};
 
 /// Attitudes this near, and rates in the unit of time, are the same.
 const SAME: f64 = 1e-14;
@@ -42,10 +41,6 @@ pub(super) const OF_THE_GRID: f64 = 1e-3;
 
 /// Multiples of the shortest duration that are tried for one of least fuel.
 const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
-
-/// An input of a smoothed plan stays within its limits where it is within this part of them, on this part of the steps.
-const WITHIN: f64 = 0.9;
-const FOR: f64 = 1.0 / 12.0;
 
 /// Arcs shorter than this part of the duration are none.
 const NO_ARC: f64 = 1e-10;
@@ -305,73 +300,6 @@ fn ended(solution: Solution, outcome: Outcome, context: &Context) -> Solution {
     Solution { outcome, ladder, solve_time, ..solution }
 }
 
-/// The body is where it should be: no time and no steps, or as many of a given duration without any input.
-fn at_rest(problem: &Problem, solution: Solution, steps: usize) -> Solution {
-    let (nodes, count) = (steps + 1, problem.actuation.count());
-    let (duration, step) = if steps == 0 { (0.0, 0.0) } else { (problem.seconds(), problem.step()) };
-    let time = |node: usize| if node == steps { duration } else { node as f64 * step };
-    let trajectory = Trajectory {
-        time: (0..nodes).map(time).collect(),
-        quaternion: vec![lie::quaternion_from_rotation(&problem.start.attitude); nodes],
-        angular_velocity: vec![problem.start.angular_velocity; nodes],
-        input_count: count,
-        input: vec![0.0; steps * count],
-        torque: vec![Vector3::zeros(); steps],
-        costates: vec![0.0; 6 * nodes],
-        ..Trajectory::default()
-    };
-    let switching = Switching {
-        structure: Structure::Rest,
-        continuous_duration_s: duration,
-        continuous_cost: 0.0,
-        gap: 0.0,
-        eigenaxis_s: None,
-        switches: 0,
-        singular_inputs: Vec::new(),
-        smoothing: None,
-        beside_optimum: false,
-        arcs: Vec::new(),
-        pulses: None,
-    };
-    Solution {
-        outcome: Outcome::Converged,
-        steps,
-        step,
-        cost: 0.0,
-        terminal: TerminalError::default(),
-        optimality: Optimality {
-            tested: true,
-            stationarity: 0.0,
-            conjugate_points: None,
-            rank: 6,
-            condition: 1.0,
-        },
-        turned_deg: 0.0,
-        start: "rest".into(),
-        trajectory,
-        switching: Some(switching),
-        ..solution
-    }
-}
-
-/// A plan on its grid.
-struct Planned {
-    cost: f64,
-    duration: f64,
-    residual: f64,
-    iterations: usize,
-    terminal: TerminalError,
-    sense: Sense,
-    turned_deg: f64,
-    start: String,
-    trajectory: Trajectory,
-    switching: Switching,
-    /// Continuous quaternion from the start, at the end.
-    sheet: [f64; 4],
-    grid: OnGrid,
-    landing: Option<Landing>,
-}
-
 /// The discrete optimum of the best arcs where they have room on the grid, or the nearest to it; otherwise that of the next looser
 /// ones, or of the smoothed law if it is cheaper.
 fn cheapest(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit) -> Option<Planned> {
@@ -459,166 +387,6 @@ fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> V
     told
 }
 
-/// Terminal errors above this, half of the default tolerance, are taken for those of the last digits of recorded times.
-const OF_THE_CLOCK: f64 = 5e-13;
-
-/// Replays a plan from the start and records every node.
-///
-/// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
-/// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits.
-fn record(problem: &Problem, extremal: &Extremal, units: &Units, grid: &OnGrid) -> Option<Planned> {
-    let plain = replayed(problem, extremal, units, grid, false)?;
-    // Pulses are off or at a limit, to the last bit.
-    if plain.terminal.largest() <= OF_THE_CLOCK || problem.shortest_pulse().is_some() {
-        return Some(plain);
-    }
-    let exact = replayed(problem, extremal, units, grid, true)?;
-    Some(if exact.terminal.largest() < plain.terminal.largest() { exact } else { plain })
-}
-
-/// The same with the inputs of the plan, or with its impulses.
-fn replayed(
-    problem: &Problem,
-    extremal: &Extremal,
-    units: &Units,
-    grid: &OnGrid,
-    impulses: bool,
-) -> Option<Planned> {
-    let start = &problem.start.attitude;
-    let least = NO_LENGTH * grid.duration();
-    let kept: Vec<usize> =
-        (0..grid.steps.len()).filter(|k| grid.step_length(&grid.steps[*k]) > least).collect();
-    let count = problem.actuation.count();
-    let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
-    let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
-    let (mut m_e, mut quaternion) = ((grid.m, grid.nodes[0].e), None);
-    let (mut sheet, mut clock) = ([1.0, 0.0, 0.0, 0.0], 0.0);
-    let (mut within, mut cost) = (vec![0_usize; count], 0.0);
-    let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&problem.actuation, row));
-    let (j, turning) = (extremal.j, extremal.axes().is_empty());
-    for index in 0..=kept.len() {
-        let attitude = start * r;
-        let next = continued(quaternion.as_ref(), lie::quaternion_from_rotation(&attitude));
-        quaternion = Some(next);
-        trajectory.time.push(clock * units.time);
-        trajectory.quaternion.push(next);
-        trajectory.angular_velocity.push(extremal.j_inverse * pi / units.time);
-        let (zeta, e) = m_e;
-        trajectory.costates.extend((zeta * units.cost()).iter());
-        trajectory.costates.extend((e * (units.cost() / units.momentum())).iter());
-        let Some(k) = kept.get(index).copied() else { break };
-        let step = &grid.steps[k];
-        let row = match (grid.signs.get(step.arc), step.torque) {
-            (Some(signs), _) if !turning => inputs(problem, signs),
-            (None, Torque::Smooth(epsilon)) if !extremal.axes().is_empty() => {
-                let mean = 0.5 * (grid.nodes[k].e + grid.nodes[k + 1].e);
-                let levels = extremal.inputs(&mean, epsilon);
-                for (level, value) in levels.iter().enumerate() {
-                    within[input_of(problem, level)] += usize::from(value.abs() < WITHIN);
-                }
-                inputs(problem, &levels)
-            }
-            _ => shared(problem, units, &grid.torques[k])?,
-        };
-        let length = grid.step_length(step);
-        // The step as the witnesses will take it: of the length that the recorded times give.
-        clock += length;
-        let h = (clock * units.time - trajectory.time[index]) / units.time;
-        let row: Vec<f64> =
-            if impulses { row.iter().map(|input| input * (length / h)).collect() } else { row };
-        cost += if impulses { h } else { length } * units.time * rate(&row);
-        let torque = problem.actuation.torque.output(&row);
-        trajectory.input.extend(&row);
-        trajectory.torque.push(torque);
-        let torque = torque / units.torque;
-        let kicked = pi + 0.5 * h * torque;
-        let c = drift_equation::solve(&j, &extremal.j_inverse, &(h * kicked))?;
-        let f = lie::cayley(&c);
-        let turn = lie::quaternion_from_rotation(&f);
-        sheet = product(&sheet, &if turn[0] < 0.0 { turn.map(|part| -part) } else { turn });
-        r *= f;
-        pi = f.tr_mul(&kicked) + 0.5 * h * torque;
-        let node = &grid.nodes[k + 1];
-        m_e = (node.r.tr_mul(&grid.m), node.e);
-    }
-    // `∫|Ω|dt` of the nodes, as everywhere.
-    let rate = |node: usize| trajectory.angular_velocity[node].norm();
-    let of_step = |k: usize| 0.5 * (trajectory.time[k + 1] - trajectory.time[k]) * (rate(k) + rate(k + 1));
-    let turned = (0..kept.len()).map(of_step).sum::<f64>();
-    let miss = lie::log(&extremal.end_attitude.tr_mul(&r)).norm();
-    let scaled_duration = grid.duration();
-    let mean = j.trace() / 3.0;
-    let momentum = (pi - j * extremal.end_rate).norm() * scaled_duration / mean;
-    let steps = kept.len() as f64;
-    let singular_inputs = (0..count).filter(|input| within[*input] as f64 > FOR * steps).collect();
-    let switching = Switching {
-        structure: Structure::BangBang,
-        continuous_duration_s: f64::NAN,
-        continuous_cost: f64::NAN,
-        gap: f64::NAN,
-        eigenaxis_s: None,
-        switches: 0,
-        singular_inputs,
-        smoothing: None,
-        beside_optimum: grid.beside_optimum,
-        arcs: Vec::new(),
-        pulses: None,
-    };
-    let duration = *trajectory.time.last()?;
-    Some(Planned {
-        // The clock of the last node is what the duration is everywhere.
-        cost: if problem.objective.fuel().is_some() { cost } else { duration },
-        duration,
-        residual: grid.residual,
-        iterations: grid.iterations,
-        terminal: TerminalError {
-            attitude_rad: miss,
-            momentum_relative: momentum,
-            position_relative: None,
-            linear_momentum_relative: None,
-        },
-        sense: sense(extremal, scaled_duration, &sheet),
-        turned_deg: turned.to_degrees(),
-        start: String::new(),
-        trajectory,
-        switching,
-        sheet,
-        grid: grid.clone(),
-        landing: None,
-    })
-}
-
-fn product(a: &[f64; 4], b: &[f64; 4]) -> [f64; 4] {
-    let (v, w) = (Vector3::new(a[1], a[2], a[3]), Vector3::new(b[1], b[2], b[3]));
-    let u = a[0] * w + b[0] * v + v.cross(&w);
-    [a[0] * b[0] - v.dot(&w), u.x, u.y, u.z]
-}
-
-fn unit_quaternion(vector: &Vector3) -> [f64; 4] {
-    let half = 0.5 * vector.norm();
-    let sinc = if half > 1e-9 { half.sin() / half } else { 1.0 };
-    let v = 0.5 * sinc * vector;
-    [half.cos(), v.x, v.y, v.z]
-}
-
-/// Short if the path ends on the sheet that the motion without inputs reaches by the shortest rotation to the end.
-fn sense(extremal: &Extremal, duration: f64, sheet: &[f64; 4]) -> Sense {
-    const STEPS: usize = 256;
-    let h = duration / STEPS as f64;
-    let mut pi = extremal.j * extremal.start_rate;
-    let (mut free, mut r) = ([1.0, 0.0, 0.0, 0.0], Matrix3::identity());
-    for _ in 0..STEPS {
-        let Some(c) = drift_equation::solve(&extremal.j, &extremal.j_inverse, &(h * pi)) else { break };
-        let f = lie::cayley(&c);
-        free = product(&free, &unit_quaternion(&lie::log(&f)));
-        (r, pi) = (r * f, f.tr_mul(&pi));
-    }
-    let rest = lie::log(&r.tr_mul(&extremal.end_attitude));
-    let expected = product(&free, &unit_quaternion(&rest));
-    let same = expected.iter().zip(sheet).map(|(a, b)| a * b).sum::<f64>() > 0.0;
-    if same { Sense::Short } else { Sense::Long }
-}
-
 /// Whether a plan goes the way that is asked for.
 fn follows(problem: &Problem, plan: &Planned) -> bool {
     match problem.path {
@@ -626,8 +394,7 @@ fn follows(problem: &Problem, plan: &Planned) -> bool {
         Path::Shortest => plan.sense == Sense::Short,
         Path::Long => plan.sense == Sense::Long,
         Path::AsGiven(vector) => {
-            let given = unit_quaternion(&vector);
-            given.iter().zip(&plan.sheet).map(|(a, b)| a * b).sum::<f64>() > 0.0
+            Follower::begun(&problem.start.attitude).turned_by(&vector).is_on_the_sheet_of(&plan.path)
         }
     }
 }

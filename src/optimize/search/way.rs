@@ -15,6 +15,9 @@ use crate::optimize::terminal::TerminalCondition;
 use crate::{Matrix3, Vector3};
 use nalgebra::SVector;
 
+/// A turn over which the quaternion is told from its opposite \[rad\].
+const SMALL_TURN: f64 = 0.2;
+
 /// How a path goes round.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
@@ -54,8 +57,15 @@ impl Follower {
         self.rate = Some(rate);
     }
 
+    /// Where a path begins.
+    pub fn begun(attitude: &Matrix3) -> Self {
+        let mut path = Self::new();
+        path.attitude(attitude);
+        path
+    }
+
     /// The attitude of the next node alone.
-    fn attitude(&mut self, attitude: &Matrix3) {
+    pub fn attitude(&mut self, attitude: &Matrix3) {
         self.quaternion = Some(continued(self.quaternion.as_ref(), lie::quaternion_from_rotation(attitude)));
         self.end = *attitude;
     }
@@ -72,21 +82,34 @@ impl Follower {
             TerminalCondition::AttitudeFree(_) => &self.end,
         };
         let rest = lie::minus(target, from);
-        // Short steps along the shortest rotation carry the ballistic sheet to the end of the path.
-        let parts = 16;
-        let mut carried = ballistic.lifted();
-        for index in 1..=parts {
-            let attitude = from * lie::exp(&(rest * (f64::from(index) / f64::from(parts))));
-            carried = continued(Some(&carried), lie::quaternion_from_rotation(&attitude));
+        // The shortest rotation carries the ballistic sheet to the end of the path.
+        let same = ballistic.turned_by(&rest).is_on_the_sheet_of(self);
+        let sense = if same { Sense::Short } else { Sense::Long };
+        Ok(Way { sense, turned_deg: self.turned_deg(), rotation: self.rotation })
+    }
+
+    /// The same path, turned on by a rotation vector in body axes: in steps far below half a turn, which leave no doubt of the sheet.
+    pub fn turned_by(mut self, rotation: &Vector3) -> Self {
+        let (from, steps) = (self.end, (rotation.norm() / SMALL_TURN).ceil());
+        for step in 1..=steps as usize {
+            self.attitude(&(from * lie::exp(&(rotation * (step as f64 / steps)))));
         }
-        let same: f64 = carried.iter().zip(&self.lifted()).map(|(x, y)| x * y).sum();
-        let sense = if same >= 0.0 { Sense::Short } else { Sense::Long };
-        Ok(Way { sense, turned_deg: self.turned.to_degrees(), rotation: self.rotation })
+        self
+    }
+
+    /// Whether both paths, begun alike and ended alike, end on one sheet.
+    pub fn is_on_the_sheet_of(&self, other: &Self) -> bool {
+        self.lifted().iter().zip(&other.lifted()).map(|(x, y)| x * y).sum::<f64>() >= 0.0
+    }
+
+    /// `∫|Ω|dt` so far \[deg\].
+    pub fn turned_deg(&self) -> f64 {
+        self.turned.to_degrees()
     }
 
     /// The same; short where the motion without inputs cannot be followed to its end and tells nothing.
     pub fn way_or_short<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Way {
-        let (turned_deg, rotation) = (self.turned.to_degrees(), self.rotation);
+        let (turned_deg, rotation) = (self.turned_deg(), self.rotation);
         self.way(bvp).unwrap_or(Way { sense: Sense::Short, turned_deg, rotation })
     }
 

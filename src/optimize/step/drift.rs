@@ -43,7 +43,7 @@ pub(crate) struct LinearDrift {
     pub b: Matrix3,
     pub c: Matrix3,
     /// `C⁻ᵀ = Fᵀ + B S(Π)`.
-    c_inverse_t: Matrix3,
+    pub c_inverse_t: Matrix3,
     pub h12: Matrix3,
     pub h22: Matrix3,
 }
@@ -74,31 +74,12 @@ impl Dynamics {
     /// `E = tr(F J_d) I − F J_d` of a drift.
     #[inline(always)]
     pub(crate) fn drift_matrix(&self, drift: &Drift) -> Matrix3 {
-        let f_j_d = drift.f * self.j_d;
-        Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d
+        drift.matrix(&self.j_d)
     }
 
     /// `B = h Fᵀ E⁻¹` of a drift: `ξ = B δΠ`.
     pub(crate) fn drift_block(&self, drift: &Drift, e: &Matrix3) -> Matrix3 {
         drift.f.transpose() * inverse3(e) * drift.h
-    }
-
-    /// Carries a costate forward over a drift, `λ' = A0⁻ᵀ λ`.
-    #[inline(always)]
-    pub(crate) fn drift_costate<const N: usize>(
-        &self,
-        drift: &Drift,
-        e: &Matrix3,
-        costate: &Costate,
-    ) -> Costate {
-        let lever = drift.momentum.cross(&costate.pi) - costate.zeta;
-        let mut after = *costate;
-        after.zeta = drift.f.tr_mul(&costate.zeta);
-        after.pi = drift.f.tr_mul(&(costate.pi + solve3(e, &lever) * drift.h));
-        if N == 12 {
-            after.gamma -= drift.h * costate.x;
-        }
-        after
     }
 
     /// Carries a costate back over a drift, `λ = A0ᵀ λ'`.
@@ -117,20 +98,48 @@ impl Dynamics {
     /// The matrices of a linearised drift; `after` is the costate it led to.
     #[inline(always)]
     pub(crate) fn linear_drift(&self, drift: &Drift, e: &Matrix3, after: &Costate) -> LinearDrift {
-        let f = drift.f;
+        drift.linear(&self.j_d, e, after)
+    }
+}
+
+impl Drift {
+    /// `E = tr(F J_d) I − F J_d`.
+    #[inline(always)]
+    pub(crate) fn matrix(&self, j_d: &Matrix3) -> Matrix3 {
+        let f_j_d = self.f * j_d;
+        Matrix3::from_diagonal_element(f_j_d.trace()) - f_j_d
+    }
+
+    /// Carries a costate forward, `λ' = A0⁻ᵀ λ`.
+    #[inline(always)]
+    pub(crate) fn costate<const N: usize>(&self, e: &Matrix3, costate: &Costate) -> Costate {
+        let lever = self.momentum.cross(&costate.pi) - costate.zeta;
+        let mut after = *costate;
+        after.zeta = self.f.tr_mul(&costate.zeta);
+        after.pi = self.f.tr_mul(&(costate.pi + solve3(e, &lever) * self.h));
+        if N == 12 {
+            after.gamma -= self.h * costate.x;
+        }
+        after
+    }
+
+    /// Its linearisation; `after` is the costate it led to.
+    #[inline(always)]
+    pub(crate) fn linear(&self, j_d: &Matrix3, e: &Matrix3, after: &Costate) -> LinearDrift {
+        let f = self.f;
         let f_t = f.transpose();
-        let b = f_t * inverse3(e) * drift.h;
+        let b = f_t * inverse3(e) * self.h;
         let b_t = b.transpose();
-        let c = f_t + hat(&drift.momentum_after) * b;
-        let c_inverse_t = f_t + b * hat(&drift.momentum);
+        let c = f_t + hat(&self.momentum_after) * b;
+        let c_inverse_t = f_t + b * hat(&self.momentum);
         let (mu, p) = (after.zeta, after.pi);
-        let q = mu + p.cross(&drift.momentum_after);
+        let q = mu + p.cross(&self.momentum_after);
         let h_w = b_t * q;
-        let f_t_w = f_t * h_w / drift.h;
+        let f_t_w = f_t * h_w / self.h;
         let f_s_p = f * hat(&p);
-        let inner = f_t * (self.j_d * hat(&f_t_w) + h_w * drift.momentum_after.transpose()) - hat(&q);
+        let inner = f_t * (j_d * hat(&f_t_w) + h_w * self.momentum_after.transpose()) - hat(&q);
         LinearDrift {
-            h: drift.h,
+            h: self.h,
             f,
             f_t,
             b,

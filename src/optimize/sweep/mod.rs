@@ -322,7 +322,7 @@ impl<'a, const N: usize> BoundaryValueProblem<'a, N> {
             let drift = dynamics.drift::<N>(index - 1, &mut point)?;
             let e = dynamics.drift_matrix(&drift);
             let before = costate;
-            costate = dynamics.drift_costate::<N>(&drift, &e, &before);
+            costate = drift.costate::<N>(&e, &before);
             let pose = point.pose();
             let kick = dynamics.kick_of::<N, LIMITED>(&pose, &costate);
             let last = half_kicks && index == steps;

@@ -6,43 +6,16 @@
 //! nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton step
 //! is then the shortest one.
 
+use super::condensed::Condensed;
 use super::extremal::{ArcLaw, Extremal};
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use super::flow::{Course, Lanes, Node};
 use super::smooth::Path;
+use super::tuning::arcs::*;
+use super::tuning::{COARSER, FINE, SAME, UNDETERMINED};
+use crate::Vector3;
+use crate::numerics::least_squares::shortest;
 use crate::numerics::widest::widest;
-use crate::{Vector3, lie};
-use nalgebra::{DMatrix, DVector};
-
-/// Longest part of the duration that one step of the integration covers, on the way and at the end.
-const COARSE: f64 = 0.12;
-const FINE: f64 = 0.03;
-
-/// Residual at which the integration becomes fine, and at which Newton ends.
-const NEAR: f64 = 1e-6;
-const CONVERGED: f64 = 1e-12;
-
-/// Longest steps: of the costates relative to them, of the duration and of switching times relative to the duration.
-const COSTATE_STEP: f64 = 0.5;
-const TIME_STEP: f64 = 0.1;
-const SWITCH_STEP: f64 = 0.15;
-
-const MOST_ITERATIONS: usize = 16;
-
-/// An input below this part of its limit is off, and a pulse shorter than this part of the duration is none.
-const IDLE: f64 = 0.02;
-const SHORTEST_PULSE: f64 = 1e-4;
-
-/// An input that is on for less than this part of a run is between its limits.
-const BETWEEN: f64 = 0.7;
-
-/// A pulse that Newton has made shorter than this part of the duration is no pulse.
-const NO_PULSE: f64 = 1e-9;
-
-/// Fewest switches that determine all costates.
-const DETERMINED: usize = 5;
-
-/// Singular values below this part of the largest belong to costates that are not determined.
-const UNDETERMINED: f64 = 1e-9;
+use nalgebra::DVector;
 
 /// One input goes to its other limit.
 #[derive(Clone, Copy, Debug)]
@@ -63,13 +36,6 @@ pub(crate) struct Arcs {
     pub signs: Vec<f64>,
     /// In the order of time.
     pub switches: Vec<Switch>,
-}
-
-struct Equations {
-    residual: DVector<f64>,
-    jacobian: DMatrix<f64>,
-    merit: f64,
-    updates: Vec<DMatrix<f64>>,
 }
 
 impl Arcs {
@@ -146,15 +112,11 @@ impl Arcs {
         arcs
     }
 
-    fn equations<const L: usize>(&self, extremal: &Extremal, longest: f64) -> Option<Equations> {
+    fn equations<const L: usize>(&self, extremal: &Extremal, longest: f64) -> Option<Condensed> {
         let count = self.switches.len();
-        let (unknowns, gap) = (7 + count, 7 + count);
         let time_lane = 6 + count;
-        let mut residual = DVector::zeros(unknowns);
-        let mut jacobian = DMatrix::zeros(unknowns, unknowns + 1);
-        let mut updates = Vec::with_capacity(count);
+        let mut equations = Condensed::new(7 + count);
         let mut lanes = Lanes::<L>::of_costate();
-        let mut gaps = 0.0;
         let arcs = self.arcs();
         for (index, (from, start, end, signs)) in arcs.iter().enumerate() {
             let law = extremal.on_arc(signs);
@@ -166,48 +128,24 @@ impl Arcs {
                 lanes.add(5 + index, &rate, -1.0);
             }
             if let Some(given) = extremal.given_duration {
-                residual[6] = self.duration - given;
-                jacobian[(6, time_lane)] = 1.0;
+                equations.residual[6] = self.duration - given;
+                equations.jacobian[(6, time_lane)] = 1.0;
             } else if index == 0 {
-                let (w, pi) = (extremal.start_rate, from.pi);
-                // The derivative of `e·τ` is `τ`: a torque that turns with `e` makes it least.
-                let torque = law.at(&from.e).torque;
-                residual[6] = extremal.hamiltonian(&self.m, from, from.e.dot(&torque) + law.running());
-                let pi_dot = pi.cross(&w) + torque;
-                for axis in 0..3 {
-                    jacobian[(6, axis)] = w[axis];
-                    jacobian[(6, 3 + axis)] = pi_dot[axis];
-                }
+                let (value, slope) = extremal.hamiltonian_at_start(&self.m, from, &law);
+                equations.residual[6] = value;
+                equations.jacobian.view_mut((6, 0), (1, 6)).tr_copy_from(&slope);
             }
             if let Some(switch) = self.switches.get(index) {
-                let difference = reached.minus(&switch.node);
-                gaps += difference.iter().map(|part| part.norm_squared()).sum::<f64>();
-                lanes.add(gap, &difference, 1.0);
+                equations.gap(&reached, &switch.node, &mut lanes);
                 let slope = extremal.switching_slope(switch.input, &switch.node.e);
-                residual[7 + index] = extremal.switching(switch.input, &switch.node.e);
-                for lane in 0..=unknowns {
-                    jacobian[(7 + index, lane)] = slope.dot(&lanes.block(2, lane));
-                }
-                updates.push(DMatrix::from_fn(9, unknowns + 1, |row, lane| lanes.0[row][lane]));
+                equations.residual[7 + index] = extremal.switching(switch.input, &switch.node.e);
+                equations.slope(7 + index, |lane| slope.dot(&lanes.block(2, lane)));
+                equations.keep(&lanes);
             } else {
-                let miss = lie::log(&(reached.r * extremal.end_attitude.transpose()));
-                let pi_miss = reached.pi - extremal.j * extremal.end_rate;
-                let of_log = lie::left_jacobian_inverse(&miss);
-                for lane in 0..=unknowns {
-                    let (eta, pi) = (of_log * lanes.block(0, lane), lanes.block(1, lane));
-                    for axis in 0..3 {
-                        jacobian[(axis, lane)] = eta[axis];
-                        jacobian[(3 + axis, lane)] = pi[axis];
-                    }
-                }
-                residual.rows_mut(0, 3).copy_from(&miss);
-                residual.rows_mut(3, 3).copy_from(&pi_miss);
+                equations.end(extremal, &reached, &lanes);
             }
         }
-        let merit = (residual.norm_squared() + gaps).sqrt();
-        let carried = jacobian.column(unknowns).clone_owned();
-        let jacobian = jacobian.remove_column(unknowns);
-        merit.is_finite().then_some(Equations { residual: residual + carried, jacobian, merit, updates })
+        equations.closed()
     }
 
     /// Newton, and again without the pulses that have vanished; `None` where it does not converge or the switches vanish.
@@ -223,12 +161,12 @@ impl Arcs {
 
     /// Two switches of one input with no time between them.
     fn vanished(&self) -> Option<(usize, usize)> {
-        let no_time = NO_PULSE * self.duration;
+        let no_time = SAME * self.duration;
         self.pairs().find(|(a, b)| self.switches[*b].time - self.switches[*a].time < no_time)
     }
 
     fn solved(mut self, extremal: &Extremal) -> Option<Self> {
-        let mut longest = COARSE;
+        let mut longest = COARSER * FINE;
         for _ in 0..MOST_ITERATIONS {
             let count = self.switches.len();
             if !(extremal.fewest_switches()..=extremal.most_switches()).contains(&count) {
@@ -239,24 +177,24 @@ impl Arcs {
                 17..=32 => self.equations::<32>(extremal, longest),
                 _ => self.equations::<64>(extremal, longest),
             }?;
-            if found.merit < CONVERGED && longest == FINE {
+            if found.merit < CONVERGED && longest <= FINE {
                 return Some(self);
             }
-            if found.merit < NEAR && longest == COARSE {
+            if found.merit < NEAR && longest > FINE {
                 longest = FINE;
                 continue;
             }
-            if found.merit > 1e3 {
+            if found.merit > LOST {
                 return None;
             }
-            let step = newton_step(found.jacobian, &found.residual, count)?;
-            self.take(&step, &found.updates)?;
+            let step = newton_step(&found, count)?;
+            self.take(&step, &found)?;
         }
         None
     }
 
     /// A limited Newton step, after which switches stand in order again.
-    fn take(&mut self, step: &DVector<f64>, updates: &[DMatrix<f64>]) -> Option<()> {
+    fn take(&mut self, step: &DVector<f64>, equations: &Condensed) -> Option<()> {
         let count = self.switches.len();
         let costate = (self.m.norm_squared() + self.first.e.norm_squared()).sqrt();
         let mut factor = (COSTATE_STEP * costate / step.rows(0, 6).norm()).min(1.0);
@@ -272,17 +210,12 @@ impl Arcs {
                 factor *= 0.5;
             }
         }
-        let mut change = step.clone().insert_row(7 + count, 1.0);
-        change[7 + count] = 1.0;
         self.m += factor * step.fixed_rows::<3>(0);
         self.first.e += factor * step.fixed_rows::<3>(3);
         self.duration += factor * step[6 + count];
-        for (j, update) in updates.iter().enumerate() {
-            let moved = update * &change;
-            let block = |row: usize| Vector3::new(moved[row], moved[row + 1], moved[row + 2]);
-            let switch = &mut self.switches[j];
+        for (j, (switch, moved)) in self.switches.iter_mut().zip(equations.disturbances(step)).enumerate() {
             switch.time += factor * step[6 + j];
-            switch.node = switch.node.plus(&[block(0), block(3), block(6)], factor);
+            switch.node = switch.node.plus(&moved, factor);
         }
         self.order();
         Some(())
@@ -369,21 +302,12 @@ fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
 }
 
 /// The Newton step of equations with so many switches; the shortest one where costates are not determined.
-pub(super) fn newton_step(
-    jacobian: DMatrix<f64>,
-    residual: &DVector<f64>,
-    switches: usize,
-) -> Option<DVector<f64>> {
+pub(super) fn newton_step(equations: &Condensed, switches: usize) -> Option<DVector<f64>> {
+    let Condensed { jacobian, residual, .. } = equations;
     if switches >= DETERMINED {
-        return jacobian.lu().solve(&-residual);
+        return jacobian.clone().lu().solve(&-residual);
     }
-    // A coast all along leaves nothing to seek.
-    if jacobian.is_empty() {
-        return None;
-    }
-    let svd = jacobian.svd(true, true);
-    let least = UNDETERMINED * svd.singular_values.max();
-    svd.solve(&-residual, least).ok()
+    shortest(jacobian, &-residual, UNDETERMINED)
 }
 
 /// A node on the way from one to another.
@@ -401,16 +325,14 @@ pub(super) fn over_arc<const L: usize>(
     longest: f64,
     lanes: &mut Lanes<L>,
 ) -> Node {
-    let steps = (length.abs() / longest).ceil().clamp(1.0, 1e3) as usize;
+    let steps = (length.abs() / longest).ceil().clamp(1.0, MOST_STEPS) as usize;
     let (course, step) = (Course::of(extremal, m), length / steps as f64);
     widest(
         #[inline(always)]
         || {
             let mut node = *from;
             for _ in 0..steps {
-                node = advance(
-                    &course,
-                    &COOPER_VERNER,
+                node = course.carried(
                     &node,
                     step,
                     lanes,

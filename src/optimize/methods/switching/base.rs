@@ -27,45 +27,13 @@
 
 use super::extremal::{Bias, Extremal, Law};
 use super::flow::Node;
-use super::smooth::{INTERVALS, Path, Smooth, Smoothed, descend};
+use super::smooth::{Path, Smooth, Smoothed, descend};
+use super::tuning::FAR_ITERATIONS;
+use super::tuning::branches::BRANCHING;
+use super::tuning::paths::*;
+use super::tuning::smooth::INTERVALS;
+use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
-
-/// Parts of the limits that the largest input of a first path has where the duration is sought: one after the other until a path
-/// is found or, where fuel counts and more time may cost less, all of them.
-const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
-const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
-
-/// The least that a level leaves to the motion, where the inputs work without any.
-const ABOVE_IDLE: f64 = 0.25;
-
-/// ε of a first path where the duration is given: so large that fuel hardly counts.
-const EASY: [f64; 3] = [4.0, 12.0, 1.5];
-
-/// Parts of the torque in the middle of the limits that are added at once.
-const UNBALANCING: f64 = 0.25;
-const LEAST_UNBALANCING: f64 = 0.02;
-
-/// By how much a duration is stretched at once, and what is too little.
-const STRETCH: f64 = 1.3;
-const LEAST_STRETCH: f64 = 1.01;
-
-/// Parts of the duration of the first level that are given on the way to one that is sought.
-const DURATIONS: [f64; 5] = [0.5, 0.7, 1.0, 1.5, 2.2];
-
-/// What is left of a duration that is cut at once, and what is too much; and the largest ε of a first path.
-const CUT: f64 = 0.8;
-const LEAST_CUT: f64 = 0.99;
-const LARGEST_EPSILON: f64 = 100.0;
-
-/// ε at which branches are told apart.
-pub(super) const BRANCHING: f64 = 0.3;
-
-/// Under a limit of the norm the costate over ε that gives a torque is sought up to this size, and halved this often.
-const LARGEST_COSTATE: f64 = 32.0;
-const HALVINGS: usize = 30;
-
-/// A duration that is cut ends at this part of what it was first: without a turn every duration is enough, and none the shortest.
-const SHORTEST: f64 = 1e-3;
 
 /// How a first path gets to the end: `R = exp(q 2πn) exp(φ)`, by a rotation vector `φ` that is cubic in time, and by whole turns
 /// about an axis `n` of the reference frame beside, with `q` from 0 to 1 and no rate at the ends.
@@ -135,15 +103,7 @@ fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f6
             let given = |size: f64| {
                 extremal.smooth(&(size * epsilon * along), epsilon, &Vector3::zeros()).torque.norm()
             };
-            let (mut low, mut high) = (0.0, 1.0);
-            while given(high) < wanted && high < LARGEST_COSTATE {
-                (low, high) = (high, 2.0 * high);
-            }
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (low + high);
-                if given(middle) < wanted { low = middle } else { high = middle }
-            }
-            high * along
+            least(1.0, LARGEST_COSTATE, |size| given(size) >= wanted) * along
         }
     }
 }
@@ -160,18 +120,21 @@ fn duration_at(extremal: &Extremal, inverse: &Matrix3, turn: &Turn, level: f64) 
     };
     // Thrusters that push unequally work even where nothing is to turn.
     let level = level.max(largest(extremal, inverse, &Vector3::zeros()) + ABOVE_IDLE);
-    let (mut low, mut high) = (1e-6, 1e-3);
-    while loads(high) > level {
+    let duration = least(1e-3, 1e9, |duration| loads(duration) <= level);
+    (loads(duration) <= level).then_some(duration)
+}
+
+/// The least number from which on something holds, doubled from a first one up to about the largest and then by halves.
+fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, first);
+    while !holds(high) && high < largest {
         (low, high) = (high, 2.0 * high);
-        if high > 1e9 {
-            return None;
-        }
     }
-    for _ in 0..40 {
+    for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        if loads(middle) > level { low = middle } else { high = middle }
+        if holds(middle) { high = middle } else { low = middle }
     }
-    Some(high)
+    high
 }
 
 /// A path for a turn, of the given duration or by one of the levels.
@@ -212,49 +175,53 @@ fn levels(extremal: &Extremal) -> &'static [f64] {
 
 /// A smoothed extremal at its own ε, from a path near it.
 pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
-    let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
-    let path = smooth.solve(from.path.clone(), 1e-3, 20, sweeps)?;
-    Some(Smoothed { path, epsilon: from.epsilon })
+    let smooth = Smooth::of(extremal, from.epsilon);
+    let path = smooth.solve(from.path.clone(), RELAXED, FAR_ITERATIONS, sweeps)?;
+    Some(Smoothed { path, ..*from })
+}
+
+/// A smoothed extremal of the problem at 0, `from`, to that at 1, by way of those between; `carried` takes a path from one to another.
+fn by_way_of(
+    problems: impl Fn(f64) -> Option<Extremal>,
+    from: Smoothed,
+    carried: impl Fn(&mut Path, &Extremal, f64),
+    sweeps: &mut usize,
+) -> Option<Smoothed> {
+    let reached = follow(
+        &HOMOTOPY,
+        (from, 0.0_f64),
+        |(_, part)| *part >= 1.0,
+        |(at, part), step| {
+            let next = (part + step).min(1.0);
+            let solved = problems(next).and_then(|there| {
+                let mut trial = at.clone();
+                carried(&mut trial.path, &there, *part);
+                relaxed(&there, &trial, sweeps)
+            });
+            solved.map(|solved| (solved, next)).into()
+        },
+    );
+    reached.ok().map(|(solved, _)| solved)
 }
 
 /// A smoothed extremal whose inputs give no torque in the middle of their limits to that of inputs which push unequally.
 pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
-    let (mut at, mut part, mut step) = (from.clone(), 0.0_f64, UNBALANCING);
-    while part < 1.0 {
-        let next = (part + step).min(1.0);
-        let there = Extremal { middle: next * extremal.middle, ..extremal.clone() };
-        match relaxed(&there, &at, sweeps) {
-            Some(found) => (at, part) = (found, next),
-            None if step > LEAST_UNBALANCING => step *= 0.5,
-            None => return None,
-        }
-    }
-    Some(at)
+    let pushing = |part: f64| Some(Extremal { middle: part * extremal.middle, ..extremal.clone() });
+    by_way_of(pushing, from.clone(), |_, _, _| {}, sweeps)
 }
 
 /// A smoothed extremal of a shorter duration to the duration itself, at the same ε.
 pub(super) fn stretched(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
     let given = extremal.given_duration?;
-    let (mut at, mut factor) = (from.clone(), STRETCH);
-    while at.path.duration < given {
-        let duration = (factor * at.path.duration).min(given);
-        let slower = at.path.duration / duration;
-        let mut trial = at.clone();
+    let arrived = |at: &Smoothed| at.path.duration >= given;
+    let reached = follow(&STRETCHING, from.clone(), arrived, |at, length| {
+        let duration = (STRETCH.powf(length) * at.path.duration).min(given);
+        let mut trial = Smoothed { path: at.path.slower(duration / at.path.duration), ..*at };
         trial.path.duration = duration;
-        // The same path at another pace: switching functions are of the size of the price whatever the pace.
-        trial.path.m *= slower;
-        for node in &mut trial.path.nodes {
-            node.pi *= slower;
-        }
         trial.path.nodes[0].pi = extremal.j * extremal.start_rate;
-        let longer = Extremal { given_duration: Some(duration), ..extremal.clone() };
-        match relaxed(&longer, &trial, sweeps) {
-            Some(found) => at = found,
-            None if factor > LEAST_STRETCH => factor = factor.sqrt(),
-            None => return None,
-        }
-    }
-    Some(at)
+        relaxed(&extremal.lasting(Some(duration)), &trial, sweeps).into()
+    });
+    reached.ok()
 }
 
 /// The body at the part `s` of the way from the isotropic one, with its rates scaled by `rates`.
@@ -275,29 +242,17 @@ fn through_bodies(
 ) -> Option<Smoothed> {
     let body = |s: f64| between(extremal, s, if rates { s } else { 1.0 });
     let sphere = body(0.0)?;
-    let mut at = relaxed(&sphere, &guess(&sphere, turn, try_index)?, sweeps)?;
-    let (mut s, mut step) = (0.0_f64, 0.34_f64);
-    while s < 1.0 {
-        let next = (s + step).min(1.0);
-        let there = body(next)?;
-        let mut trial = at.clone();
-        // The momenta go with the inertia; rates and attitudes stay.
-        let change = there.j * body(s)?.j_inverse;
-        for node in &mut trial.path.nodes {
+    let at = relaxed(&sphere, &guess(&sphere, turn, try_index)?, sweeps)?;
+    // The momenta go with the inertia; rates and attitudes stay.
+    let carried = |path: &mut Path, there: &Extremal, part: f64| {
+        let Some(here) = body(part) else { return };
+        let change = there.j * here.j_inverse;
+        for node in &mut path.nodes {
             node.pi = change * node.pi;
         }
-        trial.path.nodes[0].pi = there.j * there.start_rate;
-        match relaxed(&there, &trial, sweeps) {
-            Some(found) => (at, s, step) = (found, next, 1.5 * step),
-            None => {
-                step *= 0.4;
-                if step < 0.02 {
-                    return None;
-                }
-            }
-        }
-    }
-    Some(at)
+        path.nodes[0].pi = there.j * there.start_rate;
+    };
+    by_way_of(body, at, carried, sweeps)
 }
 
 /// Smoothed extremals of minimum time for a turn by way of all given durations, where the levels lead nowhere:
@@ -325,7 +280,7 @@ fn by_durations(
     };
     let mut found = Vec::new();
     for (part, rates) in parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled))) {
-        let given = Extremal { given_duration: Some(part * usual), ..extremal.clone() };
+        let given = extremal.lasting(Some(part * usual));
         let of_given = through_bodies(&given, turn, 0, rates, sweeps);
         let sought = of_given.and_then(|path| sought(extremal, path, sweeps));
         let at_branching =
@@ -339,34 +294,39 @@ fn by_durations(
 ///
 /// Times a factor for its costates and ε it stays one of that duration, as no input costs anything but by smoothing. So the factor is
 /// taken at which the Hamiltonian vanishes; where more time would need more effort there is none, and the duration is cut.
-fn sought(extremal: &Extremal, mut at: Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
-    let mut cut = CUT;
-    let shortest = SHORTEST * at.path.duration;
-    while cut < LEAST_CUT && at.path.duration > shortest {
-        let end = at.path.nodes[at.path.intervals()];
-        let minimum = extremal.smooth(&end.e, at.epsilon, &Vector3::zeros()).minimum;
-        let factor =
-            extremal.time_price / (extremal.time_price - extremal.hamiltonian(&at.path.m, &end, minimum));
-        if factor > 0.0 && factor * at.epsilon < LARGEST_EPSILON {
-            let mut sought = at.clone();
-            sought.epsilon *= factor;
-            sought.path.m *= factor;
-            for node in &mut sought.path.nodes {
-                node.e *= factor;
-            }
-            if let Some(found) = relaxed(extremal, &sought, sweeps) {
-                return Some(found);
-            }
+fn sought(extremal: &Extremal, from: Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+    let shortest = SHORTEST * from.path.duration;
+    let mut found = scaled(extremal, &from, sweeps);
+    let ended = |at: &Smoothed| at.path.duration <= shortest;
+    let _ = follow(&STRETCHING, from, ended, |at, length| {
+        if found.is_some() {
+            return Step::Stopped;
         }
         let mut shorter = at.clone();
-        shorter.path.duration *= cut;
-        let given = Extremal { given_duration: Some(shorter.path.duration), ..extremal.clone() };
-        match relaxed(&given, &shorter, sweeps) {
-            Some(found) => at = found,
-            None => cut = cut.sqrt(),
-        }
+        shorter.path.duration *= CUT.powf(length);
+        let next = relaxed(&extremal.lasting(Some(shorter.path.duration)), &shorter, sweeps);
+        found = next.as_ref().and_then(|next| scaled(extremal, next, sweeps));
+        next.into()
+    });
+    found
+}
+
+/// The same without another duration.
+fn scaled(extremal: &Extremal, at: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+    let end = at.path.nodes[at.path.intervals()];
+    let minimum = extremal.smooth(&end.e, at.epsilon, &Vector3::zeros()).minimum;
+    let price = extremal.time_price;
+    let factor = price / (price - extremal.hamiltonian(&at.path.m, &end, minimum));
+    if !(factor > 0.0 && factor * at.epsilon < LARGEST_EPSILON) {
+        return None;
     }
-    None
+    let mut sought = at.clone();
+    sought.epsilon *= factor;
+    sought.path.m *= factor;
+    for node in &mut sought.path.nodes {
+        node.e *= factor;
+    }
+    relaxed(extremal, &sought, sweeps)
 }
 
 /// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time another by way of

@@ -26,9 +26,12 @@
 //! even in the step. Where two inputs switch together the arc between them stays in the equations without length: five
 //! lengths could not meet six conditions.
 
-use super::base::{BRANCHING, Turn, bases, by_all_durations, relaxed, stretched, unbalanced};
+use super::base::{Turn, bases, by_all_durations, relaxed, stretched, unbalanced};
 use super::extremal::{Bias, Extremal};
-use super::smooth::{Smooth, Smoothed, descend, descend_steeply};
+use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
+use super::tuning::FAR_ITERATIONS;
+use super::tuning::branches::*;
+use super::tuning::smooth::STEEP;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 use crate::numerics::parallel;
@@ -44,54 +47,6 @@ pub(crate) struct Ask {
     /// Whether arcs at the limits are looked for, or smoothed extremals are the answer.
     pub arcs: bool,
 }
-
-/// Beyond this angle the other way round is a rival \[rad\].
-const OTHER_SENSE: f64 = 1.745;
-
-/// Boundary rates in the unit of time beyond which it is at any angle.
-const FAST: f64 = 0.3;
-
-/// ε at which branches are compared, for an angle of a radian and more.
-const COMPARED: f64 = 0.008;
-
-/// Times this, the ε at which a bias has done its work: branches have parted, and Newton goes on without it.
-const PARTED: f64 = 7.0;
-
-/// ε at which branches are compared where fuel counts.
-const COMPARED_FUEL: f64 = 0.02;
-
-/// Turns below this are small \[rad\].
-const SMALL: f64 = 0.1;
-
-/// ε at and below which a branch that turns back is still of use.
-const FOLDED: f64 = 0.05;
-
-/// A base that costs more than the best by this is no rival; and where fuel counts and the duration is sought.
-const RIVAL_BASE: f64 = 1.15;
-const RIVAL_BASE_FUEL: f64 = 2.0;
-
-/// Parts of a duration whose extremals are stretched to it.
-const SHORTER: [f64; 3] = [0.7, 0.5, 0.35];
-
-/// A base that turns this many times as far as it has to does not go straight to the end.
-const WANDERING: f64 = 1.25;
-
-/// How the end is turned for first paths where there are none without \[rad\].
-const TILTS: [Vector3; 4] = [
-    Vector3::new(0.03, 0.02, -0.01),
-    Vector3::new(-0.02, 0.03, 0.02),
-    Vector3::new(-0.03, -0.01, 0.03),
-    Vector3::new(0.01, -0.03, -0.02),
-];
-
-/// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a symmetry has that along axes
-/// of the body as a rule, and what lies along them as well tips nothing.
-const ASKEW: Vector3 = Vector3::new(0.3, -0.5, 0.7);
-const OTHERWISE: Vector3 = Vector3::new(-0.9, 0.4, 1.3);
-
-/// Inputs that differ by more than this in what they give have branches that one set of biases misses; and so far is a body
-/// from a sphere that small ones miss some.
-const UNLIKE: f64 = 1.2;
 
 /// What branches are tried with: nothing, and where more than the quickest answer is wanted, biases.
 fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
@@ -247,7 +202,7 @@ fn branches_forward(
         return found;
     };
     for part in SHORTER {
-        let shorter = Extremal { given_duration: Some(part * given), ..extremal.clone() };
+        let shorter = extremal.lasting(Some(part * given));
         let of_shorter = branches_of(&shorter, ask, stop, sweeps);
         let mut found: Vec<Smoothed> = of_shorter
             .iter()
@@ -286,8 +241,8 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     for turn in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
         let mut of_way = bases(extremal, turn, sweeps);
         if of_way.iter().any(|base| wanders(extremal, turn, base)) {
-            let given_duration = extremal.given_duration.map(|given| SHORTER[0] * given);
-            let near = bases(&Extremal { given_duration, ..extremal.clone() }, turn, sweeps);
+            let shorter = extremal.lasting(extremal.given_duration.map(|given| SHORTER[0] * given));
+            let near = bases(&shorter, turn, sweeps);
             let stretched: Vec<_> =
                 near.iter().filter_map(|near| stretched(extremal, near, sweeps)).collect();
             of_way.extend(stretched);
@@ -349,7 +304,8 @@ fn descended(
 ) -> (Vec<Smoothed>, Vec<Smoothed>) {
     let angle = lie::log(&extremal.end_attitude).norm();
     // Switching functions of minimum time grow with the angle; those of fuel are of the size of its price.
-    let target = if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(0.03, 1.0) };
+    let target =
+        if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(SMALLEST_ANGLE, 1.0) };
     let (mut found, mut folded) = (Vec::new(), Vec::new());
     for from in from {
         for bias in biases(extremal, ask.thoroughness) {
@@ -361,7 +317,15 @@ fn descended(
             let reached = if extremal.counts_fuel() || close || !bias.tips() {
                 descend(extremal, from, target.min(BRANCHING), &bias, sweeps)
             } else {
-                descend_steeply(extremal, from, (PARTED * target).min(BRANCHING), &bias, sweeps)
+                descend_by(
+                    STEEP,
+                    Intervals::Following,
+                    extremal,
+                    from,
+                    (PARTED * target).min(BRANCHING),
+                    &bias,
+                    sweeps,
+                )
             };
             match reached {
                 Ok(reached) => {
@@ -378,10 +342,10 @@ fn descended(
 
 /// An extremal without the bias that led to it.
 fn unbiased(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
-    let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
+    let smooth = Smooth::of(extremal, from.epsilon);
     // Fuel tells branches apart less sharply than time.
-    let tolerance = if extremal.counts_fuel() { 1e-5 } else { (0.1 * from.epsilon).clamp(1e-4, 1e-2) };
-    let path = smooth.solve(from.path.clone(), tolerance, 20, sweeps)?;
+    let tolerance = if extremal.counts_fuel() { UNBIASED_FUEL } else { smooth.tolerance() };
+    let path = smooth.solve(from.path.clone(), tolerance, FAR_ITERATIONS, sweeps)?;
     Some(Smoothed { path, epsilon: from.epsilon })
 }
 
@@ -391,7 +355,7 @@ fn same(extremal: &Extremal, a: &Smoothed, b: &Smoothed) -> bool {
     let costate = |one: &Smoothed| (one.path.m, one.path.nodes[0].e);
     let ((am, ae), (bm, be)) = (costate(a), costate(b));
     // A sum of fuel is known less well than a duration.
-    let (costs, costates) = if extremal.counts_fuel() { (2e-3, 2e-2) } else { (1e-4, 1e-2) };
+    let (costs, costates) = if extremal.counts_fuel() { ALIKE_FUEL } else { ALIKE };
     (cost_a - cost_b).abs() < costs * cost_a.abs()
         && (am - bm).norm() + (ae - be).norm() < costates * (am.norm() + ae.norm())
 }

@@ -18,18 +18,10 @@
 
 use super::arcs::{Arcs, Switch, between};
 use super::extremal::Extremal;
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use super::flow::{Course, Node};
+use super::tuning::arcs::{MOST_STEPS, TOGETHER, ZERO};
+use super::tuning::{FINE, POINTS};
 use crate::numerics::hermite::hermite;
-
-/// Longest part of the duration between two nodes, and points of the cubic between them.
-const STEP: f64 = 0.03;
-const POINTS: usize = 4;
-
-/// A switching function of this size is zero: the cubic between two nodes is as good as that.
-const ZERO: f64 = 1e-6;
-
-/// Runs of wrong signs whose gap is this part of the largest are put right with it.
-const TOGETHER: f64 = 0.2;
 
 /// What is found along a maneuver of arcs.
 #[derive(Clone, Debug)]
@@ -61,23 +53,15 @@ impl Certificate {
         let inputs = extremal.switching_count();
         let mut open: Vec<Option<Wrong>> = vec![None; inputs];
         let mut wrong = Vec::new();
-        let all = arcs.arcs();
+        let (all, course) = (arcs.arcs(), Course::of(extremal, &arcs.m));
         let last = all.len() - 1;
         for (index, (from, start, stop, signs)) in all.iter().enumerate() {
             let law = extremal.on_arc(signs);
-            let steps = ((stop - start) / (STEP * arcs.duration)).ceil().clamp(1.0, 1e3) as usize;
+            let steps = ((stop - start) / (FINE * arcs.duration)).ceil().clamp(1.0, MOST_STEPS) as usize;
             let length = (stop - start) / steps as f64;
             let mut node = *from;
             for step in 0..steps {
-                let mut none = Lanes::<3>::zero();
-                let next = advance(
-                    &Course::of(extremal, &arcs.m),
-                    &COOPER_VERNER,
-                    &node,
-                    length,
-                    &mut none,
-                    |_, e| law.at(e),
-                );
+                let next = course.reached(&node, length, |_, e| law.at(e));
                 let rates =
                     [&node, &next].map(|node| extremal.rate(&arcs.m, node, &law.at(&node.e).torque)[2]);
                 for point in 0..POINTS {

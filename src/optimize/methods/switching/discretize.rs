@@ -2,14 +2,13 @@
 
 use super::arcs::Arcs;
 use super::extremal::{Bias, Extremal, Law};
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use super::flow::{Course, Node};
 use super::grid_step::Torque;
-use super::on_grid::{MOST_ITERATIONS, OnGrid, Step};
+use super::on_grid::{OnGrid, Step};
 use super::smooth::Smoothed;
+use super::tuning::grid::*;
+use super::tuning::{NEAR_ITERATIONS, SMALLER, VANISHED};
 use crate::Vector3;
-
-/// Fewest steps of an arc.
-pub(crate) const LEAST_STEPS: usize = 2;
 
 /// Steps of arcs of these lengths, `steps` in all where that allows every arc its least number.
 pub(crate) fn shares(lengths: &[f64], steps: usize) -> Vec<usize> {
@@ -40,7 +39,7 @@ pub(crate) fn shares(lengths: &[f64], steps: usize) -> Vec<usize> {
 /// Arcs on a grid of so many steps for each; one without steps is left out.
 pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnGrid {
     let (mut lengths, mut steps, mut nodes) = (Vec::new(), Vec::new(), vec![arcs.first]);
-    let mut all_signs = Vec::new();
+    let (mut all_signs, course) = (Vec::new(), Course::of(extremal, &arcs.m));
     for ((from, start, end, signs), count) in arcs.arcs().into_iter().zip(counts) {
         if *count == 0 {
             continue;
@@ -53,12 +52,7 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
         let part = 1.0 / *count as f64;
         let mut node = from;
         for _ in 0..*count {
-            let mut none = Lanes::<3>::zero();
-            let length = (end - start) * part;
-            node =
-                advance(&Course::of(extremal, &arcs.m), &COOPER_VERNER, &node, length, &mut none, |_, e| {
-                    law.at(e)
-                });
+            node = course.reached(&node, (end - start) * part, |_, e| law.at(e));
             nodes.push(node);
             steps.push(Step { arc: lengths.len(), part, torque });
         }
@@ -68,67 +62,80 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
     OnGrid::new(arcs.m, lengths, steps, all_signs, nodes)
 }
 
-/// An arc shorter than this part of the duration has no length: two inputs switch together.
-pub(crate) const NO_LENGTH: f64 = 1e-14;
-
-/// An arc shorter than this part of the duration has one step, beside those of the others.
-const COMMON: f64 = 1e-6;
-
-/// How often switches are exchanged or joined, in all.
-const MOST_CHANGES: usize = 6;
-
-/// The discrete optimum for arcs, on `steps` steps.
+/// How arcs lie on a grid, as its discrete optima tell it one after the other.
 ///
 /// Where two inputs switch together, as rest to rest at the middle, the arc between them stays in the equations with
 /// no length: without it the costates would not be determined. Where it comes out negative the two switch in the other
 /// order; where it does so in both orders, the optimum of the grid has them at the same node, and the arc is left out.
-pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
-    let mut arcs = arcs.clone();
-    let lengths: Vec<f64> = arcs.arcs().iter().map(|(_, start, end, _)| end - start).collect();
-    let (mut exchanged, mut joined) = (vec![false; lengths.len()], vec![false; lengths.len()]);
-    let common = |length: f64| length.abs() < COMMON * arcs.duration;
-    let common: Vec<bool> = lengths.iter().map(|length| common(*length)).collect();
-    for _ in 0..=MOST_CHANGES {
-        let is_proper = |arc: &usize| !common[*arc] && !joined[*arc];
-        let proper: Vec<f64> = (0..lengths.len()).filter(is_proper).map(|arc| lengths[arc]).collect();
+pub(super) struct Layout {
+    lengths: Vec<f64>,
+    common: Vec<bool>,
+    exchanged: Vec<bool>,
+    /// Left out.
+    pub joined: Vec<bool>,
+}
+
+impl Layout {
+    pub fn of(arcs: &Arcs) -> Self {
+        let lengths: Vec<f64> = arcs.arcs().iter().map(|(_, start, end, _)| end - start).collect();
+        let common = lengths.iter().map(|length| length.abs() < VANISHED * arcs.duration).collect();
+        let none = vec![false; lengths.len()];
+        Self { lengths, common, exchanged: none.clone(), joined: none }
+    }
+
+    /// The steps of every arc; how many they need, where there are fewer.
+    pub fn counts(&self, steps: usize) -> Result<Vec<usize>, usize> {
+        let all = 0..self.lengths.len();
+        let is_proper = |arc: &usize| !self.common[*arc] && !self.joined[*arc];
+        let proper: Vec<f64> = all.clone().filter(is_proper).map(|arc| self.lengths[arc]).collect();
         if proper.len() * LEAST_STEPS > steps {
-            return None;
+            return Err(proper.len() * LEAST_STEPS);
         }
         let mut shares = shares(&proper, steps).into_iter();
-        let of_arc = |arc: usize| match (joined[arc], common[arc]) {
+        let of_arc = |arc: usize| match (self.joined[arc], self.common[arc]) {
             (true, _) => Some(0),
             (false, true) => Some(1),
             (false, false) => shares.next(),
         };
-        let counts: Vec<usize> = (0..lengths.len()).filter_map(of_arc).collect();
-        let found = of_arcs(extremal, &arcs, &counts).solve(extremal)?;
-        let least = -NO_LENGTH * found.duration();
-        let Some(negative) = found.lengths.iter().position(|length| *length < least) else {
-            return Some(found);
-        };
-        // The arc with that length, among those that have steps.
-        let arc = (0..lengths.len()).filter(|arc| counts[*arc] > 0).nth(negative)?;
-        if exchanged[arc] || arc == 0 || arc + 1 == lengths.len() {
-            joined[arc] = true;
-        } else {
-            exchanged[arc] = true;
+        Ok(all.filter_map(of_arc).collect())
+    }
+
+    /// The arcs that have steps.
+    pub fn kept(&self) -> Vec<usize> {
+        (0..self.lengths.len()).filter(|arc| !self.joined[*arc]).collect()
+    }
+
+    /// Whether an arc is the first or the last.
+    pub fn is_outer(&self, arc: usize) -> bool {
+        arc == 0 || arc + 1 == self.lengths.len()
+    }
+
+    /// Has the inputs about an arc of negative length switch in the other order or, the second time, together. Whether in the other.
+    pub fn mend(&mut self, arc: usize, arcs: &mut Arcs) -> bool {
+        let exchanges = !self.exchanged[arc] && !self.is_outer(arc);
+        if exchanges {
+            self.exchanged[arc] = true;
             let (before, after) = (arcs.switches[arc - 1].input, arcs.switches[arc].input);
             (arcs.switches[arc - 1].input, arcs.switches[arc].input) = (after, before);
+        } else {
+            self.joined[arc] = true;
         }
+        exchanges
+    }
+}
+
+/// The discrete optimum for arcs, on `steps` steps.
+pub(crate) fn arcs_on_grid(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Option<OnGrid> {
+    let (mut arcs, mut layout) = (arcs.clone(), Layout::of(arcs));
+    for _ in 0..MOST_CHANGES {
+        let found = of_arcs(extremal, &arcs, &layout.counts(steps).ok()?).solve(extremal)?;
+        let Some(negative) = found.shorter_than_nothing() else {
+            return Some(found);
+        };
+        layout.mend(layout.kept()[negative], &mut arcs);
     }
     None
 }
-
-/// ε that a step of the grid can follow, times the number of steps.
-const FOLLOWED: f64 = 0.3;
-
-/// On the way to a smaller ε: residual over ε at which Newton ends, and most iterations. Where the grid cannot follow it takes
-/// all of them.
-const ON_THE_WAY: f64 = 1e-2;
-const MOST_ON_THE_WAY: usize = 12;
-
-/// ε that is tried after none at all.
-const LEAST_SMOOTHING: f64 = 1e-4;
 
 /// The discrete optimum of the smoothed problem on `steps` equal steps, and its ε: the smallest that is found, not below
 /// `least`.
@@ -150,17 +157,17 @@ pub(crate) fn smooth_on_grid(
         grid.solve_to(ON_THE_WAY * epsilon, most, extremal)
     };
     let (mut epsilon, mut found) = (wish, at(&start, wish, MOST_ITERATIONS));
-    for _ in 0..4 {
+    for _ in 0..MOST_LARGER {
         if found.is_some() {
             break;
         }
-        epsilon = (2.5 * epsilon).max(LEAST_SMOOTHING);
+        epsilon = (epsilon / SMALLER).max(LEAST_SMOOTHING);
         found = at(&start, epsilon, MOST_ITERATIONS);
     }
     let mut known = vec![(found?, epsilon)];
     while epsilon > least {
-        let next = (0.4 * epsilon).max(least);
-        let Some(better) = known.last().and_then(|(found, _)| at(found, next, MOST_ON_THE_WAY)) else {
+        let next = (SMALLER * epsilon).max(least);
+        let Some(better) = known.last().and_then(|(found, _)| at(found, next, NEAR_ITERATIONS)) else {
             break;
         };
         known.push((better, next));
@@ -173,15 +180,15 @@ pub(crate) fn smooth_on_grid(
 /// A smoothed extremal on equal steps.
 pub(crate) fn of_smooth(extremal: &Extremal, smooth: &Smoothed, steps: usize) -> OnGrid {
     let path = &smooth.path;
+    let course = Course::of(extremal, &path.m);
     let part = 1.0 / steps as f64;
     let bias = Bias::default();
     // From the nearest node before, so that nothing is integrated far.
     let node = |k: usize| -> Node {
         let (index, share) = path.interval_at(k as f64 / steps as f64);
-        let mut none = Lanes::<3>::zero();
         let length = share * (path.parts[index + 1] - path.parts[index]) * path.duration;
         let law = |_: f64, e: &Vector3| extremal.smooth(e, smooth.epsilon, &bias.constant);
-        advance(&Course::of(extremal, &path.m), &COOPER_VERNER, &path.nodes[index], length, &mut none, law)
+        course.reached(&path.nodes[index], length, law)
     };
     let nodes = (0..=steps).map(node).collect();
     let step = Step { arc: 0, part, torque: Torque::Smooth(smooth.epsilon) };

@@ -4,10 +4,8 @@
 //! `dp/dθ = θ¨`, from above while the body is brought up to speed and from below while it is stopped.
 
 use super::extremal::{Extremal, Law};
+use super::tuning::limits::EIGENAXIS_PARTS;
 use crate::{Matrix3, Vector3, lie};
-
-/// Parts into which the angle is cut.
-const PARTS: usize = 4000;
 
 /// Duration of the turn about the eigenaxis from rest to rest under the limits, scaled; `None` where the body does not
 /// rest at both ends or where inputs can stand for each other, so that limits and torque are not one to one.
@@ -36,11 +34,11 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
             })
         }
     };
-    let step = angle / PARTS as f64;
+    let step = angle / EIGENAXIS_PARTS as f64;
     let grown = |up: bool| -> Option<Vec<f64>> {
         let slope = |p: f64| bounds(p).map(|(least, most)| if up { most } else { -least });
         let mut p = vec![0.0];
-        for _ in 0..PARTS {
+        for _ in 0..EIGENAXIS_PARTS {
             let at = p[p.len() - 1];
             // Where the limits leave no acceleration the speed stays.
             let first = slope(at).unwrap_or(0.0);
@@ -50,8 +48,8 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
         (p[1] > 0.0).then_some(p)
     };
     let (up, down) = (grown(true)?, grown(false)?);
-    let speed = |index: usize| (2.0 * up[index].min(down[PARTS - index])).sqrt();
-    Some((0..PARTS).map(|index| 2.0 * step / (speed(index) + speed(index + 1))).sum())
+    let speed = |index: usize| (2.0 * up[index].min(down[EIGENAXIS_PARTS - index])).sqrt();
+    Some((0..EIGENAXIS_PARTS).map(|index| 2.0 * step / (speed(index) + speed(index + 1))).sum())
 }
 
 /// The accelerations `x` for which every `|x/c + b| ≤ 1`.

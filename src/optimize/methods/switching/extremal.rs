@@ -23,12 +23,11 @@
 //! (`tipped`). Of the 1500 public cases the gap of singular ones went from 1e-4 to 1e-6 of a unit of time by it, and those
 //! that were longer than published from 15 to 1. The last one went with larger biases for bodies far from a sphere.
 
+use super::tuning::arcs::{DETERMINED, MOST_SWITCHES, MOST_SWITCHES_FUEL};
+use super::tuning::branches::ASIDE;
 use crate::numerics::eight::Number;
 use crate::numerics::three::{Matrix, Vector, dot, scaled, splat, sum, written};
 use crate::{Matrix3, Vector3};
-
-/// An axis with less of it beside others is no third one.
-const ASIDE: f64 = 0.1;
 
 /// What limits the torque.
 #[derive(Clone, Debug)]
@@ -138,6 +137,11 @@ impl Extremal {
             end_rate: rate_factor * self.end_rate,
             ..self.clone()
         })
+    }
+
+    /// The same maneuver in another duration, or in one that is sought.
+    pub fn lasting(&self, given_duration: Option<f64>) -> Self {
+        Self { given_duration, ..self.clone() }
     }
 
     /// The maneuver backwards in time: from its end to its start with rates of the other sign, under the same torques.
@@ -253,12 +257,12 @@ impl Extremal {
 
     /// Fewest switches of arcs at the limits: those of three axes, or where fuel counts those of one burn.
     pub fn fewest_switches(&self) -> usize {
-        if self.counts_fuel() { 1 } else { 5 }
+        if self.counts_fuel() { 1 } else { DETERMINED }
     }
 
     /// Most switches: of fuel more, as some of its singular arcs are long.
     pub fn most_switches(&self) -> usize {
-        if self.counts_fuel() { 40 } else { 24 }
+        if self.counts_fuel() { MOST_SWITCHES_FUEL } else { MOST_SWITCHES }
     }
 
     /// Whether inputs cost something, and not time alone.
@@ -347,9 +351,7 @@ impl Extremal {
             Law::Norm(_) => &[],
         }
     }
-}
 
-impl Extremal {
     /// The least `e·τ + Σ c_j v_j` that the limits allow.
     pub fn least(&self, e: &Vector3) -> f64 {
         let least = match &self.law {

@@ -21,13 +21,15 @@
     reason = "iterators are calls of their own, and narrow in widened code"
 )]
 
-use super::extremal::{Extremal, Response};
+use super::extremal::{ArcLaw, Extremal, Response};
 use crate::numerics::eight::{Eight, Number};
+use crate::numerics::tableau::{EIGHTH, FOURTH, Tableau};
 use crate::numerics::three::{
     Matrix, Vector, apply, apply_transposed, cross, crossed, difference, dot, product, product_transposed,
     scaled, skew, splat, splat_matrix, sum, written,
 };
-use crate::{Matrix3, Vector3};
+use crate::{Matrix3, Vector3, lie};
+use nalgebra::Vector6;
 
 /// Attitude, momentum and momentum costate at one instant, scaled; or eight of them.
 #[derive(Clone, Copy, Debug)]
@@ -295,116 +297,23 @@ impl Extremal {
         let w = apply(&self.j_inverse, &node.pi);
         self.time_price + apply_transposed(&node.r, m).dot(&w) + node.e.dot(&cross(&node.pi, &w)) + minimum
     }
-}
 
-/// An explicit Runge–Kutta method; zero entries are skipped.
-pub(crate) struct Tableau<const S: usize> {
-    pub a: [[f64; S]; S],
-    pub b: [f64; S],
-    pub c: [f64; S],
-}
-
-/// Kutta's method of order 4.
-pub(crate) const RK4: Tableau<4> = Tableau {
-    a: [[0.0; 4], [0.5, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
-    b: [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0],
-    c: [0.0, 0.5, 0.5, 1.0],
-};
-
-/// Cooper and Verner, *Some explicit Runge–Kutta methods of high order*, 1972: order 8 in eleven stages, `s = √21`.
-pub(crate) const COOPER_VERNER: Tableau<11> = {
-    let s = 4.582_575_694_955_84;
-    let z = 0.0;
-    Tableau {
-        a: [
-            [z; 11],
-            [0.5, z, z, z, z, z, z, z, z, z, z],
-            [0.25, 0.25, z, z, z, z, z, z, z, z, z],
-            [1.0 / 7.0, (-7.0 - 3.0 * s) / 98.0, (21.0 + 5.0 * s) / 49.0, z, z, z, z, z, z, z, z],
-            [(11.0 + s) / 84.0, z, (18.0 + 4.0 * s) / 63.0, (21.0 - s) / 252.0, z, z, z, z, z, z, z],
-            [
-                (5.0 + s) / 48.0,
-                z,
-                (9.0 + s) / 36.0,
-                (-231.0 + 14.0 * s) / 360.0,
-                (63.0 - 7.0 * s) / 80.0,
-                z,
-                z,
-                z,
-                z,
-                z,
-                z,
-            ],
-            [
-                (10.0 - s) / 42.0,
-                z,
-                (-432.0 + 92.0 * s) / 315.0,
-                (633.0 - 145.0 * s) / 90.0,
-                (-504.0 + 115.0 * s) / 70.0,
-                (63.0 - 13.0 * s) / 35.0,
-                z,
-                z,
-                z,
-                z,
-                z,
-            ],
-            [1.0 / 14.0, z, z, z, (14.0 - 3.0 * s) / 126.0, (13.0 - 3.0 * s) / 63.0, 1.0 / 9.0, z, z, z, z],
-            [
-                1.0 / 32.0,
-                z,
-                z,
-                z,
-                (91.0 - 21.0 * s) / 576.0,
-                11.0 / 72.0,
-                (-385.0 - 75.0 * s) / 1152.0,
-                (63.0 + 13.0 * s) / 128.0,
-                z,
-                z,
-                z,
-            ],
-            [
-                1.0 / 14.0,
-                z,
-                z,
-                z,
-                1.0 / 9.0,
-                (-733.0 - 147.0 * s) / 2205.0,
-                (515.0 + 111.0 * s) / 504.0,
-                (-51.0 - 11.0 * s) / 56.0,
-                (132.0 + 28.0 * s) / 245.0,
-                z,
-                z,
-            ],
-            [
-                z,
-                z,
-                z,
-                z,
-                (-42.0 + 7.0 * s) / 18.0,
-                (-18.0 + 28.0 * s) / 45.0,
-                (-273.0 - 53.0 * s) / 72.0,
-                (301.0 + 53.0 * s) / 72.0,
-                (28.0 - 28.0 * s) / 45.0,
-                (49.0 - 7.0 * s) / 18.0,
-                z,
-            ],
-        ],
-        b: [1.0 / 20.0, z, z, z, z, z, z, 49.0 / 180.0, 16.0 / 45.0, 49.0 / 180.0, 1.0 / 20.0],
-        c: [
-            0.0,
-            0.5,
-            0.5,
-            (7.0 + s) / 14.0,
-            (7.0 + s) / 14.0,
-            0.5,
-            (7.0 - s) / 14.0,
-            (7.0 - s) / 14.0,
-            0.5,
-            (7.0 + s) / 14.0,
-            1.0,
-        ],
+    /// The Hamiltonian at the start, and its derivative with respect to `M` and `e` there.
+    pub fn hamiltonian_at_start(&self, m: &Vector3, first: &Node, law: &ArcLaw) -> (f64, Vector6<f64>) {
+        // The derivative of `e·τ` is `τ`: a torque that turns with `e` makes it least.
+        let torque = law.at(&first.e).torque;
+        let (rate, push) = (self.start_rate, first.pi.cross(&self.start_rate) + torque);
+        let value = self.hamiltonian(m, first, first.e.dot(&torque) + law.running());
+        (value, Vector6::new(rate.x, rate.y, rate.z, push.x, push.y, push.z))
     }
-};
+
+    /// How far the end of a motion is from where it has to be: attitude and momentum.
+    pub fn miss(&self, end: &Node) -> Vector6<f64> {
+        let turn = lie::log(&(end.r * self.end_attitude.transpose()));
+        let momentum = end.pi - self.j * self.end_rate;
+        Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z)
+    }
+}
 
 /// The rotation of a quaternion that need not have norm 1.
 #[inline(always)]
@@ -562,7 +471,7 @@ impl<T: Number, const S: usize> Stages<T, S> {
 }
 
 impl<T: Number> Stages<T, 4> {
-    /// The same for [`RK4`], in which a stage needs the one before alone.
+    /// The same for [`FOURTH`], in which a stage needs the one before alone.
     #[inline(always)]
     pub fn carry_on<const L: usize>(
         &self,
@@ -575,13 +484,13 @@ impl<T: Number> Stages<T, 4> {
         let stretched = stretched.map(|(lane, duration)| (lane, 1.0 / duration));
         let [first, second, third, fourth] = &self.0;
         let rate = first.times(lanes, stretched, units, case);
-        let mut end = lanes.plus(&rate, RK4.b[0] * length);
-        let rate = second.times(&lanes.plus(&rate, RK4.a[1][0] * length), stretched, units, case);
-        end = end.plus(&rate, RK4.b[1] * length);
-        let rate = third.times(&lanes.plus(&rate, RK4.a[2][1] * length), stretched, units, case);
-        end = end.plus(&rate, RK4.b[2] * length);
-        let rate = fourth.times(&lanes.plus(&rate, RK4.a[3][2] * length), stretched, units, case);
-        end.plus(&rate, RK4.b[3] * length)
+        let mut end = lanes.plus(&rate, FOURTH.b[0] * length);
+        let rate = second.times(&lanes.plus(&rate, FOURTH.a[1][0] * length), stretched, units, case);
+        end = end.plus(&rate, FOURTH.b[1] * length);
+        let rate = third.times(&lanes.plus(&rate, FOURTH.a[2][1] * length), stretched, units, case);
+        end = end.plus(&rate, FOURTH.b[2] * length);
+        let rate = fourth.times(&lanes.plus(&rate, FOURTH.a[3][2] * length), stretched, units, case);
+        end.plus(&rate, FOURTH.b[3] * length)
     }
 }
 
@@ -595,18 +504,25 @@ pub(crate) fn taken<T: Number>(blocks: &[Vector<T>; 3], case: impl Fn(&T) -> f64
     taken
 }
 
-/// One step of the flow, and of its lanes.
-#[inline(always)]
-pub(crate) fn advance<const S: usize, const L: usize>(
-    course: &Course,
-    tableau: &Tableau<S>,
-    from: &Node,
-    length: f64,
-    lanes: &mut Lanes<L>,
-    respond: impl Fn(f64, &Vector3) -> Response,
-) -> Node {
-    let (mut stages, units) = (Stages::empty(), Units::new());
-    let end = course.step(tableau, from, length, respond, &mut stages);
-    *lanes = stages.carry(tableau, length, lanes, None, &units, |number| *number);
-    end
+impl Course {
+    /// One step of the flow by the method of order 8.
+    #[inline(always)]
+    pub fn reached(&self, from: &Node, length: f64, respond: impl Fn(f64, &Vector3) -> Response) -> Node {
+        self.step(&EIGHTH, from, length, respond, &mut Stages::empty())
+    }
+
+    /// The same with its lanes.
+    #[inline(always)]
+    pub fn carried<const L: usize>(
+        &self,
+        from: &Node,
+        length: f64,
+        lanes: &mut Lanes<L>,
+        respond: impl Fn(f64, &Vector3) -> Response,
+    ) -> Node {
+        let (mut stages, units) = (Stages::empty(), Units::new());
+        let end = self.step(&EIGHTH, from, length, respond, &mut stages);
+        *lanes = stages.carry(&EIGHTH, length, lanes, None, &units, |number| *number);
+        end
+    }
 }

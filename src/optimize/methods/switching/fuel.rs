@@ -30,24 +30,12 @@ use super::arcs::Arcs;
 use super::branches::Ask;
 use super::certificate::Certificate;
 use super::extremal::{Bias, Extremal};
-use super::limit::{
-    Found, LAST, LESS, Limit, SMALLEST, bounded, is_small, measured, polish, refined, tipped,
-};
+use super::limit::{Found, Limit, bounded, is_small, measured, polish, refined, tipped};
 use super::pulses::optimum::best_arcs;
-use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_on, settle};
-
-/// How many pulses stand for a singular arc, one after the other until the gap is small.
-const CELLS: [usize; 6] = [1, 2, 3, 4, 6, 8];
-
-/// How often intervals are halved where a branch ends early, and the residual and iterations of the Newton on each.
-const FINER: usize = 2;
-const FINE: f64 = 1e-5;
-const FINE_ITERATIONS: usize = 20;
-
-/// How often times are laid out anew, with pulses for this part of the time that lacks them.
-const MOST_LAYOUTS: usize = 8;
-const PART: f64 = 0.2;
-const SHORT_PART: f64 = 0.04;
+use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by, settle};
+use super::tuning::FAR_ITERATIONS;
+use super::tuning::limits::*;
+use super::tuning::smooth::RATIO;
 
 /// A branch to its limit from what Newton on switching times has found of it on the way to a smaller ε.
 pub(super) fn fuel_limit(
@@ -93,7 +81,7 @@ pub(super) fn fuel_limit(
 /// The smoothed extremal of a branch at the smallest ε that it is found for, on intervals that follow its inputs.
 fn settled(extremal: &Extremal, rival: &Smoothed, stop: &dyn Fn() -> bool, found: &mut Found) -> Smoothed {
     let close = |from: &Smoothed, found: &mut Found| {
-        descend_on(Intervals::Close, extremal, from, LAST, &Bias::default(), &mut found.sweeps)
+        descend_by(RATIO, Intervals::Close, extremal, from, LAST, &Bias::default(), &mut found.sweeps)
     };
     let end = match close(rival, found) {
         Ok(end) => end,
@@ -108,10 +96,10 @@ fn settled(extremal: &Extremal, rival: &Smoothed, stop: &dyn Fn() -> bool, found
 
 /// A smoothed extremal on finer intervals.
 fn finer(extremal: &Extremal, from: &Smoothed, found: &mut Found) -> Option<Smoothed> {
-    let smooth = Smooth { extremal, epsilon: from.epsilon, bias: Bias::default(), accurate: false };
+    let smooth = Smooth::of(extremal, from.epsilon);
     let mut path = from.path.clone();
     for _ in 0..FINER {
-        path = smooth.solve(smooth.doubled(&path), FINE, FINE_ITERATIONS, &mut found.sweeps)?;
+        path = smooth.solve(smooth.doubled(&path), FINER_RESIDUAL, FAR_ITERATIONS, &mut found.sweeps)?;
     }
     Some(Smoothed { path, epsilon: from.epsilon })
 }
@@ -153,17 +141,17 @@ fn laid_out(
     found: &mut Found,
 ) -> Vec<(Arcs, Certificate)> {
     let mut path = vec![first];
-    for _ in 0..MOST_LAYOUTS {
+    for _ in 0..MOST_CORRECTIONS {
         let Some((arcs, certificate)) = path.last().filter(|last| !is_small(extremal, last) && !stop())
         else {
             break;
         };
         let corrections: [&dyn Fn() -> Option<Arcs>; 5] = [
-            &|| certificate.all_mended(arcs, PART),
-            &|| certificate.least_mended(PART),
-            &|| certificate.worst_mended(arcs, SHORT_PART),
-            &|| certificate.mended(arcs, 0, PART),
-            &|| certificate.mended(arcs, 0, SHORT_PART),
+            &|| certificate.all_mended(arcs, PARTS[1]),
+            &|| certificate.least_mended(PARTS[1]),
+            &|| certificate.worst_mended(arcs, PARTS[2]),
+            &|| certificate.mended(arcs, 0, PARTS[1]),
+            &|| certificate.mended(arcs, 0, PARTS[2]),
         ];
         let better = corrections.iter().take_while(|_| !stop()).find_map(|correction| {
             let next = correction().filter(|next| next.switches.len() <= extremal.most_switches())?;

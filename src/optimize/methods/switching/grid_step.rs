@@ -9,26 +9,33 @@
 //! `𝓗` is the derivative of the discrete action with respect to the length of the step, `p` the price of time, and
 //! `ℓ` what the inputs and smoothing cost. The smoothed law takes the mean of the costates at both ends, which makes
 //! the step implicit in the torque.
+//!
+//! Over the drift, which is that of all other methods (`step/drift`), the discrete Hamiltonian is `D = m⁺·ξ + e⁺·(Π'×ξ)` with `Π' = FᵀΠ̃`
+//! and `ξ = FᵀE⁻¹Π̃`, and `𝓗 = p + ℓ + D + ½(e + e⁺)·τ`. The drift is symplectic, so that by what it makes of a change
+//!
+//! ```text
+//! δD = ξ·δm⁺ + (Π'×ξ)·δe⁺ − ∂e⁺/∂h·δΠ'
+//! ```
+//!
+//! and what depends on `h` follows from the scales: `F` and `e⁺` stay, and `D` is `s⁻²` times as large, where `h` is `s` times as long,
+//! and `m` and `Π̃` are `s⁻¹` times as large.
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "iterators are calls of their own, and narrow in widened code"
-)]
-
-use super::dual::{Dual, Dual3};
 use super::extremal::{ArcLaw, Extremal, Response};
+use super::tuning::grid::{LAST_CHANGE, MOST_OF_TORQUE};
 use crate::mechanics::drift_equation;
-use crate::numerics::three::apply;
 use crate::numerics::widest::widest;
+use crate::optimize::step::Costate;
+use crate::optimize::step::drift::{Drift, LinearDrift};
 use crate::{Matrix3, Vector3, lie};
+use nalgebra::SMatrix;
 
 /// Parameters of a step: `m`, `Π`, `e`, `h`.
 const PARAMETERS: usize = 10;
 /// The same and the torque, where it answers to them.
 const WITH_TORQUE: usize = PARAMETERS + 3;
 
-/// A change of the torque after which the next one would be round-off: Newton squares it.
-const LAST_CHANGE: f64 = 1e-9;
+/// The length of a step that has none: what is proportional to it is divided by it.
+const NO_STEP: f64 = 1e-150;
 
 /// How the torque of a step comes about.
 #[derive(Clone, Copy, Debug)]
@@ -53,88 +60,83 @@ pub(crate) struct GridStep {
     pub jacobian: [[f64; PARAMETERS]; 10],
 }
 
-struct Out<const L: usize> {
-    c: Dual3<L>,
-    pi: Dual3<L>,
-    e: Dual3<L>,
-    hamiltonian: Dual<L>,
+/// A drift from a momentum, with the costates.
+struct Lifted {
+    drift: Drift,
+    linear: LinearDrift,
+    after: Costate,
+    /// `∂e⁺/∂Π̃`.
+    e_of_momentum: Matrix3,
 }
 
-struct In<const L: usize> {
-    m: Dual3<L>,
-    pi: Dual3<L>,
-    e: Dual3<L>,
-    h: Dual<L>,
-    torque: Dual3<L>,
-    running: Dual<L>,
-}
-
-/// `cay(c) v`, or its transpose for a negative sign.
-#[inline(always)]
-fn turned<const L: usize>(c: &Dual3<L>, weight: &Dual<L>, v: &Dual3<L>, sign: f64) -> Dual3<L> {
-    let once = c.cross(v);
-    *v + (once.scale(sign) + c.cross(&once)).times(weight)
-}
-
-/// What the drift of a step turns and solves by: its rotation `F` and its matrix `E`.
-struct Drift<const L: usize> {
-    c: Dual3<L>,
-    /// `2/(1 + |c|²)`.
-    weight: Dual<L>,
-    /// `tr(F J_d)`.
-    trace: Dual<L>,
-    j_d: Matrix3,
-    /// `E⁻¹`, without derivatives.
-    inverse: Matrix3,
-}
-
-impl<const L: usize> Drift<L> {
-    /// `Fᵀv`.
-    #[inline(always)]
-    fn back(&self, v: &Dual3<L>) -> Dual3<L> {
-        turned(&self.c, &self.weight, v, -1.0)
-    }
-
-    /// `E⁻¹x`.
-    #[inline(always)]
-    fn solve(&self, x: &Dual3<L>) -> Dual3<L> {
-        let y = apply(&self.inverse, &x.value());
-        let fixed = Dual3::constant(&y);
-        let applied = fixed.times(&self.trace) - turned(&self.c, &self.weight, &fixed.under(&self.j_d), 1.0);
-        (*x - applied).under(&self.inverse).with_value(&y)
-    }
+/// A step under a held torque.
+struct Held {
+    f: Matrix3,
+    pi: Vector3,
+    e: Vector3,
+    /// Without what the inputs cost.
+    hamiltonian: f64,
+    /// Of the turn, `Π⁺`, `e⁺`, `𝓗`.
+    jacobian: SMatrix<f64, 10, WITH_TORQUE>,
 }
 
 impl Extremal {
     #[inline(always)]
-    fn drifted<const L: usize>(&self, given: &In<L>) -> Option<Out<L>> {
-        let In { m, pi, e, h, torque, running } = given;
-        let half = torque.times(&h.scale(0.5));
-        let kicked = *pi + half;
-        let g = kicked.times(h);
-        // The implicit equation g + g×c + (g·c)c = 2Jc: solved in values, then once in derivatives.
-        let (g0, c0) = (g.value(), drift_equation::solve(&self.j, &self.j_inverse, &g.value())?);
-        let c_fixed = Dual3::constant(&c0);
-        let residual = g + g.cross(&c_fixed) + c_fixed.times(&g.dot(&c_fixed));
-        let slope = 2.0 * self.j - lie::hat(&g0) - Matrix3::identity() * g0.dot(&c0) - c0 * g0.transpose();
-        let inverse = drift_equation::inverse3(&slope);
-        let c = residual.under(&inverse).with_value(&c0);
-        let square = c.dot(&c);
-        let weight = (Dual::constant(1.0) + square).recip().scale(2.0);
-        let j_d = 0.5 * self.j.trace() * Matrix3::identity() - self.j;
-        let trace =
-            Dual::constant(j_d.trace()) + (c.dot(&c.under(&j_d)) - square.scale(j_d.trace())) * weight;
-        let c0 = c.value();
-        let f = lie::cayley(&c0);
-        let matrix = Matrix3::identity() * trace.value - f * j_d;
-        let drift = Drift { c, weight, trace, j_d, inverse: drift_equation::inverse3(&matrix) };
-        let drifted = drift.back(&kicked);
-        let m_after = drift.back(m);
-        let e_after = drift.back(&(*e + drift.solve(&(kicked.cross(e) - *m)).times(h)));
-        let xi = drift.back(&drift.solve(&(kicked + half)));
-        let pull = drifted.cross(&xi) + (drift.back(torque) + *torque).scale(0.5);
-        let hamiltonian = Dual::constant(self.time_price) + *running + m_after.dot(&xi) + e_after.dot(&pull);
-        Some(Out { c, pi: drifted + half, e: e_after, hamiltonian })
+    fn lifted(&self, m: &Vector3, kicked: &Vector3, e: &Vector3, h: f64) -> Option<Lifted> {
+        let j_d = Matrix3::from_diagonal_element(0.5 * self.j.trace()) - self.j;
+        let c = drift_equation::solve(&self.j, &self.j_inverse, &(h * kicked))?;
+        let f = lie::cayley(&c);
+        let drift = Drift { h, f, momentum: *kicked, momentum_after: f.tr_mul(kicked) };
+        let matrix = drift.matrix(&j_d);
+        let none = Vector3::zeros();
+        let after = drift.costate::<6>(&matrix, &Costate { x: none, gamma: none, zeta: *m, pi: *e });
+        let linear = drift.linear(&j_d, &matrix, &after);
+        let e_of_momentum = linear.b * linear.h12 - linear.c_inverse_t * linear.h22;
+        Some(Lifted { drift, linear, after, e_of_momentum })
+    }
+
+    #[inline(always)]
+    fn held(&self, m: &Vector3, pi: &Vector3, e: &Vector3, h: f64, torque: &Vector3) -> Option<Held> {
+        let h = if h.abs() < NO_STEP { NO_STEP } else { h };
+        let (half, kicked) = (0.5 * torque, pi + 0.5 * h * torque);
+        let Lifted { drift, linear, after, e_of_momentum } = self.lifted(m, &kicked, e, h)?;
+        let LinearDrift { b, c, c_inverse_t, .. } = &linear;
+        // By the length of the drift.
+        let xi = b * kicked / h;
+        let pi_rate = drift.momentum_after.cross(&xi);
+        let e_rate = (e_of_momentum * kicked - b * m) / h;
+        let value = after.zeta.dot(&xi) + after.pi.dot(&pi_rate);
+        let by_m = drift.f * xi - b.tr_mul(&pi_rate);
+        let by_pi = b.tr_mul(&xi.cross(&after.zeta)) + e_of_momentum.tr_mul(&pi_rate) - c.tr_mul(&e_rate);
+        // The scheme is symmetric: of a step so short it is less than the round-off of this.
+        let by_h =
+            if h * h > f64::EPSILON { (kicked.dot(&by_pi) + m.dot(&by_m) - 2.0 * value) / h } else { 0.0 };
+        let mut jacobian = SMatrix::<f64, 10, WITH_TORQUE>::zeros();
+        let mut block = |row: usize, column: usize, block: &Matrix3| {
+            jacobian.fixed_view_mut::<3, 3>(row, column).copy_from(block);
+        };
+        let turn = drift.f * b;
+        block(0, 3, &turn);
+        block(0, 10, &(0.5 * h * turn));
+        block(3, 3, c);
+        block(3, 10, &(0.5 * h * (c + Matrix3::identity())));
+        block(6, 0, &-b);
+        block(6, 3, &e_of_momentum);
+        block(6, 6, c_inverse_t);
+        block(6, 10, &(0.5 * h * e_of_momentum));
+        jacobian.fixed_view_mut::<3, 1>(0, 9).copy_from(&(drift.f * xi + turn * half));
+        jacobian.fixed_view_mut::<3, 1>(3, 9).copy_from(&(pi_rate + c * half + half));
+        jacobian.fixed_view_mut::<3, 1>(6, 9).copy_from(&(e_rate + e_of_momentum * half));
+        let mut slope = jacobian.fixed_rows::<3>(6).tr_mul(&half);
+        let by_e = c_inverse_t.tr_mul(&pi_rate) + half;
+        for (row, by) in [(0, by_m), (3, by_pi), (6, by_e), (10, 0.5 * (h * by_pi + e + after.pi))] {
+            let mut rows = slope.fixed_rows_mut::<3>(row);
+            rows += by;
+        }
+        slope[9] += by_h + by_pi.dot(&half);
+        jacobian.row_mut(9).tr_copy_from(&slope);
+        let hamiltonian = self.time_price + value + half.dot(&(e + after.pi));
+        Some(Held { f: drift.f, pi: drift.momentum_after + h * half, e: after.pi, hamiltonian, jacobian })
     }
 
     /// A law that answers to the costate; none for a torque that is given.
@@ -173,18 +175,11 @@ impl Extremal {
         h: f64,
         by: &Torque,
     ) -> Option<(Vector3, Matrix3)> {
-        for _ in 0..30 {
-            let out = self.drifted::<3>(&In {
-                m: Dual3::constant(m),
-                pi: Dual3::constant(pi),
-                e: Dual3::constant(e),
-                h: Dual::constant(h),
-                torque: Dual3::parameters(&torque, 0),
-                running: Dual::constant(0.0),
-            })?;
-            let law = self.answer(by, &(0.5 * (e + out.e.value())))?;
-            let answer = Matrix3::from_columns(&[out.e.column(0), out.e.column(1), out.e.column(2)]);
-            let inverse = drift_equation::inverse3(&(Matrix3::identity() + 0.5 * law.stiffness * answer));
+        for _ in 0..MOST_OF_TORQUE {
+            let out = self.lifted(m, &(pi + 0.5 * h * torque), e, h)?;
+            let law = self.answer(by, &(0.5 * (e + out.after.pi)))?;
+            let answer = 0.25 * h * law.stiffness * out.e_of_momentum;
+            let inverse = drift_equation::inverse3(&(Matrix3::identity() + answer));
             let change = inverse * (law.torque - torque);
             torque += change;
             if change.norm() < LAST_CHANGE * (1.0 + torque.norm()) {
@@ -221,76 +216,42 @@ impl Extremal {
     ) -> Option<GridStep> {
         match torque {
             Torque::Given { torque, running } => {
-                let mut given = In::<PARAMETERS>::at(m, pi, e, h);
-                given.torque = Dual3::constant(&torque);
-                given.running.value = running;
-                Some(self.drifted(&given)?.step(&torque, |row| row.gradient))
+                let held = self.held(m, pi, e, h, &torque)?;
+                let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0).into_owned();
+                Some(held.step(&torque, running, &slopes))
             }
             Torque::Turning(_) | Torque::Smooth(_) => {
                 let (value, gain) = self.implicit_torque(m, pi, [e, expected], h, &torque)?;
-                let mut given = In::<WITH_TORQUE>::at(m, pi, e, h);
-                given.torque = Dual3::parameters(&value, PARAMETERS);
-                let mut out = self.drifted(&given)?;
-                let mean = (given.e + out.e).scale(0.5);
-                let law = self.answer(&torque, &mean.value())?;
+                let mut held = self.held(m, pi, e, h, &value)?;
+                let mean = 0.5 * (e + held.e);
+                let law = self.answer(&torque, &mean)?;
                 // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
-                out.hamiltonian.value += law.minimum - mean.value().dot(&law.torque);
+                let running = law.minimum - mean.dot(&law.torque);
                 for axis in 0..3 {
-                    out.hamiltonian.gradient[PARAMETERS + axis] -= mean.0[axis].value;
+                    held.jacobian[(9, PARAMETERS + axis)] -= mean[axis];
                 }
-                let answer = mean.under(&-gain);
-                let chained = |row: &Dual<WITH_TORQUE>| {
-                    let mut sum = [0.0; PARAMETERS];
-                    for p in 0..PARAMETERS {
-                        sum[p] = row.gradient[p];
-                        for axis in 0..3 {
-                            sum[p] += row.gradient[PARAMETERS + axis] * answer.0[axis].gradient[p];
-                        }
-                    }
-                    sum
-                };
-                Some(out.step(&value, chained))
+                let mut of_mean = 0.5 * held.jacobian.fixed_view::<3, PARAMETERS>(6, 0);
+                for axis in 0..3 {
+                    of_mean[(axis, 6 + axis)] += 0.5;
+                }
+                let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0)
+                    - held.jacobian.fixed_columns::<3>(PARAMETERS) * (gain * of_mean);
+                Some(held.step(&value, running, &slopes))
             }
         }
     }
 }
 
-impl<const L: usize> In<L> {
-    /// At these parameters; no torque yet.
-    #[inline(always)]
-    fn at(m: &Vector3, pi: &Vector3, e: &Vector3, h: f64) -> Self {
-        let mut given = Self {
-            m: Dual3::parameters(m, 0),
-            pi: Dual3::parameters(pi, 3),
-            e: Dual3::parameters(e, 6),
-            h: Dual::constant(h),
-            torque: Dual3::constant(&Vector3::zeros()),
-            running: Dual::constant(0.0),
-        };
-        given.h.gradient[9] = 1.0;
-        given
-    }
-}
-
-impl<const L: usize> Out<L> {
-    /// The step, under the torque `torque`; `slopes` gives the derivatives of a row with respect to the parameters.
-    #[inline(always)]
-    fn step(&self, torque: &Vector3, slopes: impl Fn(&Dual<L>) -> [f64; PARAMETERS]) -> GridStep {
-        let c = self.c.value();
-        let weight = 2.0 / (1.0 + c.norm_squared());
-        let turn = (self.c + Dual3::constant(&c).cross(&self.c)).scale(weight);
-        let rows = turn.0.iter().chain(&self.pi.0).chain(&self.e.0).chain([&self.hamiltonian]);
-        let mut jacobian = [[0.0; PARAMETERS]; 10];
-        for (row, dual) in jacobian.iter_mut().zip(rows) {
-            *row = slopes(dual);
-        }
+impl Held {
+    /// The step, under the torque `torque`, with what its inputs cost and its derivatives with respect to the parameters.
+    fn step(&self, torque: &Vector3, running: f64, slopes: &SMatrix<f64, 10, PARAMETERS>) -> GridStep {
         GridStep {
-            f: lie::cayley(&c),
-            pi: self.pi.value(),
-            e: self.e.value(),
-            hamiltonian: self.hamiltonian.value,
+            f: self.f,
+            pi: self.pi,
+            e: self.e,
+            hamiltonian: self.hamiltonian + running,
             torque: *torque,
-            jacobian,
+            jacobian: std::array::from_fn(|row| std::array::from_fn(|column| slopes[(row, column)])),
         }
     }
 }

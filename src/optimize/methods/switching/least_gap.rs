@@ -17,28 +17,12 @@
 
 use super::arcs::Arcs;
 use super::extremal::Extremal;
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, advance};
+use super::flow::{Course, Lanes, Node};
+use super::tuning::arcs::*;
+use super::tuning::{FINE, POINTS};
 use crate::Vector3;
 use crate::numerics::hermite::hermite;
 use nalgebra::{SMatrix, SVector};
-
-/// Longest part of the duration between two nodes, and points of the cubic between them.
-const STEP: f64 = 0.06;
-const POINTS: usize = 8;
-
-/// First μ, by what factor it is made smaller, and what it may add to the gap in the end, as a part of that.
-const FIRST: f64 = 0.1;
-const SMALLER: f64 = 0.2;
-const ADDED: f64 = 0.05;
-/// As small as μ becomes: a switching function of this size is zero for the certificate too.
-const LAST: f64 = 1e-7;
-
-/// Newton for one μ: steps, halvings of a step, and the part of the sum below which one gains nothing.
-const MOST_ITERATIONS: usize = 8;
-const MOST_HALVINGS: usize = 6;
-const NO_GAIN: f64 = 1e-3;
-/// What is added to the diagonal of its matrix, as a part of the trace: a maneuver of few inputs leaves costates open.
-const OPEN: f64 = 1e-10;
 
 /// A change of `M` and of the costate at the start.
 type Change = SVector<f64, 6>;
@@ -59,8 +43,9 @@ pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<(Arcs, 
         return None;
     }
     let (pieces, lanes) = pieces(extremal, arcs);
-    let vanishing = extremal.given_duration.is_none().then(|| hamiltonian(extremal, arcs));
-    let change = least(&pieces, vanishing.as_ref());
+    let law = extremal.on_arc(&arcs.signs);
+    let at_start = || extremal.hamiltonian_at_start(&arcs.m, &arcs.first, &law);
+    let change = least(&pieces, extremal.given_duration.is_none().then(at_start));
     let mut moved = arcs.clone();
     moved.m += change.fixed_rows::<3>(0);
     moved.first.e += change.fixed_rows::<3>(3);
@@ -70,44 +55,19 @@ pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<(Arcs, 
     Some((moved, gap(&pieces, &change, 0.0)))
 }
 
-/// A number that is linear in the change of the costates.
-struct Linear {
-    value: f64,
-    slope: Change,
-}
-
-impl Linear {
-    /// The smallest change that makes it vanish; none where it does not depend on the change.
-    fn nearest_zero(&self) -> Change {
-        let size = self.slope.norm_squared();
-        if size > 0.0 { -self.value / size * self.slope } else { Change::zeros() }
-    }
-}
-
-/// The Hamiltonian at the start.
-fn hamiltonian(extremal: &Extremal, arcs: &Arcs) -> Linear {
-    let (law, node) = (extremal.on_arc(&arcs.signs).at(&arcs.first.e), &arcs.first);
-    let minimum = node.e.dot(&law.torque) + law.running;
-    let push = node.pi.cross(&extremal.start_rate) + law.torque;
-    let mut slope = Change::zeros();
-    slope.fixed_rows_mut::<3>(0).copy_from(&extremal.start_rate);
-    slope.fixed_rows_mut::<3>(3).copy_from(&push);
-    Linear { value: extremal.hamiltonian(&arcs.m, node, minimum), slope }
-}
-
 /// All switching functions along the way, and how the nodes answer at the end of each arc.
 fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
     let (mut pieces, mut at_ends) = (Vec::new(), Vec::new());
     let mut lanes = Lanes::<8>::of_costate();
     for (from, start, end, signs) in arcs.arcs() {
         let law = extremal.on_arc(&signs);
-        let steps = ((end - start) / (STEP * arcs.duration)).ceil().clamp(1.0, 1e3) as usize;
+        let steps = ((end - start) / (2.0 * FINE * arcs.duration)).ceil().clamp(1.0, MOST_STEPS) as usize;
         let length = (end - start) / steps as f64;
         let (course, torque) = (Course::of(extremal, &arcs.m), law.at(&from.e).torque);
         let mut node = from;
         let mut before = Costates::at(extremal, &arcs.m, &node, &lanes, &torque);
         for step in 0..steps {
-            node = advance(&course, &COOPER_VERNER, &node, length, &mut lanes, |_, e| law.at(e));
+            node = course.carried(&node, length, &mut lanes, |_, e| law.at(e));
             let after = Costates::at(extremal, &arcs.m, &node, &lanes, &torque);
             for (x, part) in points(step == 0, step + 1 == steps) {
                 let costates = before.between(&after, length, x);
@@ -132,7 +92,7 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
 /// beside the switch.
 fn points(first: bool, last: bool) -> impl Iterator<Item = (f64, f64)> {
     let edge = move |k: usize| {
-        let x = k as f64 / POINTS as f64;
+        let x = k as f64 / (2 * POINTS) as f64;
         match (first, last) {
             (true, true) => 0.5 - 0.5 * (std::f64::consts::PI * x).cos(),
             (true, false) => x * x,
@@ -140,7 +100,7 @@ fn points(first: bool, last: bool) -> impl Iterator<Item = (f64, f64)> {
             (false, false) => x,
         }
     };
-    (0..POINTS).map(move |k| (0.5 * (edge(k) + edge(k + 1)), edge(k + 1) - edge(k)))
+    (0..(2 * POINTS)).map(move |k| (0.5 * (edge(k) + edge(k + 1)), edge(k + 1) - edge(k)))
 }
 
 /// What the six costates at the start make of the costate `e` at a node, and that itself, with their time derivatives.
@@ -178,11 +138,14 @@ impl Costates {
     }
 }
 
-/// The change of the costates that makes the gap least.
-fn least(pieces: &[Piece], vanishing: Option<&Linear>) -> Change {
+/// The change of the costates that makes the gap least, where a number that is linear in it, given by its value and slope, vanishes.
+fn least(pieces: &[Piece], vanishing: Option<(f64, Change)>) -> Change {
     let total: f64 = pieces.iter().map(|piece| piece.length).sum();
-    let first = vanishing.map_or_else(Change::zeros, Linear::nearest_zero);
-    let along = vanishing.map(|linear| linear.slope);
+    let along = vanishing.map(|(_, slope)| slope);
+    // The smallest change with which it does; none where it does not depend on the change.
+    let nearest = |(value, slope): (f64, Change)| -value / slope.norm_squared() * slope;
+    let dependent = vanishing.filter(|(_, slope)| slope.norm_squared() > 0.0);
+    let first = dependent.map_or_else(Change::zeros, nearest);
     let (mut best, mut least) = (first, gap(pieces, &first, 0.0));
     let (mut change, mut mu) = (best, FIRST);
     while mu > LAST && mu * total > ADDED * least {
@@ -191,7 +154,7 @@ fn least(pieces: &[Piece], vanishing: Option<&Linear>) -> Change {
         if found < least {
             (best, least) = (change, found);
         }
-        mu *= SMALLER;
+        mu *= REDUCED;
     }
     best
 }
@@ -209,7 +172,7 @@ fn gap(pieces: &[Piece], change: &Change, mu: f64) -> f64 {
 fn newton(pieces: &[Piece], from: Change, across: Option<&Change>, mu: f64) -> Change {
     let mut change = from;
     let mut last = gap(pieces, &change, mu);
-    for _ in 0..MOST_ITERATIONS {
+    for _ in 0..MOST_STEPS_OF_GAP {
         let (mut gradient, mut hessian) = (Change::zeros(), SMatrix::<f64, 6, 6>::zeros());
         for piece in pieces {
             let s = piece.value + piece.slope.dot(&change);

@@ -14,36 +14,12 @@
 use super::arcs::Arcs;
 use super::branches::tips;
 use super::certificate::Certificate;
-use super::extremal::{Bias, Extremal};
+use super::extremal::Extremal;
 use super::least_gap::with_least_gap;
 use super::smooth::{Smooth, Smoothed, descend};
-
-/// A gap below this part of the cost is none, and one below that can stay.
-pub(crate) const NO_GAP: f64 = 1e-7;
-const SMALL_GAP: f64 = 1e-4;
-
-/// Most corrections of the sequence of switches; one after which the gap is the same, to this part, led back.
-const MOST_CHANGES: usize = 8;
-const SAME_GAP: f64 = 1e-9;
-
-/// Further corrections of arcs with a gap that is not small: so many of the worst signs, on these parts of their time, in so
-/// many Newtons; each must leave less of the gap than this.
-const WORST: usize = 3;
-const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
-const MOST_REFINEMENTS: usize = 40;
-pub(super) const LESS: f64 = 0.98;
-
-/// ε at which a branch with a singular arc ends on equal intervals, and that to which it is then carried.
-pub(super) const LAST: f64 = 5e-4;
-pub(super) const SMALLEST: f64 = 2e-5;
-
-/// Iterations after a bias is taken away.
-const TIPPED_ITERATIONS: usize = 20;
-
-/// Arcs may cost more than their smoothed extremal by this part: the interpolation on its intervals, of a duration; and
-/// of fuel what smoothing lets through.
-const DEARER: f64 = 1e-4;
-const DEARER_FUEL: f64 = 0.05;
+use super::tuning::limits::*;
+use super::tuning::smooth::ON_THE_WAY;
+use super::tuning::{FAR_ITERATIONS, SAME};
 
 /// What a branch becomes.
 #[derive(Clone, Debug)]
@@ -121,8 +97,12 @@ pub(super) fn tipped(
 ) -> Option<Smoothed> {
     let reached = tips(extremal).take_while(|_| !stop()).filter_map(|bias| {
         let reached = descend(extremal, rival, LAST, &bias, &mut found.sweeps).ok()?;
-        let unbiased = Smooth { extremal, epsilon: LAST, bias: Bias::default(), accurate: false };
-        let path = unbiased.solve(reached.path, 0.1 * LAST, TIPPED_ITERATIONS, &mut found.sweeps)?;
+        let path = Smooth::of(extremal, LAST).solve(
+            reached.path,
+            ON_THE_WAY * LAST,
+            FAR_ITERATIONS,
+            &mut found.sweeps,
+        )?;
         Some(Smoothed { path, epsilon: LAST })
     });
     reached.min_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)))
@@ -132,10 +112,10 @@ pub(super) fn tipped(
 pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
     let mut best: Option<(Arcs, Certificate)> = None;
     let mut last = f64::NAN;
-    for _ in 0..=MOST_CHANGES {
+    for _ in 0..=MOST_CORRECTIONS {
         let Some((solved, certificate)) = certified(extremal, arcs, found) else { break };
         let exact = certificate.gap <= NO_GAP * solved.cost(extremal);
-        let again = (certificate.gap - last).abs() <= SAME_GAP * last;
+        let again = (certificate.gap - last).abs() <= SAME * last;
         last = certificate.gap;
         let mended = certificate.mended(&solved, 0, 1.0);
         if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {

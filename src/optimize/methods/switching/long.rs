@@ -10,15 +10,10 @@ use super::arcs::Arcs;
 use super::certificate::Certificate;
 use super::extremal::Extremal;
 use super::limit::{Found, Limit, polish};
-use super::smooth::{Path, Smoothed};
+use super::smooth::Smoothed;
+use super::tuning::paths::{LONG, STRETCH_OF_ARCS, STRETCHING};
 use crate::lie;
-
-/// A duration is long from so many times that of a turn of a sphere with limits about the axis: `2 √θ` in the units of an extremal.
-const LONG: f64 = 10.0;
-
-/// By how much a duration is stretched at once at most, and what is too little to go on.
-const STRETCH: f64 = 2.0;
-const LEAST_STRETCH: f64 = 1.05;
+use crate::optimize::methods::continuation::{Step, follow};
 
 /// The same maneuver in a moderate duration, where its own is long.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
@@ -26,8 +21,7 @@ pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     let angle = lie::log(&extremal.end_attitude).norm();
     let moderate = LONG * 2.0 * angle.sqrt();
     let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
-    (rests && angle > 0.0 && given > moderate)
-        .then(|| Extremal { given_duration: Some(moderate), ..extremal.clone() })
+    (rests && angle > 0.0 && given > moderate).then(|| extremal.lasting(Some(moderate)))
 }
 
 /// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it cannot be followed so far.
@@ -38,34 +32,25 @@ pub(super) fn followed(
     found: &mut Found,
 ) -> Option<Limit> {
     let given = extremal.given_duration?;
-    let (mut at, mut certificate): (Arcs, Certificate) = limit.arcs.clone()?;
-    let mut factor = STRETCH;
-    while at.duration < given {
-        if stop() || factor < LEAST_STRETCH {
-            return None;
+    let arrived = |(at, _): &(Arcs, Certificate)| at.duration >= given;
+    let reached = follow(&STRETCHING, limit.arcs.clone()?, arrived, |(at, _), length| {
+        if stop() {
+            return Step::Stopped;
         }
-        let duration = (factor * at.duration).min(given);
-        let there = Extremal { given_duration: Some(duration), ..extremal.clone() };
-        let next = polish(&there, stretched(&at, extremal, duration / at.duration), found);
-        match next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)) {
-            Some(next) => ((at, certificate), factor) = (next, (factor * factor).min(STRETCH)),
-            None => factor = factor.sqrt(),
-        }
-    }
-    let whole = at.duration / limit.branch.path.duration;
-    let slower = |smoothed: &Smoothed| Smoothed { path: slower(&smoothed.path, whole), ..smoothed.clone() };
+        let duration = (STRETCH_OF_ARCS.powf(length) * at.duration).min(given);
+        let there = extremal.lasting(Some(duration));
+        let next = polish(&there, stretched(at, extremal, duration / at.duration), found);
+        next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)).into()
+    });
+    let arcs = reached.ok()?;
+    let whole = arcs.0.duration / limit.branch.path.duration;
+    let slower = |smoothed: &Smoothed| Smoothed { path: smoothed.path.slower(whole), ..*smoothed };
     Some(Limit {
         branch: slower(&limit.branch),
         smooth: slower(&limit.smooth),
-        arcs: Some((at, certificate)),
+        arcs: Some(arcs),
         looser: Vec::new(),
     })
-}
-
-/// The path at rates that are smaller by a factor.
-fn slower(path: &Path, factor: f64) -> Path {
-    let nodes = path.nodes.iter().map(|node| super::flow::Node { pi: node.pi / factor, ..*node }).collect();
-    Path { m: path.m / factor, duration: factor * path.duration, nodes, parts: path.parts.clone() }
 }
 
 /// Arcs at rates that are smaller by a factor: burns are shorter by it, and coasts take what that leaves.

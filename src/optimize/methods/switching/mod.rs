@@ -21,8 +21,8 @@ pub(crate) mod arcs;
 pub(crate) mod base;
 pub(crate) mod branches;
 pub(crate) mod certificate;
+mod condensed;
 pub(crate) mod discretize;
-pub(crate) mod dual;
 pub(crate) mod eigenaxis;
 pub(crate) mod extremal;
 pub(crate) mod flow;
@@ -38,3 +38,4 @@ pub(crate) mod search;
 pub(crate) mod smooth;
 #[cfg(test)]
 mod tests;
+pub(crate) mod tuning;

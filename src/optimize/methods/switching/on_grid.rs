@@ -13,21 +13,15 @@
 )]
 
 use super::arcs::newton_step;
+use super::condensed::Condensed;
 use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
 use super::grid_step::{GridStep, Torque};
+use super::tuning::grid::*;
+use crate::Vector3;
 use crate::numerics::three::{apply, apply_transposed, cross, product};
 use crate::numerics::widest::widest;
-use crate::{Vector3, lie};
 use nalgebra::{DMatrix, DVector};
-
-/// Residual at which Newton ends if it falls no further.
-const CONVERGED: f64 = 2e-13;
-
-pub(super) const MOST_ITERATIONS: usize = 30;
-
-/// An arc longer than this part of the duration is no more than halved in an iteration.
-const SHORT: f64 = 0.01;
 
 /// A maneuver on a grid of arcs.
 #[derive(Clone, Debug)]
@@ -60,16 +54,9 @@ pub(crate) struct Step {
     pub torque: Torque,
 }
 
-/// What one sweep over the grid finds.
+/// What one sweep over the grid finds: terminal conditions, and the mean Hamiltonians of the arcs.
 pub(super) struct Sweep {
-    /// Terminal conditions, and the mean Hamiltonians of the arcs, with what the gaps carry to them.
-    pub residual: DVector<f64>,
-    pub jacobian: DMatrix<f64>,
-    /// Square of the gaps between steps and nodes.
-    pub gaps: f64,
-    merit: f64,
-    /// How the nodes answer to a step of the unknowns, and to 1.
-    pub updates: Vec<DMatrix<f64>>,
+    pub equations: Condensed,
     pub torques: Vec<Vector3>,
 }
 
@@ -107,15 +94,10 @@ impl OnGrid {
 
     fn sweep<const L: usize>(&self, extremal: &Extremal) -> Option<Sweep> {
         let arcs = self.lengths.len();
-        let (unknowns, gap) = (6 + arcs, 6 + arcs);
-        let mut residual = DVector::zeros(unknowns);
-        let mut jacobian = DMatrix::zeros(unknowns, unknowns + 1);
+        let mut equations = Condensed::new(6 + arcs);
         let mut lanes = Lanes::<L>::of_costate();
-        let mut updates = Vec::with_capacity(self.steps.len() + 1);
         let mut torques = Vec::with_capacity(self.steps.len());
-        let keep = |lanes: &Lanes<L>| DMatrix::from_fn(9, unknowns + 1, |row, lane| lanes.0[row][lane]);
-        updates.push(keep(&lanes));
-        let mut gaps = 0.0;
+        equations.keep(&lanes);
         for (k, step) in self.steps.iter().enumerate() {
             let node = &self.nodes[k];
             let m = apply_transposed(&node.r, &self.m);
@@ -130,46 +112,30 @@ impl OnGrid {
                 #[inline(always)]
                 || carried(&done, &self.m, node, step, &mut lanes),
             );
-            residual[6 + step.arc] += step.part * done.hamiltonian;
-            for lane in 0..=unknowns {
-                jacobian[(6 + step.arc, lane)] += step.part * slope[lane];
+            let row = 6 + step.arc;
+            equations.residual[row] += step.part * done.hamiltonian;
+            for lane in 0..equations.jacobian.ncols() {
+                equations.jacobian[(row, lane)] += step.part * slope[lane];
             }
             let reached = Node { r: product(&node.r, &done.f), pi: done.pi, e: done.e };
-            let difference = reached.minus(&self.nodes[k + 1]);
-            gaps += difference.iter().map(|part| part.norm_squared()).sum::<f64>();
-            lanes.add(gap, &difference, 1.0);
-            updates.push(keep(&lanes));
+            equations.gap(&reached, &self.nodes[k + 1], &mut lanes);
+            equations.keep(&lanes);
             torques.push(done.torque);
         }
-        let end = self.nodes.last()?;
-        let miss = lie::log(&(end.r * extremal.end_attitude.transpose()));
-        let of_log = lie::left_jacobian_inverse(&miss);
-        let pi_miss = end.pi - extremal.j * extremal.end_rate;
-        for lane in 0..=unknowns {
-            let (eta, pi) = (of_log * lanes.block(0, lane), lanes.block(1, lane));
-            for axis in 0..3 {
-                jacobian[(axis, lane)] = eta[axis];
-                jacobian[(3 + axis, lane)] = pi[axis];
-            }
-        }
-        residual.rows_mut(0, 3).copy_from(&miss);
-        residual.rows_mut(3, 3).copy_from(&pi_miss);
+        equations.end(extremal, self.nodes.last()?, &lanes);
         if let Some(given) = extremal.given_duration {
-            for arc in 1..arcs {
-                residual[6 + arc] -= residual[6];
-                for lane in 0..=unknowns {
-                    jacobian[(6 + arc, lane)] -= jacobian[(6, lane)];
+            let Condensed { residual, jacobian, .. } = &mut equations;
+            for row in 7..6 + arcs {
+                residual[row] -= residual[6];
+                for lane in 0..jacobian.ncols() {
+                    jacobian[(row, lane)] -= jacobian[(6, lane)];
                 }
             }
             residual[6] = self.duration() - given;
             jacobian.row_mut(6).fill(0.0);
             jacobian.view_mut((6, 6), (1, arcs)).fill(1.0);
         }
-        let merit = (residual.norm_squared() + gaps).sqrt();
-        let carried = jacobian.column(unknowns).clone_owned();
-        let jacobian = jacobian.remove_column(unknowns);
-        let residual = residual + carried;
-        merit.is_finite().then_some(Sweep { residual, jacobian, gaps, merit, updates, torques })
+        Some(Sweep { equations: equations.closed()?, torques })
     }
 
     /// One sweep with lanes enough; `None` for more arcs than there are lanes.
@@ -192,44 +158,50 @@ impl OnGrid {
     pub fn solve_to(mut self, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
         let mut last = f64::INFINITY;
         for iteration in 0..most {
-            let found = self.swept(extremal)?;
-            if found.merit < enough || found.merit < CONVERGED && found.merit >= 0.1 * last {
-                self.torques = found.torques;
-                self.residual = found.merit;
-                self.iterations = iteration;
+            let Sweep { equations, torques } = self.swept(extremal)?;
+            if equations.merit < enough || is_round_off(equations.merit, last) {
+                (self.torques, self.residual, self.iterations) = (torques, equations.merit, iteration);
                 return Some(self);
             }
-            last = found.merit;
+            last = equations.merit;
             // A smoothed law determines all costates.
             let switches = if self.signs.is_empty() { usize::MAX } else { self.lengths.len() - 1 };
-            let step = newton_step(found.jacobian, &found.residual, switches)?;
+            let step = newton_step(&equations, switches)?;
             let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
-            let mut factor = (costate / step.rows(0, 6).norm()).min(1.0);
-            let duration = self.duration();
-            for (arc, length) in self.lengths.iter().enumerate() {
-                if *length > SHORT * duration {
-                    factor = factor.min(0.5 * length / (-step[6 + arc]).max(1e-300));
-                }
-            }
-            self.take(&step, &found.updates, factor);
+            let factor = (costate / step.rows(0, 6).norm()).min(self.longest(&step));
+            self.take(&step, &equations, factor);
         }
         None
     }
 
+    /// The part of a step that no more than halves an arc, but short ones.
+    pub(super) fn longest(&self, step: &DVector<f64>) -> f64 {
+        let least = SHORT * self.duration();
+        let lengths = self.lengths.iter().enumerate().filter(|(_, length)| **length > least);
+        lengths.map(|(arc, length)| 0.5 * length / (-step[6 + arc]).max(1e-300)).fold(1.0, f64::min)
+    }
+
     /// A part of a step of costates and lengths, and the nodes with it.
-    pub(super) fn take(&mut self, step: &DVector<f64>, updates: &[DMatrix<f64>], factor: f64) {
-        let mut change = step.clone().insert_row(step.len(), 1.0);
-        change[step.len()] = 1.0;
+    pub(super) fn take(&mut self, step: &DVector<f64>, equations: &Condensed, factor: f64) {
         self.m += factor * step.fixed_rows::<3>(0);
         for (arc, length) in self.lengths.iter_mut().enumerate() {
             *length += factor * step[6 + arc];
         }
-        for (node, update) in self.nodes.iter_mut().zip(updates) {
-            let moved = update * &change;
-            let block = |row: usize| Vector3::new(moved[row], moved[row + 1], moved[row + 2]);
-            *node = node.plus(&[block(0), block(3), block(6)], factor);
+        for (node, moved) in self.nodes.iter_mut().zip(equations.disturbances(step)) {
+            *node = node.plus(&moved, factor);
         }
     }
+
+    /// Whether no arc has less than no length.
+    pub(super) fn shorter_than_nothing(&self) -> Option<usize> {
+        let least = -NO_LENGTH * self.duration();
+        self.lengths.iter().position(|length| *length < least)
+    }
+}
+
+/// Whether a residual falls no further, after the last one.
+pub(super) fn is_round_off(residual: f64, last: f64) -> bool {
+    residual < CONVERGED && residual >= FALLING * last
 }
 
 /// Carries the lanes over a step and gives those of its Hamiltonian.

@@ -6,34 +6,13 @@ use super::certificate::Certificate;
 use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
 use super::fuel::fuel_limit;
-use super::limit::{Found, LAST, Limit, NO_GAP, SMALLEST, bounded, is_small, polish, refined, tipped};
+use super::limit::{Found, Limit, bounded, is_small, polish, refined, tipped};
 use super::long;
 use super::smooth::{Smooth, Smoothed, descend, settle};
+use super::tuning::limits::*;
+use super::tuning::{GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
-
-/// A branch that costs more than the best by this is no rival, in time and in fuel.
-const RIVAL: f64 = 1.015;
-const RIVAL_FUEL: f64 = 1.1;
-
-/// Less than this part of a duration is no gain, and durations that differ by less are one.
-const NO_GAIN: f64 = 1e-6;
-const SAME: f64 = 1e-9;
-/// Switching functions of this part of the largest are those of inputs that are not used.
-const UNUSED: f64 = 1e-6;
-
-/// How often a branch without arcs is followed to a smaller ε, and by what factor.
-const MOST_DESCENTS: usize = 3;
-/// The same where fuel counts: short pulses show late; and where that of the norm does, whose switching function can be
-/// near zero all along.
-const MOST_DESCENTS_FUEL: usize = 6;
-const MOST_DESCENTS_NORM: usize = 12;
-const SMALLER: f64 = 0.4;
-
-/// Intervals, residual and iterations of an extremal under a limit of the norm.
-const TURNING: usize = 256;
-const EXACT: f64 = 1e-11;
-const TURNING_ITERATIONS: usize = 12;
 
 /// Searches the best extremals; what is found before `stop` says so is kept. A plan that is no quicker than the turn about a
 /// fixed axis is a saddle as a rule: then the search becomes a thorough one.
@@ -44,7 +23,7 @@ pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) ->
         return found;
     }
     found.eigenaxis = eigenaxis::duration(extremal);
-    let slow = |quickest: &Limit| Some(quickest.duration() >= found.eigenaxis? * (1.0 - NO_GAIN));
+    let slow = |quickest: &Limit| Some(quickest.duration() >= found.eigenaxis? * (1.0 - GAINED));
     if found.limits.first().and_then(slow) != Some(true) {
         return found;
     }
@@ -167,12 +146,12 @@ fn end_game(
 /// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where
 /// Newton finds it.
 fn turning(extremal: &Extremal, from: Smoothed, found: &mut Found) -> Smoothed {
-    let exact = Smooth { extremal, epsilon: 0.0, bias: Bias::default(), accurate: true };
+    let exact = Smooth { accurate: true, ..Smooth::of(extremal, 0.0) };
     let mut path = from.path.clone();
     while path.intervals() < TURNING {
         path = exact.doubled(&path);
     }
-    match exact.solve(path, EXACT, TURNING_ITERATIONS, &mut found.sweeps) {
+    match exact.solve(path, MET, NEAR_ITERATIONS, &mut found.sweeps) {
         Some(path) => Smoothed { path, epsilon: 0.0 },
         None => from,
     }

@@ -6,20 +6,20 @@
 //! derivatives.
 
 use super::extremal::{Bias, Extremal, Response};
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Units, taken};
+use super::flow::{Course, Lanes, Node, Stages, Units, taken};
+use super::tuning::smooth::*;
+use super::tuning::{NEAR_ITERATIONS, POINTS, SAME};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::hermite::hermite;
+use crate::numerics::tableau::{EIGHTH, FOURTH};
 use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
+use crate::optimize::methods::continuation::follow;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{SMatrix, SVector};
 
 const TIME: usize = 6;
 const GAP: usize = 7;
-
-/// Longest step of the costates, relative to them, and of the duration.
-const COSTATE_STEP: f64 = 1.0;
-const TIME_STEP: f64 = 0.4;
 
 /// A path: nodes and the parameters.
 #[derive(Clone, Debug)]
@@ -85,6 +85,12 @@ impl Path {
         }
     }
 
+    /// The path at rates that are smaller by a factor: switching functions are of the size of the price whatever the pace.
+    pub fn slower(&self, factor: f64) -> Self {
+        let nodes = self.nodes.iter().map(|node| Node { pi: node.pi / factor, ..*node }).collect();
+        Self { m: self.m / factor, duration: factor * self.duration, nodes, parts: self.parts.clone() }
+    }
+
     /// The interval in which a part of the duration is, and how far into it, from 0 to 1.
     pub fn interval_at(&self, part: f64) -> (usize, f64) {
         let last = self.intervals() - 1;
@@ -94,7 +100,12 @@ impl Path {
     }
 }
 
-impl Smooth<'_> {
+impl<'a> Smooth<'a> {
+    /// Without a bias, by the method of order 4.
+    pub fn of(extremal: &'a Extremal, epsilon: f64) -> Self {
+        Self { extremal, epsilon, bias: Bias::default(), accurate: false }
+    }
+
     /// Every interval from its own node, without derivatives: most paths that are tried are not gone on from. `None` where
     /// the merit is not below `most`, which as a rule the first intervals show.
     fn sweep(&self, path: &Path, most: f64, swept: &mut Swept) -> Option<Misses> {
@@ -118,14 +129,12 @@ impl Smooth<'_> {
     fn residual(&self, path: &Path) -> SVector<f64, 7> {
         let extremal = self.extremal;
         let end = path.nodes[path.intervals()];
-        let miss = self.miss(&end);
-        let pi_miss = end.pi - extremal.j * extremal.end_rate;
         // What determines the duration: it is given, or the Hamiltonian vanishes.
         let last = match extremal.given_duration {
             Some(given) => path.duration - given,
             None => extremal.hamiltonian(&path.m, &end, self.at_end(&end).minimum),
         };
-        SVector::from([miss.x, miss.y, miss.z, pi_miss.x, pi_miss.y, pi_miss.z, last])
+        extremal.miss(&end).push(last)
     }
 
     /// The derivatives of the path that was swept last.
@@ -137,10 +146,6 @@ impl Smooth<'_> {
             );
         }
         self.at_the_end(path, &swept.lanes[path.intervals()])
-    }
-
-    fn miss(&self, end: &Node) -> Vector3 {
-        lie::log(&(end.r * self.extremal.end_attitude.transpose()))
     }
 
     fn at_end(&self, end: &Node) -> Response {
@@ -169,12 +174,11 @@ impl Smooth<'_> {
         for k in 0..path.intervals() {
             let stretch = [path.parts[k], path.parts[k + 1]];
             let length = (stretch[1] - stretch[0]) * path.duration;
-            let reached = course.step(&COOPER_VERNER, &path.nodes[k], length, self.law(stretch), &mut stages);
+            let reached = course.step(&EIGHTH, &path.nodes[k], length, self.law(stretch), &mut stages);
             let gap = reached.minus(&path.nodes[k + 1]);
             gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
             let stretched = Some((TIME, path.duration));
-            lanes[k + 1] =
-                stages.carry(&COOPER_VERNER, length, &lanes[k], stretched, &units, |number| *number);
+            lanes[k + 1] = stages.carry(&EIGHTH, length, &lanes[k], stretched, &units, |number| *number);
             lanes[k + 1].add(GAP, &gap, 1.0);
         }
         gaps
@@ -198,7 +202,7 @@ impl Smooth<'_> {
             let to = Node::of(|lane| &path.nodes[interval(lane) + 1]);
             let stretch = [0, 1].map(|end| Eight::from_fn(|lane| path.parts[interval(lane) + end]));
             let length = (stretch[1] - stretch[0]) * duration;
-            *gap = course.step(&RK4, &from, length, self.law(stretch), stages).minus(&to);
+            *gap = course.step(&FOURTH, &from, length, self.law(stretch), stages).minus(&to);
             for lane in 0..Eight::LANES.min(n - first) {
                 gaps +=
                     taken(gap, |number| number.0[lane]).iter().map(|part| part.norm_squared()).sum::<f64>();
@@ -233,7 +237,8 @@ impl Smooth<'_> {
     fn at_the_end(&self, path: &Path, lanes: &Lanes<8>) -> Answers {
         let end = path.nodes[path.intervals()];
         let extremal = self.extremal;
-        let jacobian_of_log = lie::left_jacobian_inverse(&self.miss(&end));
+        let jacobian_of_log =
+            lie::left_jacobian_inverse(&extremal.miss(&end).fixed_rows::<3>(0).into_owned());
         let [w, pi_dot, e_dot] = extremal.rate(&path.m, &end, &self.at_end(&end).torque);
         let mut columns = [SVector::<f64, 7>::zeros(); 8];
         for (lane, column) in columns.iter_mut().enumerate() {
@@ -271,14 +276,14 @@ impl Smooth<'_> {
             factor = factor.min(1.0);
             let changes = changes(&swept.lanes, &step);
             let mut accepted = false;
-            for _ in 0..6 {
+            for _ in 0..MOST_TRIALS {
                 let trial = moved(&path, &changes, &step, factor);
                 *sweeps += 1;
-                if let Some(next) = self.sweep(&trial, (1.0 - 0.1 * factor) * misses.merit, &mut swept) {
+                if let Some(next) = self.sweep(&trial, (1.0 - DECREASE * factor) * misses.merit, &mut swept) {
                     (path, misses, accepted) = (trial, next, true);
                     break;
                 }
-                factor *= 0.4;
+                factor *= SHORTENED;
             }
             if !accepted {
                 return None;
@@ -294,12 +299,12 @@ impl Smooth<'_> {
 
     /// Equal intervals that would do.
     fn wanted(&self) -> usize {
-        (0.2 / self.epsilon) as usize
+        (RESOLVED / self.epsilon) as usize
     }
 
     /// The residual of an extremal on the way to a smaller ε.
-    fn tolerance(&self) -> f64 {
-        (0.1 * self.epsilon).clamp(1e-4, 1e-2)
+    pub fn tolerance(&self) -> f64 {
+        (ON_THE_WAY * self.epsilon).clamp(ON_THE_WAY_WITHIN.0, ON_THE_WAY_WITHIN.1)
     }
 
     /// Solved again on more intervals of a kind until there are enough. On the way coarse intervals do.
@@ -309,7 +314,7 @@ impl Smooth<'_> {
             Intervals::Equal => (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(&path)),
             Intervals::Following | Intervals::Close => self.finer(&path),
         } {
-            path = self.solve(finer, self.tolerance(), 12, sweeps)?;
+            path = self.solve(finer, self.tolerance(), NEAR_ITERATIONS, sweeps)?;
         }
         Some(path)
     }
@@ -358,7 +363,7 @@ impl Smooth<'_> {
                 if divide(&from, &to, (end - begin) * path.duration, depth) {
                     let half = 0.5 * (begin + end);
                     let length = (half - begin) * path.duration;
-                    let middle = course.step(&RK4, &from, length, self.law([begin, half]), &mut stages);
+                    let middle = course.step(&FOURTH, &from, length, self.law([begin, half]), &mut stages);
                     ahead.extend([(to, end, depth + 1), (middle, half, depth + 1)]);
                 } else {
                     nodes.push(to);
@@ -395,28 +400,6 @@ fn moved(path: &Path, changes: &[[Vector3; 3]], step: &SVector<f64, 7>, factor: 
         parts: path.parts.clone(),
     }
 }
-
-/// Intervals of a path at the start of a continuation, those that are enough where no input changes fast, and at most: equal
-/// ones, and others.
-pub(crate) const INTERVALS: usize = 32;
-const ENOUGH: usize = 64;
-const ENOUGH_FUEL: usize = 128;
-const MOST_EQUAL: usize = 600;
-const MOST_INTERVALS: usize = 3000;
-
-/// What an input may change by on one interval, as a part of its range, and how often one is halved for it at once.
-const ROUGH: f64 = 0.3;
-const DEEPEST: usize = 8;
-
-/// ε over the one before, and where a bias is only to tell branches apart.
-const RATIO: f64 = 0.25;
-const STEEP: f64 = 0.185;
-
-/// The residual of an extremal that is carried further.
-const SETTLED: f64 = 1e-8;
-
-/// Points at which an integral looks at each interval.
-const POINTS: usize = 4;
 
 /// A path and the ε that it is an extremal for.
 #[derive(Clone, Debug)]
@@ -467,19 +450,19 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, sweeps: &
     let mut at = from;
     let mut epsilon = at.epsilon;
     loop {
-        let smooth = Smooth { extremal, epsilon, bias: Bias::default(), accurate: false };
-        let mut next = smooth.solve(at.path.clone(), SETTLED, 12, sweeps);
+        let smooth = Smooth::of(extremal, epsilon);
+        let mut next = smooth.solve(at.path.clone(), SETTLED, NEAR_ITERATIONS, sweeps);
         while let Some(path) = &next
             && let Some(finer) = smooth.finer(path)
         {
-            next = smooth.solve(finer, SETTLED, 12, sweeps);
+            next = smooth.solve(finer, SETTLED, NEAR_ITERATIONS, sweeps);
         }
         let Some(path) = next else { return at };
         at = Smoothed { path, epsilon };
         if epsilon <= target {
             return at;
         }
-        epsilon = (0.2 * epsilon).max(target);
+        epsilon = (SETTLING * epsilon).max(target);
     }
 }
 
@@ -492,19 +475,8 @@ pub(crate) fn descend(
     bias: &Bias,
     sweeps: &mut usize,
 ) -> Result<Smoothed, Smoothed> {
-    let on = if extremal.counts_fuel() { Intervals::Equal } else { Intervals::Following };
-    descend_on(on, extremal, from, target, bias, sweeps)
-}
-
-/// The same in fewer levels of ε, on each of which Newton takes more iterations, but fewer in all.
-pub(crate) fn descend_steeply(
-    extremal: &Extremal,
-    from: &Smoothed,
-    target: f64,
-    bias: &Bias,
-    sweeps: &mut usize,
-) -> Result<Smoothed, Smoothed> {
-    descend_by(STEEP, Intervals::Following, extremal, from, target, bias, sweeps)
+    let intervals = if extremal.counts_fuel() { Intervals::Equal } else { Intervals::Following };
+    descend_by(RATIO, intervals, extremal, from, target, bias, sweeps)
 }
 
 /// Intervals of a path that is continued.
@@ -518,8 +490,10 @@ pub(crate) enum Intervals {
     Close,
 }
 
-/// The same on intervals of a kind.
-pub(crate) fn descend_on(
+/// The same by this ratio of one ε to the one before, on intervals of a kind. In fewer levels of ε Newton takes more iterations on
+/// each, but fewer in all.
+pub(crate) fn descend_by(
+    ratio: f64,
     intervals: Intervals,
     extremal: &Extremal,
     from: &Smoothed,
@@ -527,36 +501,12 @@ pub(crate) fn descend_on(
     bias: &Bias,
     sweeps: &mut usize,
 ) -> Result<Smoothed, Smoothed> {
-    descend_by(RATIO, intervals, extremal, from, target, bias, sweeps)
-}
-
-fn descend_by(
-    least_ratio: f64,
-    intervals: Intervals,
-    extremal: &Extremal,
-    from: &Smoothed,
-    target: f64,
-    bias: &Bias,
-    sweeps: &mut usize,
-) -> Result<Smoothed, Smoothed> {
-    let mut at = from.clone();
-    let (mut ratio, mut failures) = (least_ratio, 0);
-    while at.epsilon > target * (1.0 + 1e-9) {
-        let epsilon = (ratio * at.epsilon).max(target);
-        let smooth = Smooth { extremal, epsilon, bias: *bias, accurate: false };
-        let next = smooth
-            .solve(at.path.clone(), smooth.tolerance(), 12, sweeps)
-            .and_then(|path| smooth.refined(path, intervals, sweeps));
-        if let Some(path) = next {
-            at = Smoothed { path, epsilon };
-            ratio = (0.8 * ratio).max(least_ratio);
-        } else {
-            failures += 1;
-            ratio = ratio.powf(0.4);
-            if failures > 6 || ratio > 0.95 {
-                return Err(at);
-            }
-        }
-    }
-    Ok(at)
+    let arrived = |at: &Smoothed| at.epsilon <= target * (1.0 + SAME);
+    follow(&DESCENT, from.clone(), arrived, |at, length| {
+        let epsilon = (ratio.powf(length) * at.epsilon).max(target);
+        let smooth = Smooth { bias: *bias, ..Smooth::of(extremal, epsilon) };
+        let path = smooth.solve(at.path.clone(), smooth.tolerance(), NEAR_ITERATIONS, sweeps);
+        let path = path.and_then(|path| smooth.refined(path, intervals, sweeps));
+        path.map(|path| Smoothed { path, epsilon }).into()
+    })
 }

@@ -5,7 +5,7 @@ use super::branches::Ask;
 use super::certificate::Certificate;
 use super::discretize::of_arcs;
 use super::extremal::{Extremal, Law};
-use super::flow::{COOPER_VERNER, Course, Lanes, Node, RK4, Stages, Tableau, Units, advance};
+use super::flow::{Course, Lanes, Node, Stages, Units};
 use super::grid_step::Torque;
 use super::least_gap::with_least_gap;
 use super::search::search;
@@ -13,6 +13,7 @@ use super::smooth::Path as Smoothly;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
 use crate::numerics::eight::{Eight, Number};
+use crate::numerics::tableau::{EIGHTH, FOURTH, Tableau};
 use crate::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
@@ -79,8 +80,8 @@ fn rows_of_the_tableaux_sum_to_their_nodes() {
             assert!((moment - 1.0 / f64::from(power)).abs() < 4e-15);
         }
     }
-    check(&RK4);
-    check(&COOPER_VERNER);
+    check(&FOURTH);
+    check(&EIGHTH);
 }
 
 #[test]
@@ -96,14 +97,14 @@ fn the_flow_converges_at_its_orders() {
         steps: usize,
     ) -> Node {
         (0..steps).fold(node(), |node, _| {
-            let mut none = Lanes::<3>::zero();
-            advance(&Course::of(given, m), tableau, &node, 2.0 / steps as f64, &mut none, |_, _| *held)
+            let course = Course::of(given, m);
+            course.step(tableau, &node, 2.0 / steps as f64, |_, _| *held, &mut Stages::empty())
         })
     }
-    let exact = end(&given, &COOPER_VERNER, &m, &held, 200);
+    let exact = end(&given, &EIGHTH, &m, &held, 200);
     let miss = |node: Node| node.minus(&exact).iter().map(|part| part.norm()).sum::<f64>();
-    let fourth = [20, 40].map(|steps| miss(end(&given, &RK4, &m, &held, steps)));
-    let eighth = [4, 8].map(|steps| miss(end(&given, &COOPER_VERNER, &m, &held, steps)));
+    let fourth = [20, 40].map(|steps| miss(end(&given, &FOURTH, &m, &held, steps)));
+    let eighth = [4, 8].map(|steps| miss(end(&given, &EIGHTH, &m, &held, steps)));
     assert!(((fourth[0] / fourth[1]).log2() - 4.0).abs() < 0.3, "{fourth:?}");
     assert!((eighth[0] / eighth[1]).log2() > 7.4, "{eighth:?}");
 }
@@ -120,7 +121,7 @@ fn eight_steps_at_once_are_eight_steps() {
         let bias = Vector3::new(0.3, -0.2, 0.1);
         let wide_bias = nalgebra::Vector3::new(Eight::of(0.3), Eight::of(-0.2), Eight::of(0.1));
         let ends = Course::of(&given, &m).step(
-            &RK4,
+            &FOURTH,
             &Node::of(|lane| &nodes[lane]),
             lengths,
             |_, e| given.smooth(e, 0.3, &wide_bias),
@@ -129,16 +130,16 @@ fn eight_steps_at_once_are_eight_steps() {
         for (lane, start) in nodes.iter().enumerate() {
             let length = lengths.0[lane];
             let law = |_: f64, e: &Vector3| given.smooth(e, 0.3, &bias);
-            let end = Course::of(&given, &m).step(&RK4, start, length, law, &mut alone);
+            let end = Course::of(&given, &m).step(&FOURTH, start, length, law, &mut alone);
             let of = |value: &Eight| value.0[lane].to_bits();
             assert_eq!(ends.r.map(|value| of(&value)), end.r.map(f64::to_bits));
             assert_eq!(ends.pi.map(|value| of(&value)), end.pi.map(f64::to_bits));
             assert_eq!(ends.e.map(|value| of(&value)), end.e.map(f64::to_bits));
-            // The lanes too, by the method written for RK4 and by that for any tableau.
+            // The lanes too, by the method written for FOURTH and by that for any tableau.
             let from = Lanes::<8>::of_costate().with(7, &[Vector3::x(); 3], &units);
             let stretched = Some((6, 2.0));
             let carried = stages.carry_on(length, &from, stretched, &units, |value| value.0[lane]);
-            let expected = alone.carry(&RK4, length, &from, stretched, &units, |value| *value);
+            let expected = alone.carry(&FOURTH, length, &from, stretched, &units, |value| *value);
             for (row, expected) in carried.0.iter().zip(&expected.0) {
                 for (value, expected) in row.iter().zip(expected) {
                     assert!((value - expected).abs() < 1e-14, "{value} {expected}");
@@ -168,7 +169,7 @@ fn lanes_of_the_flow_are_its_derivatives() {
         let run = |m: &Vector3, from: &Node| {
             let mut lanes = Lanes::<6>::of_costate();
             let respond = |_: f64, e: &Vector3| given.smooth(e, 0.3, &Vector3::zeros());
-            let end = advance(&Course::of(&given, m), &RK4, from, 0.2, &mut lanes, respond);
+            let end = Course::of(&given, m).carried(from, 0.2, &mut lanes, respond);
             (end, lanes)
         };
         let (_, lanes) = run(&m, &node());
@@ -184,7 +185,7 @@ fn lanes_of_the_flow_are_its_derivatives() {
             };
             let difference = moved(1.0).minus(&moved(-1.0)).map(|part| part / (2.0 * h));
             for (block, difference) in difference.iter().enumerate() {
-                // RK4 of the variation is not the variation of RK4: they differ at the order of the step.
+                // FOURTH of the variation is not the variation of FOURTH: they differ at the order of the step.
                 assert!((lanes.block(block, lane) - difference).norm() < 2e-4, "{block} {lane}");
             }
         }
@@ -372,7 +373,7 @@ fn fast_bodies_are_solved_by_way_of_given_durations() {
             for _ in 0..40 {
                 let length = (end - start) / 40.0;
                 let course = Course::of(&given, &arcs.m);
-                node = advance(&course, &RK4, &node, length, &mut Lanes::<3>::zero(), |_, _| torque);
+                node = course.reached(&node, length, |_, _| torque);
             }
         }
         let miss = lie::log(&given.end_attitude.tr_mul(&node.r)).norm();

@@ -121,7 +121,7 @@ fn one_step_and_its_matrices_meet_the_reference() {
         let mut after = step.end;
         let drift = dynamics.drift::<6>(0, &mut after).unwrap();
         let e = dynamics.drift_matrix(&drift);
-        let mut forward = dynamics.drift_costate::<6>(&drift, &e, &Costate::from_vector(&lambda));
+        let mut forward = drift.costate::<6>(&e, &Costate::from_vector(&lambda));
         let kick = dynamics.kick::<6>(&after.pose(), &forward);
         kick.apply::<6>(&mut after, &mut forward, dynamics.grid.step(0), dynamics.grid.step(0));
         close("λ⁺ of λ", &forward.to_vector(), &next_lambda, 1e-13);

@@ -21,16 +21,14 @@
 use super::super::arcs::{Arcs, Switch, over_arc};
 use super::super::extremal::Extremal;
 use super::super::flow::{Lanes, Node};
+use super::super::tuning::COARSER;
+use super::super::tuning::pulses::FINE;
 use super::schedule::Schedule;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DVector, RowVector6, SMatrix, SVector, Vector6};
 
 /// Lanes: `δM`, `δe` at the start, and `η`, `δΠ` there.
 const LANES: usize = 12;
-
-/// Longest part of the duration that one step of the integration covers, on the way and at the end.
-const COARSE: f64 = 0.04;
-const FINE: f64 = 0.01;
 
 /// A pulse begins or ends.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +75,7 @@ pub(super) struct Curvature {
 impl<'a> Motion<'a> {
     /// From the start to the end, with the costates `ℓ`.
     pub fn of(extremal: &'a Extremal, schedule: &'a Schedule, costates: &[f64; 6]) -> Self {
-        Self::in_steps(COARSE, extremal, schedule, costates)
+        Self::in_steps(COARSER * FINE, extremal, schedule, costates)
     }
 
     /// The same in steps so short that their error is round-off.
@@ -134,9 +132,8 @@ impl<'a> Motion<'a> {
     /// The end against the terminal conditions; `None` where a number is not finite.
     pub fn miss(&self) -> Option<Miss> {
         let (extremal, end, flow) = (self.extremal, &self.end, &self.end_flow);
-        let turn = lie::log(&(end.r * extremal.end_attitude.transpose()));
-        let momentum = end.pi - extremal.j * extremal.end_rate;
-        let of_log = lie::left_jacobian_inverse(&turn);
+        let residual = extremal.miss(end);
+        let of_log = lie::left_jacobian_inverse(&residual.fixed_rows::<3>(0).into_owned());
         let mut to_end = SMatrix::<f64, 6, 6>::from_fn(|row, lane| flow.0[row][6 + lane]);
         let turned = of_log * to_end.fixed_rows::<3>(0);
         to_end.fixed_rows_mut::<3>(0).copy_from(&turned);
@@ -149,7 +146,6 @@ impl<'a> Motion<'a> {
             jacobian.view_mut((0, last), (3, 1)).copy_from(&(of_log * turning));
             jacobian.view_mut((3, last), (3, 1)).copy_from(&momentum);
         }
-        let residual = Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z);
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
         finite.then_some(Miss { residual, jacobian })
     }

@@ -4,33 +4,17 @@
 //! discrete Hamiltonians of the arcs: the discrete action is stationary in every time that no bound holds.
 
 use super::super::arcs::Arcs;
-use super::super::discretize::{LEAST_STEPS, NO_LENGTH, of_arcs, shares};
+use super::super::discretize::{Layout, of_arcs};
 use super::super::extremal::Extremal;
-use super::super::on_grid::OnGrid;
+use super::super::on_grid::{OnGrid, Sweep, is_round_off};
+use super::super::tuning::UNDETERMINED;
+use super::super::tuning::grid::{MOST_CHANGES, MOST_ITERATIONS};
+use super::super::tuning::pulses::{KEPT, NEARBY_ON_GRID};
 use super::motion::Motion;
 use super::schedule::{Ask, Best, Schedule};
-use super::ties::{KEPT, Settled, Ties, settled};
+use super::ties::{Settled, Ties, settled};
+use crate::numerics::least_squares::shortest;
 use nalgebra::{DMatrix, DVector};
-
-/// An arc shorter than this part of the duration has one step, beside those of the others.
-const COMMON: f64 = 1e-6;
-
-/// How often pulses are held at another bound, exchanged or joined, in all.
-const MOST_CHANGES: usize = 12;
-
-/// Residual at which Newton ends if it falls no further.
-const CONVERGED: f64 = 2e-13;
-
-const MOST_ITERATIONS: usize = 30;
-
-/// Lengths stay this near to those of the equations of motion, as a part of the duration.
-const NEARBY: f64 = 0.05;
-
-/// An arc longer than this part of the duration is no more than halved in an iteration.
-const SHORT: f64 = 0.01;
-
-/// Singular values below this part of the largest belong to costates that are not determined.
-const UNDETERMINED: f64 = 1e-10;
 
 /// Pulses as arcs of the equations of motion, and on their grid.
 #[derive(Clone, Debug)]
@@ -60,28 +44,13 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
     // The times of the switches, in their order.
     let mut order: Vec<usize> = (0..2 * schedule.pulses.len()).filter(inside).collect();
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
-    let lengths: Vec<f64> = arcs.arcs().iter().map(|(_, start, end, _)| end - start).collect();
-    let common: Vec<bool> = lengths.iter().map(|length| *length < COMMON * schedule.duration).collect();
-    let (mut exchanged, mut joined) = (vec![false; lengths.len()], vec![false; lengths.len()]);
+    let mut layout = Layout::of(&arcs);
     for _ in 0..MOST_CHANGES {
         let mut ties = Ties::of(&schedule, &bounds, &acting);
-        for arc in (1..order.len()).filter(|arc| joined[*arc]) {
+        for arc in (1..order.len()).filter(|arc| layout.joined[*arc]) {
             ties.join(order[arc - 1], order[arc]);
         }
-        let is_proper = |arc: &usize| !common[*arc] && !joined[*arc];
-        let proper: Vec<f64> = (0..lengths.len()).filter(is_proper).map(|arc| lengths[arc]).collect();
-        if proper.len() * LEAST_STEPS > steps {
-            return Err(Unplaced::Steps(proper.len() * LEAST_STEPS));
-        }
-        let mut of_proper = shares(&proper, steps).into_iter();
-        let counts: Vec<usize> = (0..lengths.len())
-            .filter_map(|arc| match (joined[arc], common[arc]) {
-                (true, _) => Some(0),
-                (false, true) => Some(1),
-                (false, false) => of_proper.next(),
-            })
-            .collect();
-        let kept: Vec<usize> = (0..lengths.len()).filter(|arc| counts[*arc] > 0).collect();
+        let (counts, kept) = (layout.counts(steps).map_err(Unplaced::Steps)?, layout.kept());
         let matrix = ties.matrix();
         // Rows of D: the end of an arc less its start; the ends of the maneuver stand still, but for one that is sought.
         let of_length = DMatrix::from_fn(kept.len(), matrix.ncols(), |row, free| {
@@ -101,33 +70,27 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
         let solved = stationary(first.clone(), extremal, &of_length, true);
         let solved = solved.or_else(|| stationary(first, extremal, &of_length, false));
         let grid = solved.ok_or(none)?;
-        let least = -NO_LENGTH * schedule.duration;
-        if let Some(negative) = grid.lengths.iter().position(|length| *length < least) {
+        if let Some(negative) = grid.shorter_than_nothing() {
             let arc = kept[negative];
-            if arc == 0 || arc == order.len() {
+            if layout.is_outer(arc) {
                 // Beyond an end: it is held there.
                 let outside =
                     if arc == 0 { (None, Some(order[0])) } else { (Some(order[arc - 1]), schedule.end()) };
                 let held = bounds.iter().position(|bound| (bound.a, bound.b) == outside).ok_or(none)?;
-                (acting[held], joined[arc]) = (true, true);
-            } else if exchanged[arc] {
-                joined[arc] = true;
-            } else {
-                exchanged[arc] = true;
+                acting[held] = true;
+            }
+            if layout.mend(arc, &mut arcs) {
                 order.swap(arc - 1, arc);
-                let (before, after) = (arcs.switches[arc - 1].input, arcs.switches[arc].input);
-                (arcs.switches[arc - 1].input, arcs.switches[arc].input) = (after, before);
             }
             continue;
         }
         // The times of the grid, those at the ends as they are.
         let mut found = times.clone();
         let mut clock = 0.0;
-        let mut index = 0;
+        let mut lengths = grid.lengths.iter();
         for (arc, time) in order.iter().enumerate() {
-            if counts[arc] > 0 {
-                clock += grid.lengths[index];
-                index += 1;
+            if !layout.joined[arc] {
+                clock += lengths.next().unwrap_or(&0.0);
             }
             found[*time] = clock;
         }
@@ -166,8 +129,7 @@ pub(crate) fn again(grid: &OnGrid, extremal: &Extremal) -> Option<OnGrid> {
         Some(of_length) => stationary(grid.clone(), extremal, of_length, !grid.beside_optimum),
         None => grid.clone().solve(extremal),
     }?;
-    let least = -NO_LENGTH * found.duration();
-    found.lengths.iter().all(|length| *length >= least).then_some(found)
+    found.shorter_than_nothing().is_none().then_some(found)
 }
 
 /// Newton on costates and free times, to round-off. Where it does not get there, on the times alone, that they meet the end, with the
@@ -181,31 +143,31 @@ fn stationary(
     let arcs = grid.lengths.len();
     let free = of_length.ncols();
     // Of every arc its own Hamiltonian.
-    let each = Extremal { given_duration: None, ..extremal.clone() };
+    let each = extremal.lasting(None);
     let first = grid.lengths.clone();
     let mut last = f64::INFINITY;
     for iteration in 0..MOST_ITERATIONS {
-        let found = grid.swept(&each)?;
-        let (ends, means) = (found.residual.rows(0, 6), found.residual.rows(6, arcs));
+        let Sweep { equations, torques } = grid.swept(&each)?;
+        let (ends, means) = (equations.residual.rows(0, 6), equations.residual.rows(6, arcs));
         let mut residual = DVector::zeros(6 + free);
         residual.rows_mut(0, 6).copy_from(&ends);
         residual.rows_mut(6, free).copy_from(&of_length.tr_mul(&means));
-        let size = |residual: &DVector<f64>| (residual.norm_squared() + found.gaps).sqrt();
+        let size = |residual: &DVector<f64>| (residual.norm_squared() + equations.gaps).sqrt();
         let whole = size(&residual);
         let merit = if together { whole } else { size(&residual.rows(0, 6).into_owned()) };
-        if merit < CONVERGED && merit >= 0.1 * last {
-            grid.torques = found.torques;
+        if is_round_off(merit, last) {
+            grid.torques = torques;
             grid.of_free_times = Some(of_length.clone());
             (grid.residual, grid.iterations, grid.beside_optimum) = (whole, iteration, !together);
             let near = grid
                 .lengths
                 .iter()
                 .zip(&first)
-                .all(|(length, first)| (length - first).abs() < NEARBY * grid.duration());
+                .all(|(length, first)| (length - first).abs() < NEARBY_ON_GRID * grid.duration());
             return near.then_some(grid);
         }
         last = merit;
-        let jacobian = &found.jacobian;
+        let jacobian = &equations.jacobian;
         let of_ends = jacobian.view((0, 6), (6, arcs)) * of_length;
         let of_costates = of_length.tr_mul(&jacobian.view((6, 0), (arcs, 6)));
         let of_lengths = of_length.tr_mul(&(jacobian.view((6, 6), (arcs, arcs)) * of_length));
@@ -215,31 +177,18 @@ fn stationary(
             reduced.view_mut((0, 6), (6, free)).copy_from(&of_ends);
             reduced.view_mut((6, 0), (free, 6)).copy_from(&of_costates);
             reduced.view_mut((6, 6), (free, free)).copy_from(&of_lengths);
-            let step = shortest(reduced, &-residual)?;
+            let step = shortest(&reduced, &-residual, UNDETERMINED)?;
             (step.rows(0, 6).into_owned(), step.rows(6, free).into_owned())
         } else {
-            let lengths = shortest(of_ends, &-residual.rows(0, 6))?;
+            let lengths = shortest(&of_ends, &-residual.rows(0, 6), UNDETERMINED)?;
             let left = residual.rows(6, free) + of_lengths * &lengths;
-            (shortest(of_costates, &-left)?, lengths)
+            (shortest(&of_costates, &-left, UNDETERMINED)?, lengths)
         };
         let mut step = DVector::zeros(6 + arcs);
         step.rows_mut(0, 6).copy_from(&costates);
         step.rows_mut(6, arcs).copy_from(&(of_length * lengths));
-        let duration = grid.duration();
-        let mut factor = 1.0_f64;
-        for (arc, length) in grid.lengths.iter().enumerate() {
-            if *length > SHORT * duration {
-                factor = factor.min(0.5 * length / (-step[6 + arc]).max(1e-300));
-            }
-        }
-        grid.take(&step, &found.updates, factor);
+        let factor = grid.longest(&step);
+        grid.take(&step, &equations, factor);
     }
     None
-}
-
-/// The shortest solution of equations that may not determine one.
-fn shortest(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let svd = matrix.svd(true, true);
-    let least = UNDETERMINED * svd.singular_values.max();
-    svd.solve(right, least).ok()
 }

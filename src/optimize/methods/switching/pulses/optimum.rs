@@ -6,48 +6,14 @@
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
+use super::super::tuning::pulses::*;
+use super::super::tuning::{MET, UNDETERMINED, VANISHED};
 use super::motion::{Miss, Motion, gradient};
 use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Best, Schedule};
 use super::ties::settled;
+use crate::numerics::least_squares::shortest;
 use nalgebra::{DMatrix, DVector};
-
-/// The end is met, scaled.
-const MET: f64 = 1e-11;
-
-/// Weight of the terminal conditions against the size of a step that brings a motion back to them.
-const STIFF: f64 = 1e8;
-
-/// Longest change of a time in one step, as a part of the duration; the shortest below which nothing is gained any more.
-const TRUST: f64 = 0.2;
-const NO_TRUST: f64 = 1e-8;
-
-/// Iterations of Gauss and Newton: from a first guess, and after a step.
-const FIRST_ITERATIONS: usize = 30;
-const ITERATIONS: usize = 6;
-
-/// An iteration leaves less than this part of the miss, or is one of few that do not.
-const LESS: f64 = 0.9;
-const SLOW: usize = 6;
-
-/// Steps of least fuel.
-const MOST_STEPS: usize = 40;
-
-/// Fuel that is still to be gained, as a part of it, when the best times are found.
-const GAINED: f64 = 1e-10;
-
-/// Part of the predicted gain that a step must bring, and at which the next may be longer.
-const ENOUGH: f64 = 0.05;
-const GOOD: f64 = 0.5;
-
-/// Singular values below this part of the largest are none.
-const NO_RANK: f64 = 1e-9;
-
-/// Curvature below this part of the largest is none.
-const FLAT: f64 = 1e-6;
-
-/// A pulse, or a time between two, that is shorter than this part of the duration is none.
-const VANISHED: f64 = 1e-6;
 
 /// The bounds of a step from given times, none longer than `trust`.
 fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bound> {
@@ -96,7 +62,7 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
                 (schedule, miss) = (next, after);
             }
             _ => {
-                trust = 0.3 * step.p.amax();
+                trust = LESS_TRUST * step.p.amax();
                 slow += 1;
             }
         }
@@ -111,20 +77,13 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
 fn independent(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let svd = matrix.clone().svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
-    let least = NO_RANK * svd.singular_values.max();
+    let least = UNDETERMINED * svd.singular_values.max();
     let kept: Vec<usize> =
         (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > least).collect();
     let rows = v_t.select_rows(&kept);
     let along = u.tr_mul(right);
     let values = kept.iter().map(|k| along[*k] / svd.singular_values[*k]).collect();
     Some((rows, DVector::from_vec(values)))
-}
-
-/// The least-squares solution of `A x = b`.
-fn least_squares(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let svd = matrix.clone().svd(true, true);
-    let least = NO_RANK * svd.singular_values.max();
-    svd.solve(right, least).ok()
 }
 
 /// A positive definite matrix that agrees with `hessian` along the equations where that is positive.
@@ -156,7 +115,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
             None => {
                 let motion = Motion::of(extremal, &schedule, &[0.0; 6]);
                 let linear = motion.curvature()?.of_costates;
-                array(&least_squares(&linear, &-&gradient)?)
+                array(&shortest(&linear, &-&gradient, UNDETERMINED)?)
             }
         };
         let motion = Motion::of(extremal, &schedule, &own);
@@ -179,10 +138,10 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
         for (bound, multiplier) in limits.iter().zip(&step.multipliers) {
             bound.add_to(&mut pull, -multiplier);
         }
-        let next_costates = least_squares(&curvature.of_costates, &-pull).map(|found| array(&found));
+        let next_costates = shortest(&curvature.of_costates, &-pull, UNDETERMINED).map(|found| array(&found));
         costates = next_costates.or(Some(own));
         let predicted = -(gradient.dot(&step.p) + 0.5 * step.p.dot(&(&hessian * &step.p)));
-        if predicted < GAINED * cost {
+        if predicted < NO_GAIN * cost {
             return Some(Best { schedule, costates: costates.unwrap_or(own), cost });
         }
         let trial = met(extremal, &schedule.at(&(times + &step.p)), ask, ITERATIONS);
@@ -192,7 +151,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
         }
         match trial {
             Some(trial) if gained > ENOUGH * predicted => schedule = trial,
-            _ => trust = 0.3 * step.p.amax().min(trust),
+            _ => trust = LESS_TRUST * step.p.amax().min(trust),
         }
         if trust < NO_TRUST * schedule.duration {
             break;

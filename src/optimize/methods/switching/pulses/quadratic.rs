@@ -9,21 +9,8 @@
 //!
 //! Mehrotra, *On the implementation of a primal-dual interior point method*, 1992.
 
+use super::super::tuning::pulses::*;
 use nalgebra::{DMatrix, DVector};
-
-const MOST_ITERATIONS: usize = 40;
-
-/// Complementarity and residuals, over the size of the gradient, at which the program is solved.
-const SOLVED: f64 = 1e-10;
-
-/// The same at which it still is where nothing is gained any more.
-const NEARLY: f64 = 1e-5;
-
-/// Residuals of the equations of an optimum at its bounds, and by how much others may be violated.
-const EXACT: f64 = 1e-11;
-
-/// Part of the way to the nearest bound that a step goes.
-const TO_BOUNDS: f64 = 0.995;
 
 /// `p_b − p_a ≥ least`; an absent unknown counts as 0.
 #[derive(Clone, Copy, Debug)]

@@ -9,44 +9,13 @@ use super::super::arcs::Arcs;
 use super::super::certificate::Certificate;
 use super::super::extremal::Extremal;
 use super::super::limit::Limit;
+use super::super::tuning::GAINED;
+use super::super::tuning::pulses::*;
 use super::motion::Motion;
 use super::optimum::best_times;
 use super::schedule::{Ask, Best, Pulse, Schedule};
 use crate::numerics::random::Stream;
 use crate::{Matrix3, Vector3, lie};
-
-/// Pulses of one input with a gap below this many of the shortest are joined, and those below this part of it dropped.
-const JOINED: [f64; 3] = [0.0, 1.0, 4.0];
-const DROPPED: [f64; 4] = [0.5, 0.0, 0.9, 0.2];
-
-/// Extremals that schedules are made of.
-const MOST_EXTREMALS: usize = 4;
-
-/// Schedules whose best times are looked for.
-const MOST_STARTS: usize = 24;
-
-/// Schedules that are changed by a pulse at a time, and changes that are tried in all.
-const CHANGED: usize = 3;
-const MOST_CHANGES: usize = 60;
-
-/// Random schedules, and how many are tried at most where none has met the end; how far their times are moved, as a part of the
-/// duration.
-const RANDOM: usize = 12;
-const MOST_RANDOM: usize = 40;
-const MOVED: f64 = 0.2;
-
-/// How many times as much a thorough search tries.
-const THOROUGH: usize = 4;
-
-/// Costs that differ by this part are those of two schedules, and a change must bring so much.
-const DISTINCT: f64 = 1e-7;
-const GAINED: f64 = 1e-6;
-
-/// Most pulses.
-const MOST_PULSES: usize = 24;
-
-/// Pulses of so many levels at most are combined for a burn.
-const MOST_COMBINED: usize = 12;
 
 /// What was found, the best first, and how many schedules were tried.
 #[derive(Clone, Debug, Default)]
@@ -140,9 +109,9 @@ fn starts(extremal: &Extremal, limits: &[Limit], ask: &Ask) -> Vec<Schedule> {
 fn alike(a: &Schedule, b: &Schedule) -> bool {
     let near = |(a, b): (&Pulse, &Pulse)| {
         a.level == b.level
-            && (a.middle() - b.middle()).abs() + (a.length() - b.length()).abs() < 1e-3 * (1.0 + a.length())
+            && (a.middle() - b.middle()).abs() + (a.length() - b.length()).abs() < ALIKE * (1.0 + a.length())
     };
-    let last = (a.duration - b.duration).abs() < 1e-3 * a.duration;
+    let last = (a.duration - b.duration).abs() < ALIKE * a.duration;
     last && a.pulses.len() == b.pulses.len() && a.pulses.iter().zip(&b.pulses).all(near)
 }
 

@@ -1,28 +1,13 @@
 //! Times that stand at their bounds: each hangs on another time, or on an end of the maneuver.
 
 use super::super::extremal::Extremal;
+use super::super::tuning::pulses::*;
+use super::super::tuning::{MET, NEAR_ITERATIONS, UNDETERMINED};
 use super::motion::{Motion, gradient};
 use super::quadratic::Bound;
 use super::schedule::{Ask, Best, Schedule};
+use crate::numerics::least_squares::shortest;
 use nalgebra::{DMatrix, DVector};
-
-/// A bound this near, as a part of the duration, is met exactly; the same for another attempt.
-const NEAR: [f64; 3] = [1e-6, 1e-8, 1e-10];
-
-/// Residual at which the end is met, and at which it is where it falls no further.
-const MET: f64 = 1e-14;
-const NEARLY: f64 = 1e-11;
-
-/// Newton stays this near to where it began, as a part of the duration.
-const NEARBY: f64 = 0.02;
-
-/// A bound that is violated by less than this part of the duration is kept.
-pub(super) const KEPT: f64 = 1e-13;
-
-const MOST_ITERATIONS: usize = 12;
-
-/// Singular values below this part of the largest are none.
-const NO_RANK: f64 = 1e-9;
 
 /// What a time is: a free number, if any, and what is added to it.
 #[derive(Clone, Copy, Debug)]
@@ -151,7 +136,7 @@ fn newton(extremal: &Extremal, best: &Best, ties: &Ties, stationary: bool) -> Op
     let cost = gradient(extremal, &best.schedule);
     let (mut times, mut costates) = (first.clone(), DVector::from_column_slice(&best.costates));
     let mut last = f64::INFINITY;
-    for _ in 0..MOST_ITERATIONS {
+    for _ in 0..NEAR_ITERATIONS {
         let schedule = best.schedule.at(&times);
         let own = std::array::from_fn(|index| costates[index]);
         let motion = Motion::fine(extremal, &schedule, &own);
@@ -170,14 +155,12 @@ fn newton(extremal: &Extremal, best: &Best, ties: &Ties, stationary: bool) -> Op
             jacobian.view_mut((6, 6), (free, free)).copy_from(&of_times);
         }
         let size = residual.norm();
-        if size < MET || size < NEARLY && size >= 0.5 * last {
+        if size < SHARP || size < MET && size >= 0.5 * last {
             let moved = (&times - &first).amax();
             return (moved < NEARBY * schedule.duration).then_some((schedule, own));
         }
         last = size;
-        let svd = jacobian.svd(true, true);
-        let least = NO_RANK * svd.singular_values.max();
-        let step = svd.solve(&-residual, least).ok()?;
+        let step = shortest(&jacobian, &-residual, UNDETERMINED)?;
         costates += step.rows(0, count).resize_vertically(6, 0.0);
         times += &matrix * step.rows(count, free);
     }

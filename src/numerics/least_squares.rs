@@ -1,0 +1,13 @@
+//! Linear equations that may not determine a solution, or have none.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Of the least-squares solutions of `A x = b` the shortest, where singular values below the part `none` of the largest are none;
+/// `None` where there is no equation or a number is not finite.
+pub(crate) fn shortest(a: &DMatrix<f64>, b: &DVector<f64>, none: f64) -> Option<DVector<f64>> {
+    if a.is_empty() {
+        return None;
+    }
+    let svd = a.clone().svd(true, true);
+    svd.solve(b, none * svd.singular_values.max()).ok()
+}

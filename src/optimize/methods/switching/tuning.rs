@@ -1,0 +1,405 @@
+//! Every number of the methods of minimum time and fuel that the theory does not give, by what it decides.
+//!
+//! An ε is in units of the switching functions, which are of the size of the price of time or fuel; a residual is scaled. What the
+//! numbers trade is counted by
+//!
+//! | | command |
+//! |---|---|
+//! | how often the best known extremal of minimum time is found, and in what time | `cargo run --release -p evidence --bin minimum_time -- plain` |
+//! | the same of fuel | `cargo run --release -p evidence --bin best_known` |
+//! | fuel of pulses, and how often there is a plan | `cargo run --release -p evidence --bin minimum_fuel` |
+//! | whether plans of images of one maneuver cost the same | `cargo run --release -p evidence --bin images` |
+
+/// Numbers that differ by this part are one: costs, gaps, times and ε.
+pub(super) const SAME: f64 = 1e-9;
+
+/// A pulse or an arc that is shorter than this part of the duration is none for the grid, and what is nearer to its bound is at it:
+/// Newton tells such times apart, but steps do not.
+pub(super) const VANISHED: f64 = 1e-6;
+
+/// Less than this part of a cost is no gain: more changes are tried for less.
+pub(super) const GAINED: f64 = 1e-6;
+
+/// Singular values below this part of the largest belong to what is not determined: lower, round-off moves costates far; higher, what
+/// short arcs determine is lost.
+pub(super) const UNDETERMINED: f64 = 1e-9;
+
+/// Residual at which the end is met.
+pub(super) const MET: f64 = 1e-11;
+
+/// Iterations of Newton from a near solution of the same kind, and from farther away: what takes more does not come as a rule.
+pub(super) const NEAR_ITERATIONS: usize = 12;
+pub(super) const FAR_ITERATIONS: usize = 20;
+
+/// Longest part of the duration that one step of order 8 covers, where its error is round-off; and how many times that on the way.
+pub(super) const FINE: f64 = 0.03;
+pub(super) const COARSER: f64 = 4.0;
+
+/// Points of the cubic over such a step, or over an interval, at which an integral looks: more see shorter runs of wrong signs.
+pub(super) const POINTS: usize = 4;
+
+/// ε over the one before where every one of them is of use: larger finds more, in more time.
+pub(super) const SMALLER: f64 = 0.4;
+
+/// First paths (`base`, `long`): whether there is an extremal at all, and which.
+pub(super) mod paths {
+    use crate::optimize::methods::continuation::Pace;
+
+    /// Parts of the limits that the largest input of a first path has where the duration is sought: one after the other until a path
+    /// is found or, where fuel counts and more time may cost less, all of them.
+    pub const LEVELS: [f64; 3] = [0.7, 0.4, 0.9];
+    pub const LEVELS_FUEL: [f64; 5] = [0.7, 0.4, 0.2, 0.1, 0.05];
+
+    /// The least that a level leaves to the motion, where the inputs work without any.
+    pub const ABOVE_IDLE: f64 = 0.25;
+
+    /// ε of a first path where the duration is given: so large that fuel hardly counts. And the largest that is tried.
+    pub const EASY: [f64; 3] = [4.0, 12.0, 1.5];
+    pub const LARGEST_EPSILON: f64 = 100.0;
+
+    /// How often a bracket is halved.
+    pub const HALVINGS: usize = 40;
+
+    /// Under a limit of the norm the costate over ε that gives a torque is sought up to this size.
+    pub const LARGEST_COSTATE: f64 = 32.0;
+
+    /// Residual of a smoothed extremal that another one starts from.
+    pub const RELAXED: f64 = 1e-3;
+
+    /// How far the way from one problem to another, from 0 to 1, goes at once.
+    pub const HOMOTOPY: Pace = Pace { first: 0.34, least: 0.02, most: 1.0, longer: 1.5, shorter: 0.4 };
+
+    /// How the logarithm of a duration grows or falls, over that of the factor by which it does at most: of smoothed extremals longer or
+    /// shorter, of arcs longer.
+    pub const STRETCHING: Pace = Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
+    pub const STRETCH: f64 = 1.3;
+    pub const CUT: f64 = 0.8;
+    pub const STRETCH_OF_ARCS: f64 = 2.0;
+
+    /// A duration that is cut ends at this part of what it was first: without a turn every duration is enough, and none the shortest.
+    pub const SHORTEST: f64 = 1e-3;
+
+    /// Parts of the duration of the first level that are given on the way to one that is sought.
+    pub const DURATIONS: [f64; 5] = [0.5, 0.7, 1.0, 1.5, 2.2];
+
+    /// A duration is long from so many times that of a turn of a sphere with limits about the axis: `2 √θ` in the units of an extremal.
+    pub const LONG: f64 = 10.0;
+}
+
+/// Branches (`branches`): how many extremals are told apart, and followed.
+pub(super) mod branches {
+    use crate::Vector3;
+
+    /// Beyond this angle the other way round is a rival \[rad\]; and boundary rates in the unit of time beyond which it is at any angle.
+    pub const OTHER_SENSE: f64 = 1.745;
+    pub const FAST: f64 = 0.3;
+
+    /// ε at which branches are told apart; at which they are compared, for an angle of a radian and more, and where fuel counts; and, over
+    /// that, at which a bias has done its work: branches have parted, and Newton goes on without it.
+    pub const BRANCHING: f64 = 0.3;
+    pub const COMPARED: f64 = 0.008;
+    pub const COMPARED_FUEL: f64 = 0.02;
+    pub const PARTED: f64 = 7.0;
+
+    /// ε at and below which a branch that turns back is still of use.
+    pub const FOLDED: f64 = 0.05;
+
+    /// Turns below this are small \[rad\]: their branches hardly differ. And the angle below which ε falls no further with it.
+    pub const SMALL: f64 = 0.1;
+    pub const SMALLEST_ANGLE: f64 = 0.03;
+
+    /// A base that costs more than the best by this is no rival; and where fuel counts and the duration is sought.
+    pub const RIVAL_BASE: f64 = 1.15;
+    pub const RIVAL_BASE_FUEL: f64 = 2.0;
+
+    /// Parts of a duration whose extremals are stretched to it.
+    pub const SHORTER: [f64; 3] = [0.7, 0.5, 0.35];
+
+    /// A base that turns this many times as far as it has to does not go straight to the end.
+    pub const WANDERING: f64 = 1.25;
+
+    /// How the end is turned for first paths where there are none without \[rad\].
+    pub const TILTS: [Vector3; 4] = [
+        Vector3::new(0.03, 0.02, -0.01),
+        Vector3::new(-0.02, 0.03, 0.02),
+        Vector3::new(-0.03, -0.01, 0.03),
+        Vector3::new(0.01, -0.03, -0.02),
+    ];
+
+    /// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a symmetry has that along axes
+    /// of the body as a rule, and what lies along them as well tips nothing.
+    pub const ASKEW: Vector3 = Vector3::new(0.3, -0.5, 0.7);
+    pub const OTHERWISE: Vector3 = Vector3::new(-0.9, 0.4, 1.3);
+
+    /// Inputs that differ by more than this in what they give have branches that one set of biases misses; and so far is a body
+    /// from a sphere that small ones miss some.
+    pub const UNLIKE: f64 = 1.2;
+
+    /// An axis with less of it beside others is no third one.
+    pub const ASIDE: f64 = 0.1;
+
+    /// Paths are one extremal whose costs and costates differ by less than these parts: of time, and of fuel, which is known less well.
+    pub const ALIKE: (f64, f64) = (1e-4, 1e-2);
+    pub const ALIKE_FUEL: (f64, f64) = (2e-3, 2e-2);
+
+    /// Residual of an extremal without the bias that led to it where fuel counts, which tells branches apart less sharply than time.
+    pub const UNBIASED_FUEL: f64 = 1e-5;
+}
+
+/// Smoothed extremals (`smooth`): how fast and how far ε falls, and on what intervals.
+pub(super) mod smooth {
+    use crate::optimize::methods::continuation::Pace;
+
+    /// ε over the one before, and where a bias is only to tell branches apart; how the logarithm of ε falls, over that of the ratio.
+    pub const RATIO: f64 = 0.25;
+    pub const STEEP: f64 = 0.185;
+    pub const DESCENT: Pace = Pace { first: 1.0, least: 0.037, most: 1.0, longer: 1.4, shorter: 0.4 };
+
+    /// ε over the one before of an extremal that is known to all digits.
+    pub const SETTLING: f64 = 0.2;
+
+    /// Residual over ε of an extremal on the way to a smaller ε, and within what bounds; and that of one to all digits.
+    pub const ON_THE_WAY: f64 = 0.1;
+    pub const ON_THE_WAY_WITHIN: (f64, f64) = (1e-4, 1e-2);
+    pub const SETTLED: f64 = 1e-8;
+
+    /// Longest step of the costates, relative to them, and of the duration.
+    pub const COSTATE_STEP: f64 = 1.0;
+    pub const TIME_STEP: f64 = 0.4;
+
+    /// A step of Newton leaves out so much of the residual times its length, or is made shorter by this factor, so often.
+    pub const DECREASE: f64 = 0.1;
+    pub const SHORTENED: f64 = 0.4;
+    pub const MOST_TRIALS: usize = 6;
+
+    /// Intervals of a path at the start of a continuation, those that are enough where no input changes fast, and at most: equal
+    /// ones, and others; and what equal ones that would do are, times ε.
+    pub const INTERVALS: usize = 32;
+    pub const ENOUGH: usize = 64;
+    pub const ENOUGH_FUEL: usize = 128;
+    pub const MOST_EQUAL: usize = 600;
+    pub const MOST_INTERVALS: usize = 3000;
+    pub const RESOLVED: f64 = 0.2;
+
+    /// What an input may change by on one interval, as a part of its range, and how often one is halved for it at once.
+    pub const ROUGH: f64 = 0.3;
+    pub const DEEPEST: usize = 8;
+}
+
+/// Arcs at the limits (`arcs`, `certificate`, `least_gap`): whether Newton on switching times comes from a reading of a path to its arcs.
+pub(super) mod arcs {
+    /// Residual at which the integration becomes fine, and at which Newton ends or is given up.
+    pub const NEAR: f64 = 1e-6;
+    pub const CONVERGED: f64 = 1e-12;
+    pub const LOST: f64 = 1e3;
+
+    /// Longest steps: of the costates relative to them, of the duration and of switching times relative to the duration.
+    pub const COSTATE_STEP: f64 = 0.5;
+    pub const TIME_STEP: f64 = 0.1;
+    pub const SWITCH_STEP: f64 = 0.15;
+
+    pub const MOST_ITERATIONS: usize = 16;
+
+    /// Most steps of one arc: no bound but for durations that are out of all proportion.
+    pub const MOST_STEPS: f64 = 1e3;
+
+    /// Fewest switches that determine all costates; and most that are looked for, of time and of fuel, some of whose singular arcs are long.
+    pub const DETERMINED: usize = 5;
+    pub const MOST_SWITCHES: usize = 24;
+    pub const MOST_SWITCHES_FUEL: usize = 40;
+
+    /// An input below this part of its limit is off, and a pulse shorter than this part of the duration is none.
+    pub const IDLE: f64 = 0.02;
+    pub const SHORTEST_PULSE: f64 = 1e-4;
+
+    /// An input that is on for less than this part of a run is between its limits.
+    pub const BETWEEN: f64 = 0.7;
+
+    /// A switching function of this size is zero: the cubic between two nodes is as good as that.
+    pub const ZERO: f64 = 1e-6;
+
+    /// Runs of wrong signs whose gap is this part of the largest are put right with it.
+    pub const TOGETHER: f64 = 0.2;
+
+    /// Of the least gap: first μ, by what factor it is made smaller, what it may add to the gap in the end, as a part of that, and the
+    /// least of all, a switching function that is zero for the certificate too.
+    pub const FIRST: f64 = 0.1;
+    pub const REDUCED: f64 = 0.2;
+    pub const ADDED: f64 = 0.05;
+    pub const LAST: f64 = 1e-7;
+
+    /// Newton for one μ: steps, halvings of a step, and the part of the sum below which one gains nothing.
+    pub const MOST_STEPS_OF_GAP: usize = 8;
+    pub const MOST_HALVINGS: usize = 6;
+    pub const NO_GAIN: f64 = 1e-3;
+
+    /// What is added to the diagonal of its matrix, as a part of the trace: a maneuver of few inputs leaves costates open.
+    pub const OPEN: f64 = 1e-10;
+}
+
+/// Limits of branches (`limit`, `search`, `fuel`): how many are brought to arcs, and how hard that is tried.
+pub(crate) mod limits {
+    /// A gap below this part of the cost is none, and one below that can stay.
+    pub const NO_GAP: f64 = 1e-7;
+    pub const SMALL_GAP: f64 = 1e-4;
+
+    /// A branch that costs more than the best by this is no rival, in time and in fuel.
+    pub const RIVAL: f64 = 1.015;
+    pub const RIVAL_FUEL: f64 = 1.1;
+
+    /// Switching functions of this part of the largest are those of inputs that are not used.
+    pub const UNUSED: f64 = 1e-6;
+
+    /// How often a branch without arcs is followed to a smaller ε: of time; of fuel, as short pulses show late; and where that of the norm
+    /// counts, whose switching function can be near zero all along.
+    pub const MOST_DESCENTS: usize = 3;
+    pub const MOST_DESCENTS_FUEL: usize = 6;
+    pub const MOST_DESCENTS_NORM: usize = 12;
+
+    /// ε at which a branch with a singular arc ends on equal intervals, and that to which it is then carried.
+    pub const LAST: f64 = 5e-4;
+    pub const SMALLEST: f64 = 2e-5;
+
+    /// Most corrections of the sequence of switches, or of times that are laid out anew.
+    pub const MOST_CORRECTIONS: usize = 8;
+
+    /// Further corrections of arcs with a gap that is not small: so many of the worst signs, on these parts of their time, in so
+    /// many Newtons; each must leave less of the gap than this.
+    pub const WORST: usize = 3;
+    pub const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
+    pub const MOST_REFINEMENTS: usize = 40;
+    pub const LESS: f64 = 0.98;
+
+    /// Arcs may cost more than their smoothed extremal by this part: the interpolation on its intervals, of a duration; and
+    /// of fuel what smoothing lets through.
+    pub const DEARER: f64 = 1e-4;
+    pub const DEARER_FUEL: f64 = 0.05;
+
+    /// How many pulses stand for a singular arc, one after the other until the gap is small.
+    pub const CELLS: [usize; 6] = [1, 2, 3, 4, 6, 8];
+
+    /// How often intervals are halved where a branch of fuel ends early, and the residual of the Newton on each.
+    pub const FINER: usize = 2;
+    pub const FINER_RESIDUAL: f64 = 1e-5;
+
+    /// Intervals of an extremal under a limit of the norm.
+    pub const TURNING: usize = 256;
+
+    /// Parts into which the angle of a turn about a fixed axis is cut.
+    pub const EIGENAXIS_PARTS: usize = 4000;
+}
+
+/// The grid (`discretize`, `on_grid`, `grid_step`): whether arcs have a discrete optimum.
+pub(crate) mod grid {
+    /// Fewest steps of an arc.
+    pub const LEAST_STEPS: usize = 2;
+
+    /// Residual at which Newton ends if it falls no further, to less than this part; its iterations.
+    pub const CONVERGED: f64 = 2e-13;
+    pub const FALLING: f64 = 0.1;
+    pub const MOST_ITERATIONS: usize = 30;
+
+    /// An arc shorter than this part of the duration has no length: two inputs switch together.
+    pub const NO_LENGTH: f64 = 1e-14;
+
+    /// An arc longer than this part of the duration is no more than halved in an iteration.
+    pub const SHORT: f64 = 0.01;
+
+    /// How often pulses are held at another bound, and switches exchanged or joined, in all.
+    pub const MOST_CHANGES: usize = 12;
+
+    /// ε that a step of the grid can follow, times the number of steps; that which is tried after none at all; and how many larger ones.
+    pub const FOLLOWED: f64 = 0.3;
+    pub const LEAST_SMOOTHING: f64 = 1e-4;
+    pub const MOST_LARGER: usize = 4;
+
+    /// Residual over ε of a grid on the way to a smaller ε.
+    pub const ON_THE_WAY: f64 = 1e-2;
+
+    /// A change of the torque of a step after which the next one would be round-off, as Newton squares it; and its iterations.
+    pub const LAST_CHANGE: f64 = 1e-9;
+    pub const MOST_OF_TORQUE: usize = 30;
+}
+
+/// Pulses of a shortest length (`pulses`): which schedules are tried, and when their times are best.
+pub(super) mod pulses {
+    /// As [`FINE`](super::FINE), with more lanes to carry.
+    pub const FINE: f64 = 0.01;
+
+    /// Weight of the terminal conditions against the size of a step that brings a motion back to them.
+    pub const STIFF: f64 = 1e8;
+
+    /// Longest change of a time in one step, as a part of the duration; the shortest below which nothing is gained any more; and that
+    /// after a step that was of no use, over what it was.
+    pub const TRUST: f64 = 0.2;
+    pub const NO_TRUST: f64 = 1e-8;
+    pub const LESS_TRUST: f64 = 0.3;
+
+    /// Iterations of Gauss and Newton: from a first guess, and after a step.
+    pub const FIRST_ITERATIONS: usize = 30;
+    pub const ITERATIONS: usize = 6;
+
+    /// An iteration leaves less than this part of the miss, or is one of few that do not.
+    pub const LESS: f64 = 0.9;
+    pub const SLOW: usize = 6;
+
+    /// Steps of least fuel; what is still to be gained, as a part of it, when the best times are found.
+    pub const MOST_STEPS: usize = 40;
+    pub const NO_GAIN: f64 = 1e-10;
+
+    /// Part of the predicted gain that a step must bring, and at which the next may be longer.
+    pub const ENOUGH: f64 = 0.05;
+    pub const GOOD: f64 = 0.5;
+
+    /// Curvature below this part of the largest is none.
+    pub const FLAT: f64 = 1e-6;
+
+    /// A bound this near, as a part of the duration, is met exactly; the same for another attempt.
+    pub const NEAR: [f64; 3] = [super::VANISHED, 1e-8, 1e-10];
+
+    /// Residual of times that hang on others, to all digits.
+    pub const SHARP: f64 = 1e-14;
+
+    /// Newton stays this near to where it began, as a part of the duration; and on the grid to the equations of motion.
+    pub const NEARBY: f64 = 0.02;
+    pub const NEARBY_ON_GRID: f64 = 0.05;
+
+    /// A bound that is violated by less than this part of the duration is kept.
+    pub const KEPT: f64 = 1e-13;
+
+    /// Of quadratic programs: iterations; complementarity and residuals, over the size of the gradient, at which one is solved, and at which
+    /// it still is where nothing is gained any more; residuals of the equations of an optimum at its bounds, and by how much others may
+    /// be violated; part of the way to the nearest bound that a step goes.
+    pub const MOST_ITERATIONS: usize = 40;
+    pub const SOLVED: f64 = 1e-10;
+    pub const NEARLY: f64 = 1e-5;
+    pub const EXACT: f64 = 1e-11;
+    pub const TO_BOUNDS: f64 = 0.995;
+
+    /// Pulses of one input with a gap below this many of the shortest are joined, and those below this part of it dropped.
+    pub const JOINED: [f64; 3] = [0.0, 1.0, 4.0];
+    pub const DROPPED: [f64; 4] = [0.5, 0.0, 0.9, 0.2];
+
+    /// Extremals that schedules are made of; schedules whose best times are looked for; how many times as much a thorough search tries.
+    pub const MOST_EXTREMALS: usize = 4;
+    pub const MOST_STARTS: usize = 24;
+    pub const THOROUGH: usize = 4;
+
+    /// Schedules that are changed by a pulse at a time, and changes that are tried in all.
+    pub const CHANGED: usize = 3;
+    pub const MOST_CHANGES: usize = 60;
+
+    /// Random schedules, and how many are tried at most where none has met the end; how far their times are moved, as a part of the
+    /// duration.
+    pub const RANDOM: usize = 12;
+    pub const MOST_RANDOM: usize = 40;
+    pub const MOVED: f64 = 0.2;
+
+    /// Costs that differ by this part are those of two schedules; schedules whose times differ by less than this are one to start from.
+    pub const DISTINCT: f64 = 1e-7;
+    pub const ALIKE: f64 = 1e-3;
+
+    /// Most pulses; pulses of so many levels at most are combined for a burn.
+    pub const MOST_PULSES: usize = 24;
+    pub const MOST_COMBINED: usize = 12;
+}

@@ -1,0 +1,222 @@
+//! What is written of a plan on its grid: the motion under the inputs of its steps, in SI units, from the start on.
+
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::{Landing, Optimality, Outcome, Sense, Solution, TerminalError, Trajectory};
+use crate::maneuver::switching::{Structure, Switching};
+use crate::mechanics::drift_equation;
+use crate::optimize::methods::switching::extremal::Extremal;
+use crate::optimize::methods::switching::grid_step::Torque;
+use crate::optimize::methods::switching::on_grid::OnGrid;
+use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, shared};
+use crate::optimize::methods::switching::tuning::grid::NO_LENGTH;
+use crate::optimize::search::way::Follower;
+use crate::{Matrix3, Vector3, lie};
+
+/// An input of a smoothed plan stays within its limits where it is within this part of them, on this part of the steps.
+const WITHIN: f64 = 0.9;
+const FOR: f64 = 1.0 / 12.0;
+
+/// Steps of the motion without inputs.
+const COAST_STEPS: usize = 256;
+
+/// The body is where it should be: no time and no steps, or as many of a given duration without any input.
+pub(super) fn at_rest(problem: &Problem, solution: Solution, steps: usize) -> Solution {
+    let (nodes, count) = (steps + 1, problem.actuation.count());
+    let (duration, step) = if steps == 0 { (0.0, 0.0) } else { (problem.seconds(), problem.step()) };
+    let time = |node: usize| if node == steps { duration } else { node as f64 * step };
+    let trajectory = Trajectory {
+        time: (0..nodes).map(time).collect(),
+        quaternion: vec![lie::quaternion_from_rotation(&problem.start.attitude); nodes],
+        angular_velocity: vec![problem.start.angular_velocity; nodes],
+        input_count: count,
+        input: vec![0.0; steps * count],
+        torque: vec![Vector3::zeros(); steps],
+        costates: vec![0.0; 6 * nodes],
+        ..Trajectory::default()
+    };
+    let untold = untold(Structure::Rest);
+    let switching = Switching { continuous_duration_s: duration, continuous_cost: 0.0, gap: 0.0, ..untold };
+    Solution {
+        outcome: Outcome::Converged,
+        steps,
+        step,
+        cost: 0.0,
+        terminal: TerminalError::default(),
+        optimality: Optimality {
+            tested: true,
+            stationarity: 0.0,
+            conjugate_points: None,
+            rank: 6,
+            condition: 1.0,
+        },
+        turned_deg: 0.0,
+        start: "rest".into(),
+        trajectory,
+        switching: Some(switching),
+        ..solution
+    }
+}
+
+/// A plan on its grid.
+pub(super) struct Planned {
+    pub cost: f64,
+    pub duration: f64,
+    pub residual: f64,
+    pub iterations: usize,
+    pub terminal: TerminalError,
+    pub sense: Sense,
+    pub turned_deg: f64,
+    pub start: String,
+    pub trajectory: Trajectory,
+    pub switching: Switching,
+    pub path: Follower,
+    pub grid: OnGrid,
+    pub landing: Option<Landing>,
+}
+
+/// Terminal errors above this, half of the default tolerance, are taken for those of the last digits of recorded times.
+const OF_THE_CLOCK: f64 = 5e-13;
+
+/// Replays a plan from the start and records every node.
+///
+/// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
+/// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits.
+pub(super) fn record(
+    problem: &Problem,
+    extremal: &Extremal,
+    units: &Units,
+    grid: &OnGrid,
+) -> Option<Planned> {
+    let plain = replayed(problem, extremal, units, grid, false)?;
+    // Pulses are off or at a limit, to the last bit.
+    if plain.terminal.largest() <= OF_THE_CLOCK || problem.shortest_pulse().is_some() {
+        return Some(plain);
+    }
+    let exact = replayed(problem, extremal, units, grid, true)?;
+    Some(if exact.terminal.largest() < plain.terminal.largest() { exact } else { plain })
+}
+
+/// The same with the inputs of the plan, or with its impulses.
+fn replayed(
+    problem: &Problem,
+    extremal: &Extremal,
+    units: &Units,
+    grid: &OnGrid,
+    impulses: bool,
+) -> Option<Planned> {
+    let least = NO_LENGTH * grid.duration();
+    let kept: Vec<usize> =
+        (0..grid.steps.len()).filter(|k| grid.step_length(&grid.steps[*k]) > least).collect();
+    let count = problem.actuation.count();
+    let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
+    let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
+    let mut m_e = (grid.m, grid.nodes[0].e);
+    let (mut path, mut clock, mut before) = (Follower::new(), 0.0, 0.0);
+    let (mut within, mut cost) = (vec![0_usize; count], 0.0);
+    let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&problem.actuation, row));
+    let turning = extremal.axes().is_empty();
+    for index in 0..=kept.len() {
+        let (time, velocity) = (clock * units.time, extremal.j_inverse * pi / units.time);
+        path.node(&(problem.start.attitude * r), velocity, time - before);
+        before = time;
+        trajectory.time.push(time);
+        trajectory.quaternion.push(path.lifted());
+        trajectory.angular_velocity.push(velocity);
+        let (zeta, e) = m_e;
+        trajectory.costates.extend((zeta * units.cost()).iter());
+        trajectory.costates.extend((e * (units.cost() / units.momentum())).iter());
+        let Some(k) = kept.get(index).copied() else { break };
+        let step = &grid.steps[k];
+        let row = match (grid.signs.get(step.arc), step.torque) {
+            (Some(signs), _) if !turning => inputs(problem, signs),
+            (None, Torque::Smooth(epsilon)) if !turning => {
+                let mean = 0.5 * (grid.nodes[k].e + grid.nodes[k + 1].e);
+                let levels = extremal.inputs(&mean, epsilon);
+                for (level, value) in levels.iter().enumerate() {
+                    within[input_of(problem, level)] += usize::from(value.abs() < WITHIN);
+                }
+                inputs(problem, &levels)
+            }
+            _ => shared(problem, units, &grid.torques[k])?,
+        };
+        let length = grid.step_length(step);
+        // The step as the witnesses will take it: of the length that the recorded times give.
+        clock += length;
+        let h = (clock * units.time - time) / units.time;
+        let row: Vec<f64> =
+            if impulses { row.iter().map(|input| input * (length / h)).collect() } else { row };
+        cost += if impulses { h } else { length } * units.time * rate(&row);
+        let torque = problem.actuation.torque.output(&row);
+        trajectory.input.extend(&row);
+        trajectory.torque.push(torque);
+        let torque = torque / units.torque;
+        let kicked = pi + 0.5 * h * torque;
+        let f = drifted(extremal, &(h * kicked))?;
+        r *= f;
+        pi = f.tr_mul(&kicked) + 0.5 * h * torque;
+        let node = &grid.nodes[k + 1];
+        m_e = (node.r.tr_mul(&grid.m), node.e);
+    }
+    let scaled_duration = grid.duration();
+    let momentum = (pi - extremal.j * extremal.end_rate).norm() * scaled_duration;
+    let steps = kept.len() as f64;
+    let singular_inputs = (0..count).filter(|input| within[*input] as f64 > FOR * steps).collect();
+    let beside_optimum = grid.beside_optimum;
+    Some(Planned {
+        // The clock of the last node is what the duration is everywhere.
+        cost: if problem.objective.fuel().is_some() { cost } else { before },
+        duration: before,
+        residual: grid.residual,
+        iterations: grid.iterations,
+        terminal: TerminalError {
+            attitude_rad: lie::log(&extremal.end_attitude.tr_mul(&r)).norm(),
+            momentum_relative: momentum / (extremal.j.trace() / 3.0),
+            ..TerminalError::default()
+        },
+        sense: sense(problem, extremal, scaled_duration, &path),
+        turned_deg: path.turned_deg(),
+        start: String::new(),
+        trajectory,
+        switching: Switching { singular_inputs, beside_optimum, ..untold(Structure::BangBang) },
+        path,
+        grid: grid.clone(),
+        landing: None,
+    })
+}
+
+/// Of a structure, nothing else being known.
+fn untold(structure: Structure) -> Switching {
+    Switching {
+        structure,
+        continuous_duration_s: f64::NAN,
+        continuous_cost: f64::NAN,
+        gap: f64::NAN,
+        eigenaxis_s: None,
+        switches: 0,
+        singular_inputs: Vec::new(),
+        smoothing: None,
+        beside_optimum: false,
+        arcs: Vec::new(),
+        pulses: None,
+    }
+}
+
+/// The rotation of a step whose momentum, times its length, is given.
+fn drifted(extremal: &Extremal, momentum: &Vector3) -> Option<Matrix3> {
+    drift_equation::solve(&extremal.j, &extremal.j_inverse, momentum).map(|c| lie::cayley(&c))
+}
+
+/// Short if the path ends on the sheet that the motion without inputs reaches by the shortest rotation to the end.
+fn sense(problem: &Problem, extremal: &Extremal, duration: f64, path: &Follower) -> Sense {
+    let start = &problem.start.attitude;
+    let h = duration / COAST_STEPS as f64;
+    let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
+    let mut coast = Follower::begun(start);
+    for _ in 0..COAST_STEPS {
+        let Some(f) = drifted(extremal, &(h * pi)) else { break };
+        (r, pi) = (r * f, f.tr_mul(&pi));
+        coast.attitude(&(start * r));
+    }
+    let rest = lie::log(&r.tr_mul(&extremal.end_attitude));
+    if coast.turned_by(&rest).is_on_the_sheet_of(path) { Sense::Short } else { Sense::Long }
+}
