@@ -1,25 +1,46 @@
-//! A plan with what is known of how it will be flown: gains, covariances, and chances that constraints keep.
+//! A plan with what is known of how it will be flown: gains, covariances, and chances that limits keep.
 //!
-//! A constraint with a chance p keeps the distance that the closed loop needs, `θ − α ≥ Φ⁻¹(1 − p) σ`, with σ along the plan under
-//! its own gains: the margin depends on the plan, and the plan on the margin. So it is iterated, each plan from the one before, until
-//! both agree.
+//! A limit with a chance p keeps what the closed loop needs of it, `room ≥ z σ`, `z = Φ⁻¹(1 − p)`, with σ along the plan under its own
+//! gains: a margin of a cone, a reserve of a rate, of the torque of each input and of how fast it changes. The margin depends on the plan,
+//! and the plan on the margin: so it is iterated, each plan from the one before, until both agree.
 //!
-//! That is the chance of an instant, to first order. The chance of violating a constraint at any time of the motion is more, and no
-//! sum over instants, whose errors are one error: it is counted in flights of the closed loop (`closed_loop`), with the same random
-//! numbers for every plan. A margin moves what is left of the constraint by itself, so the next margin is
+//! That is the chance of an instant, to first order. The chance of exceeding a limit at any time of the motion is more, and no sum over
+//! instants, whose errors are one error: it is counted in flights of the closed loop (`closed_loop`), with the same random numbers for
+//! every plan. Several limits may share one chance, that any of them is exceeded: they then have one z, as if each were as likely as
+//! another at its worst instant. A margin moves what is left of its limit by itself, so the next z is
 //!
 //! ```text
-//! m ← m − q ,    q: what is left in the case than which the part p of the cases have less
+//! z ← z − q ,    q: what is left of the limits, each in its σ, in the case than which the part p of the cases have less
 //! ```
+
+mod limit;
 
 use crate::closed_loop::{Campaign, Flown, Lost, Plant, Proportion, quantile};
 use crate::feedback::{Gains, Kind, NoGains};
-use crate::maneuver::{Problem, Rule, Settings, Trajectory};
+use crate::maneuver::{Problem, Settings, Trajectory};
+use crate::numerics::figures::significant;
+use crate::optimize::linear_plan::ticks::of_ticks;
 use crate::optimize::linear_plan::{LinearPlan, Unlinearised};
 use crate::plan::{self, Guess, Observer, Plan, PlanError, Status};
-use crate::uncertainty::chance::{Chance, normal_quantile};
+use crate::uncertainty::chance::{Chance, Quantity, normal_quantile};
 use crate::uncertainty::{Covariance, Uncertainty};
+use limit::Limit;
 use thiserror::Error;
+
+/// Gains, and how often they act.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feedback {
+    /// How the gains are designed.
+    pub kind: Kind,
+    /// Time between two measurements, a whole number of steps, over which a correction is held \[s\]; 0: the step.
+    pub every: f64,
+}
+
+impl From<Kind> for Feedback {
+    fn from(kind: Kind) -> Self {
+        Self { kind, every: 0.0 }
+    }
+}
 
 /// What is known of a plan beside it.
 #[derive(Clone, Debug)]
@@ -33,7 +54,8 @@ pub struct Beside {
     pub open: Option<Covariance>,
     /// Covariance under them.
     pub closed: Option<Covariance>,
-    /// Chances of the cones under the gains, or without where there are none.
+    /// Chances of the constraints under the gains, or without where there are none; then those of the limits of the torques, under
+    /// gains.
     pub chances: Vec<Chance>,
 }
 
@@ -46,6 +68,18 @@ pub enum NotKnown {
     /// There are no gains.
     #[error("{0}")]
     NoGains(#[from] NoGains),
+    /// A tick of the loop is no whole number of equal steps.
+    #[error(
+        "a tick of {every} s is no whole number of the {steps} steps of this plan, which take {duration} s"
+    )]
+    Tick {
+        /// The tick.
+        every: String,
+        /// Number of steps.
+        steps: usize,
+        /// What they take.
+        duration: String,
+    },
 }
 
 impl Beside {
@@ -58,28 +92,66 @@ impl Beside {
     pub fn along(
         problem: &Problem,
         plan: &Trajectory,
-        feedback: Option<Kind>,
+        feedback: Option<Feedback>,
         uncertainty: Option<&Uncertainty>,
     ) -> Result<Self, NotKnown> {
-        let linear = LinearPlan::flown(problem, plan)?;
-        let gains = feedback.map(|kind| Gains::along(&linear, kind, problem.switches())).transpose()?;
+        // What the plan holds of the limits of the inputs is there for corrections.
+        let linear = LinearPlan::flown(&problem.of_craft(), plan)?;
+        let gains = feedback.map(|feedback| feedback.along(&linear, problem)).transpose()?;
         let open = uncertainty.map(|uncertainty| Covariance::along(&linear, None, uncertainty));
         let closed = match (uncertainty, &gains) {
             (Some(uncertainty), Some(gains)) => Some(Covariance::along(&linear, Some(gains), uncertainty)),
             _ => None,
         };
         let acts = closed.as_ref().or(open.as_ref());
-        let chances = acts.map_or(Vec::new(), |covariance| Chance::of_cones(problem, &linear, covariance));
+        let of = |covariance| {
+            let mut chances = Chance::of_constraints(problem, &linear, covariance);
+            chances.extend(Chance::of_limits(problem, &linear, covariance));
+            chances
+        };
+        let chances = acts.map_or(Vec::new(), of);
         Ok(Self { linear, gains, open, closed, chances })
     }
 }
 
-/// A chance that a constraint is to keep.
+impl Feedback {
+    /// Part of a step by which a tick may be beside a whole number of steps.
+    const WHOLE: f64 = 1e-6;
+
+    /// How many steps of a plan a tick is.
+    fn steps(&self, linear: &LinearPlan) -> Result<usize, NotKnown> {
+        let (times, count) = (linear.times(), linear.count());
+        let duration = times[count];
+        let step = duration / count as f64;
+        if self.every <= 0.0 {
+            return Ok(1);
+        }
+        let steps = (self.every / step).round();
+        let equal = times.windows(2).all(|ends| (ends[1] - ends[0] - step).abs() <= Self::WHOLE * step);
+        if !equal || !((self.every / step - steps).abs() <= Self::WHOLE * steps && steps <= count as f64) {
+            let [every, duration] = [self.every, duration].map(|time| significant(time, 6));
+            return Err(NotKnown::Tick { every, steps: count, duration });
+        }
+        Ok(steps as usize)
+    }
+
+    fn along(&self, linear: &LinearPlan, problem: &Problem) -> Result<Gains, NotKnown> {
+        let every = self.steps(linear)?;
+        if every == 1 {
+            return Ok(Gains::along(linear, self.kind, problem.switches())?);
+        }
+        let gains = Gains::along(&of_ticks(linear, every), self.kind, problem.switches())?;
+        Ok(gains.held_over(every, linear.count()))
+    }
+}
+
+/// A chance that limits are to keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept<'a> {
-    /// Name of the constraint.
-    pub constraint: &'a str,
-    /// The chance of violating it, at most.
+    /// Names of constraints, and of limits of the torques as reports call them ("torque limit"). Over an instant each keeps the
+    /// chance, over a motion all together.
+    pub limits: Vec<&'a str>,
+    /// The chance of exceeding it, or any of them, at most.
     pub at_most: f64,
     /// When.
     pub over: Over,
@@ -114,24 +186,66 @@ impl Over {
     }
 }
 
+/// What a plan holds of a limit.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Held {
+    /// Its name.
+    pub name: String,
+    /// What it limits.
+    pub quantity: Quantity,
+    /// How much of it: of a cone and of a norm one number, else one for each component or input, SI.
+    pub parts: Vec<f64>,
+    /// What the craft is allowed of each; infinite of a cone.
+    pub bounds: Vec<f64>,
+}
+
 /// What keeping chances took.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
-    /// Margin of each constraint with a chance, in their order \[rad\].
-    pub margins: Vec<f64>,
+    /// What the plan holds of each limit with a chance, in their order.
+    pub held: Vec<Held>,
     /// Cost of the plan without margins.
     pub cost_without: f64,
     /// Plans until margins and covariances agreed.
     pub plans: usize,
     /// Whether they did; else the plan is the last of them.
     pub agreed: bool,
-    /// Of each whose chance is that of a motion how many of the flights of the plan violate it.
+    /// Of each chance that is that of a motion how many of the flights of the plan exceed a limit.
     pub counted: Vec<Option<Proportion>>,
 }
 
-/// Margins that differ by less are one \[rad\]: a hundredth of what witnesses allow a cone.
+/// Why chances cannot be kept.
+#[derive(Clone, Debug, Error)]
+pub enum NotKept {
+    /// A plan without margins, or with those that the chances take, cannot be attempted.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// There is no limit of this name.
+    #[error("there is no constraint and no limit of the torques called \"{0}\"")]
+    Unknown(String),
+    /// The closed loop needs more of a limit than there is.
+    #[error("\"{name}\" is {bound} {unit}, and its chance takes {needed} {unit} of that{part}")]
+    Reserve {
+        /// Name of the limit.
+        name: String,
+        /// Of which component or input, in words.
+        part: String,
+        /// The limit, and what its chance takes of it.
+        bound: String,
+        /// What it takes.
+        needed: String,
+        /// The unit of both.
+        unit: &'static str,
+    },
+}
+
+/// Margins of cones that differ by less are one \[rad\]: a hundredth of what witnesses allow a cone.
 const SAME_MARGIN: f64 = 1e-8;
+
+/// Reserves that differ by less than this part of a deviation are one: it changes a chance by less than a thousandth.
+const SAME_RESERVE: f64 = 1e-4;
 
 /// Margins that were counted and differ by less than this part of a deviation are one: it changes a chance by some hundredths.
 const SAME_COUNTED: f64 = 0.01;
@@ -142,123 +256,204 @@ const SEED: u64 = 0x6368_616e_6365;
 /// Plans at most: margins settle by a factor of some tens a plan.
 const MOST_PLANS: usize = 12;
 
-/// Plans a maneuver of which some constraints keep a chance; also the maneuver with the margins that this takes.
+/// Plans after which margins only grow: where two instants take turns as the worst, the larger of their margins is kept.
+const TURNS: usize = 6;
+
+/// Plans a maneuver of which some limits keep a chance; also the maneuver with the margins that this takes.
 ///
 /// # Errors
-/// [`PlanError`], as of [`plan::plan`]: an end that is too near to a cone for its chance is one.
+/// [`NotKept`]: as of [`plan::plan`], where an end too near to a limit for its chance is one; or more of a limit is needed than there is.
 pub fn plan(
     problem: &Problem,
     settings: &Settings,
-    feedback: Option<Kind>,
+    feedback: Option<Feedback>,
     uncertainty: &Uncertainty,
     chances: &[Kept],
     observer: &mut dyn Observer,
-) -> Result<(Problem, Plan, Margins), PlanError> {
+) -> Result<(Problem, Plan, Margins), NotKept> {
+    let craft = problem.of_craft();
+    let mut groups = chances.iter().map(|kept| Group::of(kept, &craft)).collect::<Result<Vec<_>, _>>()?;
     let mut found = plan::plan(problem, settings, None, observer)?;
     let mut with = problem.clone();
     let mut margins = Margins { cost_without: found.solution.cost, plans: 1, ..Margins::default() };
-    margins.margins = chances.iter().map(|kept| margin(&with, kept.constraint)).collect();
     while found.status == Status::Solved && margins.plans < MOST_PLANS {
         let on_grid = found.solution.on_grid(&with);
         let Ok(beside) = Beside::along(&on_grid, &found.solution.trajectory, feedback, Some(uncertainty))
         else {
             break;
         };
-        let needed: Vec<Needed> =
-            chances.iter().map(|kept| Needed::of(kept, &beside, &on_grid, problem, uncertainty)).collect();
-        margins.counted = needed.iter().map(|needed| needed.counted).collect();
-        let agrees = |(needed, margin): (&Needed, &f64)| (needed.margin - margin).abs() <= needed.same;
-        if needed.iter().zip(&margins.margins).all(agrees) {
+        let flights = Flights { beside: &beside, planned: &on_grid, craft: &craft, uncertainty };
+        flights.count(&mut groups);
+        margins.counted = groups.iter().map(|group| group.counted).collect();
+        let grown = margins.plans >= TURNS;
+        let mut needed = Vec::new();
+        for group in &groups {
+            needed.extend(group.limits.iter().map(|limit| group.needed(limit, &beside, problem)));
+        }
+        let limits = || groups.iter().flat_map(|group| &group.limits);
+        let agrees = |(limit, needed): (&Limit, &Needed)| needed.is(&limit.held(&with), grown);
+        if limits().zip(&needed).all(agrees) {
             margins.agreed = true;
             break;
         }
-        let needed: Vec<f64> = needed.iter().map(|needed| needed.margin).collect();
-        if !needed.iter().all(|margin| margin.is_finite()) {
+        if !needed.iter().flat_map(|needed| &needed.margins).all(|margin| margin.is_finite()) {
             break;
         }
-        for (kept, needed) in chances.iter().zip(&needed) {
-            set_margin(&mut with, kept.constraint, *needed);
+        for (limit, needed) in limits().zip(&needed) {
+            let mut wanted = needed.margins.clone();
+            if grown {
+                wanted
+                    .iter_mut()
+                    .zip(limit.held(&with))
+                    .for_each(|(wanted, held)| *wanted = wanted.max(held));
+            }
+            limit.check(&craft, &wanted)?;
+            limit.hold(&mut with, &craft, &wanted);
         }
         let guess = Guess::of(&found.solution, &with);
         found = plan::plan(&with, settings, Some(&guess), observer)?;
-        margins.margins = needed;
         margins.plans += 1;
     }
+    let limits = groups.iter().flat_map(|group| &group.limits);
+    margins.held = limits.map(|limit| limit.told(&with, &craft)).collect();
     Ok((with, found, margins))
 }
 
-/// The margin that a chance takes beside a plan, at least the one that is asked for.
-struct Needed {
-    margin: f64,
-    /// Margins that differ by less are one.
-    same: f64,
+/// Has a maneuver hold so much of a limit, in place of what it holds of it now: `held` has a number for each part, SI, 0 for nothing.
+///
+/// # Errors
+/// [`NotKept`] where there is no such limit, or not so much of it.
+pub fn hold(problem: &mut Problem, name: &str, held: &[f64]) -> Result<(), NotKept> {
+    let craft = problem.of_craft();
+    let limit = Limit::named(&craft, name).ok_or_else(|| NotKept::Unknown(name.into()))?;
+    limit.check(&craft, held)?;
+    limit.hold(problem, &craft, held);
+    Ok(())
+}
+
+/// Limits that share a chance.
+struct Group {
+    limits: Vec<Limit>,
+    at_most: f64,
+    over: Over,
+    /// How many deviations each is to keep.
+    z: f64,
     counted: Option<Proportion>,
 }
 
+/// What a chance takes of a limit, at least what is asked for.
+struct Needed {
+    margins: Vec<f64>,
+    /// Margins that differ by less are one.
+    same: Vec<f64>,
+}
+
 impl Needed {
-    fn of(
-        kept: &Kept,
-        beside: &Beside,
-        planned: &Problem,
-        asked: &Problem,
-        uncertainty: &Uncertainty,
-    ) -> Self {
-        let least = margin(asked, kept.constraint);
-        let chance = beside.chances.iter().find(|chance| chance.name == kept.constraint);
-        let sigma = chance.map_or(0.0, |chance| chance.sigma);
-        let Over::Motion(plant) = kept.over else {
-            let margin = (normal_quantile(1.0 - kept.at_most) * sigma).max(least);
-            return Self { margin, same: SAME_MARGIN, counted: None };
+    /// Whether these are the margins that are held, or where they only grow no more.
+    fn is(&self, held: &[f64], grown: bool) -> bool {
+        let parts = self.margins.iter().zip(held).zip(&self.same);
+        parts.into_iter().all(|((needed, held), same)| {
+            let beyond = needed - held;
+            (if grown { beyond } else { beyond.abs() }) <= *same
+        })
+    }
+}
+
+impl Group {
+    fn of(kept: &Kept, craft: &Problem) -> Result<Self, NotKept> {
+        let named = |name: &&str| Limit::named(craft, name).ok_or_else(|| NotKept::Unknown((*name).into()));
+        let z = match kept.over {
+            Over::Instant => normal_quantile(1.0 - kept.at_most),
+            Over::Motion(_) => 0.0,
         };
-        let left = left(kept, beside, planned, uncertainty, plant);
-        let violated = left.iter().filter(|left| **left < 0.0).count();
-        Self {
-            margin: (margin(planned, kept.constraint) - quantile(&left, kept.at_most)).max(least),
-            same: (SAME_COUNTED * sigma).max(SAME_MARGIN),
-            counted: Some(Proportion::new(violated as u64, left.len() as u64)),
+        let limits = kept.limits.iter().map(named).collect::<Result<_, _>>()?;
+        Ok(Self { limits, at_most: kept.at_most, over: kept.over, z, counted: None })
+    }
+
+    fn needed(&self, limit: &Limit, beside: &Beside, asked: &Problem) -> Needed {
+        let least = limit.held(asked);
+        let sigmas = sigmas(limit, beside, least.len());
+        let same = |sigma: &f64| match (self.over, limit.quantity(asked)) {
+            (Over::Motion(_), _) => (SAME_COUNTED * sigma).max(SAME_MARGIN),
+            (Over::Instant, Quantity::Angle) => SAME_MARGIN,
+            (Over::Instant, _) => SAME_RESERVE * sigma,
+        };
+        Needed {
+            margins: sigmas.iter().zip(&least).map(|(sigma, least)| (self.z * sigma).max(*least)).collect(),
+            same: sigmas.iter().map(same).collect(),
         }
     }
 }
 
-/// What flights leave of a constraint without its margin, sorted; a case that was lost leaves nothing of it.
-fn left(
-    kept: &Kept,
-    beside: &Beside,
-    planned: &Problem,
-    uncertainty: &Uncertainty,
-    plant: Plant,
-) -> Vec<f64> {
+/// Deviation of each part of a limit at its worst instant.
+fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
+    let chance = beside.chances.iter().find(|chance| chance.name == limit.name);
+    let sigma = |part: usize| Some(chance?.parts.get(part)?.sigma);
+    (0..parts).map(|part| sigma(part).unwrap_or(0.0)).collect()
+}
+
+/// Flights of a plan that count what is left of limits.
+struct Flights<'a> {
+    beside: &'a Beside,
+    planned: &'a Problem,
+    craft: &'a Problem,
+    uncertainty: &'a Uncertainty,
+}
+
+impl Flights<'_> {
     /// Cases that are held at once.
     const CHUNK: usize = 8192;
-    let named = |constraint: &crate::maneuver::Constraint| constraint.name == kept.constraint;
-    let Some(index) = planned.constraints.iter().position(named) else { return Vec::new() };
-    let gains = beside.gains.as_ref();
-    let campaign = Campaign::new(planned, &beside.linear, gains, uncertainty, plant, SEED);
-    let cases = Over::flights(kept.at_most, beside.linear.count());
-    let room = |case: Result<Flown, Lost>| case.map_or(f64::NEG_INFINITY, |flown| flown.room[index]);
-    let mut left: Vec<f64> = (0..cases)
-        .step_by(CHUNK)
-        .flat_map(|first| campaign.fly_all(first as u64, CHUNK.min(cases - first)))
-        .map(room)
-        .collect();
-    left.sort_by(f64::total_cmp);
-    left
-}
 
-fn margin(problem: &Problem, name: &str) -> f64 {
-    let constraint = problem.constraints.iter().find(|constraint| constraint.name == name);
-    match constraint.map(|constraint| &constraint.rule) {
-        Some(Rule::Pointing(pointing)) => pointing.margin,
-        _ => 0.0,
-    }
-}
-
-fn set_margin(problem: &mut Problem, name: &str, margin: f64) {
-    for constraint in &mut problem.constraints {
-        if let (true, Rule::Pointing(pointing)) = (constraint.name == name, &mut constraint.rule) {
-            pointing.margin = margin;
+    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how many deviations its limits are to
+    /// keep.
+    fn count(&self, groups: &mut [Group]) {
+        for group in groups {
+            let Over::Motion(plant) = group.over else { continue };
+            let left = self.left(group, plant);
+            let exceeded = left.iter().filter(|left| **left < 0.0).count();
+            group.counted = Some(Proportion::new(exceeded as u64, left.len() as u64));
+            group.z = (group.z - quantile(&left, group.at_most)).max(0.0);
         }
     }
+
+    /// What flights leave of the limits of a group, the least of them in its deviations, sorted; a case that was lost leaves nothing.
+    fn left(&self, group: &Group, plant: Plant) -> Vec<f64> {
+        let gains = self.beside.gains.as_ref();
+        let mut watched = Vec::new();
+        let mut limits = Vec::new();
+        for limit in &group.limits {
+            let parts = limit.bounds(self.craft).len();
+            limits.push((limit, watched.len(), sigmas(limit, self.beside, parts)));
+            watched.extend(limit.watched(self.craft));
+        }
+        let campaign = Campaign::new(self.planned, &self.beside.linear, gains, self.uncertainty, plant, SEED)
+            .with_constraints(watched);
+        let cases = Over::flights(group.at_most, self.beside.linear.count());
+        let least = |flown: Flown| {
+            let of = |(limit, first, sigmas): &(&Limit, usize, Vec<f64>)| {
+                let rooms = limit.room(self.craft, &flown, *first);
+                rooms
+                    .iter()
+                    .zip(sigmas)
+                    .map(|(room, sigma)| in_deviations(*room, *sigma))
+                    .fold(f64::INFINITY, f64::min)
+            };
+            limits.iter().map(of).fold(f64::INFINITY, f64::min)
+        };
+        let left = |case: Result<Flown, Lost>| case.map_or(f64::NEG_INFINITY, least);
+        let mut left: Vec<f64> = (0..cases)
+            .step_by(Self::CHUNK)
+            .flat_map(|first| campaign.fly_all(first as u64, Self::CHUNK.min(cases - first)))
+            .map(left)
+            .collect();
+        left.sort_by(f64::total_cmp);
+        left
+    }
+}
+
+/// What is left in deviations; where nothing is uncertain a plan keeps its limits.
+fn in_deviations(room: f64, sigma: f64) -> f64 {
+    if sigma > 0.0 { room / sigma } else { f64::INFINITY }
 }
 
 #[cfg(test)]

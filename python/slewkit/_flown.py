@@ -32,6 +32,9 @@ class Flights:
     #: What is least left of each constraint along the motion, shape (runs, constraints): rad of cones, of rates a part of the
     #: limit; negative where it is violated.
     room: Array
+    #: What commands leave of each limit of the torques along the motion, before they are cut, shape (runs, limits): of the size of each
+    #: input, of the norm, of how fast each input changes, of those there are, SI; negative where it is exceeded.
+    input_room: Array
     #: Part of the steps in which a limit cut a command, shape (runs,).
     saturated: Array
     #: Constant errors of each case, shape (runs, parameters).
@@ -103,6 +106,7 @@ def closed_loop(
         statistics=document["loop"],
         end=arrays["end"].reshape(rows, 6),
         room=arrays["room"].reshape(rows, len(constraints)),
+        input_room=arrays["input_room"].reshape(rows, -1) if len(arrays["input_room"]) else np.zeros((rows, 0)),
         saturated=arrays["saturated"],
         parameters=arrays["parameters"].reshape(rows, len(parameters)),
         constraint_names=constraints,

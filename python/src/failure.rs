@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use slewkit::assured::NotKept;
 use slewkit::maneuver::ProblemError;
 use slewkit::plan::PlanError;
 use slewkit_files::export::ExportError;
@@ -88,6 +89,19 @@ pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
             coded(py, "FileError", "E0103", &error.to_string(), "give another plan as the guess")
         }
         other => refused(py, "E0121", &other.to_string(), "change the spec accordingly"),
+    }
+}
+
+/// Why chances cannot be kept.
+pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
+    match error {
+        NotKept::Plan(error) => plan(py, error),
+        other => refused(
+            py,
+            "E0172",
+            &other.to_string(),
+            "allow a larger chance or more of the limit, or make less uncertain",
+        ),
     }
 }
 

@@ -115,6 +115,8 @@ fn arrays<'py>(
     let named = PyDict::new(py);
     named.set_item("end", of(6, &|flown| flown.end.iter().copied().collect()))?;
     named.set_item("room", of(constraints, &|flown| flown.room.clone()))?;
+    let inputs = flight.cases.iter().flatten().next().map_or(0, |flown| flown.input_room.len());
+    named.set_item("input_room", of(inputs, &|flown| flown.input_room.clone()))?;
     named.set_item("saturated", of(1, &|flown| vec![flown.saturated]))?;
     named.set_item("parameters", of(parameters, &|flown| flown.parameters.clone()))?;
     Ok(named)

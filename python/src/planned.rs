@@ -5,7 +5,7 @@ use crate::maneuver::Maneuver;
 use crate::watch::Watch;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use slewkit::assured::{self, Beside};
+use slewkit::assured::{self, Beside, NotKept};
 use slewkit::maneuver::{Motion, Outcome, Problem, Settings, Trajectory};
 use slewkit::plan::{self as planner, Guess, Plan};
 use slewkit::uncertainty::Uncertainty;
@@ -61,12 +61,13 @@ pub fn plan(
                     .map(|(with, plan, margins)| (with, plan, Some(margins)))
             }
             None => planner::plan(problem, settings, guess.as_ref(), &mut watch)
-                .map(|plan| (problem.clone(), plan, None)),
+                .map(|plan| (problem.clone(), plan, None))
+                .map_err(NotKept::from),
         };
         (found, began.elapsed().as_secs_f64())
     });
     let (found, wall_time) = found?;
-    let (with, plan, margins) = found.map_err(|error| failure::plan(py, &error))?;
+    let (with, plan, margins) = found.map_err(|error| failure::kept(py, &error))?;
     let problem = plan.solution.on_grid(&with);
     let (feedback, uncertainty) = detached(py, || {
         let asked = closed_loop.is_asked() && plan.solution.outcome == Outcome::Converged;

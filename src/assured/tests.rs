@@ -1,7 +1,7 @@
 //! Margins by iteration against the reference.
 
 use super::*;
-use crate::maneuver::{Constraint, Direction, Pointing, Side, State};
+use crate::maneuver::{Constraint, Direction, Pointing, Rule, Side, State};
 use crate::mechanics::{Body, Inertia};
 use crate::plan::Silent;
 use crate::testing::{matrix, reference, vector};
@@ -44,16 +44,17 @@ fn maneuver() -> (serde_json::Value, Problem, Uncertainty) {
 fn margins_of_torques_at_nodes_are_those_of_the_reference() {
     use crate::optimize::linear_plan::Timing;
     let (file, mut problem, uncertainty) = maneuver();
+    let craft = problem.clone();
     for expected in file["iterations"].as_array().unwrap() {
         let number = |key: &str| expected[key].as_f64().unwrap();
-        set_margin(&mut problem, "Sun", number("margin"));
+        Limit::named(&problem, "Sun").unwrap().hold(&mut problem, &craft, &[number("margin")]);
         let plan = plan::plan(&problem, &Settings::discrete(), None, &mut Silent).unwrap();
         assert!((plan.solution.cost - number("cost")).abs() < 1e-7, "{}", plan.solution.cost);
         let linear = LinearPlan::new(&problem, &plan.solution.trajectory, Timing::AtNodes).unwrap();
         let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
         let covariance = Covariance::along(&linear, Some(&gains), &uncertainty);
-        let chance = &Chance::of_cones(&problem, &linear, &covariance)[0];
-        assert_eq!(chance.worst as f64, number("node"));
+        let chance = &Chance::of_constraints(&problem, &linear, &covariance)[0];
+        assert_eq!(chance.worst().node as f64, number("node"));
         assert!((chance.largest() / number("chance_linear") - 1.0).abs() < 1e-5, "{}", chance.largest());
     }
 }
@@ -62,18 +63,24 @@ fn margins_of_torques_at_nodes_are_those_of_the_reference() {
 #[test]
 fn a_chance_takes_the_margin_of_the_reference() {
     let (file, problem, uncertainty) = maneuver();
-    let kept = [Kept { constraint: "Sun", at_most: 0.01, over: Over::Instant }];
+    let kept = [Kept { limits: vec!["Sun"], at_most: 0.01, over: Over::Instant }];
     let settings = Settings::discrete();
     let (with, plan, margins) =
-        super::plan(&problem, &settings, Some(Kind::Tvlqr(None)), &uncertainty, &kept, &mut Silent).unwrap();
+        super::plan(&problem, &settings, Some(Kind::Tvlqr(None).into()), &uncertainty, &kept, &mut Silent)
+            .unwrap();
     assert!(margins.agreed && plan.status == Status::Solved, "{margins:?}");
     let last = file["iterations"].as_array().unwrap().last().unwrap();
     let (margin, cost) = (last["margin"].as_f64().unwrap(), last["cost"].as_f64().unwrap());
-    assert!((margins.margins[0] / margin - 1.0).abs() < 0.05, "{} for {margin}", margins.margins[0]);
+    assert!(
+        (margins.held[0].parts[0] / margin - 1.0).abs() < 0.05,
+        "{} for {margin}",
+        margins.held[0].parts[0]
+    );
     assert!((plan.solution.cost / cost - 1.0).abs() < 2e-3, "{} for {cost}", plan.solution.cost);
     assert!((margins.cost_without - 1.155_823_235_548_22).abs() < 1e-7);
     let beside =
-        Beside::along(&with, &plan.solution.trajectory, Some(Kind::Tvlqr(None)), Some(&uncertainty)).unwrap();
+        Beside::along(&with, &plan.solution.trajectory, Some(Kind::Tvlqr(None).into()), Some(&uncertainty))
+            .unwrap();
     let chance = beside.chances[0].largest();
     assert!(chance <= 0.0101 && chance > 0.005, "{chance}");
 }
@@ -83,9 +90,9 @@ fn a_chance_takes_the_margin_of_the_reference() {
 fn the_chance_of_a_motion_is_that_of_other_flights() {
     let (_, problem, uncertainty) = maneuver();
     let asked = 0.02;
-    let kind = Some(Kind::Tvlqr(None));
+    let kind = Some(Kind::Tvlqr(None).into());
     let planned = |over: Over| {
-        let kept = [Kept { constraint: "Sun", at_most: asked, over }];
+        let kept = [Kept { limits: vec!["Sun"], at_most: asked, over }];
         let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
         let (with, plan, margins) = found.unwrap();
         assert!(margins.agreed && plan.status == Status::Solved, "{margins:?}");
@@ -93,7 +100,10 @@ fn the_chance_of_a_motion_is_that_of_other_flights() {
     };
     let (with, plan, margins) = planned(Over::Motion(Plant::default()));
     let (_, _, of_instant) = planned(Over::Instant);
-    assert!(of_instant.counted == [None] && margins.margins[0] > of_instant.margins[0], "{margins:?}");
+    assert!(
+        of_instant.counted == [None] && margins.held[0].parts[0] > of_instant.held[0].parts[0],
+        "{margins:?}"
+    );
     let beside = Beside::along(&with, &plan.solution.trajectory, kind, Some(&uncertainty)).unwrap();
     assert!(beside.chances[0].nodes.iter().sum::<f64>() > asked);
     let counted = margins.counted[0].unwrap();
@@ -117,8 +127,8 @@ fn an_end_too_near_to_its_cone_is_refused() {
         cone.half_angle = 1e-3;
         cone.boresights = vec![Rotation::exp(&Vector3::new(0.0, 0.0, 1.1e-3)).matrix() * Vector3::x()];
     }
-    let kept = [Kept { constraint: "Sun", at_most: 1e-3, over: Over::Instant }];
-    let kind = Some(Kind::Tvlqr(None));
+    let kept = [Kept { limits: vec!["Sun"], at_most: 1e-3, over: Over::Instant }];
+    let kind = Some(Kind::Tvlqr(None).into());
     let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
-    assert!(matches!(found, Err(PlanError::Problem(_))), "{:?}", found.map(|found| found.2));
+    assert!(matches!(found, Err(NotKept::Plan(PlanError::Problem(_)))), "{:?}", found.map(|found| found.2));
 }

@@ -1,10 +1,17 @@
 //! The loop that is flown against what is linear of it, closed forms, and itself.
 
+use super::draws::stream;
 use super::*;
+use crate::feedback::Gains;
 use crate::feedback::Kind;
+use crate::maneuver::{Problem, State};
 use crate::mechanics::actuators::{Actuation, Wheels};
+use crate::mechanics::body::{Body, Inertia};
+use crate::numerics::random::Stream;
+use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter};
 use crate::testing::planned;
 use crate::uncertainty::Covariance;
+use crate::uncertainty::Uncertainty;
 
 fn maneuver(steps: usize) -> Problem {
     let j = Matrix3::new(2.2, -0.3, 0.2, -0.3, 1.6, -0.25, 0.2, -0.25, 1.1);

@@ -116,6 +116,8 @@ pub struct Gains {
     pub inputs: usize,
     /// The first step whose gains are those of the step before it, held to the end; the number of steps where none are.
     pub frozen_from: usize,
+    /// Steps from one measurement to the next; a correction is held over them. The rows of these steps are one.
+    pub every: usize,
     /// `K_k`, m×6 a step, row-major: SI input for each rad and N·m·s.
     pub rows: Vec<f64>,
     /// What the first input corrects, m×6, where half a kick opens the maneuver (torques at nodes, neighbouring).
@@ -155,7 +157,13 @@ impl Gains {
         }
         let first = torques.first.as_ref().map(|dual| si(&plan.steps()[0], dual));
         let Sweep { frozen_from, to_go, .. } = torques;
-        Ok(Self { kind, timing: plan.timing(), inputs, frozen_from, rows, first, to_go })
+        Ok(Self { kind, timing: plan.timing(), inputs, frozen_from, every: 1, rows, first, to_go })
+    }
+
+    /// Gains that were designed along ticks of `every` steps for a plan of `count` steps, over which each correction is held.
+    pub(crate) fn held_over(self, every: usize, count: usize) -> Self {
+        let rows = (0..count).flat_map(|step| self.row(step / every).iter().copied()).collect();
+        Self { every, rows, frozen_from: (self.frozen_from * every).min(count), to_go: Vec::new(), ..self }
     }
 
     /// `K_k`, row-major.

@@ -7,6 +7,7 @@ pub mod grid;
 pub mod infeasible;
 pub mod objective;
 pub mod problem;
+pub mod reserve;
 pub mod settings;
 pub mod shortfall;
 pub mod solution;
@@ -21,6 +22,7 @@ pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
 pub use problem::{EndCondition, Formulation, Motion, Path, Problem, ProblemError, State, Unsuited};
+pub use reserve::Reserve;
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
 pub use shortfall::{Excess, Shortfall, Violation};
 pub use solution::{

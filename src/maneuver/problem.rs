@@ -15,6 +15,7 @@ use crate::maneuver::constraint::{Constraint, ConstraintError};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::objective::{Fuel, Objective, WeightError};
+use crate::maneuver::reserve::Reserve;
 use crate::maneuver::settings::Method;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::Body;
@@ -146,6 +147,8 @@ pub struct Problem {
     pub path: Path,
     /// Where the body may point and how fast it may turn.
     pub constraints: Vec<Constraint>,
+    /// What the plan leaves of limits to who flies it.
+    pub reserve: Reserve,
 }
 
 /// Why a maneuver cannot be planned as it stands.
@@ -251,6 +254,7 @@ impl Problem {
             on_equal_steps: false,
             path: Path::Best,
             constraints: Vec::new(),
+            reserve: Reserve::default(),
         }
     }
 
@@ -291,6 +295,14 @@ impl Problem {
     pub fn with_scheme(mut self, scheme: Scheme) -> Self {
         self.scheme = scheme;
         self
+    }
+
+    /// The maneuver under the limits of the craft: nothing is held in reserve, and cones have no margins.
+    pub fn of_craft(&self) -> Self {
+        let mut craft = Self { reserve: Reserve::default(), ..self.clone() };
+        craft.actuation.torque = self.reserve.given_back(&self.actuation.torque);
+        craft.constraints.iter_mut().for_each(|constraint| self.reserve.give_back(constraint));
+        craft
     }
 
     /// Chooses which way round.

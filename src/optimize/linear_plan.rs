@@ -28,6 +28,7 @@
 
 mod authority;
 mod linearise;
+pub(crate) mod ticks;
 
 use crate::flight::Flight;
 use crate::maneuver::problem::{Motion, Problem};

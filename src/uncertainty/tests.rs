@@ -2,11 +2,13 @@
 
 use super::chance::Chance;
 use super::*;
+use crate::Vector3;
 use crate::feedback::Kind;
-use crate::maneuver::constraint::{Direction, Pointing, Side};
+use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::problem::Problem;
 use crate::optimize::linear_plan::Timing;
 use crate::testing::{matrix, planned_reference, reference, vector};
+use nalgebra::SMatrix;
 use serde_json::Value;
 
 fn near<const R: usize, const C: usize>(
@@ -58,15 +60,16 @@ fn as_rates(problem: &Problem, covariance: &Matrix6) -> Matrix6 {
     map * covariance * map.transpose()
 }
 
-fn cone(given: &Value, boresight: Vector3) -> Pointing {
-    Pointing {
+fn cone(given: &Value, boresight: Vector3) -> Constraint {
+    let cone = Pointing {
         side: Side::KeepOut,
         boresights: vec![boresight],
         directions: vec![Direction::Fixed(vector(&given["w"]))],
         half_angle: given["half_angle"].as_f64().unwrap(),
         margin: 0.0,
         during: Default::default(),
-    }
+    };
+    Constraint { name: "cone".into(), rule: Rule::Pointing(cone) }
 }
 
 fn numbers(list: &Value) -> Vec<f64> {
@@ -107,12 +110,15 @@ fn covariances_without_parameters_are_those_of_the_references() {
             near(&SMatrix::from(radius.sigma), &sigma, 1e-9, "ellipse");
             let sampled = expected["mc_boresight_quantile_9973"].as_f64().unwrap();
             assert!((radius.within / sampled - 1.0).abs() < 0.02, "{} for {sampled}", radius.within);
-            let chances = Chance::of("cone", &cone(&given["cone"], boresight), &problem, &linear, &found);
+            let chances = Chance::of(&cone(&given["cone"], boresight), &problem, &linear, &found);
             for (found, expected) in chances.nodes.iter().zip(numbers(&expected["cone_probability_linear"])) {
                 assert!((found - expected).abs() < 1e-9, "{name} {key}: {found} for {expected}");
             }
             if let Some(most) = expected["torque_sigma_max"].as_array() {
-                let largest = found.torque.iter().fold(Vector3::zeros(), |most, torque| most.sup(torque));
+                let largest = found
+                    .torque
+                    .iter()
+                    .fold(Vector3::zeros(), |most, torque| most.sup(&torque.diagonal().map(f64::sqrt)));
                 near(&largest, &vector(&Value::Array(most.clone())), 1e-9, "torque");
             }
         }
@@ -167,7 +173,7 @@ fn covariances_with_parameters_are_those_of_the_references() {
                 radius.within
             );
             if !given["cone"].is_null() {
-                let chances = Chance::of("cone", &cone(&given["cone"], boresight), &problem, &linear, &found);
+                let chances = Chance::of(&cone(&given["cone"], boresight), &problem, &linear, &found);
                 for (found, expected) in
                     chances.nodes.iter().zip(numbers(&expected["cone"]["chance_per_step_linear"]))
                 {

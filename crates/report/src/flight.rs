@@ -256,17 +256,22 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
     }
     let chances: Vec<Vec<Chance>> = loops
         .iter()
-        .map(|(_, covariance)| Chance::of_cones(subject.problem, &beside.linear, covariance))
+        .map(|(_, covariance)| {
+            let mut chances = Chance::of_constraints(subject.problem, &beside.linear, covariance);
+            chances.extend(Chance::of_limits(subject.problem, &beside.linear, covariance));
+            chances
+        })
         .collect();
-    for (index, chance) in chances[0].iter().enumerate() {
-        let asked = subject.closed_loop()?.chances.iter().find(|asked| asked.constraint == chance.name);
+    let longest = chances.iter().max_by_key(|chances| chances.len())?;
+    for (index, chance) in longest.iter().enumerate() {
         let when = |of_motion: bool| if of_motion { " over the motion" } else { "" };
-        let asked = asked.map_or(String::new(), |asked| {
+        let asked = subject.closed_loop()?.asked(&chance.name).map_or(String::new(), |asked| {
             format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
         });
+        // Open loop nothing asks for more of an input than the plan.
         let cell = |chances: &Vec<Chance>| {
-            let chance = &chances[index];
-            let at = significant(beside.linear.times()[chance.worst], 3);
+            let Some(chance) = chances.get(index) else { return "–".into() };
+            let at = significant(beside.linear.times()[chance.worst().node], 3);
             format!("{} at {at} s", significant(chance.largest(), 2))
         };
         let label = format!("{}: chance of violating it, at the worst instant{asked}", chance.name);

@@ -9,7 +9,7 @@ use super::{
     report, spec_file, summary,
 };
 use clap::ValueEnum;
-use slewkit::assured::{self, Beside, Margins};
+use slewkit::assured::{self, Beside, Margins, NotKept};
 use slewkit::maneuver::{Outcome, Problem, ProblemError, Settings};
 use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
 use slewkit_files::exchange::read_attitudes;
@@ -148,12 +148,17 @@ fn planned(
     let feedback = closed_loop.feedback;
     let found = assured::plan(problem, settings, feedback, uncertainty, &kept, &mut Watcher(console));
     let (with, plan, margins) = found.map_err(|error| match error {
-        PlanError::Problem(error @ ProblemError::Violated { .. }) => {
+        NotKept::Plan(PlanError::Problem(error @ ProblemError::Violated { .. })) => {
             let reason = format!("{error}: with the margin that its chance takes");
             let remedy = "allow a larger chance, make less uncertain, or give [feedback]";
             Failure::Problem(Message::new("E0172", reason, remedy))
         }
-        other => refusal(other),
+        NotKept::Plan(other) => refusal(other),
+        other => {
+            let remedy =
+                "allow a larger chance or more of the limit, make less uncertain, or weigh corrections less";
+            Failure::Problem(Message::new("E0172", other.to_string(), remedy))
+        }
     })?;
     Ok((with, plan, Some(margins)))
 }

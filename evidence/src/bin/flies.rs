@@ -144,9 +144,10 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         index += 1;
         let Some(problem) = past_a_cone(maneuver(&mut random))? else { continue };
         let uncertainty = uncertainty(&problem);
-        let asked = [Kept { constraint: "cone", at_most: ASKED, over: Over::Instant }];
+        let asked = [Kept { limits: vec!["cone"], at_most: ASKED, over: Over::Instant }];
         let settings = Settings::default();
-        let found = assured::plan(&problem, &settings, Some(NEIGHBOURING), &uncertainty, &asked, &mut Silent);
+        let found =
+            assured::plan(&problem, &settings, Some(NEIGHBOURING.into()), &uncertainty, &asked, &mut Silent);
         let Ok((with, found, margins)) = found else { continue };
         if found.status != Status::Solved || !margins.agreed {
             continue;
@@ -162,10 +163,10 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         let began = Instant::now();
         let covariance = Covariance::along(&linear, Some(&gains), &uncertainty);
         spent[2] += began.elapsed().as_secs_f64();
-        let beside = Beside::along(&problem, trajectory, Some(NEIGHBOURING), Some(&uncertainty))?;
+        let beside = Beside::along(&problem, trajectory, Some(NEIGHBOURING.into()), Some(&uncertainty))?;
         let campaign = Campaign::new(&problem, &linear, Some(&gains), &uncertainty, Plant::default(), 3);
         let began = Instant::now();
-        let (ends, flown) = flown(&campaign, &problem, beside.chances[0].worst, cases);
+        let (ends, flown) = flown(&campaign, &problem, beside.chances[0].worst().node, cases);
         spent[3] += began.elapsed().as_secs_f64() / cases as f64 / linear.count() as f64;
         let sampled = Sampled::of(&ends, &covariance.end);
         ratios.extend(sampled.sigma().component_div(&covariance.end_sigma()).iter());
@@ -258,7 +259,8 @@ fn cubesats() -> Result<(), Box<dyn Error>> {
             let parameters = moments(&problem, 0.02);
             let sensor_noise = variances(0.003, 1e-4);
             let uncertainty = Uncertainty { parameters, sensor_noise, ..Uncertainty::default() };
-            let beside = Beside::along(&problem, &found.solution.trajectory, Some(kind), Some(&uncertainty))?;
+            let beside =
+                Beside::along(&problem, &found.solution.trajectory, Some(kind.into()), Some(&uncertainty))?;
             let plant = Plant { authority: 1.0 / 0.9, ..Plant::default() };
             let worst = |sigma: Vector6| sigma.fixed_rows::<3>(0).amax().to_degrees();
             let flown = |gains: Option<&Gains>, linear: &Covariance| {

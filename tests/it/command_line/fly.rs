@@ -41,8 +41,8 @@ fn a_plan_tells_its_gains_its_chances_and_what_they_cost() {
         ["open_loop", "closed_loop"].map(|of| number(&uncertain[of]["pointing"][0]["within_9973_deg"]));
     assert!(open > 20.0 * closed, "{open} {closed}");
     assert_eq!(uncertain["margins"]["agreed"], true);
-    let margin = number(&uncertain["margins"]["margins_deg"][0][1]);
-    let sigma = number(&uncertain["closed_loop"]["chances"][0]["sigma_deg"]);
+    let margin = number(&uncertain["margins"]["held"][0]["held"][0]);
+    let sigma = number(&uncertain["closed_loop"]["chances"][0]["sigma"]);
     // Φ⁻¹(0.99).
     assert!((margin / sigma - 2.326_347_874).abs() < 1e-3, "{margin} {sigma}");
     assert!(number(&plan["cost"]) > number(&uncertain["margins"]["cost_without"]));

@@ -6,6 +6,8 @@ use super::{BatchError, Entry};
 use crate::flown::Runs;
 use serde::{Deserialize, Serialize};
 use slewkit::closed_loop::{Flown, Lost};
+use slewkit::maneuver::Problem;
+use slewkit::mechanics::LimitKind;
 use std::path::Path;
 
 /// The first line: what decides all cases. How many there are does not.
@@ -23,6 +25,9 @@ pub struct FlightHeader {
     pub loops: Vec<String>,
     /// Names of the constraints, in the order of `room`.
     pub constraints: Vec<String>,
+    /// How many numbers tell what is left of the limits of the torques.
+    #[serde(default)]
+    pub input_limits: usize,
     /// Names of the parameters.
     pub parameters: Vec<String>,
     /// Hash of the plan, of what it is flown with, and of the program.
@@ -49,8 +54,17 @@ pub struct FlightEnd {
     pub error: [f64; 6],
     /// What is least left of each constraint: \[rad\] of cones, of rates a part of the limit.
     pub room: Vec<f64>,
+    /// What is least left of each limit of the torques, SI.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub input_room: Vec<f64>,
     /// Part of the steps in which a limit cut a command.
     pub saturated: f64,
+}
+
+/// Numbers of [`Flown::input_room`].
+fn input_limits(problem: &Problem) -> usize {
+    let torques = problem.actuation.limits().filter(|limit| !limit.of_force);
+    torques.filter(|limit| limit.kind != LimitKind::WheelMomentum).map(|limit| limit.bounds.len()).sum()
 }
 
 impl FlightHeader {
@@ -69,6 +83,7 @@ impl FlightHeader {
             seed: *seed,
             loops: closed.iter().map(|closed| Runs::name(*closed).into()).collect(),
             constraints: problem.constraints.iter().map(|constraint| constraint.name.clone()).collect(),
+            input_limits: input_limits(problem),
             parameters: uncertainty.parameters.iter().map(|(name, ..)| name.clone()).collect(),
             fingerprint: Fingerprint::of_program().and(decides.as_bytes()).text(),
         }
@@ -80,8 +95,9 @@ impl FlightCase {
     pub fn new(case: u64, flights: &[&Result<Flown, Lost>]) -> Self {
         let any = flights.iter().find_map(|flight| flight.as_ref().ok());
         let end = |flight: &&Result<Flown, Lost>| {
-            let Flown { end, room, saturated, .. } = flight.as_ref().ok()?;
-            Some(FlightEnd { error: (*end).into(), room: room.clone(), saturated: *saturated })
+            let Flown { end, room, input_room, saturated, .. } = flight.as_ref().ok()?;
+            let (room, input_room) = (room.clone(), input_room.clone());
+            Some(FlightEnd { error: (*end).into(), room, input_room, saturated: *saturated })
         };
         Self {
             case,
@@ -94,10 +110,11 @@ impl FlightCase {
     /// Its flights in each loop.
     pub fn flights(&self) -> impl Iterator<Item = Result<Flown, Lost>> + '_ {
         self.loops.iter().map(|end| {
-            let FlightEnd { error, room, saturated } = end.as_ref().ok_or(Lost)?;
+            let FlightEnd { error, room, input_room, saturated } = end.as_ref().ok_or(Lost)?;
             Ok(Flown {
                 end: (*error).into(),
                 room: room.clone(),
+                input_room: input_room.clone(),
                 saturated: *saturated,
                 rejected: self.rejected_inertias,
                 parameters: self.parameters.clone(),
@@ -137,7 +154,9 @@ impl Entry for FlightCase {
         if self.case != done {
             return Err(format!("it is case {}, not {done}", self.case));
         }
-        let is_whole = |end: &FlightEnd| end.room.len() == header.constraints.len();
+        let is_whole = |end: &FlightEnd| {
+            end.room.len() == header.constraints.len() && end.input_room.len() == header.input_limits
+        };
         let is_lost = self.loops.iter().all(Option::is_none);
         let parameters = if is_lost { 0 } else { header.parameters.len() };
         let fits = self.loops.len() == header.loops.len()

@@ -8,6 +8,7 @@ use slewkit::Vector3;
 use slewkit::closed_loop::{Flown, Lost, Moment, Proportion, Sampled, quantile};
 use slewkit::lie;
 use slewkit::maneuver::Problem;
+use slewkit::mechanics::LimitKind;
 use slewkit::optimize::linear_plan::Vector6;
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use std::io::Write;
@@ -77,6 +78,9 @@ pub struct CampaignRecord {
     pub pointing: Vec<PointedRecord>,
     /// Of each constraint.
     pub constraints: Vec<ConstraintRecord>,
+    /// Of each limit of the torques, by what is commanded before it is cut.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<ConstraintRecord>,
 }
 
 /// A boresight at the ends of all cases.
@@ -89,14 +93,14 @@ pub struct PointedRecord {
     pub sampled_9973_deg: f64,
 }
 
-/// A constraint along all cases.
+/// A constraint, or a limit, along all cases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ConstraintRecord {
     /// Its name.
     pub name: String,
     /// Cases that violate it at any time.
     pub violated: Part,
-    /// What is left of it in the median case, and in the one of a thousand, and at least: deg of cones, of rates a part of the limit.
+    /// What is left of it in the median case, and in the one of a thousand, and at least: deg of cones, else a part of the limit.
     pub room_quantiles: [f64; 3],
 }
 
@@ -140,12 +144,14 @@ impl LoopRecord {
         let constraints = problem.constraints.iter().enumerate().map(|(index, constraint)| {
             let unit = |room: f64| if is_cone(constraint) { room.to_degrees() } else { room };
             let rooms = sorted(flown.iter().map(|flown| flown.room[index]));
-            let violated = rooms.iter().filter(|room| **room < 0.0).count();
-            ConstraintRecord {
-                name: constraint.name.clone(),
-                violated: Proportion::new(violated as u64, rooms.len() as u64).into(),
-                room_quantiles: [0.5, 1e-3, 0.0].map(|level| unit(quantile(&rooms, level))),
-            }
+            ConstraintRecord::new(&constraint.name, &rooms, 0.0, unit)
+        });
+        let limits = input_limits(problem).into_iter().map(|(name, first, bounds)| {
+            let least = |flown: &&Flown| {
+                let rooms = flown.input_room[first..].iter().zip(&bounds);
+                rooms.map(|(room, bound)| room / bound).fold(f64::INFINITY, f64::min)
+            };
+            ConstraintRecord::new(&name, &sorted(flown.iter().map(least)), ROUNDING, |room| room)
         });
         let count = flown.len().max(1) as f64;
         Self {
@@ -164,9 +170,38 @@ impl LoopRecord {
                 inside_9973: sampled.inside.into(),
                 pointing: pointing.collect(),
                 constraints: constraints.collect(),
+                limits: limits.collect(),
             },
         }
     }
+}
+
+impl ConstraintRecord {
+    /// Of what cases leave of it, sorted; less than `-rounding` violates it.
+    fn new(name: &str, rooms: &[f64], rounding: f64, unit: impl Fn(f64) -> f64) -> Self {
+        let violated = rooms.iter().filter(|room| **room < -rounding).count();
+        Self {
+            name: name.into(),
+            violated: Proportion::new(violated as u64, rooms.len() as u64).into(),
+            room_quantiles: [0.5, 1e-3, 0.0].map(|level| unit(quantile(rooms, level))),
+        }
+    }
+}
+
+/// Part of a limit by which a command that is at it may be beyond.
+const ROUNDING: f64 = 1e-9;
+
+/// The limits of the torques: name, where each begins among the numbers of [`Flown::input_room`], and what the craft is allowed.
+fn input_limits(problem: &Problem) -> Vec<(String, usize, Vec<f64>)> {
+    let craft = problem.of_craft();
+    let mut first = 0;
+    let torques = craft.actuation.limits().filter(|limit| !limit.of_force);
+    let counted = torques.filter(|limit| limit.kind != LimitKind::WheelMomentum);
+    let told = counted.map(|limit| {
+        first += limit.bounds.len();
+        (limit.name.to_string(), first - limit.bounds.len(), limit.bounds.to_vec())
+    });
+    told.collect()
 }
 
 fn is_cone(constraint: &slewkit::maneuver::Constraint) -> bool {
@@ -198,6 +233,13 @@ impl Columns<'_> {
             let unit = if is_cone(constraint) { "_rad" } else { "" };
             heads.push(format!("room {}{unit}", constraint.name));
         }
+        let limits = input_limits(self.problem);
+        heads.extend(limits.iter().flat_map(|(name, _, bounds)| {
+            (1..=bounds.len()).map(move |index| {
+                let of = if bounds.len() > 1 { format!(" {index}") } else { String::new() };
+                format!("room {name}{of}")
+            })
+        }));
         heads.extend(["saturated".into(), "rejected_inertias".into()]);
         heads.extend(self.uncertainty.parameters.iter().map(|(name, ..)| name.clone()));
         heads
@@ -208,6 +250,7 @@ impl Columns<'_> {
         let Ok(flown) = case else { return vec![f64::NAN; self.heads().len()] };
         let mut row: Vec<f64> = flown.end.iter().copied().collect();
         row.extend(&flown.room);
+        row.extend(&flown.input_room);
         row.extend([flown.saturated, f64::from(flown.rejected)]);
         row.extend(&flown.parameters);
         row

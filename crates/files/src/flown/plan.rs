@@ -9,6 +9,7 @@ use slewkit::closed_loop::Proportion;
 use slewkit::feedback::{Gains, Kind};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::optimize::linear_plan::{Matrix6, Vector6};
+use slewkit::uncertainty::chance::{Chance, Quantity};
 use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 
 /// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins and held over that step.
@@ -18,9 +19,20 @@ pub struct FeedbackRecord {
     pub kind: String,
     /// The first step whose gains are those of the step before it.
     pub frozen_from: usize,
+    /// Steps from one measurement to the next, over which a correction is held; their gains are the same. 1 where it is absent.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub every_steps: usize,
     /// For each step a row for each torque input: three numbers by `ζ = log(R*ᵀR)`, body axes \[rad\], three by the rate beside the
     /// plan, body axes [rad/s].
     pub gains: Vec<Vec<Vec<f64>>>,
+}
+
+fn one() -> usize {
+    1
+}
+
+fn is_one(steps: &usize) -> bool {
+    *steps == 1
 }
 
 /// What is uncertain along a plan, to first order.
@@ -51,7 +63,7 @@ pub struct LoopUncertainty {
     pub shares: Vec<(String, [f64; 6])>,
     /// Of each boresight at the end.
     pub pointing: Vec<PointingRecord>,
-    /// Of each cone.
+    /// Of each constraint, then of each limit of the torques under gains.
     pub chances: Vec<ChanceRecord>,
     /// One standard deviation of the correction of each input, a row for each step; none open loop.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -71,7 +83,7 @@ pub struct PointingRecord {
     pub within_9973_deg: f64,
 }
 
-/// The chance of violating a cone.
+/// The chance of violating a constraint, or of exceeding a limit of the torques.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChanceRecord {
     /// Its name.
@@ -80,12 +92,41 @@ pub struct ChanceRecord {
     pub largest: f64,
     /// When that is \[s\].
     pub time_s: f64,
-    /// One standard deviation of the angle from the cone then \[deg\].
-    pub sigma_deg: f64,
-    /// How far the plan is from it then, without margin \[deg\].
-    pub room_deg: f64,
-    /// At each node.
+    /// The unit of the next two: deg of cones, deg/s of rates, N·m, N·m/s.
+    pub unit: String,
+    /// One standard deviation of what is limited then.
+    pub sigma: f64,
+    /// How far the plan is from the limit then, without margin.
+    pub room: f64,
+    /// At each node, or in each step.
     pub nodes: Vec<f64>,
+}
+
+impl ChanceRecord {
+    /// Of a chance along a plan with these nodes \[s\].
+    fn new(chance: Chance, times: &[f64]) -> Self {
+        let (unit, of) = unit(chance.quantity);
+        let worst = chance.worst();
+        Self {
+            largest: worst.chance,
+            time_s: times[worst.node],
+            unit: unit.into(),
+            sigma: worst.sigma / of,
+            room: worst.room / of,
+            name: chance.name,
+            nodes: chance.nodes,
+        }
+    }
+}
+
+/// The unit in which a limit is told, and what it is in SI.
+pub fn unit(quantity: Quantity) -> (&'static str, f64) {
+    match quantity {
+        Quantity::Angle => ("deg", 1_f64.to_radians()),
+        Quantity::Rate => ("deg/s", 1_f64.to_radians()),
+        Quantity::Torque => ("N·m", 1.0),
+        Quantity::TorqueRate => ("N·m/s", 1.0),
+    }
 }
 
 /// A part of the cases with its interval of 95 %.
@@ -105,18 +146,32 @@ impl From<Proportion> for Part {
     }
 }
 
+/// What a plan holds of a limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeldRecord {
+    /// Its name.
+    pub name: String,
+    /// The unit of the numbers.
+    pub unit: String,
+    /// Of a cone and of a norm one number, else one for each component or input.
+    pub held: Vec<f64>,
+    /// What the craft is allowed of each; none of a cone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limit: Vec<f64>,
+}
+
 /// What keeping chances took.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MarginsRecord {
-    /// Name and margin of each constraint with a chance \[deg\].
-    pub margins_deg: Vec<(String, f64)>,
+    /// Of each limit with a chance what the plan holds of it: the margin of a cone, the reserve of a rate or a torque.
+    pub held: Vec<HeldRecord>,
     /// Cost of the plan without margins.
     pub cost_without: f64,
     /// Plans until margins and covariances agreed.
     pub plans: usize,
     /// Whether they did.
     pub agreed: bool,
-    /// Of those whose chance is that of the whole motion: name, and how many of the flights of the plan violate it.
+    /// Of the chances of the whole motion: of what, and how many of the flights of the plan exceed it, or any of several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counted: Vec<(String, Part)>,
 }
@@ -124,11 +179,18 @@ pub struct MarginsRecord {
 impl MarginsRecord {
     /// Of the chances of a spec.
     pub fn new(closed_loop: &ClosedLoop, margins: &Margins) -> Self {
-        let names = || closed_loop.chances.iter().map(|chance| chance.constraint.clone());
-        let counted = names().zip(&margins.counted);
+        let counted = closed_loop.chances.iter().zip(&margins.counted);
+        let held = margins.held.iter().map(|held| {
+            let (unit, of) = unit(held.quantity);
+            let told = |numbers: &[f64]| numbers.iter().map(|number| number / of).collect();
+            let limit = if held.quantity == Quantity::Angle { Vec::new() } else { told(&held.bounds) };
+            HeldRecord { name: held.name.clone(), unit: unit.into(), held: told(&held.parts), limit }
+        });
         Self {
-            counted: counted.filter_map(|(name, counted)| Some((name, (*counted)?.into()))).collect(),
-            margins_deg: names().zip(margins.margins.iter().map(|margin| margin.to_degrees())).collect(),
+            counted: counted
+                .filter_map(|(chance, counted)| Some((chance.limits.join(", "), (*counted)?.into())))
+                .collect(),
+            held: held.collect(),
             cost_without: margins.cost_without,
             plans: margins.plans,
             agreed: margins.agreed,
@@ -159,6 +221,7 @@ impl FeedbackRecord {
         Some(Self {
             kind: name(&gains.kind).into(),
             frozen_from: gains.frozen_from,
+            every_steps: gains.every,
             gains: (0..beside.linear.count()).map(step).collect(),
         })
     }
@@ -210,7 +273,6 @@ impl LoopUncertainty {
         bounded: &Bounded,
         uncertainty: &Uncertainty,
     ) -> Self {
-        use slewkit::uncertainty::chance::Chance;
         let sigma = covariance.end_sigma();
         let of_attitude = covariance.end.fixed_view::<3, 3>(0, 0).into_owned();
         let pointing = boresights(problem).into_iter().map(|boresight| {
@@ -221,15 +283,9 @@ impl LoopUncertainty {
                 within_9973_deg: radius.within.to_degrees(),
             }
         });
-        let chances =
-            Chance::of_cones(problem, &beside.linear, covariance).into_iter().map(|chance| ChanceRecord {
-                largest: chance.largest(),
-                time_s: beside.linear.times()[chance.worst],
-                sigma_deg: chance.sigma.to_degrees(),
-                room_deg: chance.room.to_degrees(),
-                name: chance.name,
-                nodes: chance.nodes,
-            });
+        let mut chances = Chance::of_constraints(problem, &beside.linear, covariance);
+        chances.extend(Chance::of_limits(problem, &beside.linear, covariance));
+        let chances = chances.into_iter().map(|chance| ChanceRecord::new(chance, beside.linear.times()));
         Self {
             end_attitude_sigma_deg: of_three(&sigma, 0),
             end_rate_sigma_deg_s: of_three(&sigma, 3),

@@ -8,11 +8,11 @@ use super::{
 };
 use crate::identity::Identity;
 use slewkit::lie::{exp, minus};
-use slewkit::maneuver::Unsuited;
 use slewkit::maneuver::{
     Constraint, Duration, EndCondition, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Rule,
     Settings, State, Weights,
 };
+use slewkit::maneuver::{Reserve, Unsuited};
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::numerics::figures::{rounded, told_apart};
 use slewkit::{Matrix3, Vector3};
@@ -168,6 +168,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         on_equal_steps: settings.method == Method::Scp,
         path,
         constraints: constraints?,
+        reserve: Reserve::default(),
     };
     if (switches || sought)
         && let Some(solver) = &solver

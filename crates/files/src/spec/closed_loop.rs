@@ -1,42 +1,34 @@
-//! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of constraints: what a plan is flown with.
+//! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of limits: what a plan is flown with.
 
-use super::{Limits, Node, Section, Value, escape};
+mod chances;
+mod uncertain;
+
+pub use chances::Chance;
+
+use super::{Node, Section, Value, show};
 use serde_json::Map;
-use slewkit::assured::{Kept, Over};
+use slewkit::assured::{Feedback, Kept, Over};
 use slewkit::closed_loop::Plant;
 use slewkit::feedback::{Kind, RegulatorWeights};
 use slewkit::maneuver::{Motion, Problem};
 use slewkit::mechanics::AxisFrame;
-use slewkit::optimize::linear_plan::{Matrix6, Parameter, Unlinearised, Vector6};
+use slewkit::optimize::linear_plan::Unlinearised;
 use slewkit::uncertainty::Uncertainty;
-use slewkit::{Matrix3, Vector3};
 
 /// What a plan is flown with; nothing where the spec says nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ClosedLoop {
     /// Gains along the plan.
-    pub feedback: Option<Kind>,
+    pub feedback: Option<Feedback>,
     /// What the craft differs by.
     pub uncertainty: Option<Uncertainty>,
     /// How its actuators follow.
     pub plant: Plant,
-    /// What chances constraints leave.
+    /// What chances limits keep.
     pub chances: Vec<Chance>,
     /// The sections as they stand in the spec.
     written: Map<String, serde_json::Value>,
-}
-
-/// The chance of violating a constraint.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Chance {
-    /// Name of the constraint.
-    pub constraint: String,
-    /// The chance, at most.
-    pub at_most: f64,
-    /// Whether it is that of the whole motion; else that of the worst instant.
-    pub of_motion: bool,
 }
 
 impl ClosedLoop {
@@ -45,13 +37,19 @@ impl ClosedLoop {
         &self.written
     }
 
-    /// What is uncertain and the chances to keep, where constraints have some: such a maneuver is planned by
+    /// The chance of its own that the limit `name` is to keep.
+    pub fn asked(&self, name: &str) -> Option<&Chance> {
+        self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))
+    }
+
+    /// What is uncertain and the chances to keep, where limits have some: such a maneuver is planned by
     /// [`slewkit::assured::plan`].
     pub fn kept(&self) -> Option<(&Uncertainty, Vec<Kept<'_>>)> {
         let uncertainty = self.uncertainty.as_ref().filter(|_| !self.chances.is_empty())?;
         let all = self.chances.iter().map(|chance| {
             let over = if chance.of_motion { Over::Motion(self.plant) } else { Over::Instant };
-            Kept { constraint: &chance.constraint, at_most: chance.at_most, over }
+            let limits = chance.limits.iter().map(String::as_str).collect();
+            Kept { limits, at_most: chance.at_most, over }
         });
         Some((uncertainty, all.collect()))
     }
@@ -62,8 +60,8 @@ impl ClosedLoop {
     }
 }
 
-/// Reads the sections; what is wrong is in the report.
-pub(crate) fn read(root: &Section, tree: &Node, problem: &Problem) -> ClosedLoop {
+/// Reads the sections, and has the maneuver hold what is to be left of its limits; what is wrong is in the report.
+pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> ClosedLoop {
     let sections = ["feedback", "uncertainty", "plant"];
     if let Some(section) = ["feedback", "uncertainty"].iter().find_map(|name| root.section(name))
         && let Some(cause) = unsuited(problem)
@@ -71,21 +69,76 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &Problem) -> ClosedLoop
         let remedy = "take [feedback] and [uncertainty] away: the plan itself needs neither";
         section.error_here("E0170", cause.to_string(), remedy);
     }
-    let uncertainty = root.section("uncertainty").map(|section| uncertainty(section, problem));
-    let chances = chances(root, problem, uncertainty.is_some());
+    let uncertainty = root.section("uncertainty").map(|section| uncertain::uncertainty(section, problem));
+    let chances = chances::chances(root, problem, uncertainty.is_some());
+    chances::hold(root, problem);
     let mut written = Map::new();
     for name in sections {
         if let (true, Some(entry)) = (root.has(name), tree.entry(name)) {
             written.insert(name.into(), json(&entry.node));
         }
     }
+    let feedback = root.section("feedback").and_then(|section| {
+        let (kind, every) = (feedback(section, problem), every(section, problem));
+        Some(Feedback { kind: kind?, every: every? })
+    });
     ClosedLoop {
-        feedback: root.section("feedback").and_then(|section| feedback(section, problem)),
+        feedback,
         uncertainty,
-        plant: root.section("plant").map(plant).unwrap_or_default(),
+        plant: root.section("plant").map(|section| plant(section, problem)).unwrap_or_default(),
         chances,
         written,
     }
+}
+
+/// The step of the plan \[s\], where the spec says which it is.
+fn step(problem: &Problem) -> Option<f64> {
+    let duration = problem.duration.known().filter(|_| !problem.chooses_steps && !problem.switches())?;
+    Some(duration / problem.steps as f64)
+}
+
+/// Part by which a time may be beside a whole number of others.
+const WHOLE: f64 = 1e-6;
+
+fn is_whole(number: f64) -> bool {
+    number >= 1.0 - WHOLE && (number - number.round()).abs() <= WHOLE * number
+}
+
+/// The tick of the controller \[s\]; 0: the step.
+fn every(section: &Section, problem: &Problem) -> Option<f64> {
+    if !section.has("every_s") {
+        return Some(0.0);
+    }
+    let every = section.number("every_s")?;
+    let Some(duration) = problem.duration.known().filter(|_| !problem.switches()) else {
+        let reason = "the duration is sought, and with it the step: no tick is a whole number of steps that are not known";
+        return section.refuse("E0176", "every_s", reason, "leave it out: the tick is then the step");
+    };
+    if let Some(step) = step(problem) {
+        if is_whole(every / step) && every <= duration * (1.0 + WHOLE) {
+            return Some(every);
+        }
+        let reason = format!("a tick of {} s is no whole number of steps of {} s", show(every), show(step));
+        return section.refuse("E0176", "every_s", reason, remedy_of(every, duration));
+    }
+    let reason = "a tick is a whole number of steps, and how many there are is left to the plan";
+    section.refuse("E0176", "every_s", reason, remedy_of(every, duration))
+}
+
+/// The number of steps, some hundred, with which a tick is a whole number of them.
+fn remedy_of(every: f64, duration: f64) -> String {
+    /// Steps of a plan by default.
+    const STEPS: f64 = 100.0;
+    let ticks = duration / every;
+    if !is_whole(ticks) {
+        return format!("give a tick of which {} s is a whole number", show(duration));
+    }
+    let ticks = ticks.round();
+    format!(
+        "write maneuver.steps = {}, which are {} a tick",
+        (STEPS / ticks).ceil() * ticks,
+        (STEPS / ticks).ceil()
+    )
 }
 
 /// Why there is no linear motion beside a plan of the maneuver.
@@ -139,123 +192,28 @@ fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
     }
 }
 
-fn plant(section: &Section) -> Plant {
+fn plant(section: &Section, problem: &Problem) -> Plant {
     let number = |key: &str| section.number(key).unwrap_or(0.0);
+    let tick = number("tick_s");
+    if let (true, Some(step)) = (tick > 0.0, step(problem))
+        && !is_whole(step / tick)
+    {
+        let reason = format!("a tick of {} s is no whole part of a step of {} s", show(tick), show(step));
+        let remedy = if tick > step {
+            "leave it out; a controller that acts more seldom than each step has [feedback] every_s".into()
+        } else {
+            format!("write tick_s = {}, or other steps", show(step / (step / tick).ceil()))
+        };
+        section.error("E0176", "tick_s", reason, remedy);
+    }
     Plant {
         lag: number("actuator_lag_s"),
         delay: number("delay_s"),
         quantum: number("torque_quantum_n_m"),
-        tick: number("tick_s"),
+        tick,
         leads: section.word("feedforward") != Some("as_planned"),
         authority: section.number("authority").unwrap_or(1.0),
     }
-}
-
-/// Three deviations: one number for all, or three; zero where the key is absent.
-fn three(section: Option<&Section>, key: &str, unit: f64) -> Vector3 {
-    let Some((section, limits)) = section.and_then(|section| Some((section, section.limits(key)?))) else {
-        return Vector3::zeros();
-    };
-    match limits {
-        Limits::All(value) => Vector3::repeat(value * unit),
-        Limits::Each(values) if values.len() == 3 => Vector3::from_column_slice(&values) * unit,
-        Limits::Each(values) => {
-            let reason = format!("has {} numbers, one for all axes or three are needed", values.len());
-            section.error("E0026", key, reason, "write one number, or three");
-            Vector3::zeros()
-        }
-    }
-}
-
-fn uncertainty(section: &Section, problem: &Problem) -> Uncertainty {
-    let degree = 1_f64.to_radians();
-    let [start, inertia, alignment, actuators, sensor] =
-        ["start", "inertia", "alignment", "actuators", "sensor"].map(|name| section.section(name));
-    let variances = |of: Option<&Section>| {
-        let (attitude, rate) =
-            (three(of, "attitude_deg", degree), three(of, "angular_velocity_deg_s", degree));
-        let both = Vector6::from_fn(|row, _| if row < 3 { attitude[row] } else { rate[row - 3] });
-        Matrix6::from_diagonal(&both.component_mul(&both))
-    };
-    let axes = ["x", "y", "z"];
-    let unit = |axis: usize| Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)));
-    let mut parameters: Vec<(String, Parameter, f64)> = Vec::new();
-    let mut add = |name: String, parameter: Parameter, sigma: f64| {
-        if sigma > 0.0 {
-            parameters.push((name, parameter, sigma));
-        }
-    };
-    let moments = three(inertia, "relative", 1.0);
-    for axis in 0..3 {
-        let mut delta = Matrix3::zeros();
-        delta[(axis, axis)] = 1.0;
-        let sigma = moments[axis] * problem.body.inertia.j()[(axis, axis)];
-        add(format!("inertia {0}{0}", axes[axis]), Parameter::Inertia(delta), sigma);
-    }
-    let products = inertia.and_then(|section| section.number("products_kg_m2")).unwrap_or(0.0);
-    for (row, column) in [(0, 1), (0, 2), (1, 2)] {
-        let mut delta = Matrix3::zeros();
-        delta[(row, column)] = 1.0;
-        delta[(column, row)] = 1.0;
-        add(format!("inertia {}{}", axes[row], axes[column]), Parameter::Inertia(delta), products);
-    }
-    let scale = actuators.and_then(|section| section.number("scale")).unwrap_or(0.0);
-    for input in 0..problem.actuation.torque.count() {
-        add(format!("scale of input {}", input + 1), Parameter::InputScale(input), scale);
-    }
-    let rate_scale = sensor.and_then(|section| section.number("scale")).unwrap_or(0.0);
-    let turned = three(alignment, "actuators_deg", degree);
-    let constant = three(actuators, "constant_n_m", 1.0);
-    let seen = three(alignment, "sensor_deg", degree);
-    let bias = three(sensor, "bias_deg_s", degree);
-    for axis in 0..3 {
-        let about = axes[axis];
-        add(format!("actuators about {about}"), Parameter::ActuatorTurn(unit(axis)), turned[axis]);
-        add(format!("torque {about}"), Parameter::ConstantTorque(unit(axis)), constant[axis]);
-        add(format!("attitude sensor about {about}"), Parameter::SensorTurn(unit(axis)), seen[axis]);
-        add(format!("scale of rate {about}"), Parameter::RateScale(axis), rate_scale);
-        add(format!("bias of rate {about}"), Parameter::RateBias(unit(axis)), bias[axis]);
-    }
-    let noise = three(actuators, "noise_n_m_sqrt_s", 1.0);
-    Uncertainty {
-        start: variances(start),
-        parameters,
-        torque_noise: Matrix3::from_diagonal(&noise.component_mul(&noise)),
-        sensor_noise: variances(sensor),
-    }
-}
-
-/// The chances of constraints; each needs something uncertain.
-fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
-    let mut chances = Vec::new();
-    for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
-        let of_motion = section.has("chance_over") && section.word("chance_over") == Some("motion");
-        if !section.has("chance") {
-            if section.has("chance_over") {
-                let reason = "it says when a chance holds, and there is none";
-                section.error("E0172", "chance_over", reason, "add chance = 0.001, or leave it out");
-            }
-            continue;
-        }
-        let Some(at_most) = section.number("chance") else { continue };
-        if !uncertain {
-            let reason = format!("\"{}\" has a chance, and nothing is uncertain", escape(&constraint.name));
-            section.error("E0172", "chance", reason, "add [uncertainty], or give margin_deg");
-        }
-        if of_motion && at_most < Over::LEAST {
-            let reason =
-                format!("the chance of a motion is counted in flights, and that of {at_most} takes too many");
-            let remedy = format!("ask for {} or more, or for that of the worst instant", Over::LEAST);
-            section.error("E0172", "chance", reason, remedy);
-        }
-        // In a spec that slew wrote the margin is the one that the chance took.
-        if !section.keeps_rounding && (section.has("margin_deg") || section.has("margin_rad")) {
-            let reason = "a chance and a margin: the larger of the two acts";
-            section.warn("W0170", "chance", reason, "leave the margin out, unless it is for something else");
-        }
-        chances.push(Chance { constraint: constraint.name.clone(), at_most, of_motion });
-    }
-    chances
 }
 
 /// A value of the tree as JSON.

@@ -202,6 +202,7 @@ pub(crate) const MAX_POINTS: usize = 100;
 pub(crate) const MAX_WHEELS: usize = ActuatorSet::MAX_INPUTS;
 const POINTING: &[&str] = &["keep_out", "keep_in", "on_cone"];
 const BESIDE_CONE: &[&str] = &["keep_out", "keep_in"];
+const WITH_CHANCE: &[&str] = &["keep_out", "keep_in", "rate_limit"];
 const ON_CONE: &[&str] = &["on_cone"];
 const RATE_LIMIT: &[&str] = &["rate_limit"];
 const UNIFORM: &[&str] = &["uniform_gravity"];
@@ -315,10 +316,26 @@ tables! {
         "force_effort_weight": Weight;
         /// Limit of the size of each torque input: one for all, or one per axis. Default: none.
         "torque_limit_n_m": Limits(q::TORQUE, None);
+        /// The chance that corrections under [feedback] ask for more of an input than its limit at the worst instant, of each input: the
+        /// plan leaves a reserve for them. Of wheels that of their torque limits. Below 0.5.
+        "torque_limit_chance": Number(q::CHANCE);
+        /// What the plan leaves of the limit to corrections: one number for all, or one per input. With a chance the larger acts.
+        /// Default: 0.
+        "torque_limit_reserve_n_m": Spread(q::SPREAD);
         /// Limit of the norm of the whole torque. Default: none.
         "torque_norm_limit_n_m": Limit(q::TORQUE_NORM);
+        /// The same chance of the limit of the norm.
+        "torque_norm_limit_chance": Number(q::CHANCE);
+        /// What the plan leaves of the limit of the norm. Default: 0.
+        "torque_norm_limit_reserve_n_m": Spread(q::SPREAD);
         /// Limit of how fast each torque input changes: one for all, or one per axis. Default: none.
         "torque_rate_limit_n_m_per_s": Limits(q::TORQUE_RATE, None);
+        /// The chance that a held command changes more from a step to the next than the limit allows in a step.
+        "torque_rate_limit_chance": Number(q::CHANCE);
+        /// What the plan leaves of that limit: one number for all, or one per input. Default: 0.
+        "torque_rate_limit_reserve_n_m_per_s": Spread(q::SPREAD);
+        /// When limits may be exceeded with their chances, as of constraints: instant or motion. Default: instant.
+        "chance_over": Choice(&["instant", "motion"], &[]);
         /// Limit of the size of each force input: one for all, or one per axis. Default: none.
         "force_limit_n": Limits(q::FORCE, None);
         /// Limit of the norm of the whole force. Default: none.
@@ -380,6 +397,7 @@ tables! {
             RATE_LIMITS,
             HALF_ANGLES,
             &["margin_deg", "margin_rad"],
+            &["margin_deg_s", "margin_rad_s"],
             &["within_deg", "within_rad"],
             &["while", "during_s"],
         ],
@@ -425,15 +443,19 @@ tables! {
         "during_s": Intervals, only POINTING;
         /// The chance of violating it at its worst instant, under [uncertainty], with the gains of [feedback]: the plan keeps as much
         /// margin as that takes. Below 0.5.
-        "chance": Number(q::CHANCE), only BESIDE_CONE;
+        "chance": Number(q::CHANCE), only WITH_CHANCE;
         /// When it may be violated with the chance. instant: at the worst one, to first order. motion: at any time, counted in flights
         /// by [plant]; from 1e-4 on. Default: instant.
-        "chance_over": Choice(&["instant", "motion"], &[]), only BESIDE_CONE;
+        "chance_over": Choice(&["instant", "motion"], &[]), only WITH_CHANCE;
         /// Limit of the inertial angular velocity: one number for its norm, or three for its components in
         /// body axes.
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;
         /// The same in rad/s.
         "angular_velocity_limit_rad_s": Limits(q::RATE_LIMIT_RAD, Some(3)), only RATE_LIMIT;
+        /// What the plan leaves of the limit: one number, or three beside three limits. With a chance the larger acts. Default: 0.
+        "margin_deg_s": Spread(q::SPREAD), only RATE_LIMIT;
+        /// The same in rad/s.
+        "margin_rad_s": Spread(q::SPREAD), only RATE_LIMIT;
     }
 }
 const HALF_ANGLES: &[&str] = &["half_angle_deg", "half_angle_rad", "beyond_limb_deg"];

@@ -370,9 +370,9 @@ fn understand(
         })
     } else {
         assemble::assemble(&section, &stem, folder).map(|assembled| {
-            let assemble::Assembled { problem, settings, expect, identity, heavens } = assembled;
+            let assemble::Assembled { mut problem, settings, expect, identity, heavens } = assembled;
             let dispersion = dispersion::read(&section, root);
-            let closed_loop = closed_loop::read(&section, root, &problem);
+            let closed_loop = closed_loop::read(&section, root, &mut problem);
             let warnings = Vec::new();
             Spec::Maneuver(Box::new(Loaded {
                 problem,

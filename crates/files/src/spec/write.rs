@@ -100,7 +100,9 @@ impl SpecDocument {
         actuators(&mut spec, problem, moves)?;
         environment(&mut spec, problem)?;
         for constraint in &problem.constraints {
-            spec.item("constraint", |item| self::constraint(item, constraint));
+            spec.item("constraint", |item| {
+                self::constraint(item, constraint, problem.reserve.rate(&constraint.name))
+            });
         }
         Ok(Self(Value::Object(spec.keys)))
     }
@@ -145,13 +147,20 @@ impl SpecDocument {
         if let Some(Value::Array(constraints)) = keys.get_mut("constraint") {
             for constraint in constraints {
                 let name = constraint.get("name").and_then(Value::as_str).map(String::from);
-                let chance =
-                    closed_loop.chances.iter().find(|chance| Some(&chance.constraint) == name.as_ref());
+                let chance = name.and_then(|name| closed_loop.asked(&name));
                 if let (Some(chance), Some(constraint)) = (chance, constraint.as_object_mut()) {
                     constraint.insert("chance".into(), chance.at_most.into());
                     if chance.of_motion {
                         constraint.insert("chance_over".into(), "motion".into());
                     }
+                }
+            }
+        }
+        for (chance, key) in closed_loop.chances.iter().filter_map(|chance| Some((chance, chance.key?))) {
+            if let Some(Value::Object(actuators)) = keys.get_mut("actuators") {
+                actuators.insert(key.into(), chance.at_most.into());
+                if chance.of_motion {
+                    actuators.insert("chance_over".into(), "motion".into());
                 }
             }
         }
@@ -176,7 +185,7 @@ impl SpecDocument {
         let section = key.split('.').next().unwrap_or_default();
         key != "epoch"
             && !["names", "scenery", "feedback", "uncertainty", "plant"].contains(&section)
-            && !key.ends_with(".chance")
+            && !key.ends_with("chance")
             && !key.ends_with(".chance_over")
     }
 
@@ -392,8 +401,22 @@ fn scenery(table: &mut Writing, scenery: &Scenery) {
 }
 
 fn actuators(spec: &mut Writing, problem: &Problem, moves: bool) -> Result<(), Unwritable> {
+    let reserve = &problem.reserve;
+    for (name, held) in [
+        ("torque_limit_reserve_n_m", &reserve.torque[..]),
+        ("torque_norm_limit_reserve_n_m", std::slice::from_ref(&reserve.torque_norm)),
+        ("torque_rate_limit_reserve_n_m_per_s", &reserve.torque_rate),
+    ] {
+        if held.iter().any(|held| *held > 0.0) {
+            let one = (held.len() == 1).then(|| held[0].into());
+            spec.table("actuators", |table| {
+                table.put(name, one.unwrap_or_else(|| Value::from(held.to_vec())))
+            });
+        }
+    }
+    let actuation = &problem.of_craft().actuation;
     let weights = problem.objective.weights();
-    let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));
+    let (torque, force) = (weights.torque(actuation), weights.force(actuation));
     if force.is_some() && !moves {
         return Err(Unwritable("forces in a maneuver of the attitude alone"));
     }
@@ -574,23 +597,31 @@ fn environment(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> 
     Ok(())
 }
 
-fn constraint(table: &mut Writing, constraint: &Constraint) {
+fn constraint(table: &mut Writing, constraint: &Constraint, held: &[f64]) {
     let limit = "angular_velocity_limit_rad_s";
     let pointing = match &constraint.rule {
         Rule::RateNorm(rate) => {
             table.put("kind", "rate_limit");
-            table.put(limit, *rate);
+            table.put(limit, rate + held.first().unwrap_or(&0.0));
             None
         }
         Rule::RateAxes(rates) => {
             table.put("kind", "rate_limit");
-            table.put(limit, row(rates));
+            let held = held.iter().chain(std::iter::repeat(&0.0));
+            table.put(limit, rates.iter().zip(held).map(|(rate, held)| rate + held).collect::<Vec<_>>());
             None
         }
         Rule::Pointing(pointing) => Some(pointing),
     };
     table.put("name", constraint.name.as_str());
-    let Some(pointing) = pointing else { return };
+    let Some(pointing) = pointing else {
+        match held {
+            [] => {}
+            [held] => table.put("margin_rad_s", *held),
+            _ => table.put("margin_rad_s", held.to_vec()),
+        }
+        return;
+    };
     let kind = match pointing.side {
         Side::KeepOut => "keep_out",
         Side::KeepIn => "keep_in",

@@ -9,7 +9,7 @@ use slewkit::feedback::Kind;
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
-use slewkit_files::flown::{LoopRecord, MarginsRecord, RunRecord, boresights};
+use slewkit_files::flown::{HeldRecord, LoopRecord, MarginsRecord, RunRecord, boresights};
 use slewkit_files::spec::{ClosedLoop, escape};
 
 /// Probabilities below this are told by the tail of the normal law alone.
@@ -35,7 +35,12 @@ pub fn beside(
             Kind::Neighbouring { .. } => "neighbouring gains to the end".into(),
             Kind::Tvlqr(_) => "regulator along the plan".into(),
         };
-        lines.line("feedback", text);
+        let every = if gains.every > 1 {
+            format!(", every {} s", significant(beside.linear.times()[gains.every], 3))
+        } else {
+            String::new()
+        };
+        lines.line("feedback", format!("{text}{every}"));
     }
     if let Some(open) = &beside.open {
         let text = uncertain(problem, open, beside.closed.as_ref());
@@ -52,21 +57,35 @@ pub fn beside(
     {
         lines.lines("", wrapped(&text, TEXT));
     }
-    let chances = beside.chances.iter().map(|chance| {
-        let asked = closed_loop.chances.iter().find(|asked| asked.constraint == chance.name);
-        let of = asked.map_or(String::new(), |asked| {
-            format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked))
-        });
-        let tail = if chance.largest() < SAMPLED { " (by the tail of the normal law)" } else { "" };
-        let at = significant(beside.linear.times()[chance.worst], 3);
-        let name = escape(&chance.name);
-        format!("{name}: {} at its worst, {at} s{of}{tail}", significant(chance.largest(), 2))
-    });
-    lines.lines("chance", chances.flat_map(|text| wrapped(&text, TEXT)));
+    lines.lines("chance", chances(problem, closed_loop, beside).iter().flat_map(|text| wrapped(text, TEXT)));
     if let Some(margins) = margins {
         lines.lines("margin", wrapped(&kept(margins), TEXT));
     }
     lines
+}
+
+/// The chance of each constraint, and of each limit of which one is asked; then those that several share.
+fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<String> {
+    let is_constraint = |name: &str| problem.constraints.iter().any(|constraint| constraint.name == name);
+    let shared =
+        |name: &str| closed_loop.chances.iter().any(|chance| chance.limits.iter().any(|limit| limit == name));
+    let told = beside.chances.iter().filter(|chance| is_constraint(&chance.name) || shared(&chance.name));
+    let mut texts: Vec<String> = told
+        .map(|chance| {
+            let of = closed_loop.asked(&chance.name).map_or(String::new(), |asked| {
+                format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked))
+            });
+            let tail = if chance.largest() < SAMPLED { " (by the tail of the normal law)" } else { "" };
+            let at = significant(beside.linear.times()[chance.worst().node], 3);
+            let name = escape(&chance.name);
+            format!("{name}: {} at its worst, {at} s{of}{tail}", significant(chance.largest(), 2))
+        })
+        .collect();
+    texts.extend(closed_loop.chances.iter().filter(|chance| chance.is_joint).map(|chance| {
+        let names = escape(&chance.limits.join(", "));
+        format!("any of {names}: asked at most {} over the motion", significant(chance.at_most, 2))
+    }));
+    texts
 }
 
 /// When a constraint may be violated with its chance, where that is not the worst instant.
@@ -119,7 +138,8 @@ fn percent(part: f64) -> String {
 
 /// The largest correction, three deviations, beside what the limit leaves.
 fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<String> {
-    let sizes = problem.actuation.torque.limits().size.as_ref()?;
+    let craft = problem.of_craft();
+    let sizes = craft.actuation.torque.limits().size.as_ref()?;
     let mut worst = (0.0, 0, 0);
     for (step, sigmas) in closed.inputs.iter().enumerate() {
         for (input, sigma) in sigmas.iter().enumerate() {
@@ -140,12 +160,26 @@ fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<Str
     })
 }
 
-/// What keeping chances took.
-fn kept(margins: &MarginsRecord) -> String {
-    let each = margins
-        .margins_deg
-        .iter()
-        .map(|(name, margin)| format!("{} {} deg", escape(name), significant(*margin, 4)));
+/// What a plan holds of a limit: one number, or the least and the most of several.
+fn held(of: &HeldRecord) -> String {
+    let number = |number: f64| significant(number, 4);
+    let range = |numbers: &[f64]| {
+        let (least, most) =
+            numbers.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), number| {
+                (least.min(*number), most.max(*number))
+            });
+        if number(least) == number(most) {
+            number(most)
+        } else {
+            format!("{} to {}", number(least), number(most))
+        }
+    };
+    let limit = if of.limit.is_empty() { String::new() } else { format!(" of {}", range(&of.limit)) };
+    format!("{} {}{limit} {}", escape(&of.name), range(&of.held), of.unit)
+}
+
+/// What keeping chances takes.
+pub fn kept(margins: &MarginsRecord) -> String {
     let flown = margins.counted.iter().map(|(name, counted)| {
         let [low, high] = counted.interval.map(percent);
         format!(
@@ -158,7 +192,7 @@ fn kept(margins: &MarginsRecord) -> String {
     let agreed = if margins.agreed { "" } else { "; margins and covariances do not agree yet" };
     format!(
         "{} for the chances asked, found in {}; without them the cost is {}{flown}{agreed}",
-        each.collect::<Vec<_>>().join(", "),
+        margins.held.iter().map(held).collect::<Vec<_>>().join(", "),
         counted(margins.plans, "plan"),
         significant(margins.cost_without, 6)
     )
@@ -234,7 +268,7 @@ fn told(one: &LoopRecord) -> Vec<String> {
             significant(largest, 3)
         ))
     ));
-    for cone in &end.constraints {
+    for cone in end.constraints.iter().chain(&end.limits) {
         let violated = match cone.violated.count {
             0 => format!("violated by none, below {} at 95 %", significant(cone.violated.interval[1], 2)),
             count => format!(

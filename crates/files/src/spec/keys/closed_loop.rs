@@ -2,6 +2,12 @@
 
 use super::*;
 
+/// Deviations, a block of a covariance, or the whole of it.
+const STATE_COVARIANCES: &[&[&str]] = &[
+    &["attitude_deg", "attitude_covariance_deg2", "covariance_deg_deg_s"],
+    &["angular_velocity_deg_s", "angular_velocity_covariance_deg2_s2", "covariance_deg_deg_s"],
+];
+
 tables! {
     /// Gains along the plan.
     pub(crate) static FEEDBACK[selector: Some("kind")] {
@@ -10,6 +16,9 @@ tables! {
         "kind": Choice(&["neighbouring", "tvlqr"], &[]);
         /// Part of the steps at the end over which neighbouring gains are held, at least four steps; 0: none. Default: 0.15.
         "freeze": Number(q::PART);
+        /// Time between two measurements, a whole number of steps; a correction is held over it, and gains are designed for that.
+        /// Default: the step.
+        "every_s": Number(q::DURATION);
         /// Weight of the attitude error in a second, in the unit of the cost for each rad². Default: by which a radian costs what the
         /// torque costs that turns the body by a radian in the duration.
         "attitude_weight": Number(q::WHEEL_WEIGHT);
@@ -31,20 +40,33 @@ tables! {
         "actuators": Table(&UNCERTAIN_ACTUATORS);
         /// What is measured.
         "sensor": Table(&UNCERTAIN_SENSOR);
+        /// The chance that any of several limits is exceeded at any time of the motion, counted in flights; from 1e-4 on.
+        "chance": Number(q::CHANCE);
+        /// Which those are: names of constraints, and of limits as reports call them, "torque limit". Default: all constraints
+        /// that have no chance of their own.
+        "chance_of": Texts(100);
     }
 
-    static UNCERTAIN_STATE {
+    static UNCERTAIN_STATE[exclusive: STATE_COVARIANCES] {
         /// Attitude, about the body axes.
         "attitude_deg": Spread(q::SPREAD);
         /// Angular velocity.
         "angular_velocity_deg_s": Spread(q::SPREAD);
+        /// Covariance of the attitude instead: three rows of three, deg².
+        "attitude_covariance_deg2": Square(q::COVARIANCE);
+        /// Covariance of the angular velocity instead, (deg/s)².
+        "angular_velocity_covariance_deg2_s2": Square(q::COVARIANCE);
+        /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in deg/s.
+        "covariance_deg_deg_s": Square(q::COVARIANCE);
     }
 
-    static UNCERTAIN_INERTIA {
+    static UNCERTAIN_INERTIA[exclusive: &[&["relative", "covariance_kg2_m4"], &["products_kg_m2", "covariance_kg2_m4"]]] {
         /// Each moment about a body axis, as a part of itself.
         "relative": Spread(q::SPREAD);
         /// Each product of inertia.
         "products_kg_m2": Number(q::SPREAD);
+        /// Covariance of the six numbers instead: rows and columns in the order xx, yy, zz, xy, xz, yz.
+        "covariance_kg2_m4": Square(q::COVARIANCE);
     }
 
     static UNCERTAIN_ALIGNMENT {
@@ -54,20 +76,28 @@ tables! {
         "sensor_deg": Spread(q::SPREAD);
     }
 
-    static UNCERTAIN_ACTUATORS {
-        /// Scale of each input, as a part.
-        "scale": Number(q::SPREAD);
+    static UNCERTAIN_ACTUATORS[exclusive: &[&["noise_n_m_sqrt_s", "noise_intensity_n2_m2_s"]]] {
+        /// Scale of each input, as a part: one number for all, or one for each.
+        "scale": Spread(q::SPREAD);
         /// A constant torque from outside, body axes.
         "constant_n_m": Spread(q::SPREAD);
         /// Noise of the torque: the square root of its intensity. Over a step of h seconds it changes the momentum by this times √h.
         "noise_n_m_sqrt_s": Spread(q::SPREAD);
+        /// Intensity of that noise instead, three rows of three: its covariance over a step of h seconds is this over h.
+        "noise_intensity_n2_m2_s": Square(q::COVARIANCE);
     }
 
-    static UNCERTAIN_SENSOR {
+    static UNCERTAIN_SENSOR[exclusive: STATE_COVARIANCES] {
         /// Noise of the attitude, fresh at each step.
         "attitude_deg": Spread(q::SPREAD);
         /// Noise of the angular velocity, fresh at each step.
         "angular_velocity_deg_s": Spread(q::SPREAD);
+        /// Covariance of the attitude instead: three rows of three, deg².
+        "attitude_covariance_deg2": Square(q::COVARIANCE);
+        /// Covariance of the angular velocity instead, (deg/s)².
+        "angular_velocity_covariance_deg2_s2": Square(q::COVARIANCE);
+        /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in deg/s.
+        "covariance_deg_deg_s": Square(q::COVARIANCE);
         /// Scale of the measured angular velocity about each axis, as a part.
         "scale": Number(q::SPREAD);
         /// A constant error of the measured angular velocity.

@@ -1,0 +1,232 @@
+//! Chances that limits keep, and what a plan holds of them.
+
+use super::super::{Limits, Section, escape};
+use super::Over;
+use slewkit::assured;
+use slewkit::maneuver::{Problem, Rule};
+use slewkit::mechanics::LimitKind;
+
+/// A chance that a limit keeps, or several together.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Chance {
+    /// Names of constraints, and of limits of the torques as reports call them.
+    pub limits: Vec<String>,
+    /// The chance, at most.
+    pub at_most: f64,
+    /// Whether it is that of the whole motion; else that of the worst instant.
+    pub of_motion: bool,
+    /// Whether it is that of any of them, as `[uncertainty]` asks.
+    pub is_joint: bool,
+    /// The key of `[actuators]` that asks for it, of a limit of the torques.
+    pub(crate) key: Option<&'static str>,
+}
+
+/// Keys of `[actuators]` for a limit of the torques: its chance, and what is held of it.
+pub(crate) const LIMITS: [(LimitKind, &str, &str); 3] = [
+    (LimitKind::Size, "torque_limit_chance", "torque_limit_reserve_n_m"),
+    (LimitKind::Norm, "torque_norm_limit_chance", "torque_norm_limit_reserve_n_m"),
+    (LimitKind::Rate, "torque_rate_limit_chance", "torque_rate_limit_reserve_n_m_per_s"),
+];
+
+/// The limit of the torques that is of this kind.
+fn has(problem: &Problem, kind: LimitKind) -> bool {
+    problem.actuation.limits().any(|limit| !limit.of_force && limit.kind == kind)
+}
+
+/// A limit of the actuators under `key`, if they have it and torques may be held back of it.
+fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> bool {
+    let name = problem.actuation.limit_name(kind, false);
+    let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
+        (
+            "thrusters push one way: off they have nothing left to correct with".into(),
+            "leave it out; a chance of what is left above goes by plant.authority",
+        )
+    } else if !has(problem, kind) {
+        (format!("there is no {name}, of which it would be"), "give the limit, or leave it out")
+    } else {
+        return true;
+    };
+    section.error("E0172", key, reason, remedy);
+    false
+}
+
+/// The chances of limits; each needs something uncertain.
+pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
+    let mut chances = Vec::new();
+    for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
+        let at_most = own(section, "chance", &[&constraint.name], uncertain);
+        if !section.has("chance") && section.has("chance_over") {
+            let reason = "it says when a chance holds, and there is none";
+            section.error("E0172", "chance_over", reason, "add chance = 0.001, or leave it out");
+        }
+        let margins = ["margin_deg", "margin_rad", "margin_deg_s", "margin_rad_s"];
+        // In a spec that slew wrote the margin is the one that the chance took.
+        if section.has("chance") && !section.keeps_rounding && margins.iter().any(|key| section.has(key)) {
+            let reason = "a chance and a margin: the larger of the two acts";
+            section.warn("W0170", "chance", reason, "leave the margin out, unless it is for something else");
+        }
+        let Some((at_most, of_motion)) = at_most else { continue };
+        chances.push(Chance {
+            limits: vec![constraint.name.clone()],
+            at_most,
+            of_motion,
+            is_joint: false,
+            key: None,
+        });
+    }
+    if let Some(section) = root.section("actuators") {
+        for (kind, key, _) in LIMITS.iter().filter(|(_, key, _)| section.has(key)) {
+            let name = problem.actuation.limit_name(*kind, false);
+            if !fits(section, key, *kind, problem) {
+                continue;
+            }
+            if root.section("feedback").is_none() {
+                let reason = "without gains nothing is corrected, and the torques are those of the plan";
+                section.error("E0172", key, reason, "add [feedback], or leave it out");
+            }
+            let Some((at_most, of_motion)) = own(section, key, &[name], uncertain) else { continue };
+            chances.push(Chance {
+                limits: vec![name.into()],
+                at_most,
+                of_motion,
+                is_joint: false,
+                key: Some(*key),
+            });
+        }
+        if section.has("chance_over") && !LIMITS.iter().any(|(_, key, _)| section.has(key)) {
+            let reason = "it says when the chances of limits hold, and there is none";
+            section.error("E0172", "chance_over", reason, "add torque_limit_chance = 0.001, or leave it out");
+        }
+    }
+    if let Some(section) = root.section("uncertainty") {
+        let joint = joint(section, problem, &chances);
+        chances.extend(joint);
+    }
+    chances
+}
+
+/// The chance under `key`, and whether it is that of the motion.
+fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<(f64, bool)> {
+    let of_motion = section.has("chance_over") && section.word("chance_over") == Some("motion");
+    let at_most = if section.has(key) { section.number(key)? } else { return None };
+    if !uncertain {
+        let name = escape(&names.join(", "));
+        let reason = format!("\"{name}\" has a chance, and nothing is uncertain");
+        section.error("E0172", key, reason, "add [uncertainty], or give a margin instead");
+    }
+    if of_motion {
+        can_be_counted(section, key, at_most);
+    }
+    Some((at_most, of_motion))
+}
+
+fn can_be_counted(section: &Section, key: &str, at_most: f64) {
+    if at_most < Over::LEAST {
+        let reason =
+            format!("the chance of a motion is counted in flights, and that of {at_most} takes too many");
+        let remedy = format!("ask for {} or more, or for that of the worst instant", Over::LEAST);
+        section.error("E0172", key, reason, remedy);
+    }
+}
+
+/// The chance that any of several limits is exceeded at any time: those that are named, or all constraints without a chance of
+/// their own.
+fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance> {
+    if !section.has("chance") {
+        if section.has("chance_of") {
+            let reason = "it names what shares a chance, and there is none";
+            section.error("E0172", "chance_of", reason, "add chance = 0.001, or leave it out");
+        }
+        return None;
+    }
+    let at_most = section.number("chance")?;
+    can_be_counted(section, "chance", at_most);
+    let has_own = |name: &str| own.iter().any(|chance| chance.limits.iter().any(|limit| limit == name));
+    let constraints = problem.constraints.iter().map(|constraint| constraint.name.as_str());
+    if !section.has("chance_of") {
+        let limits: Vec<String> = constraints.filter(|name| !has_own(name)).map(String::from).collect();
+        if limits.is_empty() {
+            let reason = "no constraint is without a chance of its own: there is nothing that could share it";
+            return section.refuse(
+                "E0172",
+                "chance",
+                reason,
+                "name what does: chance_of = [\"torque limit\"]",
+            );
+        }
+        return Some(Chance { limits, at_most, of_motion: true, is_joint: true, key: None });
+    }
+    let limits = section.texts("chance_of")?;
+    let kinds = LIMITS.iter().map(|(kind, ..)| *kind).filter(|kind| has(problem, *kind));
+    let known: Vec<&str> =
+        constraints.chain(kinds.map(|kind| problem.actuation.limit_name(kind, false))).collect();
+    for (index, name) in limits.iter().enumerate() {
+        let (reason, remedy) = if !known.contains(&name.as_str()) {
+            let known =
+                known.iter().map(|name| format!("\"{}\"", escape(name))).collect::<Vec<_>>().join(", ");
+            let known = if known.is_empty() { "there are none".into() } else { format!("there are {known}") };
+            ("is no constraint and no limit of the torques", known)
+        } else if limits[..index].contains(name) {
+            ("is named twice", "name it once".into())
+        } else if has_own(name) {
+            ("has a chance of its own", "leave one of the two out".into())
+        } else {
+            continue;
+        };
+        return section.refuse("E0172", "chance_of", format!("\"{}\" {reason}", escape(name)), remedy);
+    }
+    if limits.is_empty() {
+        let reason = "names nothing that could share the chance";
+        return section.refuse("E0172", "chance_of", reason, "leave it out for all constraints");
+    }
+    Some(Chance { limits, at_most, of_motion: true, is_joint: true, key: None })
+}
+
+/// Has the maneuver hold what the spec says is to be left of rates and torques.
+pub(super) fn hold(root: &Section, problem: &mut Problem) {
+    let rates: Vec<(String, usize)> = problem
+        .constraints
+        .iter()
+        .map(|constraint| {
+            let parts = match constraint.rule {
+                Rule::Pointing(_) => 0,
+                Rule::RateNorm(_) => 1,
+                Rule::RateAxes(_) => 3,
+            };
+            (constraint.name.clone(), parts)
+        })
+        .collect();
+    for (section, (name, parts)) in root.list("constraint").iter().zip(rates) {
+        for (key, unit) in [("margin_deg_s", 1_f64.to_radians()), ("margin_rad_s", 1.0)] {
+            if parts > 0 && section.has(key) {
+                held(section, key, unit, &name, parts, problem);
+            }
+        }
+    }
+    let Some(section) = root.section("actuators") else { return };
+    let count = problem.actuation.torque.count();
+    for (kind, _, key) in LIMITS.iter().filter(|(_, _, key)| section.has(key)) {
+        if fits(section, key, *kind, problem) {
+            let parts = if *kind == LimitKind::Norm { 1 } else { count };
+            held(section, key, 1.0, problem.actuation.limit_name(*kind, false), parts, problem);
+        }
+    }
+}
+
+fn held(section: &Section, key: &str, unit: f64, name: &str, parts: usize, problem: &mut Problem) {
+    let held = match section.limits(key) {
+        None => return,
+        Some(Limits::All(value)) => vec![value * unit; parts],
+        Some(Limits::Each(values)) if values.len() == parts => {
+            values.iter().map(|value| value * unit).collect()
+        }
+        Some(Limits::Each(values)) => {
+            let reason = format!("has {} numbers, the limit has {parts}", values.len());
+            return section.error("E0026", key, reason, "write one number, or one for each");
+        }
+    };
+    if let Err(error) = assured::hold(problem, name, &held) {
+        section.error("E0061", key, error.to_string(), "hold less of it, or allow more");
+    }
+}

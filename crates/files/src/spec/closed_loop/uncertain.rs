@@ -1,0 +1,188 @@
+//! `[uncertainty]`: deviations and covariances.
+
+use super::super::{Limits, Section, short, show};
+use nalgebra::{DMatrix, SMatrix};
+use slewkit::maneuver::Problem;
+use slewkit::optimize::linear_plan::{Matrix6, Parameter};
+use slewkit::uncertainty::Uncertainty;
+use slewkit::{Matrix3, Vector3};
+
+/// Deviations: one number for all, or one for each; zero where the key is absent. `all` says of what.
+fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &str) -> Vec<f64> {
+    let Some((section, limits)) = section.and_then(|section| Some((section, section.limits(key)?))) else {
+        return vec![0.0; count];
+    };
+    match limits {
+        Limits::All(value) => vec![value * unit; count],
+        Limits::Each(values) if values.len() == count => values.iter().map(|value| value * unit).collect(),
+        Limits::Each(values) => {
+            let reason = format!("has {} numbers, one for {all} or {count} are needed", values.len());
+            let told = if count == 3 { "three".into() } else { count.to_string() };
+            section.error("E0026", key, reason, format!("write one number, or {told}"));
+            vec![0.0; count]
+        }
+    }
+}
+
+/// Three deviations, about the body axes.
+fn three(section: Option<&Section>, key: &str, unit: f64) -> Vector3 {
+    Vector3::from_column_slice(&several(section, key, unit, 3, "all axes"))
+}
+
+/// Part of the largest variance by which a covariance may lack symmetry, or an eigenvalue be below zero: the rounding of numbers that
+/// were written with six digits.
+const ROUNDING: f64 = 1e-6;
+
+/// A covariance: symmetric, and no combination has a variance below zero. `None` where the key is absent or the matrix is none, which
+/// is told.
+fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f64, N, N>> {
+    let rows = if section.has(key) { section.square(key)? } else { return None };
+    if rows.len() != N {
+        let reason = format!("has {} rows, a covariance of these has {N}", rows.len());
+        return section.refuse(
+            "E0175",
+            key,
+            reason,
+            format!("write {N} rows of {N} numbers, or {N} variances"),
+        );
+    }
+    let given = DMatrix::from_fn(N, N, |row, column| rows[row][column]);
+    if let Some(row) = (0..N).find(|row| given[(*row, *row)] < 0.0) {
+        let reason = format!("the variance in row {} is {}, below zero", row + 1, show(given[(row, row)]));
+        return section.refuse("E0175", key, reason, "a variance is the square of a deviation");
+    }
+    // Beside unit variances: radians and rates are not of one size.
+    let sigma = |row: usize| if given[(row, row)] > 0.0 { given[(row, row)].sqrt() } else { 1.0 };
+    let scaled = DMatrix::from_fn(N, N, |row, column| given[(row, column)] / (sigma(row) * sigma(column)));
+    let pairs = || (0..N).flat_map(|row| (0..row).map(move |column| (row, column)));
+    let apart = |(row, column): &(usize, usize)| (scaled[(*row, *column)] - scaled[(*column, *row)]).abs();
+    if let Some((row, column)) = pairs().find(|pair| apart(pair) > ROUNDING) {
+        let reason = format!(
+            "row {}, column {} is {}, and row {}, column {} is {}: a covariance is symmetric",
+            row + 1,
+            column + 1,
+            show(given[(row, column)]),
+            column + 1,
+            row + 1,
+            show(given[(column, row)])
+        );
+        return section.refuse("E0175", key, reason, "write the same number on both sides of the diagonal");
+    }
+    if let Some((row, column)) = pairs().find(|(row, column)| scaled[(*row, *column)].abs() > 1.0 + ROUNDING)
+    {
+        let reason = format!(
+            "row {}, column {} is {}: more than the product of both deviations, {}",
+            row + 1,
+            column + 1,
+            show(given[(row, column)]),
+            short(sigma(row) * sigma(column))
+        );
+        return section.refuse("E0175", key, reason, "a correlation is between -1 and 1: write less");
+    }
+    let symmetric = 0.5 * (&scaled + scaled.transpose());
+    let least = symmetric.symmetric_eigenvalues().min();
+    if least < -ROUNDING * N as f64 {
+        let reason = format!(
+            "some combination of the numbers has a variance below zero: scaled to variances of 1, the least eigenvalue is {}",
+            short(least)
+        );
+        return section.refuse("E0175", key, reason, "make the correlations smaller");
+    }
+    Some(SMatrix::from_fn(|row, column| 0.5 * (given[(row, column)] + given[(column, row)])))
+}
+
+/// Covariance of `[ζ; δΩ]`, of which each part is given by deviations, by a block, or the whole by one matrix.
+fn variances(section: Option<&Section>) -> Matrix6 {
+    let degree = 1_f64.to_radians();
+    let Some(of) = section else { return Matrix6::zeros() };
+    if let Some(whole) = covariance::<6>(of, "covariance_deg_deg_s") {
+        return whole * (degree * degree);
+    }
+    let block = |key: &str, block: &str| {
+        let sigma = three(section, key, degree);
+        covariance::<3>(of, block).map_or_else(
+            || Matrix3::from_diagonal(&sigma.component_mul(&sigma)),
+            |block| block * (degree * degree),
+        )
+    };
+    let mut both = Matrix6::zeros();
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&block("attitude_deg", "attitude_covariance_deg2"));
+    let rates = block("angular_velocity_deg_s", "angular_velocity_covariance_deg2_s2");
+    both.fixed_view_mut::<3, 3>(3, 3).copy_from(&rates);
+    both
+}
+
+/// Errors of the inertia that are independent, with their deviations: the principal ones of the covariance of its six numbers, which are
+/// xx, yy, zz, xy, xz, yz.
+fn inertias(section: Option<&Section>) -> Vec<(Matrix3, f64)> {
+    let Some(covariance) = section.and_then(|section| covariance::<6>(section, "covariance_kg2_m4")) else {
+        return Vec::new();
+    };
+    let eigen = covariance.symmetric_eigen();
+    let mut order = [0, 1, 2, 3, 4, 5];
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let delta = |index: usize| {
+        let [xx, yy, zz, xy, xz, yz] = eigen.eigenvectors.column(index).into_owned().into();
+        Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+    };
+    let largest = eigen.eigenvalues.max();
+    let sigma = |index: usize| eigen.eigenvalues[index].max(0.0).sqrt();
+    let counts = |index: &usize| eigen.eigenvalues[*index] > ROUNDING * ROUNDING * largest;
+    order.into_iter().filter(counts).map(|index| (delta(index), sigma(index))).collect()
+}
+
+pub(super) fn uncertainty(section: &Section, problem: &Problem) -> Uncertainty {
+    let degree = 1_f64.to_radians();
+    let [start, inertia, alignment, actuators, sensor] =
+        ["start", "inertia", "alignment", "actuators", "sensor"].map(|name| section.section(name));
+    let axes = ["x", "y", "z"];
+    let unit = |axis: usize| Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)));
+    let mut parameters: Vec<(String, Parameter, f64)> = Vec::new();
+    let mut add = |name: String, parameter: Parameter, sigma: f64| {
+        if sigma > 0.0 {
+            parameters.push((name, parameter, sigma));
+        }
+    };
+    for (number, (delta, sigma)) in inertias(inertia).into_iter().enumerate() {
+        add(format!("inertia, error {}", number + 1), Parameter::Inertia(delta), sigma);
+    }
+    let moments = three(inertia, "relative", 1.0);
+    for axis in 0..3 {
+        let mut delta = Matrix3::zeros();
+        delta[(axis, axis)] = 1.0;
+        let sigma = moments[axis] * problem.body.inertia.j()[(axis, axis)];
+        add(format!("inertia {0}{0}", axes[axis]), Parameter::Inertia(delta), sigma);
+    }
+    let products = inertia.and_then(|section| section.number("products_kg_m2")).unwrap_or(0.0);
+    for (row, column) in [(0, 1), (0, 2), (1, 2)] {
+        let mut delta = Matrix3::zeros();
+        delta[(row, column)] = 1.0;
+        delta[(column, row)] = 1.0;
+        add(format!("inertia {}{}", axes[row], axes[column]), Parameter::Inertia(delta), products);
+    }
+    let inputs = problem.actuation.torque.count();
+    for (input, scale) in several(actuators, "scale", 1.0, inputs, "all inputs").into_iter().enumerate() {
+        add(format!("scale of input {}", input + 1), Parameter::InputScale(input), scale);
+    }
+    let rate_scale = sensor.and_then(|section| section.number("scale")).unwrap_or(0.0);
+    let turned = three(alignment, "actuators_deg", degree);
+    let constant = three(actuators, "constant_n_m", 1.0);
+    let seen = three(alignment, "sensor_deg", degree);
+    let bias = three(sensor, "bias_deg_s", degree);
+    for axis in 0..3 {
+        let about = axes[axis];
+        add(format!("actuators about {about}"), Parameter::ActuatorTurn(unit(axis)), turned[axis]);
+        add(format!("torque {about}"), Parameter::ConstantTorque(unit(axis)), constant[axis]);
+        add(format!("attitude sensor about {about}"), Parameter::SensorTurn(unit(axis)), seen[axis]);
+        add(format!("scale of rate {about}"), Parameter::RateScale(axis), rate_scale);
+        add(format!("bias of rate {about}"), Parameter::RateBias(unit(axis)), bias[axis]);
+    }
+    let noise = three(actuators, "noise_n_m_sqrt_s", 1.0);
+    let intensity = actuators.and_then(|section| covariance::<3>(section, "noise_intensity_n2_m2_s"));
+    Uncertainty {
+        start: variances(start),
+        parameters,
+        torque_noise: intensity.unwrap_or_else(|| Matrix3::from_diagonal(&noise.component_mul(&noise))),
+        sensor_noise: variances(sensor),
+    }
+}

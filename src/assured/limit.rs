@@ -1,0 +1,182 @@
+//! What a chance is of: a constraint or a limit of the torques, by name, and how much of it a plan holds.
+
+use super::{Held, NotKept};
+use crate::Vector3;
+use crate::closed_loop::Flown;
+use crate::maneuver::reserve::split;
+use crate::maneuver::{Constraint, Problem, Rule};
+use crate::mechanics::actuators::{ActuatorSet, InputLimit, LimitKind};
+use crate::numerics::figures::significant;
+use crate::uncertainty::chance::Quantity;
+
+/// A constraint or a limit of a maneuver.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Limit {
+    pub name: String,
+    which: Which,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Which {
+    /// Index among the constraints.
+    Constraint(usize),
+    /// Of the torques, and where its first bound is among those of size, norm and rate.
+    Inputs(LimitKind, usize),
+}
+
+/// The limits of the torques, in the order in which flights tell what is left of them.
+fn of_torques(problem: &Problem) -> impl Iterator<Item = InputLimit<'_>> {
+    let counts = [LimitKind::Size, LimitKind::Norm, LimitKind::Rate];
+    problem.actuation.limits().filter(move |limit| !limit.of_force && counts.contains(&limit.kind))
+}
+
+impl Limit {
+    /// The one that reports call `name`.
+    pub fn named(problem: &Problem, name: &str) -> Option<Self> {
+        let named = |which| Self { name: name.into(), which };
+        if let Some(index) = problem.constraints.iter().position(|constraint| constraint.name == name) {
+            return Some(named(Which::Constraint(index)));
+        }
+        let mut first = 0;
+        for limit in of_torques(problem) {
+            if limit.name == name {
+                return Some(named(Which::Inputs(limit.kind, first)));
+            }
+            first += limit.bounds.len();
+        }
+        None
+    }
+
+    pub fn quantity(&self, problem: &Problem) -> Quantity {
+        match self.which {
+            Which::Constraint(index) => match problem.constraints[index].rule {
+                Rule::Pointing(_) => Quantity::Angle,
+                Rule::RateNorm(_) | Rule::RateAxes(_) => Quantity::Rate,
+            },
+            Which::Inputs(LimitKind::Rate, _) => Quantity::TorqueRate,
+            Which::Inputs(..) => Quantity::Torque,
+        }
+    }
+
+    /// What the maneuver allows, a number for each part; of a cone nothing that a margin could exceed.
+    pub fn bounds(&self, problem: &Problem) -> Vec<f64> {
+        match self.which {
+            Which::Constraint(index) => match &problem.constraints[index].rule {
+                Rule::Pointing(_) => vec![f64::INFINITY],
+                Rule::RateNorm(limit) => vec![*limit],
+                Rule::RateAxes(limits) => limits.iter().copied().collect(),
+            },
+            Which::Inputs(kind, _) => {
+                let limit = of_torques(problem).find(|limit| limit.kind == kind);
+                limit.map_or_else(Vec::new, |limit| limit.bounds.to_vec())
+            }
+        }
+    }
+
+    /// What a plan of the maneuver holds of it, a number for each part.
+    pub fn held(&self, problem: &Problem) -> Vec<f64> {
+        let reserve = &problem.reserve;
+        let mut held = match self.which {
+            Which::Constraint(index) => match &problem.constraints[index].rule {
+                Rule::Pointing(pointing) => vec![pointing.margin],
+                _ => reserve.rate(&self.name).to_vec(),
+            },
+            Which::Inputs(LimitKind::Size, _) => reserve.torque.clone(),
+            Which::Inputs(LimitKind::Rate, _) => reserve.torque_rate.clone(),
+            Which::Inputs(..) => vec![reserve.torque_norm],
+        };
+        held.resize(self.bounds(problem).len(), 0.0);
+        held
+    }
+
+    /// Has a maneuver hold so much of it, a number for each part, each less than its bound in `craft`.
+    pub fn hold(&self, problem: &mut Problem, craft: &Problem, held: &[f64]) {
+        let parts = self.bounds(craft).into_iter().zip(held);
+        let (kept, left): (Vec<f64>, Vec<f64>) = parts.map(|(bound, held)| split(bound, *held)).unzip();
+        let kind = match self.which {
+            Which::Constraint(index) => {
+                match &mut problem.constraints[index].rule {
+                    Rule::Pointing(pointing) => {
+                        pointing.margin = held[0];
+                        return;
+                    }
+                    Rule::RateNorm(limit) => *limit = kept[0],
+                    Rule::RateAxes(limits) => {
+                        limits.iter_mut().zip(&kept).for_each(|(limit, kept)| *limit = *kept)
+                    }
+                }
+                problem.reserve.rates.retain(|(name, _)| *name != self.name);
+                problem.reserve.rates.push((self.name.clone(), left));
+                return;
+            }
+            Which::Inputs(kind, _) => kind,
+        };
+        let set = &problem.actuation.torque;
+        let mut limits = set.limits().clone();
+        match kind {
+            LimitKind::Size => (limits.size, problem.reserve.torque) = (Some(kept), left),
+            LimitKind::Rate => (limits.rate, problem.reserve.torque_rate) = (Some(kept), left),
+            _ => (limits.norm, problem.reserve.torque_norm) = (kept.first().copied(), left[0]),
+        }
+        if let Ok(set) = ActuatorSet::clone(set).with_limits(limits) {
+            problem.actuation.torque = set;
+        }
+    }
+
+    /// Whether the craft has more of it than is to be held.
+    pub fn check(&self, craft: &Problem, held: &[f64]) -> Result<(), NotKept> {
+        let bounds = self.bounds(craft);
+        let Some(part) = bounds.iter().zip(held).position(|(bound, held)| held >= bound) else {
+            return Ok(());
+        };
+        let scale = if self.quantity(craft) == Quantity::Rate { 1_f64.to_radians() } else { 1.0 };
+        let number = |of: f64| significant(of / scale, 3);
+        Err(NotKept::Reserve {
+            name: self.name.clone(),
+            part: if bounds.len() > 1 { format!(" (number {})", part + 1) } else { String::new() },
+            bound: number(bounds[part]),
+            needed: number(held[part]),
+            unit: match self.quantity(craft) {
+                Quantity::Angle => "rad",
+                Quantity::Rate => "deg/s",
+                Quantity::Torque => "N·m",
+                Quantity::TorqueRate => "N·m/s",
+            },
+        })
+    }
+
+    /// For people: what a plan of `problem` holds.
+    pub fn told(&self, problem: &Problem, craft: &Problem) -> Held {
+        Held {
+            name: self.name.clone(),
+            quantity: self.quantity(craft),
+            parts: self.held(problem),
+            bounds: self.bounds(craft),
+        }
+    }
+
+    /// The constraints of which flights tell the room of each part; none of limits of the torques, of which they tell it anyway.
+    pub fn watched(&self, craft: &Problem) -> Vec<Constraint> {
+        let Which::Constraint(index) = self.which else { return Vec::new() };
+        let constraint = &craft.constraints[index];
+        let Rule::RateAxes(limits) = &constraint.rule else { return vec![constraint.clone()] };
+        let alone = |axis: usize| {
+            let limits = Vector3::from_fn(|row, _| if row == axis { limits[row] } else { f64::INFINITY });
+            Constraint { name: self.name.clone(), rule: Rule::RateAxes(limits) }
+        };
+        (0..3).map(alone).collect()
+    }
+
+    /// What a flight leaves of each part, SI, where the constraints of this limit begin with `first` among those that it tells.
+    pub fn room(&self, craft: &Problem, flown: &Flown, first: usize) -> Vec<f64> {
+        let bounds = self.bounds(craft);
+        match self.which {
+            Which::Inputs(_, first) => flown.input_room[first..first + bounds.len()].to_vec(),
+            Which::Constraint(_) => {
+                // Flights tell the room of rates as a part of the limit.
+                let unit = |bound: &f64| if bound.is_finite() { *bound } else { 1.0 };
+                flown.room[first..].iter().zip(&bounds).map(|(room, bound)| room * unit(bound)).collect()
+            }
+        }
+    }
+}

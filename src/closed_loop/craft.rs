@@ -1,0 +1,143 @@
+//! What a craft differs by, and what its actuators make of a command: limits, then the delay.
+
+use crate::mechanics::actuators::ActuatorSet;
+use crate::optimize::linear_plan::Parameter;
+use crate::{Matrix3, Vector3, lie};
+use std::collections::VecDeque;
+
+/// Constant errors of a case.
+pub(super) struct Errors {
+    scale: Vec<f64>,
+    turn: Matrix3,
+    pub constant: Vector3,
+    pub sensor_turn: Matrix3,
+    pub rate_scale: Vector3,
+    pub rate_bias: Vector3,
+}
+
+impl Errors {
+    pub fn of(parameters: &[(String, Parameter, f64)], values: &[f64], inputs: usize) -> Self {
+        let zero = Vector3::zeros();
+        let (mut turn, mut sensor) = (zero, zero);
+        let mut scale = vec![1.0; inputs];
+        let (mut constant, mut rate_scale, mut rate_bias) = (zero, Vector3::repeat(1.0), zero);
+        for ((_, parameter, _), value) in parameters.iter().zip(values) {
+            match parameter {
+                Parameter::Inertia(_) => {}
+                Parameter::InputScale(input) => scale[*input] += value,
+                Parameter::ActuatorTurn(axis) => turn += axis * *value,
+                Parameter::ConstantTorque(torque) => constant += torque * *value,
+                Parameter::SensorTurn(axis) => sensor += axis * *value,
+                Parameter::RateScale(axis) => rate_scale[*axis] += value,
+                Parameter::RateBias(bias) => rate_bias += bias * *value,
+            }
+        }
+        Self { scale, turn: lie::exp(&turn), constant, sensor_turn: lie::exp(&sensor), rate_scale, rate_bias }
+    }
+
+    /// `exp S(α) B (1 + s) u`.
+    pub fn torque(&self, set: &ActuatorSet, inputs: &[f64]) -> Vector3 {
+        let axes = set.axes().iter().zip(inputs).zip(&self.scale);
+        let torque: Vector3 = axes.map(|((axis, input), scale)| axis * (input * scale)).sum();
+        self.turn * torque
+    }
+}
+
+/// Commands on their way to the actuators.
+pub(super) struct DelayLine {
+    /// When each begins to act, and what it is; zero before the first.
+    waiting: VecDeque<(f64, Vec<f64>)>,
+    acting: Vec<f64>,
+}
+
+impl DelayLine {
+    pub fn new(inputs: usize) -> Self {
+        Self { waiting: VecDeque::new(), acting: vec![0.0; inputs] }
+    }
+
+    pub fn command(&mut self, from: f64, inputs: Vec<f64>) {
+        self.waiting.push_back((from, inputs));
+    }
+
+    /// What acts at a time, and until when.
+    pub fn at(&mut self, time: f64) -> (&[f64], f64) {
+        while self.waiting.front().is_some_and(|(from, _)| *from <= time) {
+            if let Some((_, inputs)) = self.waiting.pop_front() {
+                self.acting = inputs;
+            }
+        }
+        (&self.acting, self.waiting.front().map_or(f64::INFINITY, |(from, _)| *from))
+    }
+}
+
+/// The limits of the inputs, and what commands leave of each.
+///
+/// Sizes and norm are cut; how fast a command changes is counted and not cut, because a held command jumps.
+pub(super) struct Limited<'a> {
+    set: &'a ActuatorSet,
+    /// What the actuators can give, as a multiple of their limits.
+    authority: f64,
+    /// The command before.
+    before: Option<Vec<f64>>,
+    /// What is least left, SI: of each size, of the norm, of how fast each input changes, of those there are.
+    pub room: Vec<f64>,
+}
+
+impl<'a> Limited<'a> {
+    /// Part of a limit by which an input may exceed it without being counted.
+    const ROUNDING: f64 = 1e-9;
+
+    pub fn new(set: &'a ActuatorSet, authority: f64) -> Self {
+        let limits = set.limits();
+        let each = |bounds: &Option<Vec<f64>>| bounds.as_ref().map_or(0, Vec::len);
+        let count = each(&limits.size) + usize::from(limits.norm.is_some()) + each(&limits.rate);
+        Self { set, authority, before: None, room: vec![f64::INFINITY; count] }
+    }
+
+    /// Cuts a command to sizes and norm; whether it was beyond any.
+    pub fn cut(&self, inputs: &mut [f64]) -> bool {
+        let limits = self.set.limits();
+        let mut cut = false;
+        if let Some(sizes) = &limits.size {
+            for (input, size) in inputs.iter_mut().zip(sizes) {
+                let size = size * self.authority;
+                let least = if limits.one_sided { 0.0 } else { -size };
+                // What is at a limit by round-off is not cut.
+                cut |= *input > size * (1.0 + Self::ROUNDING) || *input < least - size * Self::ROUNDING;
+                // `clamp` would panic on bounds that are none.
+                *input = if *input > size {
+                    size
+                } else if *input < least {
+                    least
+                } else {
+                    *input
+                };
+            }
+        }
+        if let Some(norm) = limits.norm.map(|norm| norm * self.authority) {
+            let size = self.set.output(inputs).norm();
+            if size > norm {
+                cut |= size > norm * (1.0 + Self::ROUNDING);
+                inputs.iter_mut().for_each(|input| *input *= norm / size);
+            }
+        }
+        cut
+    }
+
+    /// Counts what a command leaves that is given for `step` \[s\], before it is cut.
+    pub fn meet(&mut self, step: f64, inputs: &[f64]) {
+        let limits = self.set.limits();
+        // What pushes one way has no limit below but that it can't pull.
+        let size = |input: f64| if limits.one_sided { input } else { input.abs() };
+        let sizes = limits.size.iter().flatten().zip(inputs);
+        let sizes = sizes.map(|(limit, input)| limit * self.authority - size(*input));
+        let norm = limits.norm.map(|norm| norm * self.authority - self.set.output(inputs).norm());
+        let before = self.before.as_deref().unwrap_or(inputs);
+        let rates = limits.rate.iter().flatten().zip(inputs.iter().zip(before));
+        let rates = rates.map(|(rate, (input, before))| rate - (input - before).abs() / step);
+        for (room, left) in self.room.iter_mut().zip(sizes.chain(norm).chain(rates)) {
+            *room = room.min(left);
+        }
+        self.before = Some(inputs.to_vec());
+    }
+}

@@ -1,0 +1,111 @@
+//! What is drawn once a case, and the roots of what is drawn anew at every step.
+//!
+//! Every quantity has a stream of random numbers of its own, from the seed, the case and its purpose: a new sensor does not shift the
+//! numbers of another.
+
+use super::Lost;
+use crate::Matrix3;
+use crate::mechanics::body::Inertia;
+use crate::numerics::random::Stream;
+use crate::optimize::linear_plan::{Matrix6, Parameter, Vector6};
+use crate::uncertainty::Uncertainty;
+use nalgebra::{Const, DefaultAllocator, DimDiff, DimSub, SMatrix, ToTypenum, U1, allocator::Allocator};
+
+/// The purposes of the streams.
+pub(super) mod stream {
+    pub const PARAMETERS: u32 = 1 << 16;
+    pub const START: u32 = PARAMETERS + 1;
+    pub const SENSORS: u32 = PARAMETERS + 2;
+    pub const TORQUE: u32 = PARAMETERS + 3;
+}
+
+/// Inertias drawn before a case is given up: one in two is none about a plate.
+const MOST_DRAWS: u32 = 64;
+
+/// The random numbers of all cases of a seed.
+#[derive(Clone, Debug)]
+pub(super) struct Draws<'a> {
+    uncertainty: &'a Uncertainty,
+    nominal: Inertia,
+    seed: u64,
+    /// Square roots of the covariances of start, torque noise and sensors.
+    start: Matrix6,
+    pub torque: Matrix3,
+    pub sensors: Matrix6,
+}
+
+/// The craft of a case.
+#[derive(Clone, Debug)]
+pub(super) struct Drawn {
+    /// The values of its parameters, in their order.
+    pub parameters: Vec<f64>,
+    pub inertia: Inertia,
+    /// Draws of the inertia that were none.
+    pub rejected: u32,
+}
+
+impl<'a> Draws<'a> {
+    pub fn new(uncertainty: &'a Uncertainty, nominal: &Inertia, seed: u64) -> Self {
+        Self {
+            uncertainty,
+            nominal: nominal.clone(),
+            seed,
+            start: root(&uncertainty.start),
+            torque: root(&uncertainty.torque_noise),
+            sensors: root(&uncertainty.sensor_noise),
+        }
+    }
+
+    /// The craft of a case.
+    ///
+    /// # Errors
+    /// [`Lost`] where no inertia that is drawn is one.
+    pub fn craft(&self, case: u64) -> Result<Drawn, Lost> {
+        let parameters = &self.uncertainty.parameters;
+        let mut stream = Stream::new(self.seed, case, stream::PARAMETERS);
+        let mut values: Vec<f64> = parameters.iter().map(|(_, _, sigma)| sigma * stream.normal()).collect();
+        let mut rejected = 0;
+        loop {
+            let mut j = *self.nominal.j();
+            for (value, (_, parameter, _)) in values.iter().zip(parameters) {
+                if let Parameter::Inertia(delta) = parameter {
+                    j += delta * *value;
+                }
+            }
+            if let Ok(inertia) = Inertia::new(j) {
+                return Ok(Drawn { parameters: values, inertia, rejected });
+            }
+            rejected += 1;
+            if rejected >= MOST_DRAWS {
+                return Err(Lost);
+            }
+            for (value, (_, parameter, sigma)) in values.iter_mut().zip(parameters) {
+                if matches!(parameter, Parameter::Inertia(_)) {
+                    *value = sigma * stream.normal();
+                }
+            }
+        }
+    }
+
+    /// `[ζ; δΩ]` of a case at the start.
+    pub fn start(&self, case: u64) -> Vector6 {
+        let mut normal = Stream::new(self.seed, case, stream::START);
+        self.start * Vector6::from_fn(|_, _| normal.normal())
+    }
+
+    /// The streams of a case that are read at every step: of sensors and of the torque.
+    pub fn noise(&self, case: u64) -> [Stream; 2] {
+        [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(self.seed, case, of))
+    }
+}
+
+/// A square root of a covariance, `root rootᵀ`.
+fn root<const N: usize>(covariance: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N>
+where
+    Const<N>: DimSub<U1> + ToTypenum,
+    DefaultAllocator: Allocator<DimDiff<Const<N>, U1>>,
+{
+    let eigen = (0.5 * (covariance + covariance.transpose())).symmetric_eigen();
+    let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+    eigen.eigenvectors * SMatrix::<f64, N, N>::from_diagonal(&roots)
+}

@@ -1,0 +1,73 @@
+//! The plan's inputs as they are to be commanded: as they stand, or ahead of a lag and a delay that are known.
+//!
+//! A command is then what the plan gives on average while it acts, a delay after it is given, and ahead of the lag: with `v` what the
+//! actuators have reached before and `m` the mean of `e^{−t/τ}` over the ticks, they give `c + (v − c) m` on average, so
+//! `c = (u* − m v)/(1 − m)`.
+
+use super::Plant;
+use crate::optimize::linear_plan::LinearPlan;
+
+/// Part of a tick by which two times may differ and be one.
+pub(super) const SAME_TIME: f64 = 1e-6;
+
+/// The commands of a plan for a plant that changes its torque `ticks` times a step.
+pub(super) struct Feedforward<'a> {
+    pub plan: &'a LinearPlan,
+    pub plant: &'a Plant,
+    pub ticks: usize,
+}
+
+impl Feedforward<'_> {
+    /// From when on each acts, and what it is: those that are given before the start, then those of the steps.
+    pub fn commands(&self) -> Vec<(f64, Vec<f64>)> {
+        let times = self.plan.times();
+        let count = self.plan.count();
+        let m = self.plan.axes().ncols();
+        if !self.plant.leads {
+            return (0..count).map(|k| (times[k] + self.plant.delay, self.plan.inputs(k).to_vec())).collect();
+        }
+        let delay = self.plant.delay;
+        let step = times[1] - times[0];
+        // No more than the plan has steps, however long the delay.
+        let early = ((delay / step - SAME_TIME).ceil().max(0.0) as usize).min(count);
+        let before = (1..=early).rev().map(|j| (delay - j as f64 * step).max(0.0));
+        let starts: Vec<f64> = before.chain(times.iter().map(|time| time + delay)).collect();
+        let (mut reached, mut commands) = (vec![0.0; m], Vec::with_capacity(starts.len()));
+        for ends in starts.windows(2) {
+            let mut command = self.planned(ends[0], ends[1]);
+            if self.plant.lag > 0.0 {
+                let parts = self.ticks as f64;
+                let kept = ((ends[0] - ends[1]) / (parts * self.plant.lag)).exp();
+                let (mean, whole) = (self.mean_kept(kept), kept.powf(parts));
+                for (command, reached) in command.iter_mut().zip(&mut reached) {
+                    *command = (*command - mean * *reached) / (1.0 - mean);
+                    *reached = *command + whole * (*reached - *command);
+                }
+            }
+            commands.push((ends[0], command));
+        }
+        commands
+    }
+
+    /// Mean of `q, q², … qⁿ` over the ticks of a step.
+    fn mean_kept(&self, kept: f64) -> f64 {
+        (1..=self.ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / self.ticks as f64
+    }
+
+    /// Mean of the plan's inputs between two times; beyond its end those of its last step.
+    fn planned(&self, from: f64, to: f64) -> Vec<f64> {
+        let times = self.plan.times();
+        let last = self.plan.count() - 1;
+        let mut mean = vec![0.0; self.plan.axes().ncols()];
+        let first = times.partition_point(|time| *time <= from).saturating_sub(1).min(last);
+        for k in first..=last {
+            let end = if k == last { f64::INFINITY } else { times[k + 1] };
+            let part = (to.min(end) - from.max(times[k])) / (to - from);
+            if part <= 0.0 && k > first {
+                break;
+            }
+            mean.iter_mut().zip(self.plan.inputs(k)).for_each(|(mean, input)| *mean += part.max(0.0) * input);
+        }
+        mean
+    }
+}

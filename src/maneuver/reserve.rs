@@ -1,0 +1,84 @@
+//! What a plan leaves of limits to who flies it: corrections take it, and what is uncertain.
+
+use super::constraint::{Constraint, Pointing, Rule};
+use crate::Vector3;
+use crate::mechanics::actuators::{ActuatorSet, Limits};
+
+/// What the limits of the craft are beyond those of its maneuver, which the plan keeps, SI. Cones have a margin of their own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reserve {
+    /// Of the size of each torque input [N·m]; empty: nothing.
+    pub torque: Vec<f64>,
+    /// Of the norm of the torque [N·m].
+    pub torque_norm: f64,
+    /// Of how fast each torque input changes [N·m/s]; empty: nothing.
+    pub torque_rate: Vec<f64>,
+    /// Of constraints of the angular velocity, by their names: of its norm one number, of its components three [rad/s].
+    pub rates: Vec<(String, Vec<f64>)>,
+}
+
+impl Reserve {
+    /// Of the constraint of the angular velocity `name`; empty: nothing.
+    pub fn rate(&self, name: &str) -> &[f64] {
+        self.rates.iter().find(|(of, _)| of == name).map_or(&[], |(_, reserve)| reserve)
+    }
+
+    /// The torques with the limits of the craft.
+    pub(super) fn given_back(&self, set: &ActuatorSet) -> ActuatorSet {
+        let Limits { size, norm, rate, .. } = set.limits();
+        let limits = Limits {
+            size: size.as_ref().map(|sizes| sums(sizes, &self.torque)),
+            norm: norm.map(|norm| norm + self.torque_norm),
+            rate: rate.as_ref().map(|rates| sums(rates, &self.torque_rate)),
+            ..set.limits().clone()
+        };
+        set.clone().with_limits(limits).unwrap_or_else(|_| set.clone())
+    }
+
+    /// A constraint as the craft has it: without what is held of it, and cones without margins.
+    pub(super) fn give_back(&self, constraint: &mut Constraint) {
+        let held = self.rate(&constraint.name);
+        match &mut constraint.rule {
+            Rule::Pointing(pointing) => *pointing = Pointing { margin: 0.0, ..pointing.clone() },
+            Rule::RateNorm(limit) => *limit += held.first().unwrap_or(&0.0),
+            Rule::RateAxes(limits) if held.len() == 3 => *limits += Vector3::from_column_slice(held),
+            Rule::RateAxes(_) => {}
+        }
+    }
+}
+
+/// What each number is with what is held of it, where something is.
+fn sums(numbers: &[f64], held: &[f64]) -> Vec<f64> {
+    let held = held.iter().copied().chain(std::iter::repeat(0.0));
+    numbers.iter().zip(held).map(|(number, held)| number + held).collect()
+}
+
+/// A limit `whole` of which about `held` is left: what is kept of it, and exactly what that leaves, so that their sum and difference are
+/// without rounding and files hold any two of the three.
+pub fn split(whole: f64, held: f64) -> (f64, f64) {
+    // The difference of two numbers within a factor of two is exact (Sterbenz).
+    if held <= 0.5 * whole {
+        let kept = whole - held;
+        (kept, whole - kept)
+    } else {
+        (whole - held, held)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+
+    #[test]
+    fn what_is_kept_and_what_is_held_make_the_limit_to_the_last_bit() {
+        let mut random = Random(5);
+        for _ in 0..10_000 {
+            let (whole, part) = (2.0 + random.uniform(), 0.5 + 0.5 * random.uniform());
+            let (kept, held) = split(whole, whole * part);
+            assert!(kept + held == whole && whole - held == kept, "{whole:e} {part:e}");
+            assert!((held - whole * part).abs() <= f64::EPSILON * whole);
+        }
+        assert_eq!(split(2.0, 0.0), (2.0, 0.0));
+    }
+}

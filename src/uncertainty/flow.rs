@@ -1,0 +1,360 @@
+//! The pass along a plan that carries covariances, sensitivities and sets.
+
+use super::{Bounded, Covariance, Uncertainty};
+use crate::feedback::Gains;
+use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
+use crate::{Matrix3, Vector3};
+use nalgebra::{Const, Dyn, OMatrix, SMatrix};
+
+type Matrix6x3 = SMatrix<f64, 6, 3>;
+
+/// The ellipsoid of least trace about the sum of ellipsoids; a point where all are points.
+fn minkowski<const N: usize>(sets: &[Square<N>]) -> Square<N> {
+    let roots: Vec<f64> = sets.iter().map(|set| set.trace().max(0.0).sqrt()).collect();
+    let all: f64 = roots.iter().sum();
+    let parts = sets.iter().zip(&roots).filter(|(_, root)| **root > 0.0);
+    parts.fold(Square::<N>::zeros(), |sum, (set, root)| sum + set * (all / root))
+}
+
+/// A pass along a plan, with `N` states: 6, or 9 with the momentum of wheels.
+pub(super) struct Flow<'a, const N: usize> {
+    plan: &'a LinearPlan,
+    gains: Option<&'a Gains>,
+    uncertainty: &'a Uncertainty,
+}
+
+type Square<const N: usize> = SMatrix<f64, N, N>;
+type Columns<const N: usize> = OMatrix<f64, Const<N>, Dyn>;
+
+impl<'a, const N: usize> Flow<'a, N> {
+    pub fn new(plan: &'a LinearPlan, gains: Option<&'a Gains>, uncertainty: &'a Uncertainty) -> Self {
+        Self { plan, gains, uncertainty }
+    }
+
+    /// `[ζ; δΩ]` in SI as a scaled `z` of momenta.
+    fn of_rates(&self) -> Matrix6 {
+        let mut map = Matrix6::identity();
+        map.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.plan.momentum_of_rate());
+        map
+    }
+
+    /// Columns of the state, one for each parameter.
+    fn columns(&self, of: impl Fn(&Parameter) -> Vector6) -> Columns<N> {
+        let parameters = &self.uncertainty.parameters;
+        let mut columns = Columns::<N>::zeros(parameters.len());
+        for (index, (_, parameter, _)) in parameters.iter().enumerate() {
+            columns.fixed_view_mut::<6, 1>(0, index).copy_from(&of(parameter));
+        }
+        columns
+    }
+
+    /// `S Σ_p Sᵀ`.
+    fn of_parameters(&self, columns: &Columns<N>) -> Square<N> {
+        let mut sum = Square::<N>::zeros();
+        for (column, (_, _, sigma)) in columns.column_iter().zip(&self.uncertainty.parameters) {
+            sum += column * column.transpose() * (sigma * sigma);
+        }
+        sum
+    }
+
+    /// A matrix of `z` as one of the whole state: nothing else.
+    fn whole(of: &Matrix6) -> Square<N> {
+        let mut out = Square::<N>::zeros();
+        out.fixed_view_mut::<6, 6>(0, 0).copy_from(of);
+        out
+    }
+
+    /// The part of `z`.
+    fn part(of: &Square<N>) -> Matrix6 {
+        of.fixed_view::<6, 6>(0, 0).into_owned()
+    }
+
+    /// `A` and `B` of a step for the whole state.
+    fn step(&self, index: usize) -> (Square<N>, SMatrix<f64, N, 3>) {
+        let step = &self.plan.steps()[index];
+        let mut a = Self::whole(&step.a);
+        let mut b = SMatrix::<f64, N, 3>::zeros();
+        b.fixed_view_mut::<6, 3>(0, 0).copy_from(&step.b);
+        for row in 6..N {
+            a[(row, row)] = 1.0;
+            b[(row, row - 6)] = -step.length;
+            a.fixed_view_mut::<6, 1>(0, row).copy_from(&step.wheels.column(row - 6));
+        }
+        (a, b)
+    }
+
+    /// `E_k` for the whole state.
+    fn disturbed(&self, step: usize) -> Columns<N> {
+        let mut columns = self.columns(|parameter| self.plan.disturbance(step, parameter));
+        for (index, (_, parameter, _)) in self.uncertainty.parameters.iter().enumerate() {
+            let stored = self.plan.stored(step, parameter);
+            for row in 6..N {
+                columns[(row, index)] = -stored[row - 6];
+            }
+        }
+        columns
+    }
+
+    /// A covariance of the state as that of `[ζ; δΠ]`, rad and N·m·s.
+    fn si(&self, state: &Square<N>) -> Matrix6 {
+        let unit = |row: usize| self.plan.unit(row);
+        Matrix6::from_fn(|row, column| state[(row, column)] * unit(row) * unit(column))
+    }
+
+    /// Intensity of the noise of the torque, scaled.
+    fn noise_of_torque(&self) -> Matrix3 {
+        let units = self.plan.units();
+        self.uncertainty.torque_noise / (units.torque() * units.torque() * units.time)
+    }
+
+    /// Covariance of what is measured, scaled.
+    fn sensors(&self) -> Square<N> {
+        let of_rates = self.of_rates();
+        Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()))
+    }
+
+    /// `δJ Ω*` of each parameter at a node: what a rate that is known has of momentum in the true body.
+    fn of_known_rate(&self, node: usize) -> Columns<N> {
+        let rate = *self.plan.node(node).1;
+        self.columns(|parameter| match parameter {
+            Parameter::Inertia(delta) => momenta(&(self.plan.scaled_inertia(delta) * rate)),
+            _ => Vector6::zeros(),
+        })
+    }
+
+    /// `B K` of a step for the whole state; zero open loop.
+    fn gain(&self, step: usize) -> SMatrix<f64, 3, N> {
+        let mut gain = SMatrix::<f64, 3, N>::zeros();
+        if let Some(gains) = self.gains {
+            gain.fixed_view_mut::<3, 6>(0, 0).copy_from(&gains.torque(self.plan, step));
+        }
+        gain
+    }
+
+    /// The tick that begins at a node, with covariance and sensitivities of the state there.
+    fn tick(&self, node: usize, p: &Square<N>, s: &Columns<N>) -> Tick<N> {
+        let measured = self.columns(|parameter| self.plan.measured(node, parameter));
+        Tick {
+            gain: self.gain(node),
+            p: *p,
+            seen: s + &measured,
+            measured,
+            state: Square::<N>::identity(),
+            sensors: Square::<N>::zeros(),
+            noise: Square::<N>::zeros(),
+        }
+    }
+
+    pub fn carry(&self) -> Covariance {
+        let (plan, count) = (self.plan, self.plan.count());
+        let every = self.gains.map_or(1, |gains| gains.every);
+        let of_rates = self.of_rates();
+        let (noise_of_torque, sensors) = (self.noise_of_torque(), self.sensors());
+        let first = plan.first();
+        let start = first * of_rates;
+        let mut p = Self::whole(&(start * self.uncertainty.start * start.transpose()));
+        let mut s = Self::whole(&first) * self.of_known_rate(0)
+            + self.columns(|parameter| plan.outer_disturbance(0, parameter));
+        let mut along = Covariance::default();
+        self.tell(&mut along, &p, &s);
+        let mut last: Option<(Matrix6, Columns<N>)> = None;
+        let mut tick = self.tick(0, &p, &s);
+        for k in 0..count {
+            let (a, b) = self.step(k);
+            let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
+            let disturbed = self.disturbed(k);
+            if k % every == 0 {
+                let next = self.tick(k, &p, &s);
+                if let (Some(gains), true) = (self.gains, k > 0) {
+                    along.input_changes.push(self.changes(gains, k, &tick, &next, &sensors));
+                }
+                tick = next;
+            } else if let Some(gains) = self.gains {
+                along.input_changes.push(vec![0.0; gains.inputs]);
+            }
+            let gain = tick.gain;
+            let seen = Self::part(&(tick.p + sensors + self.of_parameters(&tick.seen)));
+            let corrected = gain.fixed_columns::<6>(0) * seen * gain.fixed_columns::<6>(0).transpose();
+            along.torque.push(corrected * plan.units().torque().powi(2));
+            along.inputs.extend(self.gains.map(|gains| self.input_deviations(gains, k, &seen)));
+            if self.gains.is_some() && k + 1 == count && plan.half_kick(1) > 0.0 {
+                // The last correction is still in part to come at the end, and belongs to what was seen before it.
+                let back = Self::whole(&plan.last());
+                let mut half = SMatrix::<f64, N, 3>::zeros();
+                half.fixed_view_mut::<6, 3>(0, 0).copy_from(&(momentum_rows() * plan.half_kick(1)));
+                let through = back * b - half;
+                let closed = back * a - through * gain;
+                let answered = through * gain;
+                let end = closed * p * closed.transpose()
+                    + answered * sensors * answered.transpose()
+                    + back * noise * back.transpose();
+                let moved = closed * &s + back * &disturbed - answered * &tick.measured;
+                last = Some((Self::part(&end), moved));
+            }
+            tick.go(&a, &b, &noise);
+            p = tick.covariance(&sensors);
+            s = a * &s + disturbed - b * gain * &tick.seen;
+            self.tell(&mut along, &p, &s);
+        }
+        let (end, moved) = last.unwrap_or_else(|| {
+            let back = Self::whole(&plan.last());
+            (Self::part(&(back * p * back.transpose())), back * &s)
+        });
+        let moved = moved - self.columns(|parameter| plan.outer_disturbance(1, parameter));
+        self.ended(along, &end, &moved)
+    }
+
+    /// The set of motions beside the plan: start and noise carried as one, parameters as segments beside it.
+    pub fn bound(&self) -> Bounded {
+        let (plan, count) = (self.plan, self.plan.count());
+        let every = self.gains.map_or(1, |gains| gains.every);
+        let of_rates = self.of_rates();
+        let (noise_of_torque, sensors) = (self.noise_of_torque(), self.sensors());
+        let mut p = Self::whole(&(of_rates * self.uncertainty.start * of_rates.transpose()));
+        let mut s = self.of_known_rate(0);
+        let with = |p: &Square<N>, s: &Columns<N>| {
+            let segments = s.column_iter().zip(&self.uncertainty.parameters);
+            let segments =
+                segments.map(|(column, (_, _, sigma))| column * column.transpose() * (sigma * sigma));
+            minkowski(&std::iter::once(*p).chain(segments).collect::<Vec<_>>())
+        };
+        let mut states = vec![self.si(&with(&p, &s))];
+        let mut tick = self.tick(0, &p, &s);
+        for k in 0..count {
+            let (a, b) = self.step(k);
+            let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
+            if k % every == 0 {
+                tick = self.tick(k, &p, &s);
+            }
+            let before = a * tick.noise * a.transpose();
+            tick.go(&a, &b, &noise);
+            tick.noise = minkowski(&[before, noise]);
+            p = minkowski(&tick.parts(&sensors));
+            s = a * &s + self.disturbed(k) - b * tick.gain * &tick.seen;
+            states.push(self.si(&with(&p, &s)));
+        }
+        let to_rates = of_rates.try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN));
+        let end = to_rates * Self::part(&with(&p, &(s - self.of_known_rate(count)))) * to_rates.transpose();
+        Bounded { states, end }
+    }
+
+    /// Tells the state at the next node.
+    fn tell(&self, along: &mut Covariance, p: &Square<N>, s: &Columns<N>) {
+        let node = along.states.len();
+        along.states.push(self.si(&(p + self.of_parameters(s))));
+        // δΩ = J₀⁻¹ (δΠ − δJ Ω*), where the momentum is that of the true body.
+        let momenta = Self::part(&(p + self.of_parameters(&(s - self.of_known_rate(node)))));
+        let to_rates =
+            self.plan.momentum_of_rate().try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
+        along.rates.push(to_rates * momenta.fixed_view::<3, 3>(3, 3) * to_rates.transpose());
+    }
+
+    /// What is told of the end: rates in place of momenta.
+    fn ended(&self, along: Covariance, end: &Matrix6, moved: &Columns<N>) -> Covariance {
+        let to_rates = self.of_rates().try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN));
+        let columns = Self::whole(&to_rates) * (moved - self.of_known_rate(self.plan.count()));
+        let end_of_parameters = Self::part(&self.of_parameters(&columns));
+        Covariance {
+            end: to_rates * end * to_rates.transpose() + end_of_parameters,
+            end_of_parameters,
+            end_by_parameter: columns
+                .column_iter()
+                .map(|column| column.fixed_rows::<6>(0).into_owned())
+                .collect(),
+            ..along
+        }
+    }
+
+    /// Rows of gains, SI inputs by the scaled state.
+    fn rows_of(&self, gains: &Gains, step: usize) -> Vec<Vector6> {
+        let row = |row: &[f64]| Vector6::from_fn(|column, _| row[column] * self.plan.unit(column));
+        gains.row(step).chunks_exact(6).map(row).collect()
+    }
+
+    fn input_deviations(&self, gains: &Gains, step: usize, seen: &Matrix6) -> Vec<f64> {
+        self.rows_of(gains, step).iter().map(|row| row.dot(&(seen * row)).max(0.0).sqrt()).collect()
+    }
+
+    /// Deviations of how much corrections change from the tick before node `k` to that which begins there:
+    ///
+    /// ```text
+    /// K (z_0 + ν + C p) − K' (z_j + ν' + C' p) = (K − K'Φ) z_0 + (K + K'Ψ) ν − K'(w + ν') + …
+    /// ```
+    fn changes(
+        &self,
+        gains: &Gains,
+        k: usize,
+        before: &Tick<N>,
+        after: &Tick<N>,
+        sensors: &Square<N>,
+    ) -> Vec<f64> {
+        let wide = |row: &Vector6| {
+            let mut wide = SMatrix::<f64, 1, N>::zeros();
+            wide.fixed_view_mut::<1, 6>(0, 0).copy_from(&row.transpose());
+            wide
+        };
+        let rows = self.rows_of(gains, k - 1).into_iter().zip(self.rows_of(gains, k));
+        let deviation = |(old, new): (Vector6, Vector6)| {
+            let (old, new) = (wide(&old), wide(&new));
+            let of_state = old - new * before.state;
+            let of_sensors = old + new * before.sensors;
+            let of_parameters = old * &before.seen - new * &after.seen;
+            let parameters = of_parameters.iter().zip(&self.uncertainty.parameters);
+            let variance = (of_state * before.p * of_state.transpose())[0]
+                + (of_sensors * sensors * of_sensors.transpose())[0]
+                + (new * (before.noise + sensors) * new.transpose())[0]
+                + parameters.map(|(by, (_, _, sigma))| (by * sigma).powi(2)).sum::<f64>();
+            variance.max(0.0).sqrt()
+        };
+        rows.map(deviation).collect()
+    }
+}
+
+/// The steps over which a correction is held.
+struct Tick<const N: usize> {
+    /// `B K`.
+    gain: SMatrix<f64, 3, N>,
+    /// Covariance of the state at its beginning, without parameters.
+    p: Square<N>,
+    /// `C` and `S + C` there: what parameters do to what is measured.
+    measured: Columns<N>,
+    seen: Columns<N>,
+    /// `Φ`, `Ψ`, and the covariance of the noise of the torque since.
+    state: Square<N>,
+    sensors: Square<N>,
+    noise: Square<N>,
+}
+
+impl<const N: usize> Tick<N> {
+    /// A step further.
+    fn go(&mut self, a: &Square<N>, b: &SMatrix<f64, N, 3>, noise: &Square<N>) {
+        let answered = b * self.gain;
+        self.state = a * self.state - answered;
+        self.sensors = a * self.sensors + answered;
+        self.noise = a * self.noise * a.transpose() + noise;
+    }
+
+    /// What start, sensors and torque make of the state now.
+    fn parts(&self, sensors: &Square<N>) -> [Square<N>; 3] {
+        [
+            self.state * self.p * self.state.transpose(),
+            self.sensors * sensors * self.sensors.transpose(),
+            self.noise,
+        ]
+    }
+
+    fn covariance(&self, sensors: &Square<N>) -> Square<N> {
+        let [state, sensors, noise] = self.parts(sensors);
+        state + sensors + noise
+    }
+}
+
+/// `[0; I]`.
+fn momentum_rows() -> Matrix6x3 {
+    Matrix6::identity().fixed_view::<6, 3>(0, 3).into_owned()
+}
+
+/// `[0; vector]`.
+fn momenta(vector: &Vector3) -> Vector6 {
+    Vector6::new(0.0, 0.0, 0.0, vector.x, vector.y, vector.z)
+}
