@@ -14,7 +14,7 @@
 use super::Covariance;
 use crate::lie::hat;
 use crate::maneuver::Problem;
-use crate::maneuver::constraint::{Constraint, Pointing, Rule};
+use crate::maneuver::constraint::{Constraint, Pointing, Rule, Side};
 use crate::mechanics::actuators::LimitKind;
 use crate::optimize::linear_plan::LinearPlan;
 use crate::{Matrix3, Vector3};
