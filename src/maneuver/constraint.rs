@@ -3,11 +3,13 @@
 //! A constraint holds along the whole discrete trajectory: at the nodes and on the arcs between them,
 //! on each of which the body turns about one fixed axis at one fixed rate.
 
+mod alternatives;
 mod arc;
 mod conflict;
 mod during;
 
 pub use crate::mechanics::direction::Direction;
+pub use alternatives::{Alternatives, AlternativesError, Shift, Turns};
 pub use arc::{Approach, Arc, Extreme, Target, angle_between};
 pub use conflict::{Conflict, conflict};
 pub use during::During;

@@ -11,7 +11,9 @@ pub use unsuited::Unsuited;
 
 use crate::lie::Rotation;
 use crate::maneuver::aim::{Aim, AimError, Ends};
-use crate::maneuver::constraint::{Constraint, ConstraintError};
+use crate::maneuver::constraint::{
+    Alternatives, AlternativesError, Constraint, ConstraintError, Rule, Turns,
+};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::grid::Grid;
 use crate::maneuver::objective::{Fuel, Objective, WeightError};
@@ -147,6 +149,8 @@ pub struct Problem {
     pub path: Path,
     /// Where the body may point and how fast it may turn.
     pub constraints: Vec<Constraint>,
+    /// Sets of these constraints that hold in turns; what is in no set holds at all times.
+    pub alternatives: Vec<Alternatives>,
     /// What the plan leaves of limits to who flies it.
     pub reserve: Reserve,
 }
@@ -207,6 +211,14 @@ pub enum ProblemError {
         /// The value and the limit, in words.
         found: String,
     },
+    /// Alternatives cannot be used.
+    #[error("\"{name}\": {error}")]
+    Alternatives {
+        /// Their name.
+        name: String,
+        /// Why not.
+        error: AlternativesError,
+    },
     /// Wheels and torque inputs do not fit together.
     #[error("{0}")]
     Wheels(String),
@@ -254,6 +266,7 @@ impl Problem {
             on_equal_steps: false,
             path: Path::Best,
             constraints: Vec::new(),
+            alternatives: Vec::new(),
             reserve: Reserve::default(),
         }
     }
@@ -315,6 +328,31 @@ impl Problem {
     pub fn with_constraint(mut self, constraint: Constraint) -> Self {
         self.constraints.push(constraint);
         self
+    }
+
+    /// Lets sets of constraints hold in turns.
+    pub fn with_alternatives(mut self, alternatives: Alternatives) -> Self {
+        self.alternatives.push(alternatives);
+        self
+    }
+
+    /// The maneuver with the sets of alternatives acting in their shifts alone.
+    pub(crate) fn in_turns(&self, turns: &[Turns]) -> Self {
+        let mut problem = Self { alternatives: Vec::new(), ..self.clone() };
+        for Turns { of, shifts } in turns {
+            for (set, members) in of.sets.iter().enumerate() {
+                let own = shifts.iter().filter(|shift| shift.set == set);
+                let times: Vec<[f64; 2]> = own.map(|shift| [shift.from, shift.to]).collect();
+                for constraint in &mut problem.constraints {
+                    if let (true, Rule::Pointing(cone)) =
+                        (members.contains(&constraint.name), &mut constraint.rule)
+                    {
+                        cone.during = cone.during.within(&times);
+                    }
+                }
+            }
+        }
+        problem
     }
 
     /// Leaves the attitude at the end to the plan: detumbling.

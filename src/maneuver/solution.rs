@@ -1,5 +1,6 @@
 //! What a solver returns: how it ended, the trajectory, the costates, and how it got there.
 
+use crate::maneuver::constraint::{Shift, Turns};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::infeasible::Proof;
 use crate::maneuver::problem::{EndCondition, Problem, Scheme, State};
@@ -434,6 +435,8 @@ pub struct Solution {
     /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the continuous extremal, its duration, cost
     /// and gap.
     pub switching: Option<Switching>,
+    /// Which set of each of the alternatives holds when, in their order.
+    pub turns: Vec<Turns>,
     /// Other extremals found, cheapest first: start, sense, cost, conjugate points and angle turned of each.
     pub rivals: Vec<Rival>,
     /// The proof that there is no plan, where there is one: its `reason` in words, and a `duration_lower_bound` \[s\] where one is
@@ -494,6 +497,7 @@ impl Solution {
             convex: None,
             active: Vec::new(),
             switching: None,
+            turns: Vec::new(),
             rivals: Vec::new(),
             infeasible: None,
             shortfall: None,
@@ -532,12 +536,25 @@ impl Solution {
         }
     }
 
-    /// The maneuver on the grid of its plan: with the number of steps that the plan has, which may have been chosen, or be one more
+    /// The maneuver as it is planned, on the grid of its plan: with its alternatives in their shifts, the number of steps that the plan has, which may have been chosen, or be one more
     /// than was asked for, with the duration that was found where it was sought, the attitude at the end where any will do, and on
     /// equal steps where SCP has planned it.
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
+        let problem = if self.turns.is_empty() { problem } else { &problem.in_turns(&self.turns_flown()) };
         self.trajectory.completed(&problem.clone().planned_by(self.method)).with_steps(steps)
+    }
+
+    /// The shifts until the plan ends.
+    fn turns_flown(&self) -> Vec<Turns> {
+        let end = self.trajectory.time.last().copied().unwrap_or(f64::INFINITY);
+        let begun = |shift: &&Shift| shift.from < end;
+        let cut = |shift: &Shift| Shift { to: shift.to.min(end), ..*shift };
+        let flown = |turns: &Turns| Turns {
+            shifts: turns.shifts.iter().filter(begun).map(cut).collect(),
+            ..turns.clone()
+        };
+        self.turns.iter().map(flown).collect()
     }
 
     /// The costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI.

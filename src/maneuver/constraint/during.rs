@@ -17,6 +17,16 @@ impl During {
         self.0.as_deref()
     }
 
+    /// The same, and in these intervals alone \[s\], one after another.
+    pub fn within(&self, intervals: &[[f64; 2]]) -> Self {
+        let Some(own) = self.given() else { return Self::intervals(intervals) };
+        let common = |[from, to]: &[f64; 2]| {
+            let both = own.iter().map(move |[begin, end]| [begin.max(*from), end.min(*to)]);
+            both.filter(|[from, to]| from < to).collect::<Vec<_>>()
+        };
+        Self::intervals(intervals.iter().flat_map(common).collect::<Vec<_>>())
+    }
+
     /// Whether it acts at a time \[s\].
     pub fn contains(&self, time: f64) -> bool {
         let Some(intervals) = self.given() else { return true };
@@ -64,6 +74,9 @@ mod tests {
         {
             assert_eq!(during.contains(time), acts, "{time}");
         }
+        let common = during.within(&[[0.0, 1.5], [1.7, 2.6], [6.0, 8.0]]);
+        assert_eq!(common.given().unwrap(), [[1.0, 1.5], [1.7, 2.0], [2.5, 2.6], [7.0, 8.0]]);
+        assert_eq!(During::default().within(&[[1.0, 2.0]]), During::intervals([[1.0, 2.0]]));
         assert!(During::default().contains(1e9));
         assert_eq!(During::default().hull(4.0, 2.0), Some([0.0, 1.0]));
         assert_eq!(During::intervals([]).hull(0.0, 1e9), None);

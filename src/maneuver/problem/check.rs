@@ -3,7 +3,9 @@
 use super::{Motion, Path, Problem, ProblemError, Scheme, State, Unsuited};
 use crate::Matrix3;
 use crate::Vector3;
-use crate::maneuver::constraint::{BOUNDARY_ROUNDING, Constraint, ConstraintError, Rule, conflict};
+use crate::maneuver::constraint::{
+    AlternativesError, BOUNDARY_ROUNDING, Constraint, ConstraintError, Rule, conflict,
+};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Thrusters, Wheels};
@@ -65,21 +67,38 @@ impl Problem {
         // Of a duration that is sought the start alone is certain.
         let turned = if frame_rate == Vector3::zeros() { 0.0 } else { self.duration.known().unwrap_or(0.0) };
         let turned = frame_rate * turned;
-        let contradicting = conflict(&self.constraints, &turned).map(|found| found.names);
+        let required: Vec<Constraint> = self.required().cloned().collect();
+        let contradicting = conflict(&required, &turned).map(|found| found.names.map(String::from));
         let considered = move |constraint: &&Constraint| {
-            contradicting.is_none_or(|names| !names.contains(&constraint.name.as_str()))
+            contradicting.as_ref().is_none_or(|names| !names.contains(&constraint.name))
         };
+        let required: Vec<&Constraint> = self.required().filter(considered).collect();
         self.ends().flat_map(move |(end, state, time)| {
             // An attitude that is the plan's to choose is held to no cone here.
             let open = end == "end" && self.ends_in_any_attitude();
             let judged =
                 move |constraint: &&Constraint| !(open && matches!(constraint.rule, Rule::Pointing(_)));
-            self.constraints.iter().filter(considered).filter(judged).filter_map(move |constraint| {
-                let (attitude, rate) = (&state.attitude, &state.angular_velocity);
-                let found = constraint.violation(attitude, rate, time, &frame_rate)?;
+            let violation = move |constraint: &Constraint| {
+                constraint.violation(&state.attitude, &state.angular_velocity, time, &frame_rate)
+            };
+            let violated = required.clone().into_iter().filter(judged).filter_map(move |constraint| {
+                let found = violation(constraint)?;
                 Some(ProblemError::Violated { end, name: constraint.name.clone(), found })
-            })
+            });
+            let none_holds = self.alternatives.iter().filter(move |_| !open).filter_map(move |of| {
+                let member = |name: &String| self.constraints.iter().find(|one| one.name == *name);
+                let of_set = |set: &Vec<String>| set.iter().filter_map(member).find_map(violation);
+                let found: Option<Vec<String>> = of.sets.iter().map(of_set).collect();
+                Some(ProblemError::Violated { end, name: of.name.clone(), found: found?.join(", and ") })
+            });
+            violated.chain(none_holds)
         })
+    }
+
+    /// The constraints that hold at all times.
+    pub(crate) fn required(&self) -> impl Iterator<Item = &Constraint> {
+        let in_turns = |name: &str| self.alternatives.iter().any(|of| of.members().any(|member| member == name));
+        self.constraints.iter().filter(move |constraint| !in_turns(&constraint.name))
     }
 
     /// Name, state and time \[s\] of both ends; `None` while the duration is sought.
@@ -288,6 +307,15 @@ impl Problem {
             if !names.insert(name) {
                 return Err(wrong(ConstraintError::SameName));
             }
+        }
+        let mut taken: Vec<&str> = Vec::new();
+        for of in &self.alternatives {
+            let wrong = |error| ProblemError::Alternatives { name: of.name.clone(), error };
+            of.check(&self.constraints).map_err(wrong)?;
+            if let Some(twice) = of.members().find(|member| taken.contains(member)) {
+                return Err(wrong(AlternativesError::Twice(twice.into())));
+            }
+            taken.extend(of.members());
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The search: every sense and winding, each up the ladder, what it finds compared.
 
 mod advice;
+mod alternatives;
 mod answer;
 mod any_attitude;
 mod asked;
@@ -254,6 +255,10 @@ pub fn solve(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
+    if !problem.alternatives.is_empty() {
+        check(problem, settings)?;
+        return alternatives::solve(problem, settings, guess, observer);
+    }
     let problem = &problem.clone().planned_by(settings.method);
     if let Some(aim) = problem.aim() {
         check(problem, settings)?;

@@ -4,6 +4,7 @@
 //! that every optimum obeys. How often they are right on random maneuvers is counted by the programs of `evidence`.
 
 mod any_attitude;
+mod any_of;
 mod asked_of_scp;
 mod best;
 mod best_known;

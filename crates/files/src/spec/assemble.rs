@@ -3,7 +3,7 @@
 use super::attitude::Rotation;
 use super::boundary::{Boundary, TURN};
 use super::{
-    Expect, Report, Section, actuators, body, constraint, environment, escape, expect, maneuver, names,
+    Expect, Report, Section, actuators, any_of, body, constraint, environment, escape, expect, maneuver, names,
     short, show, sky,
 };
 use crate::identity::Identity;
@@ -151,6 +151,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         let reason = format!("weights of the effort have no say where {} is minimised", objective.name());
         section.error("E0029", "minimize", reason, "leave effort_weight out; or minimize = \"effort\"");
     }
+    let constraints: Vec<Constraint> = constraints?;
+    let alternatives = any_of::alternatives(root, &constraints)?;
     let problem = Problem {
         name,
         motion,
@@ -167,7 +169,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         scheme,
         on_equal_steps: settings.method == Method::Scp,
         path,
-        constraints: constraints?,
+        constraints,
+        alternatives,
         reserve: Reserve::default(),
     };
     if (switches || sought)
@@ -377,6 +380,7 @@ fn refuse(
         ProblemError::Value { .. }
         | ProblemError::Missing(_)
         | ProblemError::Constraint { .. }
+        | ProblemError::Alternatives { .. }
         | ProblemError::Wheels(_)
         | ProblemError::Weight { .. } => {
             maneuver.error_here("E0031", error.to_string(), "check the numbers");

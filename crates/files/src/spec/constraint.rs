@@ -21,6 +21,11 @@ const TAKEN: [&str; 9] = [
     "wheel momentum limit",
 ];
 
+/// Whether reports call a limit of the actuators so.
+pub(super) fn is_taken(name: &str) -> bool {
+    TAKEN.contains(&name)
+}
+
 /// All constraints; `None` when the report says what is wrong with one.
 pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Constraint>> {
     let sections = root.tables("constraint")?;
@@ -62,7 +67,7 @@ fn names(sections: &[Section]) -> Option<Vec<String>> {
         let reason = match first {
             _ if name.is_empty() => Some("the name is empty".to_string()),
             Some(first) => Some(format!("constraint {} has the name of constraint {}", index + 1, first + 1)),
-            None if TAKEN.contains(&name) => {
+            None if is_taken(name) => {
                 Some(format!("\"{name}\" is what reports call that limit of [actuators]"))
             }
             None => None,

@@ -250,6 +250,8 @@ tables! {
         "expect": Table(&EXPECT);
         /// Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
+        /// Sets of cones that hold in turns: at every time one of the sets holds as a whole.
+        "any_of": List(&ANY_OF, 100);
         /// The orbit, where ends or cones aim at what depends on it. Axes of the reference frame are then those of the GCRS (ICRF).
         "orbit": Table(&ORBIT);
         /// What stands around the spacecraft, for pictures and summaries: plan files write it where [orbit] and targets are told.
@@ -389,6 +391,18 @@ tables! {
         "momentum_n_m_s": Number(q::WHEEL_MOMENTUM);
         /// Weight of its torque in ½uᵀWu. Default: 1.
         "effort_weight": Number(q::WHEEL_WEIGHT);
+    }
+
+    static ANY_OF {
+        /// What reports call it. Default: its number.
+        "name": Text(100);
+        /// The sets, two at least.
+        "set": List(&SET, 100), needed "set = [{ constraints = [\"A\"] }, { constraints = [\"B\"] }]";
+    }
+
+    static SET {
+        /// Names of cones, each in this set alone, which hold together.
+        "constraints": Texts(1000), needed "constraints = [\"tracker A off the Sun\"]";
     }
 
     static CONSTRAINT[

@@ -31,6 +31,7 @@
 //! "axis_body", reason, remedy)`). Opinion: the reader is long because helpful messages are long, not because parsing is.
 
 mod actuators;
+mod any_of;
 mod assemble;
 mod attitude;
 mod base;

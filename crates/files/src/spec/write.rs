@@ -104,6 +104,12 @@ impl SpecDocument {
                 self::constraint(item, constraint, problem.reserve.rate(&constraint.name))
             });
         }
+        for of in &problem.alternatives {
+            spec.item("any_of", |item| {
+                item.put("name", of.name.as_str());
+                of.sets.iter().for_each(|set| item.item("set", |item| item.put("constraints", set.clone())));
+            });
+        }
         Ok(Self(Value::Object(spec.keys)))
     }
 

@@ -7,7 +7,7 @@ use super::stopped::{nearest, stopped};
 use super::verified::failures;
 use super::{firings, fixed_axis, target};
 use slewkit::maneuver::{
-    Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Solution, Structure,
+    Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Shift, Solution, Structure, Turns,
 };
 use slewkit::numerics::figures::{counted, short, significant};
 use slewkit::plan::Plan;
@@ -37,6 +37,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     let mut lines = Vec::new();
     lines.lines("slew", wrapped(&slew(problem, solution), TEXT));
     lines.lines("cost", wrapped(&cost(problem, solution, identity), TEXT));
+    lines.lines("in turns", turns(problem, solution).iter().flat_map(|text| wrapped(text, TEXT)));
     let mut last = Vec::new();
     last.lines("proof", wrapped(&proof(problem, solution), TEXT));
     last.lines("also found", also(problem, solution).iter().flat_map(|text| wrapped(text, TEXT)));
@@ -93,6 +94,20 @@ fn unsolved(solution: &Solution) -> Vec<String> {
         lines.line("tried", format!("{count}, which -v lists"));
     }
     lines
+}
+
+/// Which set of each of the alternatives holds until when.
+fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
+    let end = solution.duration(problem);
+    let told = solution.turns.iter().map(|Turns { of, shifts }| {
+        let shift = |shift: &Shift| {
+            let set = of.sets[shift.set].join("\" and \"");
+            if shift.to < end { format!("\"{set}\" until {} s", short(shift.to)) } else { format!("\"{set}\"") }
+        };
+        let held: Vec<String> = shifts.iter().filter(|shift| shift.from < end).map(shift).collect();
+        escape(&format!("{}: {}", of.name, held.join(", then ")))
+    });
+    told.collect()
 }
 
 /// Turned by how much, which way round, in what time.

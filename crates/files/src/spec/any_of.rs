@@ -1,0 +1,38 @@
+//! `[[any_of]]`: sets of cones that hold in turns.
+
+use super::{Section, constraint, escape};
+use slewkit::maneuver::{Alternatives, AlternativesError, Constraint};
+
+/// All alternatives; `None` when the report says what is wrong with one.
+pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option<Vec<Alternatives>> {
+    let sections = root.tables("any_of")?;
+    let mut all: Vec<Alternatives> = Vec::new();
+    for (index, section) in sections.iter().enumerate() {
+        let name = section.word("name").map_or_else(|| format!("any of {}", index + 1), String::from);
+        let constraint = constraints.iter().any(|one| one.name == name);
+        if constraint || constraint::is_taken(&name) || all.iter().any(|other| other.name == name) {
+            let reason = format!("something else is called \"{}\"", escape(&name));
+            let remedy = "give it a name of its own: reports speak of constraints by their names";
+            return section.refuse("E0011", "name", reason, remedy);
+        }
+        let sets: Option<Vec<Vec<String>>> =
+            section.tables("set")?.iter().map(|set| set.texts("constraints")).collect();
+        let of = Alternatives { name, sets: sets? };
+        let before = all.iter().flat_map(Alternatives::members);
+        let twice = before.into_iter().find(|name| of.members().any(|member| member == *name));
+        let twice = twice.map(|name| AlternativesError::Twice(name.into()));
+        if let Some(error) = twice.or_else(|| of.check(constraints).err()) {
+            let remedy = match error {
+                AlternativesError::Few => {
+                    "write set = [{ constraints = [\"A\"] }, { constraints = [\"B\"] }], names of [[constraint]]"
+                }
+                AlternativesError::Unknown(_) => "write the `name` of a [[constraint]]",
+                AlternativesError::Twice(_) => "leave it out of one, or write another [[constraint]]",
+                AlternativesError::NoCone(_) => "leave it out: a limit of rates holds at all times",
+            };
+            return section.refuse("E0080", "set", escape(&error.to_string()), remedy);
+        }
+        all.push(of);
+    }
+    Some(all)
+}

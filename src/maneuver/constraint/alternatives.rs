@@ -1,0 +1,80 @@
+//! Sets of cones of which one holds at every time.
+
+use super::{Constraint, Rule};
+use thiserror::Error;
+
+/// Sets of cones of which at every time one holds as a whole, as where one of two star trackers has to see.
+///
+/// A plan says which set holds when ([`Shift`]): over the whole of each of its shifts a set holds, also where two meet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Alternatives {
+    /// Its name, for people.
+    pub name: String,
+    /// Two sets at least: names of the constraints of each, which stand in no other set.
+    pub sets: Vec<Vec<String>>,
+}
+
+/// The time over which one of the sets holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shift {
+    /// Which set.
+    pub set: usize,
+    /// From when \[s\].
+    pub from: f64,
+    /// Until when \[s\].
+    pub to: f64,
+}
+
+/// Which set of alternatives holds when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Turns {
+    /// The alternatives.
+    pub of: Alternatives,
+    /// One shift after another.
+    pub shifts: Vec<Shift>,
+}
+
+/// Why alternatives cannot be used.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum AlternativesError {
+    /// There is nothing to choose from.
+    #[error("alternatives are two sets at least, of a constraint at least each")]
+    Few,
+    /// No constraint has that name.
+    #[error("no constraint is called \"{0}\"")]
+    Unknown(String),
+    /// A constraint cannot hold in turns with itself.
+    #[error("\"{0}\" stands there twice")]
+    Twice(String),
+    /// Rates are limited at all times.
+    #[error("\"{0}\" is no cone: alternatives are of cones")]
+    NoCone(String),
+}
+
+impl Alternatives {
+    /// The names of all constraints of the sets.
+    pub fn members(&self) -> impl Iterator<Item = &str> {
+        self.sets.iter().flatten().map(String::as_str)
+    }
+
+    /// Checks the names against the constraints of a maneuver.
+    ///
+    /// # Errors
+    /// An [`AlternativesError`] that says which.
+    pub fn check(&self, constraints: &[Constraint]) -> Result<(), AlternativesError> {
+        if self.sets.len() < 2 || self.sets.iter().any(Vec::is_empty) {
+            return Err(AlternativesError::Few);
+        }
+        for (index, name) in self.members().enumerate() {
+            if self.members().take(index).any(|other| other == name) {
+                return Err(AlternativesError::Twice(name.into()));
+            }
+            match constraints.iter().find(|constraint| constraint.name == name) {
+                None => return Err(AlternativesError::Unknown(name.into())),
+                Some(Constraint { rule: Rule::Pointing(_), .. }) => {}
+                Some(_) => return Err(AlternativesError::NoCone(name.into())),
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! Cones that hold in turns, of which at every time one is enough.
+
+use super::shortest::cone;
+use slewkit::maneuver::{Alternatives, Constraint, During, Outcome, Problem, Rule, Settings, Side, Target};
+use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::{Body, Inertia, Matrix3, State, Vector3, lie};
+
+const HALF_ANGLE: f64 = 35.0;
+const TRACKERS: [[f64; 3]; 2] = [[0.796, 0.402, -0.452], [0.83, -0.505, 0.237]];
+const SUN: [f64; 3] = [0.261, 0.914, -0.312];
+
+/// The maneuver of `problems/two_trackers.toml` without its trackers.
+fn free() -> Problem {
+    let inertia = Matrix3::new(120.0, 4.0, -3.0, 4.0, 100.0, 2.0, -3.0, 2.0, 80.0);
+    let body = Body { inertia: Inertia::new(inertia).unwrap(), mass: None };
+    let axis = Vector3::new(0.2, 0.3, 0.93).normalize();
+    let end = State::at_rest(lie::exp(&(axis * 130_f64.to_radians())));
+    Problem::attitude(body, State::at_rest(Matrix3::identity()), end, 60.0).with_steps(40)
+}
+
+fn both() -> Problem {
+    let [first, second] = TRACKERS;
+    let one = cone(free(), Side::KeepOut, first, SUN, HALF_ANGLE);
+    let mut both = cone(one, Side::KeepOut, second, SUN, HALF_ANGLE);
+    for (index, constraint) in both.constraints.iter_mut().enumerate() {
+        constraint.name = format!("tracker {}", index + 1);
+    }
+    both
+}
+
+fn in_turns() -> Problem {
+    let sets = ["tracker 1", "tracker 2"].map(|name| vec![name.to_string()]).to_vec();
+    both().with_alternatives(Alternatives { name: "sky".into(), sets })
+}
+
+fn planned(problem: &Problem, target: Target) -> Plan {
+    plan(problem, &Settings { target, ..Settings::default() }, None, &mut Silent).unwrap()
+}
+
+/// The trackers at given times alone.
+fn with(times: [[f64; 2]; 2]) -> Problem {
+    let mut problem = both();
+    for (Constraint { rule, .. }, times) in problem.constraints.iter_mut().zip(times) {
+        let Rule::Pointing(cone) = rule else { unreachable!("a cone") };
+        cone.during = During::intervals([times]);
+    }
+    problem
+}
+
+/// Every moment at which the one tracker may follow the other is tried, in either order: none leads to a cheaper plan.
+#[test]
+fn no_moment_of_handing_over_is_cheaper() {
+    let found = planned(&in_turns(), Target::Discrete);
+    assert_eq!(found.status, Status::Solved);
+    assert_eq!(found.solution.turns[0].shifts.len(), 2);
+    for moment in (1..40).map(|node| 1.5 * f64::from(node)) {
+        let [early, late] = [[0.0, moment], [moment, 60.0]];
+        for times in [[early, late], [late, early]] {
+            let other = planned(&with(times), Target::Discrete).solution;
+            if other.outcome == Outcome::Converged {
+                assert!(found.solution.cost < other.cost * (1.0 + 1e-6), "{moment}: {}", other.cost);
+            }
+        }
+    }
+}
+
+/// Of the motion itself, whatever the plan says of its shifts: at every node one of the trackers is off the Sun.
+#[test]
+fn one_tracker_sees_at_every_time() {
+    let found = planned(&in_turns(), Target::Motion);
+    assert_eq!(found.status, Status::Solved);
+    let angle = |quaternion: &[f64; 4], boresight: [f64; 3]| {
+        let seen = lie::rotation_from_quaternion(quaternion) * Vector3::from(boresight).normalize();
+        seen.angle(&Vector3::from(SUN).normalize()).to_degrees()
+    };
+    let (mut alone, mut least) = ([f64::INFINITY; 2], f64::INFINITY);
+    for quaternion in &found.solution.trajectory.quaternion {
+        let angles = TRACKERS.map(|boresight| angle(quaternion, boresight));
+        alone = std::array::from_fn(|index| alone[index].min(angles[index]));
+        least = least.min(angles[0].max(angles[1]));
+    }
+    assert!(least > HALF_ANGLE - 1e-6, "{least}");
+    assert!(alone.iter().all(|angle| *angle < HALF_ANGLE - 1.0), "{alone:?}");
+}
+
+/// What a tracker alone cannot do, two can; and one that is enough is as good as no choice.
+#[test]
+fn a_set_that_is_enough_all_along_costs_what_it_costs_alone() {
+    let sets = [vec!["Sun".to_string()], vec!["tracker 2".to_string()]].to_vec();
+    let mut problem = both();
+    // A tracker that looks away from the Sun all along.
+    let away = Vector3::from(SUN).normalize();
+    problem.constraints[0].name = "Sun".into();
+    let Rule::Pointing(cone) = &mut problem.constraints[0].rule else { unreachable!("a cone") };
+    cone.boresights = vec![-away];
+    let alone = planned(&free(), Target::Discrete).solution.cost;
+    let found = planned(&problem.with_alternatives(Alternatives { name: "sky".into(), sets }), Target::Discrete);
+    assert_eq!(found.status, Status::Solved);
+    assert!((found.solution.cost / alone - 1.0).abs() < 1e-9, "{} and {alone}", found.solution.cost);
+}
+
+/// An end that no set holds is told of, with what is wrong with each.
+#[test]
+fn an_end_that_no_set_holds_is_refused() {
+    let mut problem = in_turns();
+    for constraint in &mut problem.constraints {
+        let Rule::Pointing(cone) = &mut constraint.rule else { unreachable!("a cone") };
+        cone.boresights = vec![Vector3::from(SUN).normalize()];
+    }
+    let error = problem.check().unwrap_err().to_string();
+    assert!(error.starts_with("the start violates \"sky\"") && error.contains(", and "), "{error}");
+}
