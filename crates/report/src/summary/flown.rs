@@ -7,6 +7,7 @@ use slewkit::assured::Beside;
 use slewkit::closed_loop::Flown;
 use slewkit::feedback::Kind;
 use slewkit::maneuver::{Problem, Rule};
+use slewkit::mechanics::LimitKind;
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit_files::flown::{HeldRecord, LoopRecord, MarginsRecord, RunRecord, boresights};
@@ -51,7 +52,11 @@ pub fn beside(
     {
         lines.lines("", wrapped(&text, TEXT));
     }
+    // A chance that is asked of the limit says it better.
+    let limit = problem.actuation.limit_name(LimitKind::Size, false);
+    let is_asked = closed_loop.chances.iter().any(|chance| chance.limits.iter().any(|name| name == limit));
     if beside.gains.is_some()
+        && !is_asked
         && let Some(closed) = &beside.closed
         && let Some(text) = demand(problem, beside, closed)
     {

@@ -1,6 +1,6 @@
 //! `[uncertainty]`: deviations and covariances.
 
-use super::super::{Limits, Section, short, show};
+use crate::spec::{Limits, Section, short, show};
 use nalgebra::{DMatrix, SMatrix};
 use slewkit::maneuver::Problem;
 use slewkit::optimize::linear_plan::{Matrix6, Parameter};
