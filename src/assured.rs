@@ -227,8 +227,8 @@ pub enum NotKept {
     /// There is no limit of this name.
     #[error("there is no constraint and no limit of the torques called \"{0}\"")]
     Unknown(String),
-    /// The closed loop needs more of a limit than there is.
-    #[error("\"{name}\" is {bound} {unit}, and its chance takes {needed} {unit} of that{part}")]
+    /// More of a limit is to be left than there is.
+    #[error("\"{name}\" is {bound} {unit}, of which {needed} {unit} would be left to corrections{part}")]
     Reserve {
         /// Name of the limit.
         name: String,
@@ -243,11 +243,11 @@ pub enum NotKept {
     },
 }
 
-/// Plans at most: margins settle by a factor of some tens a plan.
-const MOST_PLANS: usize = 12;
+/// Plans at most: margins settle by a factor of some tens a plan, and flights count them two or three times.
+const MOST_PLANS: usize = 24;
 
 /// Plans after which margins only grow: where two instants take turns as the worst, the larger of their margins is kept.
-const TURNS: usize = 6;
+const TURNS: usize = 12;
 
 /// Plans a maneuver of which some limits keep a chance; also the maneuver with the margins that this takes.
 ///
@@ -272,24 +272,32 @@ pub fn plan(
         else {
             break;
         };
-        let flights = Flights { beside: &beside, planned: &on_grid, craft: &craft, uncertainty };
-        flights.count(&mut groups);
-        margins.counted = groups.iter().map(|group| group.counted).collect();
         let grown = margins.plans >= TURNS;
-        let mut needed = Vec::new();
-        for group in &groups {
-            needed.extend(group.limits.iter().map(|limit| group.needed(limit, &beside, problem)));
-        }
-        let limits = || groups.iter().flat_map(|group| &group.limits);
-        let agrees = |(limit, needed): (&Limit, &Needed)| needed.is(&limit.held(&with), grown);
-        if limits().zip(&needed).all(agrees) {
-            margins.agreed = true;
-            break;
+        let all_needed = |groups: &[Group]| -> Vec<Needed> {
+            let of = |group: &Group| -> Vec<Needed> {
+                group.limits.iter().map(|limit| group.needed(limit, &beside, problem)).collect()
+            };
+            groups.iter().flat_map(of).collect()
+        };
+        let agree = |groups: &[Group], needed: &[Needed]| {
+            let limits = groups.iter().flat_map(|group| &group.limits);
+            limits.zip(needed).all(|(limit, needed)| needed.is(&limit.held(&with), grown))
+        };
+        let mut needed = all_needed(&groups);
+        if agree(&groups, &needed) {
+            // Flights count once margins and deviations are those of one plan: what they leave moves with the margins then.
+            Flights { beside: &beside, planned: &on_grid, craft: &craft, uncertainty }.count(&mut groups);
+            margins.counted = groups.iter().map(|group| group.counted).collect();
+            needed = all_needed(&groups);
+            if agree(&groups, &needed) {
+                margins.agreed = true;
+                break;
+            }
         }
         if !needed.iter().flat_map(|needed| &needed.margins).all(|margin| margin.is_finite()) {
             break;
         }
-        for (limit, needed) in limits().zip(&needed) {
+        for (limit, needed) in groups.iter().flat_map(|group| &group.limits).zip(&needed) {
             let mut wanted = needed.margins.clone();
             if grown {
                 wanted

@@ -50,10 +50,8 @@ impl Needed {
 impl Group {
     pub fn of(kept: &Kept, craft: &Problem) -> Result<Self, NotKept> {
         let named = |name: &&str| Limit::named(craft, name).ok_or_else(|| NotKept::Unknown((*name).into()));
-        let z = match kept.over {
-            Over::Instant => normal_quantile(1.0 - kept.at_most),
-            Over::Motion(_) => 0.0,
-        };
+        // Of a motion where flights begin to count from.
+        let z = normal_quantile(1.0 - kept.at_most);
         let limits = kept.limits.iter().map(named).collect::<Result<_, _>>()?;
         Ok(Self { limits, at_most: kept.at_most, over: kept.over, z, counted: None })
     }

@@ -41,7 +41,7 @@ pub fn beside(
         } else {
             String::new()
         };
-        lines.line("feedback", format!("{text}{every}"));
+        lines.lines("feedback", wrapped(&format!("{text}{every}"), TEXT));
     }
     if let Some(open) = &beside.open {
         let text = uncertain(problem, open, beside.closed.as_ref());
