@@ -285,7 +285,8 @@ fn torques_keep_their_chance_and_files_hold_the_reserve() {
 fn a_cone_and_the_torques_share_a_chance() {
     let shared = "chance = 0.05\nchance_of = [\"Sun\", \"torque limit\"]\n";
     let spec =
-        at_once().replace("chance = 0.01\n", "").replace("torque_limit_n_m = 2", "torque_limit_n_m = 0.16");
+        at_once().replace("chance = 0.01\n", "").replace("torque_limit_n_m = 2", "torque_limit_n_m = 0.3");
+    let spec = spec.replace("[feedback]\n", "[feedback]\nkind = \"tvlqr\"\n");
     let spec = spec.replace("[uncertainty]\n", &format!("[uncertainty]\n{shared}"));
     let folder = Folder::new();
     fs::write(folder.path("spec.toml"), spec).unwrap();

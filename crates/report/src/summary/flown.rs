@@ -26,22 +26,20 @@ pub fn beside(
     let mut lines = Vec::new();
     if let Some(gains) = &beside.gains {
         let steps = beside.linear.count();
-        let text = match gains.kind {
-            Kind::Neighbouring { .. } if gains.frozen_from < steps => {
-                format!(
-                    "neighbouring gains, held over the last {} of {steps} steps",
-                    steps + 1 - gains.frozen_from
-                )
-            }
-            Kind::Neighbouring { .. } => "neighbouring gains to the end".into(),
-            Kind::Tvlqr(_) => "regulator along the plan".into(),
-        };
         let every = if gains.every > 1 {
-            format!(", every {} s", significant(beside.linear.times()[gains.every], 3))
+            format!(" every {} s", significant(beside.linear.times()[gains.every], 3))
         } else {
             String::new()
         };
-        lines.lines("feedback", wrapped(&format!("{text}{every}"), TEXT));
+        let text = match gains.kind {
+            Kind::Neighbouring { .. } if gains.frozen_from < steps => {
+                let held = steps + 1 - gains.frozen_from;
+                format!("neighbouring gains{every}, held over the last {held} of {steps} steps")
+            }
+            Kind::Neighbouring { .. } => format!("neighbouring gains{every} to the end"),
+            Kind::Tvlqr(_) => format!("regulator{every} along the plan"),
+        };
+        lines.lines("feedback", wrapped(&text, TEXT));
     }
     if let Some(open) = &beside.open {
         let text = uncertain(problem, open, beside.closed.as_ref());
