@@ -13,17 +13,19 @@
 //! z ← z − q ,    q: what is left of the limits, each in its σ, in the case than which the part p of the cases have less
 //! ```
 
+mod group;
 mod limit;
 
-use crate::closed_loop::{Campaign, Flown, Lost, Plant, Proportion, quantile};
+use crate::closed_loop::{Plant, Proportion};
 use crate::feedback::{Gains, Kind, NoGains};
 use crate::maneuver::{Problem, Settings, Trajectory};
 use crate::numerics::figures::significant;
 use crate::optimize::linear_plan::ticks::of_ticks;
 use crate::optimize::linear_plan::{LinearPlan, Unlinearised};
 use crate::plan::{self, Guess, Observer, Plan, PlanError, Status};
-use crate::uncertainty::chance::{Chance, Quantity, normal_quantile};
+use crate::uncertainty::chance::{Chance, Quantity};
 use crate::uncertainty::{Covariance, Uncertainty};
+use group::{Flights, Group, Needed};
 use limit::Limit;
 use thiserror::Error;
 
@@ -225,8 +227,8 @@ pub enum NotKept {
     /// There is no limit of this name.
     #[error("there is no constraint and no limit of the torques called \"{0}\"")]
     Unknown(String),
-    /// The closed loop needs more of a limit than there is.
-    #[error("\"{name}\" is {bound} {unit}, and its chance takes {needed} {unit} of that{part}")]
+    /// More of a limit is to be left than there is.
+    #[error("\"{name}\" is {bound} {unit}, of which {needed} {unit} would be left to corrections{part}")]
     Reserve {
         /// Name of the limit.
         name: String,
@@ -241,23 +243,11 @@ pub enum NotKept {
     },
 }
 
-/// Margins of cones that differ by less are one \[rad\]: a hundredth of what witnesses allow a cone.
-const SAME_MARGIN: f64 = 1e-8;
-
-/// Reserves that differ by less than this part of a deviation are one: it changes a chance by less than a thousandth.
-const SAME_RESERVE: f64 = 1e-4;
-
-/// Margins that were counted and differ by less than this part of a deviation are one: it changes a chance by some hundredths.
-const SAME_COUNTED: f64 = 0.01;
-
-/// Seed of the flights that are counted: not that of `slew fly`, which so judges the margin by other cases.
-const SEED: u64 = 0x6368_616e_6365;
-
-/// Plans at most: margins settle by a factor of some tens a plan.
-const MOST_PLANS: usize = 12;
+/// Plans at most: margins settle by a factor of some tens a plan, and flights count them two or three times.
+const MOST_PLANS: usize = 24;
 
 /// Plans after which margins only grow: where two instants take turns as the worst, the larger of their margins is kept.
-const TURNS: usize = 6;
+const TURNS: usize = 12;
 
 /// Plans a maneuver of which some limits keep a chance; also the maneuver with the margins that this takes.
 ///
@@ -282,24 +272,32 @@ pub fn plan(
         else {
             break;
         };
-        let flights = Flights { beside: &beside, planned: &on_grid, craft: &craft, uncertainty };
-        flights.count(&mut groups);
-        margins.counted = groups.iter().map(|group| group.counted).collect();
         let grown = margins.plans >= TURNS;
-        let mut needed = Vec::new();
-        for group in &groups {
-            needed.extend(group.limits.iter().map(|limit| group.needed(limit, &beside, problem)));
-        }
-        let limits = || groups.iter().flat_map(|group| &group.limits);
-        let agrees = |(limit, needed): (&Limit, &Needed)| needed.is(&limit.held(&with), grown);
-        if limits().zip(&needed).all(agrees) {
-            margins.agreed = true;
-            break;
+        let all_needed = |groups: &[Group]| -> Vec<Needed> {
+            let of = |group: &Group| -> Vec<Needed> {
+                group.limits.iter().map(|limit| group.needed(limit, &beside, problem)).collect()
+            };
+            groups.iter().flat_map(of).collect()
+        };
+        let agree = |groups: &[Group], needed: &[Needed]| {
+            let limits = groups.iter().flat_map(|group| &group.limits);
+            limits.zip(needed).all(|(limit, needed)| needed.is(&limit.held(&with), grown))
+        };
+        let mut needed = all_needed(&groups);
+        if agree(&groups, &needed) {
+            // Flights count once margins and deviations are those of one plan: what they leave moves with the margins then.
+            Flights { beside: &beside, planned: &on_grid, craft: &craft, uncertainty }.count(&mut groups);
+            margins.counted = groups.iter().map(|group| group.counted).collect();
+            needed = all_needed(&groups);
+            if agree(&groups, &needed) {
+                margins.agreed = true;
+                break;
+            }
         }
         if !needed.iter().flat_map(|needed| &needed.margins).all(|margin| margin.is_finite()) {
             break;
         }
-        for (limit, needed) in limits().zip(&needed) {
+        for (limit, needed) in groups.iter().flat_map(|group| &group.limits).zip(&needed) {
             let mut wanted = needed.margins.clone();
             if grown {
                 wanted
@@ -329,131 +327,6 @@ pub fn hold(problem: &mut Problem, name: &str, held: &[f64]) -> Result<(), NotKe
     limit.check(&craft, held)?;
     limit.hold(problem, &craft, held);
     Ok(())
-}
-
-/// Limits that share a chance.
-struct Group {
-    limits: Vec<Limit>,
-    at_most: f64,
-    over: Over,
-    /// How many deviations each is to keep.
-    z: f64,
-    counted: Option<Proportion>,
-}
-
-/// What a chance takes of a limit, at least what is asked for.
-struct Needed {
-    margins: Vec<f64>,
-    /// Margins that differ by less are one.
-    same: Vec<f64>,
-}
-
-impl Needed {
-    /// Whether these are the margins that are held, or where they only grow no more.
-    fn is(&self, held: &[f64], grown: bool) -> bool {
-        let parts = self.margins.iter().zip(held).zip(&self.same);
-        parts.into_iter().all(|((needed, held), same)| {
-            let beyond = needed - held;
-            (if grown { beyond } else { beyond.abs() }) <= *same
-        })
-    }
-}
-
-impl Group {
-    fn of(kept: &Kept, craft: &Problem) -> Result<Self, NotKept> {
-        let named = |name: &&str| Limit::named(craft, name).ok_or_else(|| NotKept::Unknown((*name).into()));
-        let z = match kept.over {
-            Over::Instant => normal_quantile(1.0 - kept.at_most),
-            Over::Motion(_) => 0.0,
-        };
-        let limits = kept.limits.iter().map(named).collect::<Result<_, _>>()?;
-        Ok(Self { limits, at_most: kept.at_most, over: kept.over, z, counted: None })
-    }
-
-    fn needed(&self, limit: &Limit, beside: &Beside, asked: &Problem) -> Needed {
-        let least = limit.held(asked);
-        let sigmas = sigmas(limit, beside, least.len());
-        let same = |sigma: &f64| match (self.over, limit.quantity(asked)) {
-            (Over::Motion(_), _) => (SAME_COUNTED * sigma).max(SAME_MARGIN),
-            (Over::Instant, Quantity::Angle) => SAME_MARGIN,
-            (Over::Instant, _) => SAME_RESERVE * sigma,
-        };
-        Needed {
-            margins: sigmas.iter().zip(&least).map(|(sigma, least)| (self.z * sigma).max(*least)).collect(),
-            same: sigmas.iter().map(same).collect(),
-        }
-    }
-}
-
-/// Deviation of each part of a limit at its worst instant.
-fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
-    let chance = beside.chances.iter().find(|chance| chance.name == limit.name);
-    let sigma = |part: usize| Some(chance?.parts.get(part)?.sigma);
-    (0..parts).map(|part| sigma(part).unwrap_or(0.0)).collect()
-}
-
-/// Flights of a plan that count what is left of limits.
-struct Flights<'a> {
-    beside: &'a Beside,
-    planned: &'a Problem,
-    craft: &'a Problem,
-    uncertainty: &'a Uncertainty,
-}
-
-impl Flights<'_> {
-    /// Cases that are held at once.
-    const CHUNK: usize = 8192;
-
-    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how many deviations its limits are to
-    /// keep.
-    fn count(&self, groups: &mut [Group]) {
-        for group in groups {
-            let Over::Motion(plant) = group.over else { continue };
-            let left = self.left(group, plant);
-            let exceeded = left.iter().filter(|left| **left < 0.0).count();
-            group.counted = Some(Proportion::new(exceeded as u64, left.len() as u64));
-            group.z = (group.z - quantile(&left, group.at_most)).max(0.0);
-        }
-    }
-
-    /// What flights leave of the limits of a group, the least of them in its deviations, sorted; a case that was lost leaves nothing.
-    fn left(&self, group: &Group, plant: Plant) -> Vec<f64> {
-        let gains = self.beside.gains.as_ref();
-        let mut watched = Vec::new();
-        let mut limits = Vec::new();
-        for limit in &group.limits {
-            let parts = limit.bounds(self.craft).len();
-            limits.push((limit, watched.len(), sigmas(limit, self.beside, parts)));
-            watched.extend(limit.watched(self.craft));
-        }
-        let campaign = Campaign::new(self.planned, &self.beside.linear, gains, self.uncertainty, plant, SEED)
-            .with_constraints(watched);
-        let cases = Over::flights(group.at_most, self.beside.linear.count());
-        let least = |flown: Flown| {
-            let of = |(limit, first, sigmas): &(&Limit, usize, Vec<f64>)| {
-                let rooms = limit.room(self.craft, &flown, *first);
-                rooms
-                    .iter()
-                    .zip(sigmas)
-                    .map(|(room, sigma)| in_deviations(*room, *sigma))
-                    .fold(f64::INFINITY, f64::min)
-            };
-            limits.iter().map(of).fold(f64::INFINITY, f64::min)
-        };
-        let left = |case: Result<Flown, Lost>| case.map_or(f64::NEG_INFINITY, least);
-        let mut left: Vec<f64> = (0..cases)
-            .step_by(Self::CHUNK)
-            .flat_map(|first| campaign.fly_all(first as u64, Self::CHUNK.min(cases - first)))
-            .map(left)
-            .collect();
-        left.sort_by(f64::total_cmp);
-        left
-    }
-}
-
-/// What is left in deviations; where nothing is uncertain a plan keeps its limits.
-fn in_deviations(room: f64, sigma: f64) -> f64 {
-    if sigma > 0.0 { room / sigma } else { f64::INFINITY }
 }
 
 #[cfg(test)]

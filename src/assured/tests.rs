@@ -1,6 +1,7 @@
 //! Margins by iteration against the reference.
 
 use super::*;
+use crate::closed_loop::{Campaign, Flown};
 use crate::maneuver::{Constraint, Direction, Pointing, Rule, Side, State};
 use crate::mechanics::{Body, Inertia};
 use crate::plan::Silent;
@@ -131,4 +132,128 @@ fn an_end_too_near_to_its_cone_is_refused() {
     let kind = Some(Kind::Tvlqr(None).into());
     let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
     assert!(matches!(found, Err(NotKept::Plan(PlanError::Problem(_)))), "{:?}", found.map(|found| found.2));
+}
+
+/// The slew of the reference without its cone, with limits that it is at: torques, and rates.
+fn limited() -> (Problem, Uncertainty) {
+    use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
+    let (_, mut problem, mut uncertainty) = maneuver();
+    // A third of the deviations: limits of both kinds leave little room.
+    uncertainty.start /= 9.0;
+    uncertainty.parameters.iter_mut().for_each(|(_, _, sigma)| *sigma /= 3.0);
+    problem.constraints.clear();
+    let free = plan::plan(&problem, &Settings::default(), None, &mut Silent).unwrap().solution.trajectory;
+    let most = |of: &dyn Fn(usize) -> f64| (0..=100).map(of).fold(0.0, f64::max);
+    let sizes: Vec<f64> = (0..3).map(|i| most(&|k| free.inputs(k)[i].abs())).collect();
+    let rates = Vector3::from_fn(|i, _| 0.97 * most(&|k| free.angular_velocity[k][i].abs()));
+    let limits = Limits { size: Some(sizes), ..Limits::default() };
+    let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let problem = problem
+        .with_actuation(Actuation::torques(torques))
+        .with_constraint(Constraint { name: "rates".into(), rule: Rule::RateAxes(rates) });
+    (problem, uncertainty)
+}
+
+/// Chances of limits at their worst instants: every part that acts keeps its own, and flights have it there.
+#[test]
+fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
+    let (problem, uncertainty) = limited();
+    let asked = 0.02;
+    let kind = Some(Kind::Tvlqr(None).into());
+    let kept = [Kept { limits: vec!["torque limit", "rates"], at_most: asked, over: Over::Instant }];
+    let (with, plan, margins) =
+        super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent).unwrap();
+    assert!(margins.agreed && plan.status == Status::Solved, "{margins:?}");
+    assert!(plan.solution.cost > margins.cost_without);
+    // What is held and what is kept make the limit.
+    assert_eq!(with.of_craft().actuation, problem.actuation);
+    assert_eq!(with.of_craft().constraints, problem.constraints);
+    let on_grid = plan.solution.on_grid(&with);
+    let beside = Beside::along(&on_grid, &plan.solution.trajectory, kind, Some(&uncertainty)).unwrap();
+    // Commands are not cut, so that they tell what is asked for.
+    let plant = Plant { authority: 1e3, ..Plant::default() };
+    let gains = beside.gains.as_ref();
+    let campaign = Campaign::new(&on_grid, &beside.linear, gains, &uncertainty, plant, 1);
+    let flown = campaign.trace_all(0, 20_000, |_, moments| {
+        let beyond = |chance: &Chance| -> Vec<bool> {
+            let part = |(part, worst): (usize, &crate::uncertainty::chance::Worst)| {
+                let limit = Limit::named(&problem, &chance.name).unwrap().bounds(&problem)[part];
+                let moment = &moments[worst.node];
+                match chance.quantity {
+                    Quantity::Rate => moment.angular_velocity[part].abs() > limit,
+                    _ => moment.commanded[part].abs() > limit,
+                }
+            };
+            chance.parts.iter().enumerate().map(part).collect()
+        };
+        beside.chances.iter().map(beyond).collect::<Vec<_>>()
+    });
+    let mut active = 0;
+    for (index, chance) in beside.chances.iter().enumerate() {
+        for (part, worst) in chance.parts.iter().enumerate() {
+            assert!(worst.chance < 1.02 * asked, "{} {part}: {worst:?}", chance.name);
+            active += usize::from(worst.chance > 0.98 * asked);
+            let beyond = flown.iter().filter(|case| case.as_ref().unwrap()[index][part]).count();
+            let found = Proportion::new(beyond as u64, 20_000);
+            // The interval of 95 %, and what is not linear.
+            assert!(
+                found.low < 1.25 * worst.chance && found.high > worst.chance / 1.25,
+                "{} {part}: {found:?} for {worst:?}",
+                chance.name
+            );
+        }
+    }
+    assert!(active >= 4, "{active} of 6: {:?}", beside.chances.iter().map(|c| &c.parts).collect::<Vec<_>>());
+}
+
+/// One chance of several limits over the motion: flights of other cases exceed any of them as often as was asked.
+#[test]
+fn a_chance_that_limits_share_is_that_of_other_flights() {
+    let (problem, uncertainty) = limited();
+    let asked = 0.05;
+    let kind = Some(Kind::Tvlqr(None).into());
+    let kept = [Kept {
+        limits: vec!["torque limit", "rates"],
+        at_most: asked,
+        over: Over::Motion(Plant::default()),
+    }];
+    let (with, plan, margins) =
+        super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent).unwrap();
+    assert!(margins.agreed && plan.status == Status::Solved, "{margins:?}");
+    let counted = margins.counted[0].unwrap();
+    assert!(counted.low < asked && asked < counted.high, "{counted:?}");
+    let on_grid = plan.solution.on_grid(&with);
+    let beside = Beside::along(&on_grid, &plan.solution.trajectory, kind, Some(&uncertainty)).unwrap();
+    let gains = beside.gains.as_ref();
+    let campaign = Campaign::new(&on_grid, &beside.linear, gains, &uncertainty, Plant::default(), 1);
+    let flown = campaign.fly_all(0, 20_000);
+    let least =
+        |flown: &Flown| flown.room.iter().chain(&flown.input_room).copied().fold(f64::INFINITY, f64::min);
+    let any = flown.iter().filter(|flown| flown.as_ref().is_ok_and(|flown| least(flown) < 0.0)).count();
+    let found = Proportion::new(any as u64, 20_000);
+    // Both counts err: by some 5 %, and by 3 %.
+    assert!(found.part() > 0.8 * asked && found.part() < 1.25 * asked, "{found:?}");
+    // Both share it: neither alone is exceeded as often.
+    for limits in [&|flown: &Flown| flown.room[0], &|flown: &Flown| {
+        flown.input_room.iter().copied().fold(f64::INFINITY, f64::min)
+    }] as [&dyn Fn(&Flown) -> f64; 2]
+    {
+        let alone =
+            flown.iter().filter(|flown| flown.as_ref().is_ok_and(|flown| limits(flown) < 0.0)).count();
+        assert!(alone > 0 && alone < any, "{alone} of {any}");
+    }
+}
+
+#[test]
+fn a_reserve_beyond_the_limit_is_refused_with_its_figure() {
+    let (problem, uncertainty) = limited();
+    let weights = crate::feedback::RegulatorWeights { attitude: 1e8, rate: 1e8, end: 1.0 };
+    let kind = Some(Kind::Tvlqr(Some(weights)).into());
+    let kept = [Kept { limits: vec!["torque limit"], at_most: 1e-3, over: Over::Instant }];
+    let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
+    let told = found.map(|found| found.2).unwrap_err().to_string();
+    assert!(told.contains("\"torque limit\" is ") && told.contains("would be left to corrections"), "{told}");
+    let kept = [Kept { limits: vec!["nothing"], at_most: 1e-3, over: Over::Instant }];
+    let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
+    assert!(matches!(found, Err(NotKept::Unknown(_))), "{:?}", found.map(|found| found.2));
 }

@@ -8,6 +8,7 @@ use crate::maneuver::{Problem, State};
 use crate::mechanics::actuators::{Actuation, Wheels};
 use crate::mechanics::body::{Body, Inertia};
 use crate::numerics::random::Stream;
+use crate::optimize::linear_plan::ticks::of_ticks;
 use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter};
 use crate::testing::planned;
 use crate::uncertainty::Covariance;
@@ -292,4 +293,147 @@ fn authority_held_back_flies_a_plan_of_least_time() {
     };
     let (open, cut, held) = (missed(None, 1.0), missed(Some(&gains), 1.0), missed(Some(&gains), 1.15));
     assert!(held < 0.02 * open && held < 0.2 * cut, "{open:e} {cut:e} {held:e}");
+}
+
+/// Every deviation of what is flown at some nodes, the rates, the commands and how they change from a step to the next, over the linear
+/// one: those of 4,000 cases err by 1.1 %.
+#[test]
+fn sampled_rates_and_commands_have_the_linear_deviations() {
+    let problem = maneuver(100);
+    let plan = planned(&problem);
+    let linear = LinearPlan::flown(&problem, &plan).unwrap();
+    let uncertainty = everything();
+    for every in [1, 4] {
+        let gains = Gains::along(&of_ticks(&linear, every), Kind::Tvlqr(None), false).unwrap();
+        let gains = gains.held_over(every, linear.count());
+        let covariance = Covariance::along(&linear, Some(&gains), &uncertainty);
+        let campaign = Campaign::new(&problem, &linear, Some(&gains), &uncertainty, Plant::default(), 7);
+        let nodes = [1, 10, 46, 47, 51, 95, 99];
+        let told = |_: Flown, moments: Vec<Moment>| {
+            nodes.map(|k| {
+                let [now, before] = [k, k - 1].map(|k| moments[k].commanded.clone());
+                let less =
+                    |k: usize, command: &[f64]| Vector3::from_fn(|i, _| command[i] - linear.inputs(k)[i]);
+                let (now, before) = (less(k, &now), less(k - 1, &before));
+                [moments[k].beside.fixed_rows::<3>(3).into_owned(), now, now - before]
+            })
+        };
+        let cases: Vec<_> = campaign.trace_all(0, 4000, told).into_iter().map(Result::unwrap).collect();
+        let sampled = |node: usize, what: usize| {
+            let values = || cases.iter().map(|case| case[node][what]);
+            let mean = values().sum::<Vector3>() / 4000.0;
+            let squares = values().map(|value| (value - mean).component_mul(&(value - mean)));
+            (squares.sum::<Vector3>() / 3999.0).map(f64::sqrt)
+        };
+        for (node, k) in nodes.into_iter().enumerate() {
+            let rates = covariance.rates[k].diagonal().map(f64::sqrt);
+            let [inputs, changes] = [&covariance.inputs[k], &covariance.input_changes[k - 1]]
+                .map(|sigmas| Vector3::from_column_slice(sigmas));
+            let torque = covariance.torque[k].diagonal().map(f64::sqrt);
+            assert!((torque - inputs).amax() < 1e-12 * inputs.amax(), "{torque} {inputs}");
+            for (what, linear) in [rates, inputs, changes].into_iter().enumerate() {
+                let found = sampled(node, what);
+                if k % every != 0 && what == 2 {
+                    assert!(linear.amax() == 0.0 && found.amax() < 1e-12, "held {found}");
+                    continue;
+                }
+                let ratios = found.component_div(&linear);
+                assert!(
+                    ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.06),
+                    "{every} {k} {what}: {ratios}"
+                );
+            }
+        }
+        let ends: Vec<Vector6> =
+            campaign.fly_all(0, 4000).into_iter().map(|flown| flown.unwrap().end).collect();
+        let ratios = Sampled::of(&ends, &covariance.end).sigma().component_div(&covariance.end_sigma());
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.06), "{every}: {ratios}");
+    }
+}
+
+/// The derivatives of a loop that acts every fourth step are the linear ones: what is held is what was measured.
+#[test]
+fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
+    let apart = |steps: usize| {
+        let problem = maneuver(steps);
+        let linear = LinearPlan::flown(&problem, &planned(&problem)).unwrap();
+        let gains = Gains::along(&of_ticks(&linear, steps / 15), Kind::Tvlqr(None), false).unwrap();
+        let gains = gains.held_over(steps / 15, steps);
+        let uncertainty = Uncertainty { parameters: parameters(1.0), ..Uncertainty::default() };
+        let expected = Covariance::along(&linear, Some(&gains), &uncertainty).end_by_parameter;
+        let campaign = Campaign::new(&problem, &linear, Some(&gains), &uncertainty, Plant::default(), 1);
+        let end = |index: usize, size: f64| {
+            let mut values = vec![0.0; expected.len()];
+            values[index] = size;
+            end_of(&campaign, &values, &Vector6::zeros())
+        };
+        let largest = expected.iter().map(|column| column.amax()).fold(0.0, f64::max);
+        let of = |index: usize| {
+            let found = (end(index, 1e-5) - end(index, -1e-5)) / 2e-5;
+            (found - expected[index]).amax() / largest
+        };
+        (0..expected.len()).map(of).fold(0.0, f64::max)
+    };
+    let (coarse, fine) = (apart(60), apart(120));
+    assert!((1.6..2.6).contains(&(coarse / fine).log2()) && fine < 2e-3, "{coarse:e} {fine:e}");
+}
+
+/// About a principal axis the motion beside a slew is a double integrator: deviations of attitude, rate and torque are those of a
+/// recursion of two numbers, with a start, a constant torque, noise of the sensor, and a correction that is held over a tick.
+#[test]
+fn deviations_about_a_principal_axis_are_those_of_a_double_integrator() {
+    use nalgebra::{Matrix2, RowVector2, Vector2};
+    let (j, steps, duration) = (2.0, 120, 60.0);
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.5, j)).unwrap(), mass: None };
+    let end = State::at_rest(crate::lie::Rotation::exp(&Vector3::new(0.0, 0.0, 1.0)));
+    let problem =
+        Problem::attitude(body, State::at_rest(Matrix3::identity()), end, duration).with_steps(steps);
+    let linear = LinearPlan::flown(&problem, &planned(&problem)).unwrap();
+    let (start, sensor, torque) = ([1e-2, 3e-4], [2e-4, 1e-5], 1e-4);
+    let diagonal = |of: [f64; 2]| {
+        let [attitude, rate] = of.map(|sigma| sigma * sigma);
+        Matrix6::from_diagonal(&Vector6::new(0.0, 0.0, attitude, 0.0, 0.0, rate))
+    };
+    let uncertainty = Uncertainty {
+        start: diagonal(start),
+        parameters: vec![("torque".into(), Parameter::ConstantTorque(unit(2)), torque)],
+        sensor_noise: diagonal(sensor),
+        ..Uncertainty::default()
+    };
+    for every in [1, 5] {
+        let gains = Gains::along(&of_ticks(&linear, every), Kind::Tvlqr(None), false).unwrap();
+        let gains = gains.held_over(every, steps);
+        let found = Covariance::along(&linear, Some(&gains), &uncertainty);
+        let h = duration / steps as f64;
+        let a = Matrix2::new(1.0, h, 0.0, 1.0);
+        let b = Vector2::new(h * h / 2.0, h) / j;
+        let square = |of: [f64; 2]| Matrix2::new(of[0] * of[0], 0.0, 0.0, of[1] * of[1]);
+        // State and the correction that is held, as one: covariance of both, and what a constant torque makes of them.
+        let (mut p, mut s) = (square(start), Vector2::zeros());
+        let (mut held, mut with_held, mut s_held) = (0.0, Vector2::zeros(), 0.0);
+        for k in 0..steps {
+            let row = &gains.row(k)[12..18];
+            let gain = RowVector2::new(row[2], row[5] * j);
+            if k % every == 0 {
+                held = (gain * (p + square(sensor)) * gain.transpose())[0];
+                with_held = p * gain.transpose();
+                s_held = (gain * s)[0];
+            }
+            let sigma = (held + (s_held * torque).powi(2)).sqrt();
+            assert!((found.inputs[k][2] / sigma - 1.0).abs() < 1e-3, "{every} {k}: {sigma:e}");
+            p = a * p * a.transpose()
+                - a * with_held * b.transpose()
+                - b * with_held.transpose() * a.transpose()
+                + b * held * b.transpose();
+            with_held = a * with_held - b * held;
+            s = a * s - b * s_held + b;
+            let rate = (p[(1, 1)] + (s[1] * torque).powi(2)).sqrt();
+            assert!((found.rates[k + 1][(2, 2)].sqrt() / rate - 1.0).abs() < 1e-3, "{every} {k}: {rate:e}");
+            let angle = (p[(0, 0)] + (s[0] * torque).powi(2)).sqrt();
+            assert!(
+                (found.states[k + 1][(2, 2)].sqrt() / angle - 1.0).abs() < 1e-3,
+                "{every} {k}: {angle:e}"
+            );
+        }
+    }
 }

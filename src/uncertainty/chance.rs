@@ -200,7 +200,9 @@ impl Chance {
 
 impl Worst {
     fn is_worse_than(&self, other: &Self) -> bool {
-        self.chance > other.chance || self.chance == other.chance && self.room < other.room
+        // Of instants at a limit, which are all as likely, the one of the largest deviation.
+        let key = |worst: &Self| (worst.chance, -worst.room, worst.sigma);
+        key(self) > key(other)
     }
 }
 

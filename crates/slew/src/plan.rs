@@ -108,7 +108,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         identity: &identity,
         verbose: args.verbose,
         file,
-        beside: beside.as_ref().map(|beside| (&closed_loop, beside, record.as_ref())),
+        beside: beside.as_ref().map(|beside| (&closed_loop, beside)),
+        margins: record.as_ref(),
         warm: warm.as_deref(),
     };
     console.say(&summary::plan(console, &args.spec, &told));

@@ -35,14 +35,16 @@ pub struct Told<'a> {
     /// The plan file that will be written.
     pub file: Option<&'a Path>,
     /// What is known of it beside it, as the spec asks.
-    pub beside: Option<(&'a ClosedLoop, &'a Beside, Option<&'a MarginsRecord>)>,
+    pub beside: Option<(&'a ClosedLoop, &'a Beside)>,
+    /// What keeping chances took, where some are asked, also of a plan that is not solved.
+    pub margins: Option<&'a MarginsRecord>,
     /// How it was begun from another plan, or why that was left.
     pub warm: Option<&'a str>,
 }
 
 /// The summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
-    let Told { problem, settings, plan, identity, verbose, file, beside, warm } = *told;
+    let Told { problem, settings, plan, identity, verbose, file, beside, margins, warm } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
     if verbose {
         lines.extend(summary::details(console.colour, problem, settings, plan, identity));
@@ -50,12 +52,14 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     if let Some(warm) = warm {
         lines.lines("warm", summary::wrapped(&escape(warm), summary::TEXT));
     }
-    if let Some((closed_loop, beside, margins)) = beside {
+    if let Some((closed_loop, beside)) = beside {
         lines.extend(summary::flown::beside(problem, closed_loop, beside, margins));
+    } else if let Some(margins) = margins {
+        lines.lines("margin", summary::wrapped(&summary::flown::kept(margins), summary::TEXT));
     }
     let advice = advice(args, problem, settings, plan);
     if advice.is_empty() && plan.status == Status::Solved {
-        let uncertain = beside.is_some_and(|(_, beside, _)| beside.open.is_some());
+        let uncertain = beside.is_some_and(|(_, beside)| beside.open.is_some());
         lines.push(line("next", &next(args, file, verbose, uncertain)));
     }
     for text in &advice {

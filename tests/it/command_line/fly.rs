@@ -226,3 +226,157 @@ fn plans_of_every_kind_fly() {
         assert!(of(0) < 0.5 * of(1), "{name}: closed {} open {}", of(0), of(1));
     }
 }
+
+const WITHIN_LIMITS: &str = include_str!("../../../problems/flies_within_limits.toml");
+
+/// A plan leaves corrections a reserve of each torque, its file holds limit, chance and reserve, and flights ask for more as often as
+/// was asked.
+#[test]
+fn torques_keep_their_chance_and_files_hold_the_reserve() {
+    let folder = planned(WITHIN_LIMITS);
+    folder
+        .slew(&["plan", "spec.toml"])
+        .ends(0)
+        .tells("torque limit: 0.010 at its worst")
+        .tells("asked at most 0.010")
+        .tells("margin      torque limit");
+    let plan = folder.json("plan.json");
+    let (spec, margins) = (&plan["spec"]["actuators"], &plan["uncertainty"]["margins"]);
+    assert_eq!(spec["torque_limit_n_m"], serde_json::json!([0.14, 0.068, 0.17]));
+    assert_eq!(spec["torque_limit_chance"], 0.01);
+    assert_eq!((&margins["agreed"], &margins["held"][0]["unit"]), (&true.into(), &"N·m".into()));
+    assert_eq!(margins["held"][0]["held"], spec["torque_limit_reserve_n_m"]);
+    let chance = &plan["uncertainty"]["closed_loop"]["chances"][0];
+    let (sigma, room) = (number(&chance["sigma"]), number(&chance["room"]));
+    // Φ⁻¹(0.99), to what two plans may differ by.
+    assert!((room / sigma - 2.326_347_874).abs() < 0.01, "{chance}");
+    assert!(number(&plan["cost"]) > number(&margins["cost_without"]));
+    folder.slew(&["verify", "plan.json"]).ends(0).tells("torque limit");
+    // The reserve that the file holds is the plan's own: planned again without a chance, it is the same plan.
+    let spec = plan["spec"].to_string().replace("\"torque_limit_chance\":0.01,", "");
+    assert!(!spec.contains("chance"), "{spec}");
+    fs::write(folder.path("again.json"), spec).unwrap();
+    folder.slew(&["plan", "again.json", "-q", "-o", "again.plan.json"]).ends(0);
+    let again = number(&folder.json("again.plan.json")["cost"]);
+    assert!((again / number(&plan["cost"]) - 1.0).abs() < 1e-9, "{again}");
+    let told = folder
+        .slew(&["fly", "plan.json", "--cases", "4000", "--loop", "closed", "--format", "json", "-q"])
+        .ends(0)
+        .json();
+    let limit = &told["loops"][0]["end"]["limits"][0];
+    assert_eq!(limit["name"], "torque limit");
+    // Over the motion and any of three inputs: more than at one instant of one, less than by their sum.
+    let part = number(&limit["violated"]["part"]);
+    assert!(part > 0.007 && part < 0.3, "{limit}");
+    folder.slew(&["fly", "plan.json", "--cases", "4", "-o", "cases.csv"]).ends(0);
+    assert!(
+        folder.read("cases.csv").lines().next().unwrap().contains("room torque limit 1,room torque limit 2")
+    );
+    // More than there is.
+    folder
+        .slew(&["plan", "spec.toml", "--set", "uncertainty.start.attitude_deg=60"])
+        .ends(3)
+        .tells("E0172")
+        .tells("\"torque limit\" is");
+}
+
+/// One chance of a cone and the torques, counted in flights: flights of another seed exceed any of them as often.
+#[test]
+fn a_cone_and_the_torques_share_a_chance() {
+    let shared = "chance = 0.05\nchance_of = [\"Sun\", \"torque limit\"]\n";
+    let spec =
+        at_once().replace("chance = 0.01\n", "").replace("torque_limit_n_m = 2", "torque_limit_n_m = 0.3");
+    let spec = spec.replace("[feedback]\n", "[feedback]\nkind = \"tvlqr\"\n");
+    let spec = spec.replace("[uncertainty]\n", &format!("[uncertainty]\n{shared}"));
+    let folder = Folder::new();
+    fs::write(folder.path("spec.toml"), spec).unwrap();
+    folder
+        .slew(&["plan", "spec.toml", "-o", "plan.json"])
+        .ends(0)
+        .tells("any of Sun, torque limit: asked at most 0.050 over the motion")
+        .tells("of the flights violate Sun, torque limit");
+    let plan = folder.json("plan.json");
+    assert_eq!(plan["spec"]["uncertainty"]["chance_of"][1], "torque limit");
+    folder
+        .slew(&["fly", "plan.json", "--cases", "10000", "--loop", "closed", "-o", "cases.csv", "-q"])
+        .ends(0);
+    let text = folder.read("cases.csv");
+    let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let rooms: Vec<usize> = (0..heads.len()).filter(|index| heads[*index].starts_with("room ")).collect();
+    assert_eq!(rooms.len(), 4);
+    let any = text.lines().skip(1).filter(|row| {
+        let cells: Vec<&str> = row.split(',').collect();
+        rooms.iter().any(|index| cells[*index].parse::<f64>().unwrap() < 0.0)
+    });
+    let part = any.count() as f64 / 1e4;
+    assert!(part > 0.75 * 0.05 && part < 1.3 * 0.05, "{part}");
+}
+
+/// A controller that measures every second step: files say so, its gains are pairs, and flights agree with the covariance.
+#[test]
+fn a_slower_controller_is_planned_told_and_flown() {
+    let folder = planned(&at_once().replace("[feedback]\n", "[feedback]\nevery_s = 1.2\n"));
+    let plan = folder.json("plan.json");
+    assert_eq!(plan["feedback"]["every_steps"], 2);
+    let gains = plan["feedback"]["gains"].as_array().unwrap();
+    assert_eq!((gains.len(), &gains[0], &gains[50]), (100, &gains[1], &gains[51]));
+    assert_ne!(gains[1], gains[2]);
+    folder.slew(&["plan", "spec.toml"]).ends(0).tells("every 1.20 s");
+    let told = folder
+        .slew(&["fly", "plan.json", "--cases", "2000", "--loop", "closed", "--format", "json", "-q"])
+        .ends(0)
+        .json();
+    let end = &told["loops"][0]["end"];
+    for axis in 0..3 {
+        let ratio =
+            number(&end["attitude_sigma_deg"][axis]) / number(&end["attitude_sigma_linear_deg"][axis]);
+        assert!((ratio - 1.0).abs() < 0.08, "{end}");
+    }
+}
+
+/// A covariance that has no correlations is what its deviations are; one of the inertia is told by principal errors that have it.
+#[test]
+fn covariances_are_those_of_their_deviations_and_of_their_principal_errors() {
+    let read = |uncertainty: &str| {
+        let head = FLIES.split("[uncertainty]").next().unwrap();
+        let text = format!("{head}[uncertainty]\n{uncertainty}");
+        slewkit_files::spec::from_str(&text, "spec.toml", slewkit_files::spec::Format::Toml, &[])
+            .unwrap()
+            .closed_loop
+            .uncertainty
+            .unwrap()
+    };
+    let deviations = read("start = { attitude_deg = [1, 2, 3], angular_velocity_deg_s = 0.1 }");
+    for text in [
+        "start = { covariance_deg_deg_s = [1, 4, 9, 0.01, 0.01, 0.01] }",
+        "start = { attitude_covariance_deg2 = [1, 4, 9], angular_velocity_covariance_deg2_s2 = [0.01, 0.01, 0.01] }",
+        "start = { attitude_deg = [1, 2, 3], angular_velocity_covariance_deg2_s2 = [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.01]] }",
+    ] {
+        let found = read(text);
+        assert!((found.start - deviations.start).amax() < 1e-15, "{text}: {}", found.start);
+    }
+    let rows = [
+        [4.0, 1.0, 0.5, 0.2, 0.0, 0.1],
+        [1.0, 3.0, 0.4, 0.0, 0.1, 0.0],
+        [0.5, 0.4, 2.0, 0.1, 0.0, 0.2],
+        [0.2, 0.0, 0.1, 1.0, 0.3, 0.0],
+        [0.0, 0.1, 0.0, 0.3, 1.0, 0.1],
+        [0.1, 0.0, 0.2, 0.0, 0.1, 1.0],
+    ];
+    let found = read(&format!("inertia = {{ covariance_kg2_m4 = {rows:?} }}"));
+    assert_eq!(found.parameters.len(), 6);
+    let places = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+    for (row, of) in places.iter().enumerate() {
+        for (column, with) in places.iter().enumerate() {
+            let part = |(_, parameter, sigma): &(String, slewkit::optimize::linear_plan::Parameter, f64)| {
+                let slewkit::optimize::linear_plan::Parameter::Inertia(delta) = parameter else { panic!() };
+                delta[*of] * delta[*with] * sigma * sigma
+            };
+            let sum: f64 = found.parameters.iter().map(part).sum();
+            assert!((sum - rows[row][column]).abs() < 1e-12, "{row} {column}: {sum}");
+        }
+    }
+    let correlated = read("sensor = { attitude_covariance_deg2 = [[4, 1, 0], [1, 4, 0], [0, 0, 1]] }");
+    let degree = 1_f64.to_radians();
+    assert!((correlated.sensor_noise[(0, 1)] / (degree * degree) - 1.0).abs() < 1e-14);
+}

@@ -3,11 +3,9 @@
 use super::error::shown;
 use super::fingerprint::Fingerprint;
 use super::{BatchError, Entry};
-use crate::flown::Runs;
+use crate::flown::{Runs, input_rooms};
 use serde::{Deserialize, Serialize};
 use slewkit::closed_loop::{Flown, Lost};
-use slewkit::maneuver::Problem;
-use slewkit::mechanics::LimitKind;
 use std::path::Path;
 
 /// The first line: what decides all cases. How many there are does not.
@@ -61,12 +59,6 @@ pub struct FlightEnd {
     pub saturated: f64,
 }
 
-/// Numbers of [`Flown::input_room`].
-fn input_limits(problem: &Problem) -> usize {
-    let torques = problem.actuation.limits().filter(|limit| !limit.of_force);
-    torques.filter(|limit| limit.kind != LimitKind::WheelMomentum).map(|limit| limit.bounds.len()).sum()
-}
-
 impl FlightHeader {
     /// The version written and read.
     pub const FORMAT: u32 = 1;
@@ -83,7 +75,7 @@ impl FlightHeader {
             seed: *seed,
             loops: closed.iter().map(|closed| Runs::name(*closed).into()).collect(),
             constraints: problem.constraints.iter().map(|constraint| constraint.name.clone()).collect(),
-            input_limits: input_limits(problem),
+            input_limits: input_rooms(problem),
             parameters: uncertainty.parameters.iter().map(|(name, ..)| name.clone()).collect(),
             fingerprint: Fingerprint::of_program().and(decides.as_bytes()).text(),
         }

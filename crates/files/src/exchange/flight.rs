@@ -141,10 +141,13 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
         "# rate and torque: axes of {body}; torque and inputs are held over the tick that begins at the row"
     )?;
     if let Some(gains) = &record.gains {
+        let held = match gains.every_steps {
+            1 => "measured at the tick, held over it".into(),
+            every => format!("gains [z; dw] measured at every {every} steps of the plan, held over them"),
+        };
         writeln!(
             text,
-            "# input = input of the row - gains [z; dw]: z = log(R*^T R) of the row in rad, dw = w - w* in rad/s, body axes; measured at \
-             the tick, held over it"
+            "# input = input of the row - gains [z; dw]: z = log(R*^T R) of the row in rad, dw = w - w* in rad/s, body axes; {held}"
         )?;
         writeln!(
             text,

@@ -204,6 +204,11 @@ fn input_limits(problem: &Problem) -> Vec<(String, usize, Vec<f64>)> {
     told.collect()
 }
 
+/// How many numbers of a flight tell what is left of the limits of the torques.
+pub fn input_rooms(problem: &Problem) -> usize {
+    input_limits(problem).iter().map(|(_, _, bounds)| bounds.len()).sum()
+}
+
 fn is_cone(constraint: &slewkit::maneuver::Constraint) -> bool {
     matches!(constraint.rule, slewkit::maneuver::Rule::Pointing(_))
 }

@@ -4,7 +4,7 @@ mod campaign;
 mod plan;
 mod runs;
 
-pub use campaign::{CampaignRecord, Flight, LoopRecord, RunRecord, write_cases, write_trace};
+pub use campaign::{CampaignRecord, Flight, LoopRecord, RunRecord, input_rooms, write_cases, write_trace};
 pub use plan::{
     ChanceRecord, FeedbackRecord, HeldRecord, LoopUncertainty, MarginsRecord, Part, PointingRecord,
     UncertaintyRecord, boresights, unit,

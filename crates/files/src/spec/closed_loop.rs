@@ -5,7 +5,7 @@ mod uncertain;
 
 pub use chances::Chance;
 
-use super::{Node, Section, Value, show};
+use super::{Node, Section, Value, short, show};
 use serde_json::Map;
 use slewkit::assured::{Feedback, Kept, Over};
 use slewkit::closed_loop::Plant;
@@ -202,7 +202,7 @@ fn plant(section: &Section, problem: &Problem) -> Plant {
         let remedy = if tick > step {
             "leave it out; a controller that acts more seldom than each step has [feedback] every_s".into()
         } else {
-            format!("write tick_s = {}, or other steps", show(step / (step / tick).ceil()))
+            format!("write tick_s = {}, or other steps", short(step / (step / tick).ceil()))
         };
         section.error("E0176", "tick_s", reason, remedy);
     }

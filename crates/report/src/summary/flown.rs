@@ -7,6 +7,7 @@ use slewkit::assured::Beside;
 use slewkit::closed_loop::Flown;
 use slewkit::feedback::Kind;
 use slewkit::maneuver::{Problem, Rule};
+use slewkit::mechanics::LimitKind;
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit_files::flown::{HeldRecord, LoopRecord, MarginsRecord, RunRecord, boresights};
@@ -25,22 +26,20 @@ pub fn beside(
     let mut lines = Vec::new();
     if let Some(gains) = &beside.gains {
         let steps = beside.linear.count();
-        let text = match gains.kind {
-            Kind::Neighbouring { .. } if gains.frozen_from < steps => {
-                format!(
-                    "neighbouring gains, held over the last {} of {steps} steps",
-                    steps + 1 - gains.frozen_from
-                )
-            }
-            Kind::Neighbouring { .. } => "neighbouring gains to the end".into(),
-            Kind::Tvlqr(_) => "regulator along the plan".into(),
-        };
         let every = if gains.every > 1 {
-            format!(", every {} s", significant(beside.linear.times()[gains.every], 3))
+            format!(" every {} s", significant(beside.linear.times()[gains.every], 3))
         } else {
             String::new()
         };
-        lines.line("feedback", format!("{text}{every}"));
+        let text = match gains.kind {
+            Kind::Neighbouring { .. } if gains.frozen_from < steps => {
+                let held = steps + 1 - gains.frozen_from;
+                format!("neighbouring gains{every}, held over the last {held} of {steps} steps")
+            }
+            Kind::Neighbouring { .. } => format!("neighbouring gains{every} to the end"),
+            Kind::Tvlqr(_) => format!("regulator{every} along the plan"),
+        };
+        lines.lines("feedback", wrapped(&text, TEXT));
     }
     if let Some(open) = &beside.open {
         let text = uncertain(problem, open, beside.closed.as_ref());
@@ -51,7 +50,11 @@ pub fn beside(
     {
         lines.lines("", wrapped(&text, TEXT));
     }
+    // A chance that is asked of the limit says it better.
+    let limit = problem.actuation.limit_name(LimitKind::Size, false);
+    let is_asked = closed_loop.chances.iter().any(|chance| chance.limits.iter().any(|name| name == limit));
     if beside.gains.is_some()
+        && !is_asked
         && let Some(closed) = &beside.closed
         && let Some(text) = demand(problem, beside, closed)
     {

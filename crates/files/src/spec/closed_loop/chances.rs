@@ -1,8 +1,7 @@
 //! Chances that limits keep, and what a plan holds of them.
 
-use super::super::{Limits, Section, escape};
-use super::Over;
-use slewkit::assured;
+use crate::spec::{Limits, Section, escape};
+use slewkit::assured::{self, Over};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::mechanics::LimitKind;
 

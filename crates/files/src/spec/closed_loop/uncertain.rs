@@ -1,6 +1,6 @@
 //! `[uncertainty]`: deviations and covariances.
 
-use super::super::{Limits, Section, short, show};
+use crate::spec::{Limits, Section, short, show};
 use nalgebra::{DMatrix, SMatrix};
 use slewkit::maneuver::Problem;
 use slewkit::optimize::linear_plan::{Matrix6, Parameter};
@@ -16,8 +16,8 @@ fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &
         Limits::All(value) => vec![value * unit; count],
         Limits::Each(values) if values.len() == count => values.iter().map(|value| value * unit).collect(),
         Limits::Each(values) => {
-            let reason = format!("has {} numbers, one for {all} or {count} are needed", values.len());
             let told = if count == 3 { "three".into() } else { count.to_string() };
+            let reason = format!("has {} numbers, one for {all} or {told} are needed", values.len());
             section.error("E0026", key, reason, format!("write one number, or {told}"));
             vec![0.0; count]
         }

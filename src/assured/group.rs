@@ -1,0 +1,143 @@
+//! Limits that share a chance: how many deviations they keep, from the normal law or from flights.
+
+use super::limit::Limit;
+use super::{Beside, Kept, NotKept, Over};
+use crate::closed_loop::{Campaign, Flown, Lost, Plant, Proportion, quantile};
+use crate::maneuver::Problem;
+use crate::uncertainty::Uncertainty;
+use crate::uncertainty::chance::{Quantity, normal_quantile};
+
+/// Seed of the flights that are counted: not that of `slew fly`, which so judges the margin by other cases.
+const SEED: u64 = 0x6368_616e_6365;
+
+/// Margins that were counted and differ by less than this part of a deviation are one: it changes a chance by some hundredths.
+const SAME_COUNTED: f64 = 0.01;
+
+/// Reserves that differ by less than this part of a deviation are one: it changes a chance by less than a thousandth.
+const SAME_RESERVE: f64 = 1e-4;
+
+/// Margins of cones that differ by less are one \[rad\]: a hundredth of what witnesses allow a cone.
+const SAME_MARGIN: f64 = 1e-8;
+
+/// Limits that share a chance.
+pub(super) struct Group {
+    pub limits: Vec<Limit>,
+    at_most: f64,
+    over: Over,
+    /// How many deviations each is to keep.
+    z: f64,
+    pub counted: Option<Proportion>,
+}
+
+/// What a chance takes of a limit, at least what is asked for.
+pub(super) struct Needed {
+    pub margins: Vec<f64>,
+    /// Margins that differ by less are one.
+    same: Vec<f64>,
+}
+
+impl Needed {
+    /// Whether these are the margins that are held, or where they only grow no more.
+    pub fn is(&self, held: &[f64], grown: bool) -> bool {
+        let parts = self.margins.iter().zip(held).zip(&self.same);
+        parts.into_iter().all(|((needed, held), same)| {
+            let beyond = needed - held;
+            (if grown { beyond } else { beyond.abs() }) <= *same
+        })
+    }
+}
+
+impl Group {
+    pub fn of(kept: &Kept, craft: &Problem) -> Result<Self, NotKept> {
+        let named = |name: &&str| Limit::named(craft, name).ok_or_else(|| NotKept::Unknown((*name).into()));
+        // Of a motion where flights begin to count from.
+        let z = normal_quantile(1.0 - kept.at_most);
+        let limits = kept.limits.iter().map(named).collect::<Result<_, _>>()?;
+        Ok(Self { limits, at_most: kept.at_most, over: kept.over, z, counted: None })
+    }
+
+    pub fn needed(&self, limit: &Limit, beside: &Beside, asked: &Problem) -> Needed {
+        let least = limit.held(asked);
+        let sigmas = sigmas(limit, beside, least.len());
+        let same = |sigma: &f64| match (self.over, limit.quantity(asked)) {
+            (Over::Motion(_), _) => (SAME_COUNTED * sigma).max(SAME_MARGIN),
+            (Over::Instant, Quantity::Angle) => SAME_MARGIN,
+            (Over::Instant, _) => SAME_RESERVE * sigma,
+        };
+        Needed {
+            margins: sigmas.iter().zip(&least).map(|(sigma, least)| (self.z * sigma).max(*least)).collect(),
+            same: sigmas.iter().map(same).collect(),
+        }
+    }
+}
+
+/// Deviation of each part of a limit at its worst instant.
+fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
+    let chance = beside.chances.iter().find(|chance| chance.name == limit.name);
+    let sigma = |part: usize| Some(chance?.parts.get(part)?.sigma);
+    (0..parts).map(|part| sigma(part).unwrap_or(0.0)).collect()
+}
+
+/// Flights of a plan that count what is left of limits.
+pub(super) struct Flights<'a> {
+    pub beside: &'a Beside,
+    pub planned: &'a Problem,
+    pub craft: &'a Problem,
+    pub uncertainty: &'a Uncertainty,
+}
+
+impl Flights<'_> {
+    /// Cases that are held at once.
+    const CHUNK: usize = 8192;
+
+    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how many deviations its limits are to
+    /// keep.
+    pub fn count(&self, groups: &mut [Group]) {
+        for group in groups {
+            let Over::Motion(plant) = group.over else { continue };
+            let left = self.left(group, plant);
+            let exceeded = left.iter().filter(|left| **left < 0.0).count();
+            group.counted = Some(Proportion::new(exceeded as u64, left.len() as u64));
+            group.z = (group.z - quantile(&left, group.at_most)).max(0.0);
+        }
+    }
+
+    /// What flights leave of the limits of a group, the least of them in its deviations, sorted; a case that was lost leaves nothing.
+    fn left(&self, group: &Group, plant: Plant) -> Vec<f64> {
+        let gains = self.beside.gains.as_ref();
+        let mut watched = Vec::new();
+        let mut limits = Vec::new();
+        for limit in &group.limits {
+            let parts = limit.bounds(self.craft).len();
+            limits.push((limit, watched.len(), sigmas(limit, self.beside, parts)));
+            watched.extend(limit.watched(self.craft));
+        }
+        let campaign = Campaign::new(self.planned, &self.beside.linear, gains, self.uncertainty, plant, SEED)
+            .with_constraints(watched);
+        let cases = Over::flights(group.at_most, self.beside.linear.count());
+        let least = |flown: Flown| {
+            let of = |(limit, first, sigmas): &(&Limit, usize, Vec<f64>)| {
+                let rooms = limit.room(self.craft, &flown, *first);
+                rooms
+                    .iter()
+                    .zip(sigmas)
+                    .map(|(room, sigma)| in_deviations(*room, *sigma))
+                    .fold(f64::INFINITY, f64::min)
+            };
+            limits.iter().map(of).fold(f64::INFINITY, f64::min)
+        };
+        let left = |case: Result<Flown, Lost>| case.map_or(f64::NEG_INFINITY, least);
+        let mut left: Vec<f64> = (0..cases)
+            .step_by(Self::CHUNK)
+            .flat_map(|first| campaign.fly_all(first as u64, Self::CHUNK.min(cases - first)))
+            .map(left)
+            .collect();
+        left.sort_by(f64::total_cmp);
+        left
+    }
+}
+
+/// What is left in deviations; where nothing is uncertain a plan keeps its limits.
+fn in_deviations(room: f64, sigma: f64) -> f64 {
+    if sigma > 0.0 { room / sigma } else { f64::INFINITY }
+}
