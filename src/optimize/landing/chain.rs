@@ -40,7 +40,7 @@ pub(crate) fn land_chain(
         best = Some(Landed { attempt: attempt.clone(), target: aimed, landing: aim.told() });
         let Some(drawn_in) = aim.drawn_in().filter(|_| next == Next::Correct) else { break };
         chain.model.aim(&aim.target);
-        if aim.draws_in() {
+        if aim.changes_constraints() {
             chain.rows = LimitRows::of(&drawn_in, &chain.model);
         }
         let Some(again) = solve(chain, &attempt) else { break };

@@ -108,7 +108,7 @@ impl<'a> Aim<'a> {
         let mut worst = excess.map_or_else(Vec::new, |excess| excess.worst);
         // What is held on a cone cannot be drawn in: the witnesses tell by how much it strays.
         for (worst, constraint) in worst.iter_mut().zip(&self.problem.constraints) {
-            if matches!(constraint.rule, Rule::Pointing(Pointing { side: Side::On { .. }, .. })) {
+            if is_held_on(constraint) {
                 *worst = f64::NEG_INFINITY;
             }
         }
@@ -174,9 +174,10 @@ impl<'a> Aim<'a> {
         target.velocity += end.velocity - flown.velocity;
     }
 
-    /// The maneuver with its constraints drawn in; `None` where they leave nothing or the ends do not hold them.
+    /// The maneuver to the end that is aimed at, with its constraints drawn in; `None` where they leave nothing or the ends do not hold
+    /// them.
     pub fn drawn_in(&self) -> Option<Problem> {
-        let mut problem = self.problem.clone();
+        let mut problem = Problem { end: self.target, ..self.problem.clone() };
         for (Constraint { rule, .. }, by) in problem.constraints.iter_mut().zip(&self.drawn_in) {
             match rule {
                 Rule::Pointing(pointing) => pointing.margin += by,
@@ -188,9 +189,9 @@ impl<'a> Aim<'a> {
         usable.then_some(problem)
     }
 
-    /// Whether a constraint is drawn in.
-    pub fn draws_in(&self) -> bool {
-        self.drawn_in.iter().any(|by| *by > 0.0)
+    /// Whether constraints are others than those of the maneuver: one is drawn in, or leads to the end that is aimed at.
+    pub fn changes_constraints(&self) -> bool {
+        self.drawn_in.iter().any(|by| *by > 0.0) || self.problem.constraints.iter().any(is_held_on)
     }
 
     /// What there is to tell of the corrections of a plan.
@@ -203,6 +204,11 @@ impl<'a> Aim<'a> {
             drawn_in: named.map(|(constraint, by)| (constraint.name.clone(), *by)).collect(),
         }
     }
+}
+
+/// Whether it holds a boresight on a cone.
+fn is_held_on(constraint: &Constraint) -> bool {
+    matches!(constraint.rule, Rule::Pointing(Pointing { side: Side::On { .. }, .. }))
 }
 
 /// The unit of length of a maneuver \[m\].

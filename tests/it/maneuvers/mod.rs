@@ -15,6 +15,7 @@ mod duration_within;
 mod free_duration;
 mod fuel_of_forces;
 mod fuel_within;
+mod held_cones;
 mod invariance;
 mod landing;
 mod level;

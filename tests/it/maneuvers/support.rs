@@ -52,3 +52,23 @@ pub fn assert_close(name: &str, a: &[f64], b: &[f64], limit: f64) {
     let error = a.iter().zip(b).fold(0.0f64, |error, (x, y)| error.max((x - y).abs()));
     assert!(error <= limit * size, "{name}: {:e}", error / size);
 }
+
+/// The cost on ever finer grids, extrapolated: the scheme is of second order, in even powers.
+pub fn extrapolated(problem: &Problem, steps: usize) -> f64 {
+    let cost = |steps: usize| {
+        let found =
+            plan(&problem.clone().with_steps(steps), &Settings::discrete(), None, &mut Silent).unwrap();
+        assert_eq!(found.status, Status::Solved, "{:?} {:?}", found.verification, found.solution.shortfall);
+        assert!(found.solution.terminal.largest() < 1e-12);
+        println!(
+            "{steps} steps: {:.12}, stationary to {:.1e}, rivals {:?}",
+            found.solution.cost,
+            found.solution.optimality.stationarity,
+            found.solution.rivals.iter().map(|rival| rival.cost).collect::<Vec<_>>()
+        );
+        found.solution.cost
+    };
+    let [a, b, c] = [1, 2, 4].map(|times| cost(times * steps));
+    let [first, second] = [(4.0 * b - a) / 3.0, (4.0 * c - b) / 3.0];
+    (16.0 * second - first) / 15.0
+}

@@ -1,6 +1,7 @@
 //! Ends on a target: free rolls, matched rates, targets that move, cones that move, against optima by two other methods
 //! (`reference/targets`), whose directions are the Chebyshev polynomials that define them.
 
+use super::support::extrapolated;
 use evidence::{list, matrix3, number, numbers, reference, vector};
 use serde_json::Value;
 use slewkit::maneuver::Aim;
@@ -31,26 +32,6 @@ fn maneuver(given: &Value, aim: Aim) -> Problem {
     let aim = if given["end_rate"] == "zero" { aim.at_rest() } else { aim };
     let duration = given["T"].as_f64().unwrap_or(1.0);
     Problem::attitude(body, start, start, duration).with_aim_at_end(aim)
-}
-
-/// The cost on ever finer grids, extrapolated: the scheme is of second order, in even powers.
-fn extrapolated(problem: &Problem, steps: usize) -> f64 {
-    let cost = |steps: usize| {
-        let found =
-            plan(&problem.clone().with_steps(steps), &Settings::discrete(), None, &mut Silent).unwrap();
-        assert_eq!(found.status, Status::Solved, "{:?} {:?}", found.verification, found.solution.shortfall);
-        assert!(found.solution.terminal.largest() < 1e-12);
-        println!(
-            "{steps} steps: {:.12}, stationary to {:.1e}, rivals {:?}",
-            found.solution.cost,
-            found.solution.optimality.stationarity,
-            found.solution.rivals.iter().map(|rival| rival.cost).collect::<Vec<_>>()
-        );
-        found.solution.cost
-    };
-    let [a, b, c] = [1, 2, 4].map(|times| cost(times * steps));
-    let [first, second] = [(4.0 * b - a) / 3.0, (4.0 * c - b) / 3.0];
-    (16.0 * second - first) / 15.0
 }
 
 fn agrees(name: &str, problem: &Problem, steps: usize, within: f64) {

@@ -149,7 +149,9 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     } else {
         section.angle("half_angle_deg", "half_angle_rad")
     };
-    let margin_given = section.has("margin_deg") || section.has("margin_rad");
+    // What is held on a cone has none: that has been said.
+    let has_margin = !matches!(side, Side::On { .. });
+    let margin_given = has_margin && (section.has("margin_deg") || section.has("margin_rad"));
     let margin = if margin_given { section.angle("margin_deg", "margin_rad") } else { None };
     let half_angle = half_angle?;
     if half_angle.degrees() <= 0.0 || half_angle.degrees() >= 180.0 {

@@ -90,17 +90,8 @@ fn limited(mut problem: Problem) -> Problem {
         .with_constraint(cone(Side::On { within: 0.1 }, Direction::Fixed))
         .with_constraint(at_times(Side::KeepOut, Direction::InFrame))
         .with_constraint(at_times(Side::KeepIn, Direction::Fixed))
-        .with_constraint(at_times(Side::KeepOut, drifting))
         .with_constraint(rate(Rule::RateNorm(1.5)))
         .with_constraint(rate(Rule::RateAxes(Vector3::new(1.0, 1.2, 1.4))))
-}
-
-/// A direction that moves by itself.
-fn drifting(from: Vector3) -> Direction {
-    Direction::along(0.0, 20.0, 20.0, 12, |time| {
-        from + 0.1 * time * Vector3::new(0.3, 1.0, -0.4) + 0.01 * time * time * Vector3::x()
-    })
-    .unwrap()
 }
 
 fn problems() -> Vec<Problem> {

@@ -1,8 +1,10 @@
-//! Where a satellite is, by an orbit ephemeris message of CCSDS (OEM 1.0 to 3.0, keywords and values).
+//! Where a satellite is, by an orbit ephemeris message of CCSDS (OEM 1.0 to 3.0, keywords and values or XML).
 //!
 //! A row is a date, a position \[km\] and a velocity \[km/s\], and may have an acceleration. Positions are taken; between rows a
 //! polynomial goes through them, of the degree that the segment names. Hermite's, which needs velocities as well, is replaced by
 //! Lagrange's of degree 7 at least; straight lines are no orbit. Covariances are passed over. What is in one segment is not joined to another.
+
+mod xml;
 
 use super::keywords::pair;
 use super::message::date;
@@ -100,17 +102,14 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
     let mut lines = lines(text);
     let Some(first) = lines.next() else { return wrong(0, 1, "the file is empty", "give an OEM") };
     if first.text.starts_with('<') {
-        return first.wrong("an OEM in XML is not read", "convert it to keywords and values");
+        return xml::segments(text);
     }
     let (key, version) = pair(first)?;
     if !key.is("CCSDS_OEM_VERS") {
         let reason = format!("`{}` begins another message than an OEM", cut(key.text, 30));
         return key.wrong(reason, "give an orbit ephemeris: CCSDS_OEM_VERS = 2.0");
     }
-    if !["1.0", "2.0", "3.0"].contains(&version.text) {
-        let reason = format!("version {} is not known", cut(version.text, 20));
-        return version.wrong(reason, "give an OEM of version 1.0, 2.0 or 3.0");
-    }
+    check_version(version)?;
     let (mut place, mut found, mut last) = (Place::Header, Vec::new(), first);
     for line in lines {
         last = line;
@@ -129,7 +128,8 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
             }
             Place::Metadata(keys) if line.is("META_STOP") => Place::Data(started(&keys, line)?),
             Place::Metadata(mut keys) => {
-                add(&mut keys, line)?;
+                let (key, value) = pair(line)?;
+                add(&mut keys, key, value)?;
                 Place::Metadata(keys)
             }
             Place::Data(started) if line.is("META_START") => {
@@ -138,7 +138,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
             }
             Place::Data(started) if line.is("COVARIANCE_START") => Place::Covariance(started),
             Place::Data(mut started) => {
-                started.row(line)?;
+                started.line(line)?;
                 Place::Data(started)
             }
             Place::Covariance(started) if line.is("COVARIANCE_STOP") => Place::Data(started),
@@ -159,8 +159,15 @@ fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
     Ok(found)
 }
 
-fn add<'t>(keys: &mut Keys<'t>, line: Piece<'t>) -> Result<(), Wrong> {
-    let (key, value) = pair(line)?;
+fn check_version(version: Piece<'_>) -> Result<(), Wrong> {
+    if ["1.0", "2.0", "3.0"].contains(&version.text) {
+        return Ok(());
+    }
+    let reason = format!("version {} is not known", cut(version.text, 20));
+    version.wrong(reason, "give an OEM of version 1.0, 2.0 or 3.0")
+}
+
+fn add<'t>(keys: &mut Keys<'t>, key: Piece<'t>, value: Piece<'t>) -> Result<(), Wrong> {
     let Some(name) = KNOWN.into_iter().find(|known| key.is(known)) else {
         let reason = format!("unknown key `{}` in the metadata of an OEM", cut(key.text, 40));
         return key.wrong(reason, "check the spelling");
@@ -249,21 +256,29 @@ fn axes(frame: Piece<'_>, of_date: Option<Piece<'_>>) -> Result<EphemerisAxes, W
 }
 
 impl Started {
-    fn row(&mut self, line: Piece<'_>) -> Result<(), Wrong> {
+    /// A line of keywords and values.
+    fn line(&mut self, line: Piece<'_>) -> Result<(), Wrong> {
         let words = line.words();
         if ![7, 10].contains(&words.len()) {
             let reason = format!("a row has {} words", words.len());
             return line.wrong(reason, "give a date, a position in km and a velocity in km/s");
         }
-        let moment = date(words[0], self.scale)?;
+        words[4..].iter().try_for_each(|word| word.number().map(drop))?;
+        self.row(words[0], [words[1], words[2], words[3]])
+    }
+
+    /// A moment and a position \[km\].
+    fn row(&mut self, moment: Piece<'_>, position: [Piece<'_>; 3]) -> Result<(), Wrong> {
+        let (at, first) = (moment, position[0]);
+        let moment = date(at, self.scale)?;
         if self.segment.moment.last().is_some_and(|before| moment.since(before) <= 0.0) {
-            return words[0].wrong("this row is not after the one above", "times increase strictly");
+            return at.wrong("this row is not after the one above", "times increase strictly");
         }
-        let numbers = words[1..].iter().map(|word| word.number()).collect::<Result<Vec<_>, _>>()?;
-        let position = Vector3::from_fn(|row, _| numbers[row].value * 1e3);
+        let [x, y, z] = position.map(|word| word.number());
+        let position = Vector3::new(x?.value, y?.value, z?.value) * 1e3;
         if position.norm() < LEAST {
             let reason = "this position is inside of the Earth";
-            return words[1].wrong(reason, "give positions against the centre of the Earth in km");
+            return first.wrong(reason, "give positions against the centre of the Earth in km");
         }
         self.segment.moment.push(moment);
         self.segment.position.push(position);
@@ -363,7 +378,6 @@ mod tests {
             let said = with(from, to);
             assert!(said.contains(told), "{to}: {said}");
         }
-        assert!(reason("<?xml version=\"1.0\"?><ndm/>").contains("XML"));
         assert!(reason(HEAD).contains("no segment"));
     }
 }

@@ -4,6 +4,7 @@
 //! error has its line. A file is read whole before anything of it is used. What it says and is not taken stands in
 //! [`Attitudes::not_taken`]; how far its digits, its blocks and its spans reach stands beside the rows.
 
+mod elements;
 mod ephemeris;
 mod keywords;
 mod layout;

@@ -1,127 +1,10 @@
-//! AEM in XML: the elements, attributes and comments that such files have. No entities of their own are expanded, no
-//! files are fetched.
+//! AEM in XML.
 
+use super::elements::{Token, Tokens, attribute, closed};
 use super::message::{Block, Metadata, Version};
 use super::rows::Rows;
-use super::{Number, Piece, Wrong, wrong};
+use super::{Number, Piece, Wrong};
 use crate::spec::cut;
-
-/// An opening or closing tag, or text between two tags.
-enum Token<'t> {
-    Open(Piece<'t>, Piece<'t>),
-    Close(Piece<'t>),
-    Text(Piece<'t>),
-}
-
-/// The tokens of a document, in their order.
-struct Tokens<'t> {
-    text: &'t str,
-    at: usize,
-    /// The name of an element that closed itself.
-    closing: Option<Piece<'t>>,
-}
-
-impl<'t> Tokens<'t> {
-    /// The next token; none at the end.
-    fn next(&mut self) -> Result<Option<Token<'t>>, Wrong> {
-        if let Some(name) = self.closing.take() {
-            return Ok(Some(Token::Close(name)));
-        }
-        loop {
-            let rest = &self.text[self.at..];
-            if rest.is_empty() {
-                return Ok(None);
-            }
-            if !rest.starts_with('<') {
-                let length = rest.find('<').unwrap_or(rest.len());
-                let piece = Piece { at: self.at, text: &rest[..length] }.trimmed();
-                self.at += length;
-                if !piece.text.is_empty() {
-                    return Ok(Some(Token::Text(piece)));
-                }
-                continue;
-            }
-            let skipped = [("<!--", "-->"), ("<?", "?>")].iter().find(|(start, _)| rest.starts_with(start));
-            if let Some((_, end)) = skipped {
-                let Some(length) = rest.find(end) else {
-                    return wrong(
-                        self.at,
-                        4,
-                        "this comment or instruction does not end",
-                        "the file is cut off",
-                    );
-                };
-                self.at += length + end.len();
-                continue;
-            }
-            if rest.starts_with("<!") {
-                return wrong(
-                    self.at,
-                    2,
-                    "document types and raw text are not read",
-                    "remove the declaration",
-                );
-            }
-            let Some(length) = end_of_tag(rest) else {
-                return wrong(self.at, 1, "this tag does not end", "the file is cut off, or a > is missing");
-            };
-            let (at, inner) = (self.at + 1, &rest[1..length]);
-            self.at += length + 1;
-            if let Some(name) = inner.strip_prefix('/') {
-                return Ok(Some(Token::Close(local(Piece { at: at + 1, text: name }.trimmed()))));
-            }
-            let bare = inner.strip_suffix('/').unwrap_or(inner);
-            let end = bare.find(|c: char| c.is_ascii_whitespace()).unwrap_or(bare.len());
-            let name = Piece { at, text: &bare[..end] };
-            if name.text.is_empty() {
-                return name.wrong("a tag has no name", "write <NAME>");
-            }
-            let name = local(name);
-            if bare.len() < inner.len() {
-                self.closing = Some(name);
-            }
-            return Ok(Some(Token::Open(name, Piece { at: at + end, text: &bare[end..] })));
-        }
-    }
-}
-
-/// Where a tag ends: a `>` between quotes is of a value.
-fn end_of_tag(tag: &str) -> Option<usize> {
-    let mut quote = None;
-    for (at, byte) in tag.bytes().enumerate() {
-        match (quote, byte) {
-            (None, b'>') => return Some(at),
-            (None, b'"' | b'\'') => quote = Some(byte),
-            (Some(open), _) if open == byte => quote = None,
-            _ => {}
-        }
-    }
-    None
-}
-
-/// A name without the prefix of its namespace.
-fn local(name: Piece<'_>) -> Piece<'_> {
-    let at = name.text.find(':').map_or(0, |colon| colon + 1);
-    Piece { at: name.at + at, text: &name.text[at..] }
-}
-
-/// The value of an attribute, between quotes of either kind, with blanks around the sign or without.
-fn attribute<'t>(of: Piece<'t>, name: &str) -> Option<Piece<'t>> {
-    let mut rest = of.text;
-    loop {
-        let sign = rest.find('=')?;
-        let found = rest[..sign].trim();
-        let after = rest[sign + 1..].trim_start();
-        let quote = after.chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
-        let value = &after[1..];
-        let end = value.find(quote)?;
-        if found == name {
-            let at = of.at + value.as_ptr() as usize - of.text.as_ptr() as usize;
-            return Some(Piece { at, text: &value[..end] }.trimmed());
-        }
-        rest = &value[end + 1..];
-    }
-}
 
 /// A row on its way.
 #[derive(Default)]
@@ -157,7 +40,7 @@ struct Reading<'t> {
 
 /// Reads the file.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
-    let mut tokens = Tokens { text, at: 0, closing: None };
+    let mut tokens = Tokens::of(text);
     let mut reading = Reading::default();
     while let Some(token) = tokens.next()? {
         match token {
@@ -206,14 +89,7 @@ impl<'t> Reading<'t> {
     }
 
     fn close(&mut self, name: Piece<'t>) -> Result<(), Wrong> {
-        let Some(opened) = self.open.pop() else {
-            return name.wrong(format!("</{}> closes nothing", cut(name.text, 30)), "remove it");
-        };
-        if opened.text != name.text {
-            let (found, wanted) = (cut(name.text, 30), cut(opened.text, 30));
-            let reason = format!("</{found}> stands where <{wanted}> is to be closed");
-            return name.wrong(reason, "close elements in the order in which they were opened");
-        }
+        let opened = closed(&mut self.open, name)?;
         let value = self.said.take().filter(|(of, _)| of.at == opened.at).map(|(_, piece)| piece);
         let inside = |element: &str| self.open.iter().any(|piece| piece.text == element);
         match name.text {

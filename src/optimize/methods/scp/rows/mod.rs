@@ -104,7 +104,7 @@ impl LimitRows {
             // At every inner node and on every arc.
             for (stage, arc) in (0..model.steps).flat_map(|stage| [(stage, false), (stage, true)]) {
                 if arc || stage > 0 {
-                    let whats = What::of(&constraint.rule, arc, problem.seconds());
+                    let whats = What::of(problem, &constraint.rule, arc);
                     rows.rows.extend(whats.into_iter().map(|what| LimitRow { group, stage, what }));
                 }
             }

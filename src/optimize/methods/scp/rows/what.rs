@@ -3,7 +3,8 @@
 use super::super::model::{Arc, ChainState, Model};
 use super::RowValue;
 use super::boresight::BoresightArc;
-use crate::maneuver::constraint::{Direction, During, Rule, Side, on_arc};
+use crate::maneuver::constraint::{Direction, During, Pointing, Rule, Side, angle_between, on_arc};
+use crate::maneuver::problem::{Problem, State};
 use crate::optimize::methods::scp::model::step;
 use crate::{Vector3, lie};
 use nalgebra::{DVector, Matrix3xX};
@@ -40,8 +41,9 @@ pub(crate) struct Cone {
     sign: f64,
     half_angle: f64,
     during: During,
-    /// Whether the boresight is held on it.
-    on: bool,
+    /// Where the boresight is held on it: by how much it is off at the start and at the end \[rad\], and on the way from the one to
+    /// the other between them. An end may be off by rounding, or by what a landing makes up for.
+    on: Option<[f64; 2]>,
 }
 
 /// What a row is evaluated at.
@@ -54,8 +56,9 @@ pub(crate) struct Place<'a> {
 }
 
 impl What {
-    /// What a constraint bounds at a node or on an arc; `duration` is the unit of time \[s\].
-    pub(super) fn of(rule: &Rule, arc: bool, duration: f64) -> Vec<Self> {
+    /// What a constraint of a maneuver bounds at a node or on an arc.
+    pub(super) fn of(problem: &Problem, rule: &Rule, arc: bool) -> Vec<Self> {
+        let duration = problem.seconds();
         match rule {
             Rule::RateNorm(limit) => vec![Self::RateNorm { arc, limit: limit * duration }],
             Rule::RateAxes(limits) => {
@@ -68,11 +71,8 @@ impl What {
                 (0..3).flat_map(|axis| [row(axis, 1.0), row(axis, -1.0)]).collect()
             }
             Rule::Pointing(pointing) => {
-                let (sign, on) = match pointing.side {
-                    Side::KeepOut => (1.0, false),
-                    Side::KeepIn => (-1.0, false),
-                    Side::On { .. } => (1.0, true),
-                };
+                let on = matches!(pointing.side, Side::On { .. });
+                let sign = if pointing.side == Side::KeepIn { -1.0 } else { 1.0 };
                 if on && arc {
                     // Nodes are held on it: an arc between them has no inputs of its own to follow it by.
                     return Vec::new();
@@ -81,6 +81,7 @@ impl What {
                 let cone = |(boresight, direction): (&Vector3, &Direction)| {
                     let (boresight, direction) = (*boresight, direction.clone());
                     let during = pointing.during.clone();
+                    let on = on.then(|| off_at_ends(problem, pointing, &boresight, &direction));
                     Self::Cone(Cone { arc, boresight, direction, sign, half_angle, during, on })
                 };
                 pointing.pairs().map(cone).collect()
@@ -143,7 +144,7 @@ impl What {
 
     /// Whether it is an equation.
     pub fn is_equation(&self) -> bool {
-        matches!(self, Self::Cone(Cone { on: true, .. }))
+        matches!(self, Self::Cone(Cone { on: Some(_), .. }))
     }
 
     /// Whether it is a ball.
@@ -247,6 +248,27 @@ impl What {
     }
 }
 
+/// By how much a boresight is off a cone that it is held on \[rad\], at the start and at the end; 0 where the cone does not act then, and
+/// where the end is not known.
+fn off_at_ends(
+    problem: &Problem,
+    pointing: &Pointing,
+    boresight: &Vector3,
+    direction: &Direction,
+) -> [f64; 2] {
+    let frame_rate = problem.environment.frame_rate();
+    let off = |state: &State, time: f64| {
+        let angle = angle_between(&(state.attitude * boresight), &direction.at(time, &frame_rate));
+        angle - pointing.effective_half_angle() - direction.angular_radius(time)
+    };
+    let end = problem.duration.known().filter(|_| !problem.ends_in_any_attitude());
+    let ends = [(&problem.start, Some(0.0)), (&problem.end, end)];
+    ends.map(|(state, time)| {
+        let acting = time.filter(|time| pointing.during.contains(*time));
+        acting.map_or(0.0, |time| off(state, time))
+    })
+}
+
 impl Cone {
     /// The row at a place of stage `stage`.
     fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
@@ -261,7 +283,9 @@ impl Cone {
         };
         let Some(acting) = acting else { return RowValue::Idle };
         let target = on_arc(&self.direction, time, step, &frame_rate);
-        let half_angle = self.half_angle + target.radius;
+        let part = grid.after(stage) / grid.duration();
+        let off = self.on.map_or(0.0, |[first, last]| first + part * (last - first));
+        let half_angle = self.half_angle + target.radius + off;
         // In the axes of the reference frame as it stands when the arc begins.
         let turn = if frame_rate == Vector3::zeros() {
             target.turn

@@ -1,0 +1,215 @@
+//! OEM in XML (CCSDS 505.0-B): segments of metadata and state vectors.
+
+use super::super::elements::{Token, Tokens, attribute, closed};
+use super::super::{Piece, Wrong};
+use super::{HEADER, Keys, Segment, Started, add, check_version, started};
+use crate::spec::cut;
+
+/// Elements of a state vector: where it is used, its unit.
+const STATE: [(&str, &str); 10] = [
+    ("EPOCH", ""),
+    ("X", "km"),
+    ("Y", "km"),
+    ("Z", "km"),
+    ("X_DOT", "km/s"),
+    ("Y_DOT", "km/s"),
+    ("Z_DOT", "km/s"),
+    ("X_DDOT", "km/s**2"),
+    ("Y_DDOT", "km/s**2"),
+    ("Z_DDOT", "km/s**2"),
+];
+
+/// How many of them a state must have.
+const NEEDED: usize = 7;
+
+/// What has been read.
+#[derive(Default)]
+struct Reading<'t> {
+    open: Vec<Piece<'t>>,
+    said: Option<(Piece<'t>, Piece<'t>)>,
+    /// Whether there has been an `<oem>`.
+    begun: bool,
+    keys: Keys<'t>,
+    segment: Option<Started>,
+    /// Of the state that is being read.
+    state: [Option<Piece<'t>>; STATE.len()],
+    found: Vec<Segment>,
+}
+
+/// Reads the file.
+pub(super) fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
+    let mut tokens = Tokens::of(text);
+    let (mut reading, mut last) = (Reading::default(), Piece { at: 0, text: "" });
+    while let Some(token) = tokens.next()? {
+        match token {
+            Token::Open(name, attributes) => reading.open(name, attributes)?,
+            Token::Text(piece) => {
+                let Some(name) = reading.open.last() else {
+                    return piece.wrong("text outside of all elements", "remove it");
+                };
+                reading.said = Some((*name, piece));
+            }
+            Token::Close(name) => {
+                last = name;
+                reading.close(name)?;
+            }
+        }
+    }
+    match reading.open.last() {
+        Some(name) => name.wrong(format!("<{}> is not closed", cut(name.text, 30)), "the file is cut off"),
+        None if reading.found.is_empty() => last.wrong("the file has no segment", "give a <segment>"),
+        None => Ok(reading.found),
+    }
+}
+
+impl<'t> Reading<'t> {
+    fn inside(&self, element: &str) -> bool {
+        self.open.iter().any(|piece| piece.text == element)
+    }
+
+    fn open(&mut self, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong> {
+        match name.text {
+            "oem" => {
+                let Some(number) = attribute(attributes, "version") else {
+                    return name.wrong("the message does not say its version", "write version=\"2.0\"");
+                };
+                check_version(number)?;
+                self.begun = true;
+            }
+            "metadata" => self.keys = Keys::new(),
+            "stateVector" => self.state = Default::default(),
+            _ if self.open.is_empty() && name.text != "ndm" => {
+                return name
+                    .wrong(format!("<{}> is no orbit ephemeris", cut(name.text, 30)), "give an <oem>");
+            }
+            _ => {}
+        }
+        if let (true, Some(unit)) = (self.inside("stateVector"), attribute(attributes, "units")) {
+            let known = STATE.iter().find(|(state, _)| *state == name.text);
+            if let Some((_, wanted)) = known.filter(|(_, wanted)| *wanted != unit.text) {
+                let reason = format!("the unit {} of <{}> is not read", cut(unit.text, 20), name.text);
+                return unit.wrong(reason, format!("give it in {wanted}"));
+            }
+        }
+        self.open.push(name);
+        self.said = None;
+        Ok(())
+    }
+
+    fn close(&mut self, name: Piece<'t>) -> Result<(), Wrong> {
+        let opened = closed(&mut self.open, name)?;
+        let value = self.said.take().filter(|(of, _)| of.at == opened.at).map(|(_, piece)| piece);
+        match name.text {
+            "metadata" => {
+                if !self.begun {
+                    return name.wrong("there is no <oem>", "give an <oem>");
+                }
+                self.segment = Some(started(&self.keys, name)?);
+            }
+            "stateVector" => self.row(opened)?,
+            "segment" => {
+                let Some(segment) = self.segment.take() else {
+                    return name.wrong("a segment without metadata", "give its <metadata>");
+                };
+                self.found.push(segment.finish(name)?);
+            }
+            "COMMENT" => {}
+            _ if self.inside("metadata") => {
+                add(&mut self.keys, opened, value.unwrap_or(Piece { at: opened.at, text: "" }))?;
+            }
+            _ if self.inside("stateVector") => {
+                let Some(at) = STATE.iter().position(|(state, _)| *state == name.text) else {
+                    let reason = format!("unknown element <{}> of a state", cut(name.text, 30));
+                    return opened.wrong(reason, "a state has EPOCH, X, Y, Z, X_DOT, Y_DOT, Z_DOT");
+                };
+                if self.state[at].is_some() {
+                    return opened.wrong(format!("the state has <{}> twice", name.text), "give it once");
+                }
+                self.state[at] = value;
+            }
+            other if self.inside("header") && !HEADER.contains(&other) => {
+                let reason = format!("unknown element <{}> in the header of an OEM", cut(other, 40));
+                return opened.wrong(reason, "check the spelling");
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Adds the state that has been read.
+    fn row(&mut self, at: Piece<'t>) -> Result<(), Wrong> {
+        if let Some(missing) = self.state[..NEEDED].iter().position(Option::is_none) {
+            let reason = format!("the state has no <{}>", STATE[missing].0);
+            return at.wrong(reason, "give a date, a position in km and a velocity in km/s");
+        }
+        self.state[4..].iter().flatten().try_for_each(|word| word.number().map(drop))?;
+        let Some(segment) = &mut self.segment else {
+            return at.wrong("data before any metadata", "put <metadata> before <data>");
+        };
+        let [Some(moment), Some(x), Some(y), Some(z), ..] = self.state else { return Ok(()) };
+        segment.row(moment, [x, y, z])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{EphemerisAxes, read_ephemeris};
+    use slewkit::Vector3;
+
+    const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- by hand --><ndm><oem id=\"CCSDS_OEM_VERS\" version=\"2.0\">\n\
+        <header><CREATION_DATE>2026-11-21T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>\n<body><segment>\n<metadata>\
+        <OBJECT_NAME>A &amp; B</OBJECT_NAME><OBJECT_ID>2026-001A</OBJECT_ID><CENTER_NAME>EARTH</CENTER_NAME><REF_FRAME>EME2000</REF_FRAME>\
+        <TIME_SYSTEM>UTC</TIME_SYSTEM><START_TIME>2026-11-21T07:00:00</START_TIME><STOP_TIME>2026-11-21T07:03:00</STOP_TIME>\
+        <INTERPOLATION>LAGRANGE</INTERPOLATION><INTERPOLATION_DEGREE>3</INTERPOLATION_DEGREE></metadata>\n<data>\n";
+    const TAIL: &str = "<covarianceMatrix><EPOCH>2026-11-21T07:00:00</EPOCH><CX_X>1</CX_X></covarianceMatrix></data></segment></body></oem></ndm>\n";
+
+    fn state(minute: usize, position: [f64; 3]) -> String {
+        let [x, y, z] = position;
+        format!(
+            "<stateVector><EPOCH>2026-11-21T07:0{minute}:00</EPOCH><X units=\"km\">{x}</X><Y units=\"km\">{y}</Y><Z>{z}</Z>\
+             <X_DOT units=\"km/s\">0</X_DOT><Y_DOT>7.5</Y_DOT><Z_DOT>0</Z_DOT></stateVector>\n"
+        )
+    }
+
+    fn message() -> String {
+        let rows = [[7000.0, 0.0, 0.0], [6990.0, 450.0, 0.0], [6960.0, 899.0, 0.0], [6910.0, 1345.0, 0.0]];
+        let rows: String = rows.iter().enumerate().map(|(minute, row)| state(minute, *row)).collect();
+        format!("{HEAD}{rows}{TAIL}")
+    }
+
+    #[test]
+    fn a_message_in_xml_says_what_it_says_in_keywords() {
+        let found = read_ephemeris(message().as_bytes(), "orbit.xml").unwrap();
+        let keywords = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2026-11-21T00:00:00\nORIGINATOR = TEST\nMETA_START\nOBJECT_NAME = A & B\n\
+            OBJECT_ID = 2026-001A\nCENTER_NAME = EARTH\nREF_FRAME = EME2000\nTIME_SYSTEM = UTC\nSTART_TIME = 2026-11-21T07:00:00\n\
+            STOP_TIME = 2026-11-21T07:03:00\nINTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 3\nMETA_STOP\n\
+            2026-11-21T07:00:00 7000 0 0 0 7.5 0\n2026-11-21T07:01:00 6990 450 0 0 7.5 0\n\
+            2026-11-21T07:02:00 6960 899 0 0 7.5 0\n2026-11-21T07:03:00 6910 1345 0 0 7.5 0\n";
+        assert_eq!(found, read_ephemeris(keywords.as_bytes(), "orbit.oem").unwrap());
+        assert_eq!(found[0].position[1], Vector3::new(6.99e6, 4.5e5, 0.0));
+        assert!(matches!(found[0].axes, EphemerisAxes::Inertial(_)));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        for (from, to, told) in [
+            ("<oem id", "<opm id", "no segment"),
+            ("<ndm><oem", "<opm><oem", "is no orbit ephemeris"),
+            ("version=\"2.0\"", "version=\"7.0\"", "version 7.0"),
+            ("<X units=\"km\">6990", "<X units=\"m\">6990", "the unit m of <X>"),
+            ("<Y_DOT>7.5</Y_DOT>", "", "no <Y_DOT>"),
+            ("<Z>0</Z>", "<Z>0</Z><Z>0</Z>", "<Z> twice"),
+            ("<Z>0</Z>", "<Z>up</Z>", "up"),
+            ("<REF_FRAME>EME2000</REF_FRAME>", "", "no `REF_FRAME`"),
+            ("07:01:00</EPOCH><X", "06:01:00</EPOCH><X", "not after the one above"),
+            ("</data>", "", "is to be closed"),
+            ("</oem></ndm>", "</oem>", "is not closed"),
+            ("EARTH", "MOON", "not the Earth"),
+        ] {
+            let text = message().replacen(from, to, 1);
+            let text = if from.starts_with("<oem") { text.replace("</oem>", "</opm>") } else { text };
+            let found = read_ephemeris(text.as_bytes(), "orbit.xml").unwrap_err();
+            assert!(found.0[0].reason.contains(told), "{to}: {}", found.0[0].reason);
+        }
+    }
+}
