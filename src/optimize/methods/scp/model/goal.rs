@@ -4,13 +4,7 @@ use super::Model;
 use crate::maneuver::objective::{self, Fuel, Objective};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::ActuatorSet;
-
-/// What the stated duration costs where time is all that counts: costs are of order ten.
-const TIME_PRICE: f64 = 100.0;
-/// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian takes a few units.
-const FUEL_PRICE: f64 = 10.0;
-/// Scaled effort of a turn by about a radian.
-const TYPICAL_EFFORT: f64 = 10.0;
+use crate::optimize::methods::scp::tuning::{FUEL_PRICE, TIME_PRICE, TYPICAL_EFFORT};
 
 /// What a chain minimises in place of the effort.
 #[derive(Clone, Debug)]
