@@ -49,7 +49,7 @@ pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
         model.duration = Some(model.n);
         model.n += 1;
     }
-    if let Objective::Effort(_) = goal.objective {
+    if !goal.objective.switches() {
         model.cost_scale = 1.0 / model.dynamics.units.cost;
         model.time_price = model.cost_scale * time_price * stated;
         model.effort_power = -3;
