@@ -28,10 +28,10 @@ use crate::numerics::factor::Factor;
 use crate::optimize::linear_plan::{LinearPlan, Matrix6, Timing, Vector6, kick};
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::search::{self, Observer, PlanError};
-use crate::optimize::shooting_obstacle;
 use crate::optimize::step::Point;
 use crate::optimize::sweep::{BoundaryValueProblem, Node};
 use crate::optimize::terminal::TerminalCondition;
+use crate::optimize::{Obstacle, shooting_obstacle};
 use std::fmt;
 use thiserror::Error;
 
@@ -64,7 +64,7 @@ pub enum NotReplanned {
     Form,
     /// Something that the shooting does not take limits it.
     #[error("what limits it has no continuous costates: {0}")]
-    Limited(&'static str),
+    Limited(Obstacle),
     /// Its end is the plan's to choose.
     #[error("its end is the plan's to choose, and not a given attitude and rate")]
     End,

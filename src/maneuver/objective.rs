@@ -103,6 +103,11 @@ impl Objective {
         matches!(self, Self::Time | Self::Fuel(_))
     }
 
+    /// Whether what a plan costs is its duration.
+    pub(crate) fn is_duration(&self) -> bool {
+        *self == Self::Time
+    }
+
     /// Whether time counts, so that the duration is sought.
     pub(crate) fn counts_time(&self) -> bool {
         match self {

@@ -23,6 +23,7 @@ use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::{Motion, Rule};
 use crate::mechanics::actuators::{ActuatorSet, LimitKind};
 use crate::optimize::control_law;
+use crate::optimize::methods::scp::subproblem::BALL;
 
 /// The program itself, its threads and small grids \[bytes\].
 const BASE: f64 = 12e6;
@@ -33,8 +34,6 @@ const NODE_WITH_POSITION: f64 = 650.0;
 const NEWTON: [f64; 2] = [1300.0, 900.0];
 /// The same in the cone program and its factors.
 const CONVEX: [f64; 2] = [5000.0, 3000.0];
-/// Rows of a bound on a norm: the bound, and three components.
-const BALL: usize = 4;
 
 /// Peak memory of a plan \[bytes\].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,4 +16,4 @@ pub mod sweep;
 pub(crate) mod terminal;
 
 /// Why the shooting cannot take a problem; `None` where it can.
-pub use control_law::obstacle as shooting_obstacle;
+pub use control_law::{Obstacle, obstacle as shooting_obstacle};

@@ -19,8 +19,8 @@ mod saturated;
 use crate::maneuver::objective::Weighted;
 use crate::{Matrix3, Vector3};
 use effort::Effort;
-pub use saturated::obstacle;
 use saturated::{Ball, Clipped};
+pub use saturated::{Obstacle, obstacle};
 use std::ops::Deref;
 
 /// The law of one actuator set.

@@ -14,6 +14,7 @@ use super::{Hamiltonian, Response};
 use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
+use thiserror::Error;
 
 /// Inputs that are clipped one by one.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,17 +37,44 @@ pub(crate) struct Ball {
     limit: f64,
 }
 
+/// What the shooting cannot take of a maneuver.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Obstacle {
+    /// Cones, or limits of the angular rate.
+    #[error("it has constraints on pointing or angular rate")]
+    Constraints,
+    /// An end in any attitude.
+    #[error("it leaves the attitude at the end open")]
+    OpenEnd,
+    /// Reaction wheels, with their own momentum.
+    #[error("it has reaction wheels")]
+    Wheels,
+    /// A limit of how fast an input changes.
+    #[error("it limits how fast an input changes")]
+    InputRate,
+    /// Limits of the inputs and of their norm.
+    #[error("it limits both the single inputs and the norm of what they give")]
+    TwoLimits,
+    /// Limits of inputs that the effort ties together.
+    #[error("it limits single inputs under an effort weight that is not diagonal")]
+    CoupledWeight,
+    /// Time or fuel that is minimised by the convex iteration.
+    #[error("its time or fuel is minimised on equal steps")]
+    EqualSteps,
+}
+
 /// Why the saturated shooting cannot take a problem; `None` where it can, limited or not.
-pub fn obstacle(problem: &Problem) -> Option<&'static str> {
+pub fn obstacle(problem: &Problem) -> Option<Obstacle> {
     if !problem.constraints.is_empty() {
-        return Some("it has constraints on pointing or angular rate");
+        return Some(Obstacle::Constraints);
     }
     if problem.ends_in_any_attitude() {
-        return Some("it leaves the attitude at the end open");
+        return Some(Obstacle::OpenEnd);
     }
     let actuation = &problem.actuation;
     if actuation.wheels.is_some() {
-        return Some("it has reaction wheels");
+        return Some(Obstacle::Wheels);
     }
     let weights = problem.objective.weights();
     let sets = weights.force(actuation).into_iter().chain([weights.torque(actuation)]);
@@ -54,17 +82,17 @@ pub fn obstacle(problem: &Problem) -> Option<&'static str> {
 }
 
 /// Why the limits of a set have no law in closed form.
-pub(super) fn obstacle_of(inputs: &Weighted) -> Option<&'static str> {
+pub(super) fn obstacle_of(inputs: &Weighted) -> Option<Obstacle> {
     let (limits, weight) = (inputs.set.limits(), &inputs.weight);
     if limits.rate.is_some() {
-        return Some("it limits how fast an input changes");
+        return Some(Obstacle::InputRate);
     }
     let size = weight.diagonal().amax();
     let coupled = |row: usize, column: usize| row != column && weight[(row, column)].abs() > 1e-14 * size;
     match (&limits.size, limits.norm) {
-        (Some(_), Some(_)) => Some("it limits both the single inputs and the norm of what they give"),
+        (Some(_), Some(_)) => Some(Obstacle::TwoLimits),
         (Some(_), None) if (0..weight.nrows()).any(|i| (0..weight.nrows()).any(|j| coupled(i, j))) => {
-            Some("it limits single inputs under an effort weight that is not diagonal")
+            Some(Obstacle::CoupledWeight)
         }
         _ => None,
     }

@@ -1,6 +1,6 @@
 //! The law against its definition as a minimum, and its derivative against finite differences.
 
-use super::saturated::obstacle_of;
+use super::saturated::{Obstacle, obstacle_of};
 use super::*;
 use crate::maneuver::objective::effort;
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Limits};
@@ -182,9 +182,9 @@ fn limits_without_a_law_are_named() {
     let two = ActuatorSet::new(vec![Vector3::x(), Vector3::y()], AxisFrame::Body).unwrap();
     let coupled = DMatrix::from_row_slice(2, 2, &[1.0, 0.1, 0.1, 1.0]);
     let of_size = Limits { size: Some(vec![1.0; 2]), ..Limits::default() };
-    assert!(with(Limits { rate, ..Limits::default() }).unwrap().contains("how fast"));
-    assert!(with(Limits { size, norm: Some(1.0), ..Limits::default() }).unwrap().contains("both"));
-    assert!(obstacle(two, of_size, &coupled).unwrap().contains("not diagonal"));
+    assert!(with(Limits { rate, ..Limits::default() }) == Some(Obstacle::InputRate));
+    assert!(with(Limits { size, norm: Some(1.0), ..Limits::default() }) == Some(Obstacle::TwoLimits));
+    assert!(obstacle(two, of_size, &coupled) == Some(Obstacle::CoupledWeight));
     assert_eq!(with(Limits { norm: Some(1.0), ..Limits::default() }), None);
     assert_eq!(with(Limits::default()), None);
 }

@@ -21,6 +21,7 @@ use crate::maneuver::solution::Outcome;
 use crate::numerics::compensated::Sum;
 use crate::numerics::factor::Factor;
 use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::ARMIJO;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::{Attempt, Budget, Method};
 use crate::optimize::methods::shooting::newton::outcome_of;
@@ -29,7 +30,6 @@ use crate::optimize::sweep::BoundaryValueProblem;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DVector, SMatrix, SVector};
 
-const ARMIJO: f64 = 1e-4;
 const SHORTEST: f64 = 1.0 / 1024.0;
 
 /// All nodes of an extremal: states `y_0 … y_N`, costates `λ_{−1} … λ_{N−1}`.

@@ -8,3 +8,9 @@ pub(crate) mod method;
 pub(crate) mod scp;
 pub(crate) mod shooting;
 pub(crate) mod switching;
+
+/// Part of the decrease that the slope promises which a step of a line search must bring (Armijo).
+pub(crate) const ARMIJO: f64 = 1e-4;
+
+/// Part of the decrease that a model promises which a step within its trust region must bring.
+pub(crate) const PROMISED: f64 = 0.05;

@@ -98,13 +98,13 @@ const SAME_COST: f64 = 1e-6;
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
 /// sought.
 pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
-    let once = |problem: &Problem| match (Formulation::of(problem), &problem.objective) {
-        (Formulation::Extremal, _) => {
+    let once = |problem: &Problem| match Formulation::of(problem) {
+        Formulation::Extremal => {
             let ask = Ask { advise: true, lands: context.lands(), ..Ask::of_goal(None, context.settings) };
             searched(problem, context, ask)
         }
-        (_, Objective::Effort(_)) => effort_sought(problem, context),
-        (_, Objective::Time | Objective::Fuel(_)) => solve_once(problem, context),
+        _ if problem.objective.switches() => solve_once(problem, context),
+        _ => effort_sought(problem, context),
     };
     match problem.duration.at_most() {
         Some(longest) => switching::up_to(longest, problem, context, &once),
@@ -263,7 +263,7 @@ fn of_dimension<const N: usize>(
         None => write_aimed(&written, &work, &mut solution, &attempt, None, &attempt),
     }
     // A duration to the last bit.
-    solution.cost = if *objective == Objective::Time { duration } else { cost };
+    solution.cost = if objective.is_duration() { duration } else { cost };
     solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
     held_to_all(&written, solution)
 }

@@ -5,7 +5,6 @@ use super::found::Found;
 use super::ladder::Search;
 use super::landed::landed_with_goal;
 use super::shares::{LAST_SHARE, LOWERED, SHARP};
-use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::State;
 use crate::maneuver::solution::{Landing, Rung};
 use crate::optimize::landing::Landed;
@@ -49,10 +48,8 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
     let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
     let (mut first, mut share) = sharpened(search, found, first);
     let before = search.chain(search.problem.steps).price(&first.candidate);
-    let before = match search.ask.goal.as_ref().map(|goal| &goal.objective) {
-        Some(Objective::Time) => stated * first.candidate.grid.duration(),
-        _ => before,
-    };
+    let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
+    let before = if of_duration { stated * first.candidate.grid.duration() } else { before };
     let landed = landed_with_goal(search, &first, share).map(|(landed, least)| {
         let Landed { attempt, target, landing } = landed;
         let landing = Landing { cost_before: before, ..landing };

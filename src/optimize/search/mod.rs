@@ -50,7 +50,7 @@ use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rung, Solution, Trajectory};
 use crate::optimize::candidate::Candidate;
-use crate::optimize::control_law;
+use crate::optimize::control_law::{self, Obstacle};
 use crate::optimize::linear_plan::Vector6;
 use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
@@ -72,7 +72,7 @@ pub enum PlanError {
     #[error("the shooting cannot plan this maneuver: {reason}; use method = \"scp\" or \"auto\"")]
     NotForShooting {
         /// What it cannot take.
-        reason: &'static str,
+        reason: Obstacle,
     },
     /// What cannot be asked of a maneuver whose inputs switch or whose duration is sought.
     #[error("this maneuver does not go with the settings: {0}")]
@@ -147,8 +147,7 @@ fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
 /// Whether settings and guess are such that least time or fuel, or a duration, can be sought by SCP.
 fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     if settings.method == Method::Shooting {
-        let reason = "its time or fuel is minimised on equal steps";
-        return Err(PlanError::NotForShooting { reason });
+        return Err(PlanError::NotForShooting { reason: Obstacle::EqualSteps });
     }
     check_for_no_guess(guess)?;
     check_for_scp(problem)

@@ -19,7 +19,7 @@
 //! Steps that are given stay as given. A coarser plan that lands is kept where a finer one does not, or costs more.
 
 use super::{Guess, Observer, PlanError, solve_on};
-use crate::maneuver::objective::{Objective, effort};
+use crate::maneuver::objective::effort;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Settings, Target, Thoroughness};
 use crate::maneuver::solution::{ChosenSteps, Outcome, Solution};
@@ -128,9 +128,10 @@ fn cost_error(
 ) -> Option<Estimate> {
     let estimate = if let Some(switching) = found.switching.as_ref().filter(|_| problem.switches()) {
         // The price of time is in both, where there is one.
-        let (discrete, continuous) = match problem.objective {
-            Objective::Time => (found.duration(problem), switching.continuous_duration_s),
-            _ => (found.cost, switching.continuous_cost),
+        let (discrete, continuous) = if problem.objective.is_duration() {
+            (found.duration(problem), switching.continuous_duration_s)
+        } else {
+            (found.cost, switching.continuous_cost)
         };
         Estimate { error: ((discrete - continuous) / continuous).abs(), order: 2.0 }
     } else if problem.objective.switches() {

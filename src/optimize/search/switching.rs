@@ -148,10 +148,8 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
         }
         context.enter(Rung::Aligned, limit.name(), problem.steps);
         let plan = cheapest(problem, &extremal, &units, limit);
-        let outcome = if plan.is_some() { Outcome::Converged } else { Outcome::Stalled };
-        let iterations = plan.as_ref().map_or(0, |plan| plan.iterations);
-        let residuals = plan.iter().map(|plan| plan.residual).collect();
-        context.note(Rung::Aligned, limit.name(), problem.steps, Report { outcome, iterations, residuals });
+        let grid = plan.as_ref().map(|plan| (plan.iterations, plan.residual));
+        noted(context, limit.name(), problem.steps, grid);
         if let Some(plan) = plan
             && follows(problem, &plan)
             && chosen.as_ref().is_none_or(|best: &Planned| plan.cost < best.cost)
@@ -177,11 +175,12 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
         let afresh = |aimed: &Extremal| cheapest(problem, aimed, &units, chosen_limit?);
         plan = landed(problem, &extremal, &units, plan, &afresh);
     }
-    if problem.objective.fuel().is_none() {
+    if problem.objective.is_duration() {
         let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(&extremal));
         plan.switching.eigenaxis_s = eigenaxis.map(|duration| duration * units.time);
     }
-    solution.rivals = rivals(&extremal, &found.limits, &plan, &units);
+    let limits = found.limits.iter();
+    solution.rivals = rivals(limits.map(|limit| (limit.name(), limit.cost(&extremal) * units.cost())), &plan);
     finished(solution, plan, context)
 }
 
@@ -280,19 +279,24 @@ fn too_short(problem: &Problem, found: &Found, context: &Context) -> Option<(f64
     Some((shortest, longer))
 }
 
-/// The dearer extremals, each cost once: mirror images cost the same.
-fn rivals(extremal: &Extremal, limits: &[Limit], plan: &Planned, units: &Units) -> Vec<Rival> {
-    let mut rivals: Vec<Rival> = Vec::new();
-    let mut last = plan.switching.continuous_cost;
-    for limit in limits {
-        let cost = limit.cost(extremal) * units.cost();
+/// What is dearer than a plan, by its name and cost, each cost once: mirror images cost the same.
+fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, plan: &Planned) -> Vec<Rival> {
+    let (mut rivals, mut last) = (Vec::new(), plan.switching.continuous_cost);
+    for (start, cost) in dearer {
         if cost > last * (1.0 + DISTINCT) {
-            let (start, sense) = (limit.name().into(), plan.sense);
+            let (start, sense) = (start.into(), plan.sense);
             rivals.push(Rival { start, sense, cost, conjugate_points: None, turned_deg: f64::NAN });
             last = cost;
         }
     }
     rivals
+}
+
+/// Notes whether something has a place on the grid of a plan, as it was announced.
+fn noted(context: &Context, name: &str, steps: usize, grid: Option<(usize, f64)>) {
+    let outcome = if grid.is_some() { Outcome::Converged } else { Outcome::Stalled };
+    let (iterations, residuals) = (grid.map_or(0, |grid| grid.0), grid.iter().map(|grid| grid.1).collect());
+    context.note(Rung::Aligned, name, steps, Report { outcome, iterations, residuals });
 }
 
 fn ended(solution: Solution, outcome: Outcome, context: &Context) -> Solution {

@@ -7,7 +7,6 @@
 //! with the recorded costates λ, which have had the whole of the last kick, and μ those of the physical state.
 
 use crate::maneuver::aim::Ends;
-use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{EndCondition, Formulation, Motion, Problem};
 use crate::maneuver::solution::Solution;
 use crate::mechanics::actuators::AxisFrame;
@@ -24,7 +23,7 @@ fn end_costate(problem: &Problem, solution: &Solution) -> Option<(Vector3, Vecto
     let told = takes_a_guess(problem)
         && problem.motion == Motion::Attitude
         && problem.actuation.wheels.is_none()
-        && matches!(problem.objective, Objective::Effort(_));
+        && !problem.objective.switches();
     let trajectory = &solution.trajectory;
     let (row, torque) = (trajectory.costates.last_chunk::<6>()?, trajectory.torque.last()?);
     let quaternion = trajectory.quaternion.last()?;

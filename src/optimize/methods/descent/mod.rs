@@ -17,6 +17,7 @@ use crate::maneuver::solution::Outcome;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
 use crate::optimize::candidate::Candidate;
+use crate::optimize::methods::ARMIJO;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::{Attempt, Budget, Method};
 use crate::optimize::step::{Costate, Dynamics, Point};
@@ -30,8 +31,6 @@ type Half<const D: usize> = SVector<f64, D>;
 /// A matrix between two of them.
 type Block<const D: usize> = SMatrix<f64, D, D>;
 
-/// Sufficient decrease of the line search.
-const ARMIJO: f64 = 1e-4;
 /// Longest move of a node by a first trial \[rad, or unit lengths\].
 const LONGEST: f64 = 1.5;
 /// Halvings of an undamped step before a damped direction is taken instead.

@@ -28,13 +28,11 @@ use super::model::{ChainState, Model, costate_blocks};
 use super::rows::{Place, RowValue};
 use crate::lie::hat;
 use crate::optimize::methods::scp::model::{state, step};
+use crate::optimize::methods::scp::tuning::STEP;
 use crate::optimize::step::StepError;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SMatrix, SVector};
 use std::ops::Range;
-
-/// Step of the differences: states and inputs are of order one.
-const STEP: f64 = 1e-5;
 
 /// Multipliers of everything.
 #[derive(Clone, Debug)]

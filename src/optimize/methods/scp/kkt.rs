@@ -23,14 +23,8 @@ use super::curvature::{Multipliers, blocks};
 use super::iterate::Evaluated;
 use super::model::Model;
 use super::rows::{LimitRows, size};
+use crate::optimize::methods::scp::tuning::{BURNT, PROXIMAL};
 use nalgebra::{DMatrix, DVector};
-
-/// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
-/// makes a terminal condition follow from the others, and vanishes from the solution.
-pub(super) const PROXIMAL: f64 = 1e-11;
-
-/// Least length of what is burnt, as a part of its limit, whose change of direction is told from a change of length.
-pub(super) const BURNT: f64 = 1e-6;
 
 /// The matrix, and where its unknowns stand.
 pub(super) struct Kkt {

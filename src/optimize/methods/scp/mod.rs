@@ -17,13 +17,16 @@ pub(crate) mod polish;
 pub(crate) mod road;
 pub(crate) mod rows;
 pub(crate) mod second_order;
-mod subproblem;
+pub(crate) mod subproblem;
+mod tuning;
 mod within;
 
 use crate::maneuver::solution::Outcome;
+use crate::optimize::methods::PROMISED;
 use crate::optimize::methods::driver::{self, Iteration};
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::model::state;
+use crate::optimize::methods::scp::tuning::*;
 pub(crate) use curvature::Multipliers;
 use curvature::{blocks, convexified};
 use iterate::{Evaluated, Iterate};
@@ -32,29 +35,6 @@ use nalgebra::{DMatrix, DVector};
 use polish::{FreeRamps, Polished, Told, polish};
 use rows::{LimitRows, What};
 use subproblem::{Failure, Move, Subproblem, Weights};
-
-/// First and largest trust radius \[rad\]; below the smallest nothing moves.
-const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);
-/// Share of the promised decrease that makes a move acceptable, and that makes the radius grow.
-const ACCEPT: f64 = 0.05;
-const GOOD: f64 = 0.7;
-/// Below this share a move is tried once more, with the defects that it ends with made up for.
-const CORRECTED: f64 = 0.5;
-
-/// Slacks and defects above this, scaled, count as violated, unless the cone solver was asked for less.
-const VIOLATED: f64 = 1e-6;
-/// Highest price of a unit of defect or violation; costs are of order ten.
-const DEAREST: f64 = 1e5;
-/// Rounds after which Newton from the inputs that costates ask for gives up.
-const ROUNDS: usize = 12;
-/// Residuals of two rounds that differ by less, relative, are those of a round that repeats itself.
-const SAME_ROUND: f64 = 1e-6;
-/// A promised decrease below this share of what the violation costs is none.
-const FUTILE: f64 = 1e-2;
-/// A move of less tells well which rows act \[rad\].
-const SMALL: f64 = 5e-3;
-/// Accuracy of a subproblem, relative to the size of the move before it, and the poorest.
-const ACCURACY: (f64, f64) = (1e-2, 1e-4);
 
 /// What the iteration may do.
 #[derive(Clone, Debug)]
@@ -212,7 +192,8 @@ pub(crate) fn run(
 ) -> Option<Convex> {
     // What is stopped here still has this iterate to tell of.
     let at = Evaluated { watch: *watch, ..start.evaluate(model, rows, Watch::NONE).ok()? };
-    let weights = Weights { defect: 100.0, violation: vec![100.0; rows.groups.len()], radius: RADIUS.0 };
+    let weights =
+        Weights { defect: FIRST_PRICE, violation: vec![FIRST_PRICE; rows.groups.len()], radius: RADIUS.0 };
     let residuals = vec![at.largest_defect()];
     let subproblem = Subproblem::new(model, rows, options.cone_tolerance, *watch);
     let (length, polished) = (f64::INFINITY, None);
@@ -244,7 +225,7 @@ impl Iteration for Scp<'_> {
             Err(Failure::Stopped) => return Some(Outcome::Interrupted),
             Err(Failure::Numerical) => {
                 // Shorter steps and no curvature are the better conditioned subproblem.
-                self.weights.radius *= 0.25;
+                self.weights.radius *= NARROWED_BLINDLY;
                 self.multipliers = None;
                 return self.motionless();
             }
@@ -264,8 +245,8 @@ impl Iteration for Scp<'_> {
         let Tried { step, candidate, ratio } = tried;
         let length = longest(self.at.model, &step);
         self.length = length;
-        let bounded = length >= 0.99 * self.weights.radius;
-        let accepted = ratio >= ACCEPT;
+        let bounded = length >= BOUNDED * self.weights.radius;
+        let accepted = ratio >= PROMISED;
         let lacking = step.slacks.iter().fold(self.lacking(&step), |worst, slack| worst.max(*slack));
         let feasible = lacking <= self.violated();
         let dearest = self.reprice(&step);
@@ -275,18 +256,18 @@ impl Iteration for Scp<'_> {
             }
             self.multipliers = Some(step.multipliers.clone());
             if ratio >= GOOD && bounded {
-                self.weights.radius = (2.5 * self.weights.radius).min(RADIUS.1);
-            } else if ratio < 0.25 {
-                self.weights.radius *= 0.5;
+                self.weights.radius = (WIDENED * self.weights.radius).min(RADIUS.1);
+            } else if ratio < POOR {
+                self.weights.radius *= NARROWED;
             }
         } else {
-            self.weights.radius = 0.3 * self.weights.radius.min(length);
+            self.weights.radius = REFUSED * self.weights.radius.min(length);
         }
         self.residuals.push(self.at.largest_defect());
         // A move by a rough subproblem settles nothing, however short.
         let exact = self.subproblem.tolerance <= self.options.cone_tolerance;
         let settled = accepted && exact && length <= self.options.tolerance.max(1e-9) && feasible;
-        let near = accepted && feasible && !bounded && length < 0.5;
+        let near = accepted && feasible && !bounded && length < NEAR;
         if !self.options.polish {
             let multipliers = self.multipliers.as_ref().filter(|_| settled);
             self.polished = multipliers.and_then(|found| polish::as_it_is(&self.at, found));
@@ -384,10 +365,14 @@ impl<'a> Scp<'a> {
         }
         for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
             // A slack in use has its full price as multiplier: a higher price may remove it.
-            let wanted = if *slack > violated { 5.0 * *weight } else { 2.0 * sum };
+            let wanted = if *slack > violated { RAISED * *weight } else { ABOVE_MULTIPLIERS * sum };
             *weight = weight.max(wanted).min(DEAREST);
         }
-        let wanted = if self.lacking(step) > violated { 5.0 * self.weights.defect } else { 2.0 * largest };
+        let wanted = if self.lacking(step) > violated {
+            RAISED * self.weights.defect
+        } else {
+            ABOVE_MULTIPLIERS * largest
+        };
         self.weights.defect = self.weights.defect.max(wanted).min(DEAREST);
         dearest
     }
@@ -409,7 +394,7 @@ impl<'a> Scp<'a> {
         };
         let polished = polish(at.model, at.limits, &at.iterate, multipliers, options, told, watch);
         // Newton may run to a costlier stationary point; the convex iteration knows better.
-        let slack = 0.02 * at.cost.abs() + self.weights.defect * at.infeasibility();
+        let slack = DEARER * at.cost.abs() + self.weights.defect * at.infeasibility();
         self.polished = polished.filter(|polished| polished.cost <= at.cost + slack);
     }
 

@@ -43,7 +43,7 @@
 use super::ScpOptions;
 use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
-use super::kkt::{BURNT, Kkt, PROXIMAL};
+use super::kkt::Kkt;
 use super::model::Model;
 use super::rows::{LimitRow, LimitRows, RowValue, What, size};
 use crate::maneuver::solution::Outcome;
@@ -51,24 +51,9 @@ use crate::numerics::banded::Banded;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::model::state;
+use crate::optimize::methods::scp::tuning::*;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
-
-/// Steps that turn a node by more than this \[rad\] are shortened.
-const LONGEST_TURN: f64 = 0.4;
-/// Largest proximal term; the same times the largest multiplier; and the least share of a term that the next one is: the
-/// set of rows must keep up.
-const WIDEST: f64 = 1e-3;
-const WIDEST_BY_MULTIPLIER: f64 = 10.0;
-const SLOWLY: f64 = 0.3;
-/// Iterations without progress after which the plain and the stabilised method give up.
-const IDLE: [usize; 2] = [12, 25];
-/// Newton steps that the ends of ramps may take beside those that decide on them.
-const SETTLING: usize = 4;
-/// Growth of the residual after which Newton does not come back.
-const LOST: f64 = 100.0;
-/// Share of the largest multiplier below which one is taken for the cone solver's round-off.
-const LIKELY: f64 = 1e-4;
 
 /// A point that meets the conditions.
 #[derive(Clone)]

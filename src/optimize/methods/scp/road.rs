@@ -17,12 +17,10 @@ use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
 use crate::optimize::methods::scp::model::{goal, step};
+use crate::optimize::methods::scp::tuning::VIOLATED;
 use crate::optimize::step::{Point, Units};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
-
-/// Violations below this, scaled, are not worth words.
-const NOTICED: f64 = 1e-6;
 
 /// The chain of a maneuver on one grid, with the rows of its limits.
 pub(crate) struct Chain {
@@ -237,7 +235,7 @@ pub(crate) fn path(start: &str, grid: &Grid, poses: impl Iterator<Item = Pose>) 
 /// What stays violated at the last iterate.
 fn violated(convex: &Convex, rows: &LimitRows) -> Shortfall {
     let cut_short_after = (convex.outcome == Outcome::IterationLimit).then_some(convex.subproblems);
-    let noticed = rows.groups.iter().zip(&convex.violations).filter(|(_, violation)| **violation > NOTICED);
+    let noticed = rows.groups.iter().zip(&convex.violations).filter(|(_, violation)| **violation > VIOLATED);
     // Cones are violated by an angle, limits by a share of themselves.
     let excess = |is_angle: bool| if is_angle { Excess::Angle } else { Excess::Share };
     let violations = noticed.map(|(group, violation)| Violation {
@@ -245,5 +243,5 @@ fn violated(convex: &Convex, rows: &LimitRows) -> Shortfall {
         excess: excess(group.is_angle)(*violation),
     });
     let defect = convex.residuals.last().copied().unwrap_or(f64::NAN);
-    Shortfall::Violated { cut_short_after, violations: violations.collect(), reaches_end: defect <= NOTICED }
+    Shortfall::Violated { cut_short_after, violations: violations.collect(), reaches_end: defect <= VIOLATED }
 }

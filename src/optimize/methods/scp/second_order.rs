@@ -26,21 +26,13 @@
 
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
-use super::kkt::{Kkt, KktLayout, PROXIMAL};
+use super::kkt::{Kkt, KktLayout};
 use super::model::Model;
 use super::rows::{LimitRows, RowValue};
 use crate::numerics::matrix_inertia::MatrixInertia;
 use crate::optimize::methods::method::Watch;
+use crate::optimize::methods::scp::tuning::*;
 use nalgebra::DMatrix;
-
-/// Curvature, as a share of that of the effort, that is told from none: far above the error of differences.
-const CURVATURE: f64 = 1e-6;
-/// Share of the largest multiplier from which on a row surely acts.
-const SURE: f64 = 1e-7;
-/// A row nearer to its bound than this is met.
-const MET: f64 = 1e-9;
-/// Elimination takes the cube of the unknowns of each stage; beyond this many operations it is left out.
-const MOST_WORK: f64 = 1e11;
 
 /// The number of independent directions in which the cost decreases at a polished point; 0: a strict local
 /// minimum. `None` where the second derivatives do not decide, there are too many unknowns, or it is stopped.

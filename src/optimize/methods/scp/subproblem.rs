@@ -28,7 +28,7 @@
 
 use super::curvature::Multipliers;
 use super::iterate::Evaluated;
-use super::model::{Model, STRETCHED};
+use super::model::Model;
 use super::rows::{Kink, LimitRows, RowValue};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::parallel;
@@ -38,6 +38,7 @@ use crate::optimize::convex::cone::{
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::model::goal;
+use crate::optimize::methods::scp::tuning::{LARGE, STRETCHED};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -129,10 +130,6 @@ impl ProgramLayout {
     }
 }
 
-/// Unknowns from which the cone solver works on a thread of its own: it looks at nobody while it is made, nor within an iteration. With
-/// fewer that is over soon.
-const LARGE: usize = 20_000;
-
 /// The data of a cone program, its matrices as they were written, entry by entry.
 struct Draft {
     quadratic: Vec<(usize, usize, f64)>,
@@ -179,7 +176,7 @@ fn solved(
 }
 
 /// Rows of a ball: its bound, and three components.
-const BALL: usize = 4;
+pub(crate) const BALL: usize = 4;
 
 /// The rows of `A x + s = b` as they are written.
 #[derive(Default)]

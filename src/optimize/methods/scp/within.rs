@@ -28,11 +28,9 @@ use super::iterate::Iterate;
 use super::model::Model;
 use super::rows::{LimitRow, LimitRows, What};
 use crate::optimize::methods::method::Watch;
+use crate::optimize::methods::scp::tuning::ROUND_OFF;
 use nalgebra::DMatrix;
 use std::collections::VecDeque;
-
-/// Parts of a limit that are round-off.
-const ROUND_OFF: f64 = 1e-9;
 
 /// An iterate with the inputs that are optimal for its costates within these limits, and their multipliers; `None` where inputs
 /// of a stage are tied together, by the weight or by a limit of their norm, where the duration is sought, and where fuel counts.

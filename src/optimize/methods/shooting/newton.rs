@@ -12,14 +12,13 @@
 use crate::lie;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
+use crate::optimize::methods::ARMIJO;
 use crate::optimize::methods::driver::Iteration;
 use crate::optimize::methods::method::Swept;
 use crate::optimize::step::StepError;
 use crate::optimize::sweep::{BoundaryValueProblem, End, Node};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-/// Sufficient decrease of the line search.
-const ARMIJO: f64 = 1e-4;
 /// A step that shrinks the error to less than this fraction keeps its factor.
 const KEEP_FACTOR: f64 = 0.05;
 /// Shortest fraction of a Newton step that is tried before the step is damped instead.

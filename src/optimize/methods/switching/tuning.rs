@@ -347,8 +347,7 @@ pub(super) mod pulses {
     pub const MOST_STEPS: usize = 40;
     pub const NO_GAIN: f64 = 1e-10;
 
-    /// Part of the predicted gain that a step must bring, and at which the next may be longer.
-    pub const ENOUGH: f64 = 0.05;
+    /// Part of the predicted gain at which the next step may be longer.
     pub const GOOD: f64 = 0.5;
 
     /// Curvature below this part of the largest is none.

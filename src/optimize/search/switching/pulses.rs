@@ -3,11 +3,11 @@
 //! The same maneuver without a shortest pulse is solved first: its extremals are what pulses are made of, and what their cost is told
 //! against.
 
-use super::{Planned, ended, finished, follows, landed, record, shortest_told, told};
+use super::{Planned, ended, finished, follows, landed, noted, record, rivals, shortest_told, told};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::shortfall::Shortfall;
-use crate::maneuver::solution::{Outcome, Rival, Rung, Solution, Trajectory};
+use crate::maneuver::solution::{Outcome, Rung, Solution, Trajectory};
 use crate::maneuver::switching::{Pulses, Structure};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::extremal::Extremal;
@@ -18,8 +18,6 @@ use crate::optimize::methods::switching::pulses::search;
 use crate::optimize::methods::switching::scaled::{Units, input_of};
 use crate::optimize::search::context::Context;
 
-/// Costs that differ by this part are those of two schedules.
-const DISTINCT: f64 = 1e-6;
 /// A pulse shorter by this part is as long as it has to be.
 const ROUND_OFF: f64 = 1e-10;
 /// How many dearer schedules are told.
@@ -65,10 +63,8 @@ pub(super) fn solve(
     for (index, best) in found.best.iter().enumerate() {
         context.enter(Rung::Aligned, "pulses", problem.steps);
         let on_grid = placed(extremal, best, &ask, problem.steps);
-        let outcome = if on_grid.is_ok() { Outcome::Converged } else { Outcome::Stalled };
-        let iterations = on_grid.as_ref().map_or(0, |placed| placed.grid.iterations);
-        let residuals = on_grid.iter().map(|placed| placed.grid.residual).collect();
-        context.note(Rung::Aligned, "pulses", problem.steps, Report { outcome, iterations, residuals });
+        let grid = on_grid.as_ref().ok().map(|placed| (placed.grid.iterations, placed.grid.residual));
+        noted(context, "pulses", problem.steps, grid);
         match on_grid {
             Ok(placed) => {
                 let plan = planned(problem, extremal, units, &placed, least);
@@ -96,22 +92,9 @@ pub(super) fn solve(
         };
         plan = landed(problem, extremal, units, plan, &afresh);
     }
-    let mut last = plan.switching.continuous_cost;
-    for best in found.best.iter().skip(index + 1) {
-        let cost = best.cost * units.cost();
-        if cost > last * (1.0 + DISTINCT) && solution.rivals.len() < RIVALS {
-            let start = "pulses".into();
-            let turned_deg = f64::NAN;
-            solution.rivals.push(Rival {
-                start,
-                sense: plan.sense,
-                cost,
-                conjugate_points: None,
-                turned_deg,
-            });
-            last = cost;
-        }
-    }
+    let dearer = found.best.iter().skip(index + 1).map(|best| ("pulses", best.cost * units.cost()));
+    solution.rivals = rivals(dearer, &plan);
+    solution.rivals.truncate(RIVALS);
     finished(solution, plan, context)
 }
 

@@ -164,7 +164,7 @@ fn replayed(
     let beside_optimum = grid.beside_optimum;
     Some(Planned {
         // The clock of the last node is what the duration is everywhere.
-        cost: if problem.objective.fuel().is_some() { cost } else { before },
+        cost: if problem.objective.is_duration() { before } else { cost },
         duration: before,
         residual: grid.residual,
         iterations: grid.iterations,

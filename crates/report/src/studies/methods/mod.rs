@@ -215,7 +215,7 @@ pub fn compare(
         Ok(answer) => {
             MethodRun::of(Contender::Shooting, problem, answer, Standing::Ended(answer.plan.status))
         }
-        Err(reason) => MethodRun::refused(Contender::Shooting, reason),
+        Err(reason) => MethodRun::refused(Contender::Shooting, &reason.to_string()),
     };
     let methods = vec![
         shot,

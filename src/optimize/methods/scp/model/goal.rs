@@ -4,13 +4,7 @@ use super::Model;
 use crate::maneuver::objective::{self, Fuel, Objective};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::ActuatorSet;
-
-/// What the stated duration costs where time is all that counts: costs are of order ten.
-const TIME_PRICE: f64 = 100.0;
-/// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian takes a few units.
-const FUEL_PRICE: f64 = 10.0;
-/// Scaled effort of a turn by about a radian.
-const TYPICAL_EFFORT: f64 = 10.0;
+use crate::optimize::methods::scp::tuning::{FUEL_PRICE, TIME_PRICE, TYPICAL_EFFORT};
 
 /// What a chain minimises in place of the effort.
 #[derive(Clone, Debug)]
@@ -55,7 +49,7 @@ pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
         model.duration = Some(model.n);
         model.n += 1;
     }
-    if let Objective::Effort(_) = goal.objective {
+    if !goal.objective.switches() {
         model.cost_scale = 1.0 / model.dynamics.units.cost;
         model.time_price = model.cost_scale * time_price * stated;
         model.effort_power = -3;

@@ -49,7 +49,7 @@ use crate::optimize::step::{Costate, Dynamics};
 use crate::optimize::terminal::TerminalCondition;
 pub(crate) use goal::{FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
-pub(crate) use state::{ChainState, STRETCHED, costate_blocks};
+pub(crate) use state::{ChainState, costate_blocks};
 pub(crate) use step::{Arc, Opening, Step};
 
 /// The chain.

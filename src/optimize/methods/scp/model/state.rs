@@ -4,12 +4,10 @@ use super::Model;
 use crate::lie;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
+use crate::optimize::methods::scp::tuning::STRETCHED;
 use crate::optimize::step::{Costate, Point};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
-
-/// Change of `ln s` that counts as much as a turn by a radian.
-pub(crate) const STRETCHED: f64 = 0.5;
 
 /// A state of the chain, scaled. With wheels, `momentum` is the total one.
 #[derive(Clone, Debug)]

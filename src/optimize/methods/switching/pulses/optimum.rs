@@ -13,6 +13,7 @@ use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Best, Schedule};
 use super::ties::settled;
 use crate::numerics::least_squares::shortest;
+use crate::optimize::methods::PROMISED;
 use nalgebra::{DMatrix, DVector};
 
 /// The bounds of a step from given times, none longer than `trust`.
@@ -150,7 +151,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
             trust = (2.0 * trust).min(TRUST * schedule.duration);
         }
         match trial {
-            Some(trial) if gained > ENOUGH * predicted => schedule = trial,
+            Some(trial) if gained > PROMISED * predicted => schedule = trial,
             _ => trust = LESS_TRUST * step.p.amax().min(trust),
         }
         if trust < NO_TRUST * schedule.duration {

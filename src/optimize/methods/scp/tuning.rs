@@ -1,0 +1,92 @@
+//! Every number of the convex iteration and of its polish that the theory does not give, by what it decides.
+//!
+//! Costs are of order ten (`model/goal`), rotations in radians, residuals and violations relative. What the numbers trade is counted
+//! by `cargo run --release -p evidence --bin families` (whether a plan under constraints is found, and its cost), and in time by
+//! `cargo bench -p evidence --bench constrained`.
+
+/// First and largest trust radius \[rad\]; below the smallest nothing moves.
+pub(super) const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);
+/// What the radius is multiplied by after a move that kept its promise and was as long as it may be, after one that kept little of
+/// it, after one that cannot be computed, and what is left of a move that was refused.
+pub(super) const WIDENED: f64 = 2.5;
+pub(super) const NARROWED: f64 = 0.5;
+pub(super) const NARROWED_BLINDLY: f64 = 0.25;
+pub(super) const REFUSED: f64 = 0.3;
+/// Share of the promised decrease that makes the radius grow, and below which it shrinks.
+pub(super) const GOOD: f64 = 0.7;
+pub(super) const POOR: f64 = 0.25;
+/// A move is as long as it may be from this part of the radius on.
+pub(super) const BOUNDED: f64 = 0.99;
+/// Below this share a move is tried once more, with the defects that it ends with made up for.
+pub(super) const CORRECTED: f64 = 0.5;
+
+/// Slacks and defects above this, scaled, count as violated, unless the cone solver was asked for less; those below it are not worth
+/// words.
+pub(super) const VIOLATED: f64 = 1e-6;
+/// First and highest price of a unit of defect or violation.
+pub(super) const FIRST_PRICE: f64 = 100.0;
+pub(super) const DEAREST: f64 = 1e5;
+/// A price over what it was where its unit stays violated, and over the multipliers elsewhere.
+pub(super) const RAISED: f64 = 5.0;
+pub(super) const ABOVE_MULTIPLIERS: f64 = 2.0;
+/// A promised decrease below this share of what the violation costs is none.
+pub(super) const FUTILE: f64 = 1e-2;
+
+/// A move of less tells well which rows act, and one of less is worth a try of Newton \[rad\].
+pub(super) const SMALL: f64 = 5e-3;
+pub(super) const NEAR: f64 = 0.5;
+/// Newton may lead to a cost above that of the convex iteration by this part: more is another stationary point.
+pub(super) const DEARER: f64 = 0.02;
+/// Accuracy of a subproblem, relative to the size of the move before it, and the poorest.
+pub(super) const ACCURACY: (f64, f64) = (1e-2, 1e-4);
+/// Unknowns from which the cone solver works on a thread of its own: it looks at nobody while it is made, nor within an iteration. With
+/// fewer that is over soon.
+pub(super) const LARGE: usize = 20_000;
+
+/// Rounds after which Newton from the inputs that costates ask for gives up.
+pub(super) const ROUNDS: usize = 12;
+/// Residuals of two rounds that differ by less, relative, are those of a round that repeats itself.
+pub(super) const SAME_ROUND: f64 = 1e-6;
+/// Parts of a limit that are round-off.
+pub(super) const ROUND_OFF: f64 = 1e-9;
+
+/// Newton's steps that turn a node by more than this \[rad\] are shortened.
+pub(super) const LONGEST_TURN: f64 = 0.4;
+/// Largest proximal term; the same times the largest multiplier; and the least share of a term that the next one is: the
+/// set of rows must keep up.
+pub(super) const WIDEST: f64 = 1e-3;
+pub(super) const WIDEST_BY_MULTIPLIER: f64 = 10.0;
+pub(super) const SLOWLY: f64 = 0.3;
+/// Iterations without progress after which the plain and the stabilised method give up.
+pub(super) const IDLE: [usize; 2] = [12, 25];
+/// Newton steps that the ends of ramps may take beside those that decide on them.
+pub(super) const SETTLING: usize = 4;
+/// Growth of the residual after which Newton does not come back.
+pub(super) const LOST: f64 = 100.0;
+/// Share of the largest multiplier below which one is taken for the cone solver's round-off.
+pub(super) const LIKELY: f64 = 1e-4;
+/// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
+/// makes a terminal condition follow from the others, and vanishes from the solution.
+pub(super) const PROXIMAL: f64 = 1e-11;
+/// Least length of what is burnt, as a part of its limit, whose change of direction is told from a change of length.
+pub(super) const BURNT: f64 = 1e-6;
+/// Step of the differences: states and inputs are of order one.
+pub(super) const STEP: f64 = 1e-5;
+
+/// Curvature, as a share of that of the effort, that is told from none: far above the error of differences.
+pub(super) const CURVATURE: f64 = 1e-6;
+/// Share of the largest multiplier from which on a row surely acts.
+pub(super) const SURE: f64 = 1e-7;
+/// A row nearer to its bound than this is met.
+pub(super) const MET: f64 = 1e-9;
+/// Elimination takes the cube of the unknowns of each stage; beyond this many operations it is left out.
+pub(super) const MOST_WORK: f64 = 1e11;
+
+/// Change of `ln s` that counts as much as a turn by a radian.
+pub(super) const STRETCHED: f64 = 0.5;
+/// What the stated duration costs where time is all that counts.
+pub(super) const TIME_PRICE: f64 = 100.0;
+/// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian takes a few units.
+pub(super) const FUEL_PRICE: f64 = 10.0;
+/// Scaled effort of a turn by about a radian.
+pub(super) const TYPICAL_EFFORT: f64 = 10.0;
