@@ -51,7 +51,7 @@ pub struct SkyCone {
     pub asks: ConeAsks,
     /// When it acts, as parts of the motion from 0 to 1; `None`: always.
     pub acts: Option<Vec<[f64; 2]>>,
-    /// The same in words: "from 0 to 40 s"; empty: always.
+    /// When it acts, in words: "from 0 to 40 s"; empty: always.
     pub when: String,
     /// Where it moves: axis and half angle at equal steps of time from start to end; else empty.
     pub way: Vec<(Vector3, f64)>,
