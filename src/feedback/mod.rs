@@ -16,11 +16,15 @@
 //!   The gains grow like `4/(T − t)` and `6/(T − t)²`; the last of them would answer the noise of sensors with all the torque
 //!   there is, so they are held from [`Gains::frozen_from`] on.
 //! - [`Kind::Tvlqr`]: the regulator of given weights, from the Riccati recursion.
+//! - [`Kind::Switching`]: the same behind a correction of the switching times at the start ([`SwitchingGains`]).
 //!
 //! Signs, orders and the index of every step are held by the landing law: what the corrected motion misses falls with the square
 //! of what it began beside the plan (tests).
 
 pub mod replan;
+mod switching;
+
+pub use switching::{Arc, NotCorrected, Reversed, SwitchingGains};
 
 use crate::Matrix3;
 use crate::optimize::linear_plan::{LinearPlan, LinearStep, Matrix6, Timing, Vector6, kick};
@@ -41,6 +45,9 @@ pub enum Kind {
     },
     /// The regulator of these weights.
     Tvlqr(Option<RegulatorWeights>),
+    /// Of inputs that switch: their switching times once, at the start, and then the regulator of these weights beside the motion that
+    /// this leads to.
+    Switching(Option<RegulatorWeights>),
 }
 
 impl Kind {
@@ -99,6 +106,9 @@ pub enum NoGains {
         "the inputs that are not at their limits along the plan cannot bring every error beside its start to the end"
     )]
     Unreachable,
+    /// The arcs of the plan are not those that a start moves.
+    #[error("no arcs of it are moved by its start: {0}")]
+    Arcs(&'static str),
     /// A number is not finite.
     #[error("a gain is not finite")]
     NotFinite,
@@ -134,7 +144,7 @@ impl Gains {
             Kind::Neighbouring { .. } if switches => return Err(NoGains::Switching),
             Kind::Neighbouring { .. } if plan.has_wheels() => return Err(NoGains::Wheels),
             Kind::Neighbouring { freeze } => Sweep::neighbouring(plan, freeze)?,
-            Kind::Tvlqr(weights) => Sweep::regulator(plan, weights),
+            Kind::Tvlqr(weights) | Kind::Switching(weights) => Sweep::regulator(plan, weights),
         };
         let inputs = plan.axes().ncols();
         let si = |step: &LinearStep, dual: &Matrix3x6| -> Vec<f64> {
