@@ -13,7 +13,7 @@
 //! ```
 
 use crate::closed_loop::{Campaign, Flown, Lost, Plant, Proportion, quantile};
-use crate::feedback::{Gains, Kind, NoGains};
+use crate::feedback::{Gains, Kind, NoGains, SwitchingGains};
 use crate::maneuver::{Problem, Rule, Settings, Trajectory};
 use crate::optimize::linear_plan::{LinearPlan, Unlinearised};
 use crate::plan::{self, Guess, Observer, Plan, PlanError, Status};
@@ -29,6 +29,8 @@ pub struct Beside {
     pub linear: LinearPlan,
     /// Gains along it.
     pub gains: Option<Gains>,
+    /// How long its arcs last from other starts, where that is corrected.
+    pub switching: Option<SwitchingGains>,
     /// Covariance without gains.
     pub open: Option<Covariance>,
     /// Covariance under them.
@@ -63,6 +65,12 @@ impl Beside {
     ) -> Result<Self, NotKnown> {
         let linear = LinearPlan::flown(problem, plan)?;
         let gains = feedback.map(|kind| Gains::along(&linear, kind, problem.switches())).transpose()?;
+        let switching = match feedback {
+            // What the correction at the start makes of a covariance is not known.
+            Some(Kind::Switching(_)) if uncertainty.is_some() => return Err(NoGains::MovedStart.into()),
+            Some(Kind::Switching(_)) => Some(SwitchingGains::along(problem, plan)?),
+            _ => None,
+        };
         let open = uncertainty.map(|uncertainty| Covariance::along(&linear, None, uncertainty));
         let closed = match (uncertainty, &gains) {
             (Some(uncertainty), Some(gains)) => Some(Covariance::along(&linear, Some(gains), uncertainty)),
@@ -70,7 +78,7 @@ impl Beside {
         };
         let acts = closed.as_ref().or(open.as_ref());
         let chances = acts.map_or(Vec::new(), |covariance| Chance::of_cones(problem, &linear, covariance));
-        Ok(Self { linear, gains, open, closed, chances })
+        Ok(Self { linear, gains, switching, open, closed, chances })
     }
 }
 

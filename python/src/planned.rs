@@ -244,6 +244,13 @@ impl Planned {
         self.trajectory().input_count
     }
 
+    /// Inputs and states of a step of the gains; `None` without gains.
+    #[getter]
+    fn gain_shape(&self) -> Option<(usize, usize)> {
+        let step = self.feedback.as_ref()?.gains.first()?;
+        Some((step.len(), step.first()?.len()))
+    }
+
     /// Inertia, body axes, rows [kg·m²].
     #[getter]
     fn inertia(&self) -> [[f64; 3]; 3] {
@@ -277,6 +284,14 @@ impl Planned {
             "gains" => {
                 let gains = self.feedback.iter().flat_map(|feedback| &feedback.gains);
                 gains.flatten().flatten().copied().collect()
+            }
+            "arc_gains" => {
+                let arcs = self.feedback.iter().flat_map(|feedback| &feedback.arcs);
+                arcs.flat_map(|arc| arc.gain).collect()
+            }
+            "arc_lengths" => {
+                let arcs = self.feedback.iter().flat_map(|feedback| &feedback.arcs);
+                arcs.map(|arc| arc.length_s).collect()
             }
             "covariance" => {
                 let of = self.uncertainty.as_ref();

@@ -353,7 +353,9 @@ impl<'a> Campaign<'a> {
             let state = flight.state(time, &body);
             let mut command = planned.clone();
             if let Some(gains) = self.gains {
-                let z = self.measured(k, &state, &errors, &mut sensors);
+                let mut z = self.measured(k, &state, &errors, &mut sensors).as_slice().to_vec();
+                // The speeds of wheels are known.
+                z.extend(&(Flight::stored(&body) - self.plan.wheel_momentum(k)));
                 command.iter_mut().zip(gains.correction(k, &z)).for_each(|(command, less)| *command -= less);
             }
             cut += usize::from(limit(set, self.plant.authority, &mut command));

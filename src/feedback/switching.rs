@@ -86,7 +86,7 @@ impl SwitchingGains {
     /// [`NoGains::Arcs`]: of plans whose inputs do not stay at limits or off, are limited by something else, or whose arcs are too few
     /// or too alike to correct six errors.
     pub fn along(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
-        suited(problem)?;
+        Self::suits(problem)?;
         let arcs = arcs(problem, plan)?;
         let unscaled = NoGains::Arcs("its inputs do not reach all axes");
         let (extremal, units) = scaled(problem).ok_or(unscaled)?;
@@ -105,7 +105,8 @@ impl SwitchingGains {
             .collect();
         let last = plan.time.last().copied().unwrap_or(f64::NAN);
         let all = |longest: f64| (longest - last).abs() <= ALL_OF_IT * longest;
-        let given = matches!(problem.duration, Duration::Given(_)) || problem.duration.at_most().is_some_and(all);
+        let given =
+            matches!(problem.duration, Duration::Given(_)) || problem.duration.at_most().is_some_and(all);
         let given = given && problem.objective.fuel().is_some();
         let gains = lengths_by_start(&extremal, &held, given).ok_or(NoGains::Arcs(
             "its arcs are too few, or too much alike, to correct six errors at the end by their lengths",
@@ -113,6 +114,14 @@ impl SwitchingGains {
         let unit = |column: usize| if column < 3 { units.time } else { units.time / units.momentum() };
         let rows = (0..6 * arcs.len()).map(|index| gains[(index / 6, index % 6)] * unit(index % 6)).collect();
         Ok(Self { arcs, rows })
+    }
+
+    /// Whether the arcs of a plan of `problem` decide all of its motion, and lead to a given state.
+    ///
+    /// # Errors
+    /// [`NoGains::Arcs`] with what stands in the way.
+    pub fn suits(problem: &Problem) -> Result<(), NoGains> {
+        suited(problem)
     }
 
     /// The row of an arc.
@@ -188,10 +197,16 @@ fn suited(problem: &Problem) -> Result<(), NoGains> {
     let refused = [
         (!problem.switches(), "its inputs do not switch"),
         (problem.motion == Motion::RigidBody, "the body translates"),
-        (problem.actuation.torque.frame() == AxisFrame::Reference, "its torques are fixed in the reference frame"),
+        (
+            problem.actuation.torque.frame() == AxisFrame::Reference,
+            "its torques are fixed in the reference frame",
+        ),
         (problem.actuation.wheels.is_some(), "wheels store what its inputs give"),
         (!problem.environment.is_free(), "something else acts on the body"),
-        (!problem.constraints.is_empty(), "constraints have arcs of their own, on which no input is at its limit"),
+        (
+            !problem.constraints.is_empty(),
+            "constraints have arcs of their own, on which no input is at its limit",
+        ),
         (limits.size.is_none(), "the norm of its torque is limited, whose direction turns"),
         (problem.shortest_pulse().is_some(), "its pulses have a shortest length"),
         (problem.end_condition != EndCondition::State, "its end is the plan's to choose"),

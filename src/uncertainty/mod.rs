@@ -30,9 +30,8 @@ pub use pointing::Radius;
 use crate::feedback::Gains;
 use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use crate::{Matrix3, Vector3};
-use nalgebra::{Const, Dyn, OMatrix, SMatrix};
+use nalgebra::{Const, Dyn, OMatrix, SMatrix, SVector};
 
-type Matrix3x6 = SMatrix<f64, 3, 6>;
 type Matrix6x3 = SMatrix<f64, 6, 3>;
 
 /// What is not known of a craft: one standard deviation each, SI units, body axes.
@@ -178,12 +177,12 @@ impl<const N: usize> Flow<'_, N> {
     /// `A` and `B` of a step for the whole state.
     fn step(&self, index: usize) -> (Square<N>, SMatrix<f64, N, 3>) {
         let step = &self.plan.steps()[index];
-        let mut a = Self::whole(&step.a);
+        let mut a = Self::whole(&step.stage.a);
         let mut b = SMatrix::<f64, N, 3>::zeros();
-        b.fixed_view_mut::<6, 3>(0, 0).copy_from(&step.b);
+        b.fixed_view_mut::<6, 3>(0, 0).copy_from(&step.stage.b);
         for row in 6..N {
             a[(row, row)] = 1.0;
-            b[(row, row - 6)] = -step.length;
+            b[(row, row - 6)] = -step.stage.length;
             a.fixed_view_mut::<6, 1>(0, row).copy_from(&step.wheels.column(row - 6));
         }
         (a, b)
@@ -230,11 +229,7 @@ impl<const N: usize> Flow<'_, N> {
 
     /// `B K` of a step for the whole state; zero open loop.
     fn gain(&self, step: usize) -> SMatrix<f64, 3, N> {
-        let mut gain = SMatrix::<f64, 3, N>::zeros();
-        if let Some(gains) = self.gains {
-            gain.fixed_view_mut::<3, 6>(0, 0).copy_from(&gains.torque(self.plan, step));
-        }
-        gain
+        self.gains.map_or_else(SMatrix::zeros, |gains| gains.torque(self.plan, step))
     }
 
     fn carry(&self) -> Covariance {
@@ -254,7 +249,7 @@ impl<const N: usize> Flow<'_, N> {
         let mut last: Option<(Matrix6, Columns<N>)> = None;
         for k in 0..count {
             let (a, b) = self.step(k);
-            let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
+            let noise = b * (noise_of_torque / plan.steps()[k].stage.length) * b.transpose();
             let disturbed = self.disturbed(k);
             let Some(gains) = self.gains else {
                 p = a * p * a.transpose() + noise;
@@ -265,8 +260,8 @@ impl<const N: usize> Flow<'_, N> {
             };
             let gain = self.gain(k);
             let measured = self.columns(|parameter| plan.measured(k, parameter));
-            let seen = Self::part(&(p + sensors + self.of_parameters(&(&s + &measured))));
-            torque.push(deviations(&gains.torque(plan, k), &seen).map(|sigma| sigma * torque_unit));
+            let seen = p + sensors + self.of_parameters(&(&s + &measured));
+            torque.push(deviations(&gain, &seen).map(|sigma| sigma * torque_unit));
             inputs.push(self.input_deviations(gains, k, &seen));
             if k + 1 == count && plan.half_kick(1) > 0.0 {
                 // The last correction is still in part to come at the end, and belongs to what was seen before it.
@@ -314,7 +309,7 @@ impl<const N: usize> Flow<'_, N> {
             let (a, b) = self.step(k);
             let answered = b * self.gain(k);
             let closed = a - answered;
-            let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
+            let noise = b * (noise_of_torque / plan.steps()[k].stage.length) * b.transpose();
             p = minkowski(&[
                 closed * p * closed.transpose(),
                 answered * sensors * answered.transpose(),
@@ -355,13 +350,14 @@ impl<const N: usize> Flow<'_, N> {
         }
     }
 
-    fn input_deviations(&self, gains: &Gains, step: usize, seen: &Matrix6) -> Vec<f64> {
+    fn input_deviations(&self, gains: &Gains, step: usize, seen: &Square<N>) -> Vec<f64> {
         let plan = self.plan;
         let sigma = |row: &[f64]| {
-            let row = Vector6::from_fn(|column, _| row[column] * plan.unit(column));
+            let gain = |column: usize| row.get(column).map_or(0.0, |gain| gain * plan.unit(column));
+            let row = SVector::<f64, N>::from_fn(|column, _| gain(column));
             row.dot(&(seen * row)).max(0.0).sqrt()
         };
-        gains.row(step).chunks_exact(6).map(sigma).collect()
+        gains.row(step).chunks_exact(gains.states).map(sigma).collect()
     }
 }
 
@@ -376,7 +372,7 @@ fn momenta(vector: &Vector3) -> Vector6 {
 }
 
 /// Standard deviations of `gain z`.
-fn deviations(gain: &Matrix3x6, covariance: &Matrix6) -> Vector3 {
+fn deviations<const N: usize>(gain: &SMatrix<f64, 3, N>, covariance: &Square<N>) -> Vector3 {
     (gain * covariance * gain.transpose()).diagonal().map(|variance| variance.max(0.0).sqrt())
 }
 

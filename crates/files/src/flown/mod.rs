@@ -6,7 +6,7 @@ mod runs;
 
 pub use campaign::{CampaignRecord, Flight, LoopRecord, RunRecord, write_cases, write_trace};
 pub use plan::{
-    ChanceRecord, FeedbackRecord, LoopUncertainty, MarginsRecord, Part, PointingRecord, UncertaintyRecord,
-    boresights,
+    ArcRecord, ChanceRecord, FeedbackRecord, LoopUncertainty, MarginsRecord, Part, PointingRecord,
+    UncertaintyRecord, boresights,
 };
 pub use runs::Runs;

@@ -4,7 +4,7 @@ use super::{Limits, Node, Section, Value, escape};
 use serde_json::Map;
 use slewkit::assured::{Kept, Over};
 use slewkit::closed_loop::Plant;
-use slewkit::feedback::{Kind, RegulatorWeights};
+use slewkit::feedback::{Kind, RegulatorWeights, SwitchingGains};
 use slewkit::maneuver::{Motion, Problem};
 use slewkit::mechanics::AxisFrame;
 use slewkit::optimize::linear_plan::{Matrix6, Parameter, Unlinearised, Vector6};
@@ -80,7 +80,9 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &Problem) -> ClosedLoop
         }
     }
     ClosedLoop {
-        feedback: root.section("feedback").and_then(|section| feedback(section, problem)),
+        feedback: root
+            .section("feedback")
+            .and_then(|section| feedback(section, problem, root.has("uncertainty"))),
         uncertainty,
         plant: root.section("plant").map(plant).unwrap_or_default(),
         chances,
@@ -96,7 +98,7 @@ fn unsuited(problem: &Problem) -> Option<Unlinearised> {
     (problem.actuation.torque.frame() == AxisFrame::Reference).then_some(Unlinearised::Frame)
 }
 
-fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
+fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kind> {
     let has_wheels = problem.actuation.wheels.is_some();
     let default = if problem.switches() || has_wheels { "tvlqr" } else { "neighbouring" };
     let kind = if section.has("kind") { section.word("kind")? } else { default };
@@ -109,10 +111,6 @@ fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
             );
             return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\"");
         }
-        if has_wheels {
-            let reason = "of wheels a neighbouring plan is not known: their momenta would be states of it";
-            return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\"");
-        }
         if let Some(key) = weights.iter().find(|key| section.has(key)) {
             let reason = format!(
                 "`{key}` is a weight of the regulator, and neighbouring gains have the cost of the plan"
@@ -121,16 +119,27 @@ fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
         }
         return Some(Kind::Neighbouring { freeze: section.number("freeze").unwrap_or(Kind::FREEZE) });
     }
+    if kind == "switching" {
+        if let Err(cause) = SwitchingGains::suits(problem) {
+            return section.refuse("E0171", "kind", cause.to_string(), "write kind = \"tvlqr\"");
+        }
+        if uncertain {
+            let reason = "switching times are corrected once, at the start: what that makes of covariances and flights is not known";
+            let remedy = "write kind = \"tvlqr\", or take [uncertainty] away";
+            return section.refuse("E0171", "kind", reason, remedy);
+        }
+    }
     if section.has("freeze") {
         let reason = "gains of the regulator do not grow without bound, and are not held";
         return section.refuse("E0171", "freeze", reason, "leave it out");
     }
+    let of = |weights| if kind == "switching" { Kind::Switching(weights) } else { Kind::Tvlqr(weights) };
     let given = weights.map(|key| section.number(key));
     match given {
-        [None, None, None] => Some(Kind::Tvlqr(None)),
+        [None, None, None] => Some(of(None)),
         [Some(attitude), Some(rate), end] => {
             let end = end.unwrap_or(RegulatorWeights::END);
-            Some(Kind::Tvlqr(Some(RegulatorWeights { attitude, rate, end })))
+            Some(of(Some(RegulatorWeights { attitude, rate, end })))
         }
         _ => {
             let reason = "the weights of attitude and rate belong together";

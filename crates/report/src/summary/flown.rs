@@ -5,7 +5,7 @@ use super::{Tone, headline};
 use slewkit::Vector3;
 use slewkit::assured::Beside;
 use slewkit::closed_loop::Flown;
-use slewkit::feedback::Kind;
+use slewkit::feedback::{Kind, SwitchingGains};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
@@ -34,8 +34,12 @@ pub fn beside(
             }
             Kind::Neighbouring { .. } => "neighbouring gains to the end".into(),
             Kind::Tvlqr(_) => "regulator along the plan".into(),
+            Kind::Switching(_) => "switching times by the start, then a regulator along the plan".into(),
         };
         lines.line("feedback", text);
+        if let Some(text) = beside.switching.as_ref().map(|switching| reach(problem, switching)) {
+            lines.lines("", wrapped(&text, TEXT));
+        }
     }
     if let Some(open) = &beside.open {
         let text = uncertain(problem, open, beside.closed.as_ref());
@@ -67,6 +71,39 @@ pub fn beside(
         lines.lines("margin", wrapped(&kept(margins), TEXT));
     }
     lines
+}
+
+/// The least errors of the start that leave an arc no time.
+fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
+    let reach = switching.reach();
+    let least = |range: std::ops::Range<usize>| {
+        let all = range.map(|column| (reach[column], column));
+        all.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((f64::INFINITY, 0), 0))
+    };
+    let axis = |column: usize| ["x", "y", "z"][column % 3];
+    let ((turn, first), of_turn) = least(0..3);
+    // In rates: the momentum of an error of one rate alone.
+    let by_rate = |axis: usize| {
+        let momentum = problem.body.inertia.j().column(axis).into_owned();
+        let least = |(index, arc): (usize, &slewkit::feedback::Arc)| {
+            let row = switching.row(index);
+            (arc.length / (row[3] * momentum.x + row[4] * momentum.y + row[5] * momentum.z).abs(), index)
+        };
+        let all = switching.arcs.iter().enumerate().map(least);
+        all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0))
+    };
+    let rates = (0..3).map(|axis| (by_rate(axis), axis));
+    let ((rate, second), of_rate) =
+        rates.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((f64::INFINITY, 0), 0));
+    format!(
+        "{} deg about {} reverse arc {}, or {} deg/s about {} arc {}: beyond, plan anew",
+        significant(turn.to_degrees(), 2),
+        axis(of_turn),
+        first + 1,
+        significant(rate.to_degrees(), 2),
+        axis(of_rate),
+        second + 1
+    )
 }
 
 /// When a constraint may be violated with its chance, where that is not the worst instant.

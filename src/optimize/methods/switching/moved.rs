@@ -57,7 +57,8 @@ pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: boo
     // Linear in the costates: their derivatives at none of them are all there is.
     let none = derivatives(extremal, arcs, &Vector3::zeros(), &Vector3::zeros())?;
     let unknown = START + usize::from(given);
-    let shared = |row: usize, column: usize| if column < START { none.hamiltonians[(row, column)] } else { 1.0 };
+    let shared =
+        |row: usize, column: usize| if column < START { none.hamiltonians[(row, column)] } else { 1.0 };
     let costates = solved(&DMatrix::from_fn(count, unknown, shared), &-prices)?;
     let part = |row: usize| Vector3::new(costates[row], costates[row + 1], costates[row + 2]);
     let at = derivatives(extremal, arcs, &part(0), &part(3))?;
@@ -143,10 +144,9 @@ fn derived<const L: usize>(
         for lane in 0..lanes_used {
             // δH = Ω·δM + η·(Ω×M) + Π'·δe − e'·δΠ, Ω in reference axes.
             let of_m = if lane < 3 { turning[lane] } else { 0.0 };
-            hamiltonians[(index, lane)] = of_m
-                + lanes.block(0, lane).dot(&turning.cross(m))
-                + pi_rate.dot(&lanes.block(2, lane))
-                - e_rate.dot(&lanes.block(1, lane));
+            hamiltonians[(index, lane)] =
+                of_m + lanes.block(0, lane).dot(&turning.cross(m)) + pi_rate.dot(&lanes.block(2, lane))
+                    - e_rate.dot(&lanes.block(1, lane));
         }
         node = over_arc(extremal, m, &node, &law, arc.length, LONGEST * duration, &mut lanes);
         let rate = extremal.rate(m, &node, &arc.torque);
