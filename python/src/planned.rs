@@ -13,7 +13,7 @@ use slewkit::{Vector3, lie};
 use slewkit_files::exchange::Tables;
 use slewkit_files::exchange::read_attitudes;
 use slewkit_files::export::{ExportError, PlanFile, Target, TrajectoryDocument, read_guess};
-use slewkit_files::flown::{FeedbackRecord, UncertaintyRecord};
+use slewkit_files::flown::{FeedbackRecord, UncertaintyRecord, gains_alone, is_posed};
 use slewkit_files::formats::Format;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
@@ -69,12 +69,18 @@ pub fn plan(
     let (with, plan, margins) = found.map_err(|error| failure::plan(py, &error))?;
     let problem = plan.solution.on_grid(&with);
     let (feedback, uncertainty) = detached(py, || {
-        let asked = closed_loop.is_asked() && plan.solution.outcome == Outcome::Converged;
+        let gains = Some(&plan.solution.trajectory).filter(|_| plan.solution.outcome == Outcome::Converged);
+        let gains = gains.and_then(|plan| gains_alone(&problem, plan, closed_loop)?.ok());
+        let asked =
+            closed_loop.is_asked() && !is_posed(&problem) && plan.solution.outcome == Outcome::Converged;
         let of = closed_loop.uncertainty.as_ref();
         let along = || Beside::along(&problem, &plan.solution.trajectory, closed_loop.feedback, of).ok();
         let beside = if asked { along() } else { None };
         let file = PlanFile::new(&problem, settings, &plan);
-        let file = file.with_beside(&problem, beside.as_ref(), closed_loop, margins.as_ref());
+        let file = match &gains {
+            Some(gains) => file.with_gains(&problem, gains, closed_loop),
+            None => file.with_beside(&problem, beside.as_ref(), closed_loop, margins.as_ref()),
+        };
         (file.feedback, file.uncertainty)
     })?;
     let (settings, identity) = (settings.clone(), loaded.identity.clone());

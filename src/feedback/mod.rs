@@ -30,7 +30,8 @@ mod switching;
 pub use switching::{Arc, NotCorrected, Reversed, SwitchingGains};
 
 use crate::Matrix3;
-use crate::optimize::linear_plan::{LinearPlan, Matrix6, Matrix9, Timing, Vector6, kick};
+use crate::optimize::linear_plan::{LinearPlan, Matrix6, Matrix9, PosedPlan, Stage, Stages, Timing, kick};
+use crate::optimize::step::Units;
 use nalgebra::{DMatrix, SMatrix};
 use sweep::{Swept, neighbouring, regulator};
 use thiserror::Error;
@@ -76,19 +77,25 @@ impl RegulatorWeights {
     pub const END: f64 = 1000.0;
 
     /// Weights under which a torque that turns the body by a radian in the duration costs what being a radian off does.
-    fn of(plan: &LinearPlan) -> [Vector6; 2] {
-        // In the solver's units all four are one weight: that of the torque.
-        let authority =
-            plan.steps().iter().map(|step| step.stage.authority.trace() / 3.0).fold(0.0, f64::max);
-        let running = Vector6::repeat(1.0 / authority);
+    fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
+        // In the solver's units all four are one weight: that of the torque; those of the position that of the force.
+        let authority = |first: usize| {
+            let of = |stage: &&Stage<N, C>| {
+                (first..first + 3).map(|row| stage.authority[(row, row)]).sum::<f64>() / 3.0
+            };
+            stages.iter().map(of).fold(0.0, f64::max)
+        };
+        let weights = [0, C - 3].map(|first| 1.0 / authority(first));
+        let weight = |row: usize| weights[usize::from(row + 6 >= N)];
+        let diagonal = |row: usize, column: usize| if row == column { weight(row) } else { 0.0 };
+        let running = SMatrix::from_fn(diagonal);
         [running, running * Self::END]
     }
 
     /// Weights of the state, running and at the end, in the solver's units.
-    fn scaled(&self, plan: &LinearPlan) -> [Matrix6; 2] {
-        let units = plan.units();
+    fn scaled(&self, units: &Units, momentum_of_rate: &Matrix3) -> [Matrix6; 2] {
         let per = units.time / units.cost;
-        let inverse = plan.momentum_of_rate().try_inverse().unwrap_or_else(Matrix3::identity);
+        let inverse = momentum_of_rate.try_inverse().unwrap_or_else(Matrix3::identity);
         let mut running = Matrix6::identity() * (self.attitude * per);
         running.fixed_view_mut::<3, 3>(3, 3).copy_from(&(inverse.transpose() * inverse * (self.rate * per)));
         [running, running * self.end]
@@ -111,6 +118,9 @@ pub enum NoGains {
     /// The arcs of the plan are not those that a start moves.
     #[error("no arcs of it are moved by its start: {0}")]
     Arcs(&'static str),
+    /// Weights of attitude and rate, of a body that translates.
+    #[error("weights of attitude and rate say nothing of position and velocity")]
+    Weights,
     /// Covariances of a motion whose switches are moved at the start.
     #[error("the covariance of a motion whose switching times are corrected at the start is not known")]
     MovedStart,
@@ -159,11 +169,12 @@ impl Gains {
                 Self::new(plan, kind, swept, first)
             }
             Kind::Tvlqr(weights) | Kind::Switching(weights) => {
+                let stages: Vec<_> = plan.steps().iter().map(|step| &step.stage).collect();
                 let weights = match weights {
-                    Some(weights) => weights.scaled(plan),
-                    None => RegulatorWeights::of(plan).map(|diagonal| Matrix6::from_diagonal(&diagonal)),
+                    Some(weights) => weights.scaled(plan.units(), &plan.momentum_of_rate()),
+                    None => RegulatorWeights::of(&stages),
                 };
-                let swept = regulator(plan.count(), |k| &plan.steps()[k].stage, weights);
+                let swept = regulator(stages.len(), |k| stages[k], weights);
                 Self::new(plan, kind, swept, None)
             }
         }
@@ -177,6 +188,46 @@ impl Gains {
         let stages: Vec<_> = plan.steps().iter().filter_map(|step| step.with_wheels.as_deref()).collect();
         let swept = neighbouring(stages.len(), |k| stages[k], (left, costates), freeze)?;
         Self::new(plan, kind, swept, None)
+    }
+
+    /// Designs gains along a plan of a body that translates, or whose torques are fixed in the reference frame.
+    ///
+    /// # Errors
+    /// [`NoGains`], as of [`Gains::along`]; also where weights of attitude and rate are given for a body that translates.
+    pub fn along_pose(plan: &PosedPlan, kind: Kind, switches: bool) -> Result<Self, NoGains> {
+        match &plan.stages {
+            Stages::Attitude(stages) => {
+                let scaled =
+                    |weights: RegulatorWeights| Ok(weights.scaled(&plan.units, &plan.momentum_of_rate));
+                Self::posed(plan, stages, kind, switches, scaled)
+            }
+            Stages::Pose(stages) => Self::posed(plan, stages, kind, switches, |_| Err(NoGains::Weights)),
+        }
+    }
+
+    fn posed<const N: usize, const C: usize>(
+        plan: &PosedPlan,
+        stages: &[Stage<N, C>],
+        kind: Kind,
+        switches: bool,
+        scaled: impl Fn(RegulatorWeights) -> Result<[SMatrix<f64, N, N>; 2], NoGains>,
+    ) -> Result<Self, NoGains> {
+        let swept = match kind {
+            Kind::Neighbouring { .. } if switches => return Err(NoGains::Switching),
+            Kind::Neighbouring { freeze } => {
+                let end = (SMatrix::zeros(), SMatrix::identity());
+                neighbouring(stages.len(), |k| &stages[k], end, freeze)?
+            }
+            Kind::Tvlqr(weights) | Kind::Switching(weights) => {
+                let each: Vec<_> = stages.iter().collect();
+                let weights = weights.map_or_else(|| Ok(RegulatorWeights::of(&each)), scaled)?;
+                regulator(stages.len(), |k| &stages[k], weights)
+            }
+        };
+        let rows = si_rows(&swept, |k| &plan.to_inputs[k], |column| plan.unit(column))?;
+        let (inputs, frozen_from) = (plan.to_inputs[0].nrows(), swept.frozen_from);
+        let (timing, to_go) = (Timing::Held, Vec::new());
+        Ok(Self { kind, timing, inputs, states: N, frozen_from, rows, first: None, to_go })
     }
 
     /// From the sweep of a plan with torques.

@@ -195,8 +195,8 @@ impl SwitchingGains {
 fn suited(problem: &Problem) -> Result<(), NoGains> {
     let limits = problem.actuation.torque.limits();
     let refused = [
-        (!problem.switches(), "its inputs do not switch"),
         (problem.motion == Motion::RigidBody, "the body translates"),
+        (!problem.switches(), "its inputs do not switch"),
         (
             problem.actuation.torque.frame() == AxisFrame::Reference,
             "its torques are fixed in the reference frame",

@@ -1,5 +1,6 @@
 //! Gains against reference values, the forward sensitivities, and the landing law.
 
+mod poses;
 mod wheels;
 
 use super::*;
@@ -10,6 +11,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::environment::UniformGravity;
 use crate::numerics::compensated::Sum;
+use crate::optimize::linear_plan::Vector6;
 use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
 use crate::testing::{Random, matrix, planned, planned_reference};

@@ -28,6 +28,7 @@
 
 mod authority;
 mod linearise;
+mod posed;
 mod stage;
 
 use crate::flight::Flight;
@@ -39,6 +40,8 @@ use crate::optimize::step::{StepError, Units};
 use crate::{Matrix3, Vector3};
 use linearise::Beside;
 use nalgebra::{DMatrix, Matrix3xX, SMatrix, SVector};
+pub use posed::PosedPlan;
+pub(crate) use posed::Stages;
 pub(crate) use stage::{Parts, Stage};
 use thiserror::Error;
 
@@ -64,7 +67,7 @@ pub enum Timing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Unlinearised {
     /// The body translates.
-    #[error("the body translates: gains and covariances are those of attitude and rate")]
+    #[error("the body translates: covariances are those of attitude and rate")]
     Translation,
     /// Wheels drive it, and torques act at nodes.
     #[error(
@@ -74,6 +77,11 @@ pub enum Unlinearised {
     /// Torques are fixed in the reference frame.
     #[error("the torques are fixed in the reference frame")]
     Frame,
+    /// Thrusters give force and torque at once.
+    #[error(
+        "its thrusters give force and torque at once: forces and torques are corrected by inputs of their own"
+    )]
+    Thrusters,
     /// The plan has no trajectory, or one that does not fit the maneuver.
     #[error("the plan has no trajectory on the grid of the maneuver")]
     Trajectory,

@@ -74,7 +74,7 @@ impl Beside<'_> {
                 (Timing::AtNodes, 0) => before.torque,
                 (Timing::AtNodes, _) => steps[k - 1].applied.torque,
             };
-            let (authority, to_inputs) = law.at(&applied, problem);
+            let (authority, to_inputs) = law.at(&applied.inputs);
             let given = LinearStep { to_inputs, ..LinearStep::of(applied) };
             steps.push(self.step(&dynamics, &nodes, k, &torque, &authority, given)?);
         }

@@ -7,6 +7,6 @@ mod runs;
 pub use campaign::{CampaignRecord, Flight, LoopRecord, RunRecord, write_cases, write_trace};
 pub use plan::{
     ArcRecord, ChanceRecord, FeedbackRecord, LoopUncertainty, MarginsRecord, Part, PointingRecord,
-    UncertaintyRecord, boresights,
+    UncertaintyRecord, boresights, gains_alone, is_posed,
 };
 pub use runs::Runs;

@@ -4,11 +4,12 @@ use crate::export::nulls::null_is_nan;
 use crate::spec::ClosedLoop;
 use serde::{Deserialize, Serialize};
 use slewkit::Vector3;
-use slewkit::assured::{Beside, Margins};
+use slewkit::assured::{Beside, Margins, NotKnown};
 use slewkit::closed_loop::Proportion;
 use slewkit::feedback::{Arc, Gains, Kind};
-use slewkit::maneuver::{Problem, Rule};
-use slewkit::optimize::linear_plan::{Matrix6, Vector6};
+use slewkit::maneuver::{Motion, Problem, Rule, Trajectory};
+use slewkit::mechanics::AxisFrame;
+use slewkit::optimize::linear_plan::{Matrix6, PosedPlan, Vector6};
 use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 
 /// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins and held over that step.
@@ -200,6 +201,23 @@ fn of_rates(problem: &Problem, row: &[f64]) -> Vec<f64> {
         out[3..6].iter_mut().for_each(|gain| *gain *= mass);
     }
     out
+}
+
+/// Gains along a plan of which no covariance is known: of a body that translates, or whose torques are fixed in the reference frame;
+/// `None` of others, whose gains are those of [`Beside`].
+pub fn gains_alone(
+    problem: &Problem,
+    plan: &Trajectory,
+    closed_loop: &ClosedLoop,
+) -> Option<Result<Gains, NotKnown>> {
+    let kind = closed_loop.feedback.filter(|_| is_posed(problem))?;
+    let along = || Ok(Gains::along_pose(&PosedPlan::flown(problem, plan)?, kind, problem.switches())?);
+    Some(along())
+}
+
+/// Whether the body translates, or its torques are fixed in the reference frame.
+pub fn is_posed(problem: &Problem) -> bool {
+    problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference
 }
 
 /// The boresights of a maneuver: those of its cones and of its end; the body axes where it has none.

@@ -1,6 +1,7 @@
 //! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of constraints: what a plan is flown with.
 
 use super::{Limits, Node, Section, Value, escape};
+use crate::flown::is_posed;
 use serde_json::Map;
 use slewkit::assured::{Kept, Over};
 use slewkit::closed_loop::Plant;
@@ -65,11 +66,17 @@ impl ClosedLoop {
 /// Reads the sections; what is wrong is in the report.
 pub(crate) fn read(root: &Section, tree: &Node, problem: &Problem) -> ClosedLoop {
     let sections = ["feedback", "uncertainty", "plant"];
-    if let Some(section) = ["feedback", "uncertainty"].iter().find_map(|name| root.section(name))
+    if let Some(section) = root.section("uncertainty")
         && let Some(cause) = unsuited(problem)
     {
-        let remedy = "take [feedback] and [uncertainty] away: the plan itself needs neither";
+        let remedy = "take [uncertainty] away: the plan itself does not need it";
         section.error_here("E0170", cause.to_string(), remedy);
+    }
+    let turns =
+        is_posed(problem) && (problem.actuation.wheels.is_some() || problem.actuation.thrusters.is_some());
+    if let (Some(section), true) = (root.section("feedback"), turns) {
+        let remedy = "take [feedback] away: the plan itself does not need it";
+        section.error_here("E0170", Unlinearised::Thrusters.to_string(), remedy);
     }
     let uncertainty = root.section("uncertainty").map(|section| uncertainty(section, problem));
     let chances = chances(root, problem, uncertainty.is_some());
@@ -128,6 +135,12 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
             let remedy = "write kind = \"tvlqr\", or take [uncertainty] away";
             return section.refuse("E0171", "kind", reason, remedy);
         }
+    }
+    if let (Some(key), true) =
+        (weights.iter().find(|key| section.has(key)), problem.motion == Motion::RigidBody)
+    {
+        let reason = format!("`{key}` says nothing of position and velocity, which are to be regulated too");
+        return section.refuse("E0171", key, reason, "leave it out: the regulator has weights by default");
     }
     if section.has("freeze") {
         let reason = "gains of the regulator do not grow without bound, and are not held";

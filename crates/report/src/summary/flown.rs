@@ -5,7 +5,7 @@ use super::{Tone, headline};
 use slewkit::Vector3;
 use slewkit::assured::Beside;
 use slewkit::closed_loop::Flown;
-use slewkit::feedback::{Kind, SwitchingGains};
+use slewkit::feedback::{Gains, Kind, SwitchingGains};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::numerics::figures::{counted, significant};
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
@@ -24,19 +24,7 @@ pub fn beside(
 ) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(gains) = &beside.gains {
-        let steps = beside.linear.count();
-        let text = match gains.kind {
-            Kind::Neighbouring { .. } if gains.frozen_from < steps => {
-                format!(
-                    "neighbouring gains, held over the last {} of {steps} steps",
-                    steps + 1 - gains.frozen_from
-                )
-            }
-            Kind::Neighbouring { .. } => "neighbouring gains to the end".into(),
-            Kind::Tvlqr(_) => "regulator along the plan".into(),
-            Kind::Switching(_) => "switching times by the start, then a regulator along the plan".into(),
-        };
-        lines.line("feedback", text);
+        lines.extend(self::gains(gains));
         if let Some(text) = beside.switching.as_ref().map(|switching| reach(problem, switching)) {
             lines.lines("", wrapped(&text, TEXT));
         }
@@ -73,6 +61,24 @@ pub fn beside(
     lines
 }
 
+/// What a summary says of gains.
+pub fn gains(gains: &Gains) -> Vec<String> {
+    let steps = gains.rows.len() / (gains.inputs * gains.states).max(1);
+    let of = if gains.states == 12 { ", of the position too" } else { "" };
+    let text = match gains.kind {
+        Kind::Neighbouring { .. } if gains.frozen_from < steps => {
+            let held = steps + 1 - gains.frozen_from;
+            format!("neighbouring gains, held over the last {held} of {steps} steps{of}")
+        }
+        Kind::Neighbouring { .. } => format!("neighbouring gains to the end{of}"),
+        Kind::Tvlqr(_) => format!("regulator along the plan{of}"),
+        Kind::Switching(_) => "switching times by the start, then a regulator along the plan".into(),
+    };
+    let mut lines = Vec::new();
+    lines.line("feedback", text);
+    lines
+}
+
 /// The least errors of the start that leave an arc no time.
 fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     let reach = switching.reach();
@@ -95,14 +101,14 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     let rates = (0..3).map(|axis| (by_rate(axis), axis));
     let ((rate, second), of_rate) =
         rates.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((f64::INFINITY, 0), 0));
+    let and = if first == second { String::new() } else { format!(", and arc {}", second + 1) };
     format!(
-        "{} deg about {} reverse arc {}, or {} deg/s about {} arc {}: beyond, plan anew",
+        "{} deg about {} off, or {} deg/s about {}, leave arc {}{and} no time: then plan anew",
         significant(turn.to_degrees(), 2),
         axis(of_turn),
-        first + 1,
         significant(rate.to_degrees(), 2),
         axis(of_rate),
-        second + 1
+        first + 1,
     )
 }
 
