@@ -15,6 +15,9 @@
 //!
 //!   Of reaction wheels what they store is a state too, `[ζ; δΠ; δμ]`; at the end it is free, `λ^μ = 0`: conservation decides it.
 //!
+//!   A torque that is held, or whose axes turn, acts in the second derivatives of its step too: `A`, `H` and `K` then have the terms of
+//!   `linear_plan::stage` beside these.
+//!
 //!   The gains grow like `4/(T − t)` and `6/(T − t)²`; the last of them would answer the noise of sensors with all the torque
 //!   there is, so they are held from [`Gains::frozen_from`] on.
 //! - [`Kind::Tvlqr`]: the regulator of given weights, from the Riccati recursion.
@@ -263,9 +266,9 @@ impl Gains {
         let gain = DMatrix::from_row_slice(self.inputs, self.states, self.row(step));
         let si = plan.axes() * gain;
         let states = self.states;
-        let scaled = |row: usize, column: usize| match column < states {
-            true => si[(row, column)] * plan.unit(column) / plan.units().torque(),
-            false => 0.0,
+        let scaled = |row: usize, column: usize| {
+            let gain = if column < states { si[(row, column)] } else { 0.0 };
+            gain * plan.unit(column) / plan.units().torque()
         };
         SMatrix::from_fn(scaled)
     }

@@ -11,6 +11,9 @@
 //! A = K₁ D K₀ ,     B = K₁ D [0; w₀ I] + [0; w₁ I] ,     H = w₀ K_qq + K₀ᵀ (H_free + Dᵀ w₁ K_qq D) K₀
 //! ```
 //!
+//! What a torque in the first kick adds to the costates, and what the state adds to its optimum, stands in `linear_plan::stage`; bodies that
+//! translate and torques fixed in the reference frame in `linear_plan::posed`.
+//!
 //! [`Timing::Held`]: `w₀ = w₁ = h/2`, a torque held over the step. It is the linearised Lie–Verlet flow of the motion that is
 //! flown, of second order in the step, and its `z` has the physical momenta at the nodes. [`Timing::AtNodes`]: `w₀ = 0`, and
 //! `w₁` the full kick at the node that the step leads to. It is the discrete problem itself, exactly; its momenta are those after a
