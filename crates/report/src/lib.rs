@@ -42,9 +42,9 @@ use crate::draw::{Curve, Picture, Shape, thinned};
 use crate::studies::integrators::figures::FIGURES;
 use slewkit::assured::{Beside, NotKnown};
 use slewkit::maneuver::{Outcome, Problem, Trajectory};
+use slewkit::optimize::linear_plan::PosedPlan;
 use slewkit::plan::Plan;
 use slewkit::verify::{Course, WitnessError, course};
-use slewkit_files::flown::is_posed;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
 
@@ -133,7 +133,7 @@ impl<'a> Subject<'a> {
     /// Also what is known of the plan flown with `closed_loop`, where that asks for anything and there is a plan.
     pub fn flown_with(mut self, closed_loop: &'a ClosedLoop) -> Self {
         if closed_loop.is_asked()
-            && !is_posed(self.problem)
+            && !PosedPlan::is_of(self.problem)
             && self.plan.solution.outcome == Outcome::Converged
         {
             let uncertainty = closed_loop.uncertainty.as_ref();

@@ -42,6 +42,12 @@ pub(crate) enum Stages {
 }
 
 impl PosedPlan {
+    /// Whether the motion beside a plan of `problem` is one of these: the body translates, or its torques are fixed in the reference
+    /// frame.
+    pub fn is_of(problem: &Problem) -> bool {
+        problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference
+    }
+
     /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid.
     ///
     /// # Errors

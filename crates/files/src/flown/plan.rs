@@ -7,8 +7,7 @@ use slewkit::Vector3;
 use slewkit::assured::{Beside, Margins, NotKnown};
 use slewkit::closed_loop::Proportion;
 use slewkit::feedback::{Arc, Gains, Kind};
-use slewkit::maneuver::{Motion, Problem, Rule, Trajectory};
-use slewkit::mechanics::AxisFrame;
+use slewkit::maneuver::{Problem, Rule, Trajectory};
 use slewkit::optimize::linear_plan::{Matrix6, PosedPlan, Vector6};
 use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 
@@ -210,14 +209,14 @@ pub fn gains_alone(
     plan: &Trajectory,
     closed_loop: &ClosedLoop,
 ) -> Option<Result<Gains, NotKnown>> {
-    let kind = closed_loop.feedback.filter(|_| is_posed(problem))?;
+    let kind = closed_loop.feedback.filter(|_| PosedPlan::is_of(problem))?;
     let along = || Ok(Gains::along_pose(&PosedPlan::flown(problem, plan)?, kind, problem.switches())?);
     Some(along())
 }
 
-/// Whether the body translates, or its torques are fixed in the reference frame.
+/// Whether a plan has gains alone: of a body that translates, or under torques fixed in the reference frame.
 pub fn is_posed(problem: &Problem) -> bool {
-    problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference
+    PosedPlan::is_of(problem)
 }
 
 /// The boresights of a maneuver: those of its cones and of its end; the body axes where it has none.

@@ -1,14 +1,13 @@
 //! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of constraints: what a plan is flown with.
 
 use super::{Limits, Node, Section, Value, escape};
-use crate::flown::is_posed;
 use serde_json::Map;
 use slewkit::assured::{Kept, Over};
 use slewkit::closed_loop::Plant;
 use slewkit::feedback::{Kind, RegulatorWeights, SwitchingGains};
 use slewkit::maneuver::{Motion, Problem};
 use slewkit::mechanics::AxisFrame;
-use slewkit::optimize::linear_plan::{Matrix6, Parameter, Unlinearised, Vector6};
+use slewkit::optimize::linear_plan::{Matrix6, Parameter, PosedPlan, Unlinearised, Vector6};
 use slewkit::uncertainty::Uncertainty;
 use slewkit::{Matrix3, Vector3};
 
@@ -72,8 +71,8 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &Problem) -> ClosedLoop
         let remedy = "take [uncertainty] away: the plan itself does not need it";
         section.error_here("E0170", cause.to_string(), remedy);
     }
-    let turns =
-        is_posed(problem) && (problem.actuation.wheels.is_some() || problem.actuation.thrusters.is_some());
+    let turns = PosedPlan::is_of(problem)
+        && (problem.actuation.wheels.is_some() || problem.actuation.thrusters.is_some());
     if let (Some(section), true) = (root.section("feedback"), turns) {
         let remedy = "take [feedback] away: the plan itself does not need it";
         section.error_here("E0170", Unlinearised::Thrusters.to_string(), remedy);
