@@ -15,7 +15,8 @@ pub mod switching;
 
 pub use aim::{Aim, AimError, AimRate, Roll};
 pub use constraint::{
-    Alternatives, AlternativesError, BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, During, Pointing, Rule, Shift, Side, Turns,
+    Alternatives, AlternativesError, BOUNDARY_ROUNDING, Constraint, ConstraintError, Direction, During,
+    Pointing, Rule, Shift, Side, Turns,
 };
 pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};

@@ -94,7 +94,8 @@ fn a_set_that_is_enough_all_along_costs_what_it_costs_alone() {
     let Rule::Pointing(cone) = &mut problem.constraints[0].rule else { unreachable!("a cone") };
     cone.boresights = vec![-away];
     let alone = planned(&free(), Target::Discrete).solution.cost;
-    let found = planned(&problem.with_alternatives(Alternatives { name: "sky".into(), sets }), Target::Discrete);
+    let found =
+        planned(&problem.with_alternatives(Alternatives { name: "sky".into(), sets }), Target::Discrete);
     assert_eq!(found.status, Status::Solved);
     assert!((found.solution.cost / alone - 1.0).abs() < 1e-9, "{} and {alone}", found.solution.cost);
 }

@@ -3,8 +3,8 @@
 use super::attitude::Rotation;
 use super::boundary::{Boundary, TURN};
 use super::{
-    Expect, Report, Section, actuators, any_of, body, constraint, environment, escape, expect, maneuver, names,
-    short, show, sky,
+    Expect, Report, Section, actuators, any_of, body, constraint, environment, escape, expect, maneuver,
+    names, short, show, sky,
 };
 use crate::identity::Identity;
 use slewkit::lie::{exp, minus};

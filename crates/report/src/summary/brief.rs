@@ -7,7 +7,8 @@ use super::stopped::{nearest, stopped};
 use super::verified::failures;
 use super::{firings, fixed_axis, target};
 use slewkit::maneuver::{
-    Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Shift, Solution, Structure, Turns,
+    Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Shift, Solution,
+    Structure, Turns,
 };
 use slewkit::numerics::figures::{counted, short, significant};
 use slewkit::plan::Plan;
@@ -102,7 +103,11 @@ fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
     let told = solution.turns.iter().map(|Turns { of, shifts }| {
         let shift = |shift: &Shift| {
             let set = of.sets[shift.set].join("\" and \"");
-            if shift.to < end { format!("\"{set}\" until {} s", short(shift.to)) } else { format!("\"{set}\"") }
+            if shift.to < end {
+                format!("\"{set}\" until {} s", short(shift.to))
+            } else {
+                format!("\"{set}\"")
+            }
         };
         let held: Vec<String> = shifts.iter().filter(|shift| shift.from < end).map(shift).collect();
         escape(&format!("{}: {}", of.name, held.join(", then ")))
