@@ -137,7 +137,8 @@ impl Feedback {
         }
         let steps = (self.every / step).round();
         let equal = times.windows(2).all(|ends| (ends[1] - ends[0] - step).abs() <= Self::WHOLE * step);
-        if !equal || !((self.every / step - steps).abs() <= Self::WHOLE * steps && steps <= count as f64) {
+        let whole = (self.every / step - steps).abs() <= Self::WHOLE * steps;
+        if !(equal && whole && steps <= count as f64) {
             let [every, duration] = [self.every, duration].map(|time| significant(time, 6));
             return Err(NotKnown::Tick { every, steps: count, duration });
         }

@@ -165,6 +165,10 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
     if !constraints.is_empty() {
         lines.line("constraints", escape(&listed(&constraints)));
     }
+    for of in &problem.alternatives {
+        let sets: Vec<String> = of.sets.iter().map(|set| set.join(" and ")).collect();
+        lines.line("in turns", escape(&format!("{}: {}", of.name, sets.join(", or "))));
+    }
     let memory = PeakMemory::of(problem, settings);
     lines.line("memory", memory::told(memory));
     console.say(&lines.join("\n"));

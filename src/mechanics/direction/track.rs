@@ -217,7 +217,8 @@ fn derivative(coefficients: &[Vector3], factor: f64) -> Vec<Vector3> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::*;
+    use super::{Track, TrackError};
+    use crate::Vector3;
 
     /// A station that goes by at 550 km.
     pub fn passing() -> Track {

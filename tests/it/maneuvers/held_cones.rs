@@ -93,7 +93,7 @@ fn a_cone_has_no_say_but_while_it_acts() {
         (found.solution.cost, margins.iter().map(|margin| margin.scaled).next())
     };
     let (always, _) = cost(During::default());
-    assert!(always > 1.02 * free, "{always} {free}");
+    assert!(always > 1.01 * free, "{always} {free}");
     let (never, margin) = cost(During::intervals([]));
     assert!((never / free - 1.0).abs() < 1e-9 && margin.is_none());
     // Before the boresight comes to it, and after it has gone.
@@ -104,7 +104,7 @@ fn a_cone_has_no_say_but_while_it_acts() {
     assert!((whole / always - 1.0).abs() < 1e-7, "{whole} {always}");
     // From between two nodes on.
     let (part, margin) = cost(During::intervals([[5.03, 10.0]]));
-    assert!(free < part && part < always, "{free} {part} {always}");
+    assert!(free < part && part < always * (1.0 + 1e-9), "{free} {part} {always}");
     assert!(margin.is_some_and(|margin| margin.abs() < 1e-8), "{margin:?}");
 }
 

@@ -16,6 +16,7 @@ mod free_duration;
 mod fuel_of_forces;
 mod fuel_within;
 mod held_cones;
+mod in_plane;
 mod invariance;
 mod landing;
 mod level;

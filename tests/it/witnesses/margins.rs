@@ -2,7 +2,7 @@
 
 use evidence::{Random, Turning};
 use slewkit::maneuver::constraint::{
-    Arc, Constraint, Direction, Pointing, Rule, Side, Target, angle_between,
+    Arc, Constraint, Direction, Extreme, Pointing, Rule, Side, Target, angle_between,
 };
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::maneuver::solution::Trajectory;
@@ -13,12 +13,12 @@ use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
 const SCHEMES: [Scheme; 2] = [Scheme::LieEuler, Scheme::LieVerlet];
-const SIDES: [Side; 2] = [Side::KeepOut, Side::KeepIn];
+const EXTREMES: [Extreme; 2] = [Extreme::Nearest, Extreme::Farthest];
 
 /// The extremum of `angle` over [0, 1]: dense sampling, and golden sections around every sample that is
 /// better than its neighbours.
-fn sampled(angle: impl Fn(f64) -> f64, side: Side, samples: usize) -> f64 {
-    let sign = if side == Side::KeepOut { 1.0 } else { -1.0 };
+fn sampled(angle: impl Fn(f64) -> f64, which: Extreme, samples: usize) -> f64 {
+    let sign = if which == Extreme::Nearest { 1.0 } else { -1.0 };
     let value = |part: f64| sign * angle(part);
     let values: Vec<f64> = (0..=samples).map(|index| value(index as f64 / samples as f64)).collect();
     let mut best = f64::INFINITY;
@@ -58,10 +58,10 @@ fn extremum_on_an_arc_is_that_of_dense_sampling() {
             _ => random.direction(),
         };
         let target = Target::fixed(direction);
-        for side in SIDES {
-            let found = arc.extreme(&boresight, &target, side);
-            let expected = sampled(|part| arc.angle(&boresight, &target, part), side, 400);
-            assert!((found.angle - expected).abs() < 1e-10, "{case} {side:?}: {found:?} {expected}");
+        for which in EXTREMES {
+            let found = arc.extreme(&boresight, &target, which);
+            let expected = sampled(|part| arc.angle(&boresight, &target, part), which, 400);
+            assert!((found.angle - expected).abs() < 1e-10, "{case} {which:?}: {found:?} {expected}");
             assert!((found.angle - arc.angle(&boresight, &target, found.part)).abs() < 1e-15);
             if found.part > 0.0 && found.part < 1.0 { inside += 1 } else { ends += 1 }
         }
@@ -82,10 +82,10 @@ fn extremum_on_an_arc_is_exact_for_turning_directions() {
         if case % 3 == 0 {
             target.start = (arc.attitude(0.4) * boresight + 1e-3 * random.vector()).normalize();
         }
-        for side in SIDES {
-            let found = arc.extreme(&boresight, &target, side);
-            let expected = sampled(|part| arc.angle(&boresight, &target, part), side, 400);
-            assert!((found.angle - expected).abs() < 1e-10, "{case} {side:?}: {found:?} {expected}");
+        for which in EXTREMES {
+            let found = arc.extreme(&boresight, &target, which);
+            let expected = sampled(|part| arc.angle(&boresight, &target, part), which, 400);
+            assert!((found.angle - expected).abs() < 1e-10, "{case} {which:?}: {found:?} {expected}");
         }
         // About one axis: exp(−τ s a) A exp(τ r Aᵀa) = A exp(τ (r − s) Aᵀa).
         let (body, frame) = (random.uniform(), random.uniform());
@@ -93,10 +93,10 @@ fn extremum_on_an_arc_is_exact_for_turning_directions() {
         target.turn = frame * axis;
         let relative = Arc { start: arc.start, turn: (body - frame) * arc.start.tr_mul(&axis) };
         let fixed = Target::fixed(target.start);
-        for side in SIDES {
-            let a = arc.extreme(&boresight, &target, side).angle;
-            let b = relative.extreme(&boresight, &fixed, side).angle;
-            assert!((a - b).abs() < 1e-12, "{case} {side:?}: {a} {b}");
+        for which in EXTREMES {
+            let a = arc.extreme(&boresight, &target, which).angle;
+            let b = relative.extreme(&boresight, &fixed, which).angle;
+            assert!((a - b).abs() < 1e-12, "{case} {which:?}: {a} {b}");
         }
     }
 }
@@ -106,14 +106,14 @@ fn extremum_on_an_arc_at_rest_without_numbers_or_too_fast() {
     let (x, z) = (Vector3::x(), Vector3::z());
     let fixed = Target::fixed(z);
     let rest = Arc { start: Matrix3::identity(), turn: Vector3::zeros() };
-    for side in SIDES {
-        assert_eq!(rest.extreme(&x, &fixed, side).angle, PI / 2.0);
-        assert_eq!(rest.extreme(&z, &fixed, side).angle, 0.0);
+    for which in EXTREMES {
+        assert_eq!(rest.extreme(&x, &fixed, which).angle, PI / 2.0);
+        assert_eq!(rest.extreme(&z, &fixed, which).angle, 0.0);
         let lost = Arc { turn: Vector3::new(0.1, f64::NAN, 0.0), ..rest };
-        assert!(lost.extreme(&x, &fixed, side).angle.is_nan());
+        assert!(lost.extreme(&x, &fixed, which).angle.is_nan());
         for turn in [1e9, f64::INFINITY, f64::NAN] {
             let fast = Target { start: z, turn: turn * x, radius: 0.0 };
-            assert!(rest.extreme(&x, &fast, side).angle.is_nan(), "{turn}");
+            assert!(rest.extreme(&x, &fast, which).angle.is_nan(), "{turn}");
         }
     }
 }
@@ -266,7 +266,7 @@ fn rate_margins_are_those_of_nodes_and_arcs() {
 fn cone_margins_are_those_of_a_dense_sampling() {
     for (scheme, frame) in SCHEMES.into_iter().zip([Vector3::zeros(), Vector3::new(0.1, 0.5, -0.2)]) {
         let mut problem = tumbling(scheme).with_environment(Turning(frame));
-        for side in SIDES {
+        for side in [Side::KeepOut, Side::KeepIn] {
             for turns in [false, true] {
                 problem = problem.with_constraint(cone(side, 0.7, 0.1, turns));
             }
@@ -285,7 +285,9 @@ fn cone_margins_are_those_of_a_dense_sampling() {
                         let attitude = lie::exp(&(-part * h * frame)) * pair[0] * lie::exp(&(part * turn));
                         angle_between(&(attitude * b), &w.at((k as f64 + part) * h, &frame))
                     };
-                    let angle = sampled(angle, pointing.side, 40);
+                    let which =
+                        if pointing.side == Side::KeepOut { Extreme::Nearest } else { Extreme::Farthest };
+                    let angle = sampled(angle, which, 40);
                     expected = expected.min(if keep_out { angle - 0.8 } else { 0.6 - angle });
                 }
             }

@@ -51,7 +51,7 @@ pub struct SkyCone {
     pub asks: ConeAsks,
     /// When it acts, as parts of the motion from 0 to 1; `None`: always.
     pub acts: Option<Vec<[f64; 2]>>,
-    /// The same in words: "from 0 to 40 s"; empty: always.
+    /// When it acts, in words: "from 0 to 40 s"; empty: always.
     pub when: String,
     /// Where it moves: axis and half angle at equal steps of time from start to end; else empty.
     pub way: Vec<(Vector3, f64)>,
@@ -255,7 +255,12 @@ impl Sky {
         let style = format!("font-size=\"{NAME}\" fill=\"{INK}\"");
         let discs = self.discs.iter().map(|disc| (disc.ends()[1].0, &disc.name));
         let marks = self.marks.iter().map(|mark| (mark.at, &mark.name));
-        for (at, name) in marks.chain(discs).filter(|(_, name)| !name.is_empty()) {
+        // What lies beyond the rim is not shown.
+        let shown = |at: &Vector3| {
+            let (x, y) = view.project(at);
+            x.hypot(y) <= 1.0
+        };
+        for (at, name) in marks.chain(discs).filter(|(at, name)| !name.is_empty() && shown(at)) {
             svg.text(names.beside(place(&at), name, NAME), Anchor::Start, &style, name);
         }
         for (label, at) in self.labels(&view) {

@@ -330,9 +330,11 @@ fn scaled(extremal: &Extremal, at: &Smoothed, sweeps: &mut usize) -> Option<Smoo
 }
 
 /// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time another by way of
-/// a short duration; where fuel counts and the duration is sought one for each first path that leads to it.
-pub(super) fn bases(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec<Smoothed> {
-    let several = extremal.counts_fuel() && extremal.given_duration.is_none();
+/// a short duration; one for each first path that leads to it where fuel counts and the duration is sought, where thrusters push
+/// unequally, which have extremals that no single path is near, and where `all` are asked for.
+pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, sweeps: &mut usize) -> Vec<Smoothed> {
+    let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
+    let several = all || sought_fuel || extremal.middle != Vector3::zeros();
     let tries = if extremal.given_duration.is_some() { EASY.len() } else { levels(extremal).len() };
     let mut found = Vec::new();
     for try_index in 0..tries {
@@ -343,7 +345,9 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec
     }
     // Where there is none, all durations are tried in the end.
     if extremal.seeks_time() && !found.is_empty() {
-        found.extend(by_durations(extremal, turn, &DURATIONS[..1], &[false], sweeps));
+        let (parts, scaled): (&[f64], &[bool]) =
+            if all { (&DURATIONS, &[false, true]) } else { (&DURATIONS[..1], &[false]) };
+        found.extend(by_durations(extremal, turn, parts, scaled, sweeps));
     }
     found
 }

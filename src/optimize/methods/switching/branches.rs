@@ -102,8 +102,9 @@ fn is_fast(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > FAST
 }
 
-/// Turns to the target: those that are asked for; of the best the short way, and the other where it may be shorter in time.
-fn ways(extremal: &Extremal, path: &Way) -> Vec<Turn> {
+/// Turns to the target: those that are asked for; of the best the short way, and the other where it may be shorter in time, which a
+/// thorough search begins about other axes as well.
+fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
     // No turn at all has no axis: any other way round is about the first.
@@ -111,13 +112,18 @@ fn ways(extremal: &Extremal, path: &Way) -> Vec<Turn> {
     let other = axis * (angle - TAU);
     let fast = is_fast(extremal);
     let straight = |vectors: &[Vector3]| vectors.iter().copied().map(Turn::straight).collect();
-    match path {
+    match &ask.path {
         Way::AsGiven(vector) => {
             let (angle, mut ways): (_, Vec<Turn>) = (vector.norm(), straight(&[*vector]));
             let rounds = (angle / TAU).round();
             if rounds > 0.0 {
                 ways.extend(rounded(extremal, &(vector * (1.0 - rounds * TAU / angle)), rounds));
             }
+            ways
+        }
+        Way::Best if ask.thoroughness == Thoroughness::Thorough => {
+            let mut ways: Vec<Turn> = straight(&[phi, other]);
+            ways.extend(rounded(extremal, &phi, 1.0));
             ways
         }
         // Thrusters may be far stronger to one side than to the other.
@@ -238,11 +244,12 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
             from.push(found);
         }
     };
-    for turn in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
-        let mut of_way = bases(extremal, turn, sweeps);
+    let all = ask.thoroughness == Thoroughness::Thorough;
+    for turn in ways(extremal, ask).iter().take_while(|_| !stop()) {
+        let mut of_way = bases(extremal, turn, all, sweeps);
         if of_way.iter().any(|base| wanders(extremal, turn, base)) {
             let shorter = extremal.lasting(extremal.given_duration.map(|given| SHORTER[0] * given));
-            let near = bases(&shorter, turn, sweeps);
+            let near = bases(&shorter, turn, all, sweeps);
             let stretched: Vec<_> =
                 near.iter().filter_map(|near| stretched(extremal, near, sweeps)).collect();
             of_way.extend(stretched);
@@ -256,8 +263,8 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
         }
         let end_attitude = extremal.end_attitude * lie::exp(tilt);
         let tilted = Extremal { end_attitude, ..extremal.clone() };
-        for turn in ways(extremal, &ask.path) {
-            let near = bases(&tilted, &turn, sweeps);
+        for turn in ways(extremal, ask) {
+            let near = bases(&tilted, &turn, false, sweeps);
             let found = near.iter().filter_map(|near| relaxed(extremal, near, sweeps)).collect::<Vec<_>>();
             found.into_iter().for_each(|found| add(found, &mut from));
         }
@@ -265,8 +272,8 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     // Thrusters that push unequally turn the body the more the longer a first path takes.
     if from.is_empty() && extremal.middle.norm() > 0.0 {
         let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
-        for turn in ways(extremal, &ask.path) {
-            let near = bases(&balanced, &turn, sweeps);
+        for turn in ways(extremal, ask) {
+            let near = bases(&balanced, &turn, false, sweeps);
             let found = near.iter().filter_map(|near| unbalanced(extremal, near, sweeps)).collect::<Vec<_>>();
             found.into_iter().for_each(|found| add(found, &mut from));
         }
@@ -278,7 +285,7 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     let (mut found, mut folded) = descended(extremal, ask, &from, stop, sweeps);
     if found.is_empty() && !extremal.counts_fuel() && extremal.given_duration.is_none() {
         let mut more: Vec<Smoothed> = Vec::new();
-        for turn in ways(extremal, &ask.path).iter().take_while(|_| !stop()) {
+        for turn in ways(extremal, ask).iter().take_while(|_| !stop()) {
             by_all_durations(extremal, turn, sweeps).into_iter().for_each(|found| add(found, &mut more));
         }
         let (found_more, folded_more) = descended(extremal, ask, &more, stop, sweeps);
