@@ -64,14 +64,14 @@ pub fn beside(
 /// What a summary says of gains.
 pub fn gains(gains: &Gains) -> Vec<String> {
     let steps = gains.rows.len() / (gains.inputs * gains.states).max(1);
-    let of = if gains.states == 12 { ", of the position too" } else { "" };
+    let of = if gains.states == 12 { " of the pose" } else { "" };
     let text = match gains.kind {
         Kind::Neighbouring { .. } if gains.frozen_from < steps => {
             let held = steps + 1 - gains.frozen_from;
-            format!("neighbouring gains, held over the last {held} of {steps} steps{of}")
+            format!("neighbouring gains{of}, held over the last {held} of {steps} steps")
         }
-        Kind::Neighbouring { .. } => format!("neighbouring gains to the end{of}"),
-        Kind::Tvlqr(_) => format!("regulator along the plan{of}"),
+        Kind::Neighbouring { .. } => format!("neighbouring gains{of} to the end"),
+        Kind::Tvlqr(_) => format!("regulator{of} along the plan"),
         Kind::Switching(_) => "switching times by the start, then a regulator along the plan".into(),
     };
     let mut lines = Vec::new();
