@@ -135,11 +135,11 @@ fn the_cost_to_go_of_held_torques_has_a_symmetric_hessian() {
             costates.iter().flat_map(|costate| costate.component_mul(&unit).as_slice().to_vec()).collect();
         let linear = LinearPlan::new(&problem, &plan, Timing::Held).unwrap();
         let gains = Gains::along(&linear, WHOLE, false).unwrap();
-        for k in 0..linear.count() - 2 {
+        for (k, costate) in costates.iter().enumerate().take(linear.count() - 2) {
             let step = linear.steps()[k].stage.eliminated();
             let g = step.back * gains.to_go[k] + step.curvature;
             let mut expected = Matrix6::zeros();
-            let turn = -lie::hat(&costates[k].fixed_rows::<3>(0).into_owned());
+            let turn = -lie::hat(&costate.fixed_rows::<3>(0).into_owned());
             expected.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
             let apart = (g.transpose() - g - expected).amax() / g.amax();
             assert!(apart < 1e-12, "{kind} {k}: {apart:e}");

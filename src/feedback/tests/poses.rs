@@ -119,7 +119,7 @@ fn step<const N: usize>(
 
 /// Torques in the body and forces in the reference frame, or the other way round; free, or in the field of two masses.
 fn problem(random: &mut Random, case: usize) -> Problem {
-    let frame = if case % 2 == 0 { AxisFrame::Body } else { AxisFrame::Reference };
+    let frame = if case.is_multiple_of(2) { AxisFrame::Body } else { AxisFrame::Reference };
     let problem = moving_ends(random, frame).with_steps(30).with_scheme(Scheme::LieVerlet);
     if case % 4 < 2 {
         return problem;
@@ -181,8 +181,8 @@ fn the_cost_to_go_of_poses_has_a_symmetric_hessian() {
         let end = (SMatrix::zeros(), SMatrix::identity());
         let swept = neighbouring(stages.len(), |k| &stages[k], end, 0.0).unwrap();
         let unit = recorded.dynamics.units.costate::<12>();
-        for k in 0..linear.count() - 2 {
-            let step = stages[k].eliminated();
+        for (k, stage) in stages.iter().enumerate().take(linear.count() - 2) {
+            let step = stage.eliminated();
             let g = step.back * swept.to_go[k] + step.curvature;
             let row = &recorded.plan.costates[12 * k..12 * k + 12];
             let costate = SVector::<f64, 12>::from_column_slice(row).component_div(&unit);

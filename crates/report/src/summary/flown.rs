@@ -88,14 +88,14 @@ pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
     } else {
         String::new()
     };
-    let of = if gains.states == 12 { ", of the position too" } else { "" };
+    let of = if gains.states == 12 { " of the pose" } else { "" };
     let text = match gains.kind {
         Kind::Neighbouring { .. } if gains.frozen_from < steps => {
             let held = steps + 1 - gains.frozen_from;
-            format!("neighbouring gains{every}, held over the last {held} of {steps} steps{of}")
+            format!("neighbouring gains{of}{every}, held over the last {held} of {steps} steps")
         }
-        Kind::Neighbouring { .. } => format!("neighbouring gains{every} to the end{of}"),
-        Kind::Tvlqr(_) => format!("regulator{every} along the plan{of}"),
+        Kind::Neighbouring { .. } => format!("neighbouring gains{of}{every} to the end"),
+        Kind::Tvlqr(_) => format!("regulator{of}{every} along the plan"),
         Kind::Switching(_) => "switching times by the start, then a regulator along the plan".into(),
     };
     let mut lines = Vec::new();
