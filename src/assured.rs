@@ -17,11 +17,11 @@ mod group;
 mod limit;
 
 use crate::closed_loop::{Plant, Proportion};
-use crate::feedback::{Gains, Kind, NoGains};
+use crate::feedback::{Gains, Kind, NoGains, SwitchingGains};
 use crate::maneuver::{Problem, Settings, Trajectory};
 use crate::numerics::figures::significant;
-use crate::optimize::linear_plan::ticks::of_ticks;
-use crate::optimize::linear_plan::{LinearPlan, Unlinearised};
+use crate::optimize::linear_plan::ticks::{of_posed_ticks, of_ticks};
+use crate::optimize::linear_plan::{LinearPlan, PosedPlan, Unlinearised};
 use crate::plan::{self, Guess, Observer, Plan, PlanError, Status};
 use crate::uncertainty::chance::{Chance, Quantity};
 use crate::uncertainty::{Covariance, Uncertainty};
@@ -52,6 +52,8 @@ pub struct Beside {
     pub linear: LinearPlan,
     /// Gains along it.
     pub gains: Option<Gains>,
+    /// How long its arcs last from other starts, where that is corrected.
+    pub switching: Option<SwitchingGains>,
     /// Covariance without gains.
     pub open: Option<Covariance>,
     /// Covariance under them.
@@ -100,6 +102,12 @@ impl Beside {
         // What the plan holds of the limits of the inputs is there for corrections.
         let linear = LinearPlan::flown(&problem.of_craft(), plan)?;
         let gains = feedback.map(|feedback| feedback.along(&linear, problem)).transpose()?;
+        let switching = match feedback.map(|feedback| feedback.kind) {
+            // What the correction at the start makes of a covariance is not known.
+            Some(Kind::Switching(_)) if uncertainty.is_some() => return Err(NoGains::MovedStart.into()),
+            Some(Kind::Switching(_)) => Some(SwitchingGains::along(problem, plan)?),
+            _ => None,
+        };
         let open = uncertainty.map(|uncertainty| Covariance::along(&linear, None, uncertainty));
         let closed = match (uncertainty, &gains) {
             (Some(uncertainty), Some(gains)) => Some(Covariance::along(&linear, Some(gains), uncertainty)),
@@ -112,7 +120,7 @@ impl Beside {
             chances
         };
         let chances = acts.map_or(Vec::new(), of);
-        Ok(Self { linear, gains, open, closed, chances })
+        Ok(Self { linear, gains, switching, open, closed, chances })
     }
 }
 
@@ -120,10 +128,9 @@ impl Feedback {
     /// Part of a step by which a tick may be beside a whole number of steps.
     const WHOLE: f64 = 1e-6;
 
-    /// How many steps of a plan a tick is.
-    fn steps(&self, linear: &LinearPlan) -> Result<usize, NotKnown> {
-        let (times, count) = (linear.times(), linear.count());
-        let duration = times[count];
+    /// How many steps of a plan with these nodes \[s\] a tick is.
+    fn steps(&self, times: &[f64]) -> Result<usize, NotKnown> {
+        let (duration, count) = (times[times.len() - 1], times.len() - 1);
         let step = duration / count as f64;
         if self.every <= 0.0 {
             return Ok(1);
@@ -139,11 +146,23 @@ impl Feedback {
     }
 
     fn along(&self, linear: &LinearPlan, problem: &Problem) -> Result<Gains, NotKnown> {
-        let every = self.steps(linear)?;
+        let every = self.steps(linear.times())?;
         if every == 1 {
             return Ok(Gains::along(linear, self.kind, problem.switches())?);
         }
         let gains = Gains::along(&of_ticks(linear, every), self.kind, problem.switches())?;
+        Ok(gains.held_over(every, linear.count()))
+    }
+
+    /// Gains along a plan of which no covariance is known: of a body that translates, or whose torques are fixed in the reference frame
+    /// ([`PosedPlan::is_of`]).
+    ///
+    /// # Errors
+    /// [`NotKnown`].
+    pub fn along_pose(&self, problem: &Problem, plan: &Trajectory) -> Result<Gains, NotKnown> {
+        let linear = PosedPlan::flown(&problem.of_craft(), plan)?;
+        let every = self.steps(&plan.time)?;
+        let gains = Gains::along_pose(&of_posed_ticks(&linear, every), self.kind, problem.switches())?;
         Ok(gains.held_over(every, linear.count()))
     }
 }

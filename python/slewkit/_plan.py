@@ -268,8 +268,22 @@ class Plan:
     @cached_property
     def gains(self) -> Array:
         """Gains of each step by input, for the attitude and the rate beside the plan, body axes: ``input = held input - gains[k] @
-        [ζ, δΩ]``, ``ζ = log(R*ᵀR)`` in rad, rad/s; shape (N, inputs, 6), (0, inputs, 6) without ``[feedback]``."""
-        return self._column("gains", max(self._planned.input_count, 1), 6)
+        [ζ, δΩ]``, ``ζ = log(R*ᵀR)`` in rad, rad/s; shape (N, inputs, 6), (0, inputs, 6) without ``[feedback]``. Neighbouring gains of
+        wheels have nine columns, with what the wheels store beside the plan, body axes, N·m·s; gains of bodies that translate twelve,
+        with position and velocity beside the plan before these, m and m/s."""
+        inputs, states = self._planned.gain_shape or (max(self._planned.input_count, 1), 6)
+        return self._column("gains", inputs, states)
+
+    @cached_property
+    def arc_gains(self) -> Array:
+        """How the arcs of inputs that switch answer to the start, of ``[feedback] kind = "switching"``: from ``[ζ, δΩ]`` beside the
+        start of the plan, rad and rad/s, arc ``a`` lasts ``arc_lengths[a] + arc_gains[a] @ [ζ, δΩ]`` seconds; shape (arcs, 6)."""
+        return self._column("arc_gains", 6)
+
+    @cached_property
+    def arc_lengths(self) -> Array:
+        """How long the arcs of :attr:`arc_gains` last in the plan, s."""
+        return self._column("arc_lengths")
 
     @cached_property
     def covariance(self) -> Array:

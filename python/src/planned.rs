@@ -13,7 +13,7 @@ use slewkit::{Vector3, lie};
 use slewkit_files::exchange::Tables;
 use slewkit_files::exchange::read_attitudes;
 use slewkit_files::export::{ExportError, PlanFile, Target, TrajectoryDocument, read_guess};
-use slewkit_files::flown::{FeedbackRecord, UncertaintyRecord};
+use slewkit_files::flown::{FeedbackRecord, UncertaintyRecord, gains_alone, is_posed};
 use slewkit_files::formats::Format;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
@@ -70,12 +70,18 @@ pub fn plan(
     let (with, plan, margins) = found.map_err(|error| failure::kept(py, &error))?;
     let problem = plan.solution.on_grid(&with);
     let (feedback, uncertainty) = detached(py, || {
-        let asked = closed_loop.is_asked() && plan.solution.outcome == Outcome::Converged;
+        let gains = Some(&plan.solution.trajectory).filter(|_| plan.solution.outcome == Outcome::Converged);
+        let gains = gains.and_then(|plan| gains_alone(&problem, plan, closed_loop)?.ok());
+        let asked =
+            closed_loop.is_asked() && !is_posed(&problem) && plan.solution.outcome == Outcome::Converged;
         let of = closed_loop.uncertainty.as_ref();
         let along = || Beside::along(&problem, &plan.solution.trajectory, closed_loop.feedback, of).ok();
         let beside = if asked { along() } else { None };
         let file = PlanFile::new(&problem, settings, &plan);
-        let file = file.with_beside(&problem, beside.as_ref(), closed_loop, margins.as_ref());
+        let file = match &gains {
+            Some(gains) => file.with_gains(&problem, gains, closed_loop),
+            None => file.with_beside(&problem, beside.as_ref(), closed_loop, margins.as_ref()),
+        };
         (file.feedback, file.uncertainty)
     })?;
     let (settings, identity) = (settings.clone(), loaded.identity.clone());
@@ -245,6 +251,13 @@ impl Planned {
         self.trajectory().input_count
     }
 
+    /// Inputs and states of a step of the gains; `None` without gains.
+    #[getter]
+    fn gain_shape(&self) -> Option<(usize, usize)> {
+        let step = self.feedback.as_ref()?.gains.first()?;
+        Some((step.len(), step.first()?.len()))
+    }
+
     /// Inertia, body axes, rows [kg·m²].
     #[getter]
     fn inertia(&self) -> [[f64; 3]; 3] {
@@ -278,6 +291,14 @@ impl Planned {
             "gains" => {
                 let gains = self.feedback.iter().flat_map(|feedback| &feedback.gains);
                 gains.flatten().flatten().copied().collect()
+            }
+            "arc_gains" => {
+                let arcs = self.feedback.iter().flat_map(|feedback| &feedback.arcs);
+                arcs.flat_map(|arc| arc.gain).collect()
+            }
+            "arc_lengths" => {
+                let arcs = self.feedback.iter().flat_map(|feedback| &feedback.arcs);
+                arcs.map(|arc| arc.length_s).collect()
             }
             "covariance" => {
                 let of = self.uncertainty.as_ref();

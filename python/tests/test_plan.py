@@ -56,6 +56,16 @@ def test_gains_and_covariances_are_those_of_the_file(problems):
     assert free.gains.shape == (0, 3, 6) and free.covariance.shape == (0, 6, 6)
 
 
+def test_gains_of_arcs_are_those_of_the_file(problems):
+    plan = slewkit.plan(problems / "minimum_time_cube_180.toml", overrides={"feedback.kind": "switching"})
+    arcs = plan.to_dict()["feedback"]["arcs"]
+    assert plan.arc_gains.tolist() == [arc["gain"] for arc in arcs]
+    assert plan.arc_lengths.sum() == pytest.approx(plan.duration)
+    poses = slewkit.plan(problems / "free_flyer.toml", overrides={"feedback.kind": "tvlqr"})
+    assert poses.gains.shape == (50, 6, 12)
+    assert slewkit.plan(problems / "xte_20s.toml").arc_gains.shape == (0, 6)
+
+
 def test_what_is_assumed_is_that_of_the_spec(problems):
     plan = slewkit.plan(problems / "flies.toml")
     assumed = plan.uncertainty

@@ -177,7 +177,9 @@ impl<'a> Campaign<'a> {
             let state = flight.state(time, &body);
             let mut command = planned.clone();
             if let Some(gains) = self.gains.filter(|gains| k % gains.every == 0) {
-                let z = self.measured(k, &state, &errors, &mut sensors);
+                let mut z = self.measured(k, &state, &errors, &mut sensors).as_slice().to_vec();
+                // The speeds of wheels are known.
+                z.extend(&(Flight::stored(&body) - self.plan.wheel_momentum(k)));
                 less = gains.correction(k, &z).collect();
             }
             command.iter_mut().zip(&less).for_each(|(command, less)| *command -= less);

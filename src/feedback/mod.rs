@@ -13,18 +13,30 @@
 //!   Z_k = A_k⁻¹ (Z_{k+1} + Q_k Λ_k) ,   P_k = Λ_k Z_k⁻¹ ,   K_k = W⁻¹Bᵀ (B_kᵀ P_k)/h ,   Λ_{k−1} = A_kᵀ Λ_k + H_k Z_k
 //!   ```
 //!
+//!   Of reaction wheels what they store is a state too, `[ζ; δΠ; δμ]`; at the end it is free, `λ^μ = 0`: conservation decides it.
+//!
+//!   A torque that is held, or whose axes turn, acts in the second derivatives of its step too: `A`, `H` and `K` then have the terms of
+//!   `linear_plan::stage` beside these.
+//!
 //!   The gains grow like `4/(T − t)` and `6/(T − t)²`; the last of them would answer the noise of sensors with all the torque
 //!   there is, so they are held from [`Gains::frozen_from`] on.
 //! - [`Kind::Tvlqr`]: the regulator of given weights, from the Riccati recursion.
+//! - [`Kind::Switching`]: the same behind a correction of the switching times at the start ([`SwitchingGains`]).
 //!
 //! Signs, orders and the index of every step are held by the landing law: what the corrected motion misses falls with the square
 //! of what it began beside the plan (tests).
 
 pub mod replan;
+mod sweep;
+mod switching;
+
+pub use switching::{Arc, NotCorrected, Reversed, SwitchingGains};
 
 use crate::Matrix3;
-use crate::optimize::linear_plan::{LinearPlan, LinearStep, Matrix6, Timing, Vector6, kick};
+use crate::optimize::linear_plan::{LinearPlan, Matrix6, Matrix9, PosedPlan, Stage, Stages, Timing, kick};
+use crate::optimize::step::Units;
 use nalgebra::{DMatrix, SMatrix};
+use sweep::{Swept, neighbouring, regulator};
 use thiserror::Error;
 
 /// Three by six: torques by states.
@@ -41,6 +53,9 @@ pub enum Kind {
     },
     /// The regulator of these weights.
     Tvlqr(Option<RegulatorWeights>),
+    /// Of inputs that switch: their switching times once, at the start, and then the regulator of these weights beside the motion that
+    /// this leads to.
+    Switching(Option<RegulatorWeights>),
 }
 
 impl Kind {
@@ -65,18 +80,25 @@ impl RegulatorWeights {
     pub const END: f64 = 1000.0;
 
     /// Weights under which a torque that turns the body by a radian in the duration costs what being a radian off does.
-    fn of(plan: &LinearPlan) -> [Vector6; 2] {
-        // In the solver's units all four are one weight: that of the torque.
-        let authority = plan.steps().iter().map(|step| step.authority.trace() / 3.0).fold(0.0, f64::max);
-        let running = Vector6::repeat(1.0 / authority);
+    fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
+        // In the solver's units all four are one weight: that of the torque; those of the position that of the force.
+        let authority = |first: usize| {
+            let of = |stage: &&Stage<N, C>| {
+                (first..first + 3).map(|row| stage.authority[(row, row)]).sum::<f64>() / 3.0
+            };
+            stages.iter().map(of).fold(0.0, f64::max)
+        };
+        let weights = [0, C - 3].map(|first| 1.0 / authority(first));
+        let weight = |row: usize| weights[usize::from(row + 6 >= N)];
+        let diagonal = |row: usize, column: usize| if row == column { weight(row) } else { 0.0 };
+        let running = SMatrix::from_fn(diagonal);
         [running, running * Self::END]
     }
 
     /// Weights of the state, running and at the end, in the solver's units.
-    fn scaled(&self, plan: &LinearPlan) -> [Matrix6; 2] {
-        let units = plan.units();
+    fn scaled(&self, units: &Units, momentum_of_rate: &Matrix3) -> [Matrix6; 2] {
         let per = units.time / units.cost;
-        let inverse = plan.momentum_of_rate().try_inverse().unwrap_or_else(Matrix3::identity);
+        let inverse = momentum_of_rate.try_inverse().unwrap_or_else(Matrix3::identity);
         let mut running = Matrix6::identity() * (self.attitude * per);
         running.fixed_view_mut::<3, 3>(3, 3).copy_from(&(inverse.transpose() * inverse * (self.rate * per)));
         [running, running * self.end]
@@ -91,14 +113,20 @@ pub enum NoGains {
         "inputs that switch between their limits leave nothing to correct with: a neighbouring plan moves the switches"
     )]
     Switching,
-    /// Wheels drive the body.
-    #[error("the neighbouring extremal of wheels has their momenta as states: the regulator knows them")]
-    Wheels,
     /// The inputs that are not at their limits cannot bring the craft to the end from everywhere beside the start.
     #[error(
         "the inputs that are not at their limits along the plan cannot bring every error beside its start to the end"
     )]
     Unreachable,
+    /// The arcs of the plan are not those that a start moves.
+    #[error("no arcs of it are moved by its start: {0}")]
+    Arcs(&'static str),
+    /// Weights of attitude and rate, of a body that translates.
+    #[error("weights of attitude and rate say nothing of position and velocity")]
+    Weights,
+    /// Covariances of a motion whose switches are moved at the start.
+    #[error("the covariance of a motion whose switching times are corrected at the start is not known")]
+    MovedStart,
     /// A number is not finite.
     #[error("a gain is not finite")]
     NotFinite,
@@ -118,7 +146,10 @@ pub struct Gains {
     pub frozen_from: usize,
     /// Steps from one measurement to the next; a correction is held over them. The rows of these steps are one.
     pub every: usize,
-    /// `K_k`, m×6 a step, row-major: SI input for each rad and N·m·s.
+    /// Numbers n of `z`: 6; 9 of neighbouring gains of wheels, `[ζ; δΠ; δμ]` with what the wheels store, body axes; of bodies that
+    /// translate 12, `[δx; δγ; ζ; δΠ]`.
+    pub states: usize,
+    /// `K_k`, m×n a step, row-major: SI input for each rad and N·m·s, m and N·s.
     pub rows: Vec<f64>,
     /// What the first input corrects, m×6, where half a kick opens the maneuver (torques at nodes, neighbouring).
     pub first: Option<Vec<f64>>,
@@ -132,32 +163,91 @@ impl Gains {
     /// # Errors
     /// [`NoGains`]: the neighbouring extremal needs inputs that are not at their limits.
     pub fn along(plan: &LinearPlan, kind: Kind, switches: bool) -> Result<Self, NoGains> {
-        let torques = match kind {
-            Kind::Neighbouring { .. } if switches => return Err(NoGains::Switching),
-            Kind::Neighbouring { .. } if plan.has_wheels() => return Err(NoGains::Wheels),
-            Kind::Neighbouring { freeze } => Sweep::neighbouring(plan, freeze)?,
-            Kind::Tvlqr(weights) => Sweep::regulator(plan, weights),
-        };
-        let inputs = plan.axes().ncols();
-        let si = |step: &LinearStep, dual: &Matrix3x6| -> Vec<f64> {
-            let gain = &step.to_inputs * DMatrix::from_column_slice(3, 6, dual.as_slice());
-            (0..inputs * 6).map(|index| gain[(index / 6, index % 6)] / plan.unit(index % 6)).collect()
-        };
-        let mut rows = Vec::with_capacity(plan.count() * inputs * 6);
-        for (k, step) in plan.steps().iter().enumerate() {
-            if k < torques.frozen_from {
-                rows.extend(si(step, &torques.duals[k]));
-            } else {
-                let before = rows.len() - inputs * 6;
-                rows.extend_from_within(before..);
+        match kind {
+            Kind::Neighbouring { .. } if switches => Err(NoGains::Switching),
+            Kind::Neighbouring { freeze } if plan.has_wheels() => Self::of_wheels(plan, kind, freeze),
+            Kind::Neighbouring { freeze } => {
+                let end = end_of(plan)?;
+                let swept = neighbouring(plan.count(), |k| &plan.steps()[k].stage, end, freeze)?;
+                let first = (plan.half_kick(0) > 0.0).then(|| first_costate(plan, &swept.to_go[0], 0));
+                let first = first.map(|first| first.fixed_view::<3, 6>(3, 0).into_owned());
+                Self::new(plan, kind, swept, first)
+            }
+            Kind::Tvlqr(weights) | Kind::Switching(weights) => {
+                let stages: Vec<_> = plan.steps().iter().map(|step| &step.stage).collect();
+                let weights = match weights {
+                    Some(weights) => weights.scaled(plan.units(), &plan.momentum_of_rate()),
+                    None => RegulatorWeights::of(&stages),
+                };
+                let swept = regulator(stages.len(), |k| stages[k], weights);
+                Self::new(plan, kind, swept, None)
             }
         }
-        if !rows.iter().all(|value| value.is_finite()) {
-            return Err(NoGains::NotFinite);
+    }
+
+    /// The neighbouring extremal of wheels: what they store is a state beside `z`, and at the end whatever conservation leaves it.
+    fn of_wheels(plan: &LinearPlan, kind: Kind, freeze: f64) -> Result<Self, NoGains> {
+        let (mut left, mut costates) = (Matrix9::zeros(), Matrix9::identity());
+        left.fixed_view_mut::<3, 3>(6, 6).fill_with_identity();
+        costates.fixed_view_mut::<3, 3>(6, 6).fill(0.0);
+        let stages: Vec<_> = plan.steps().iter().filter_map(|step| step.with_wheels.as_deref()).collect();
+        let swept = neighbouring(stages.len(), |k| stages[k], (left, costates), freeze)?;
+        Self::new(plan, kind, swept, None)
+    }
+
+    /// Designs gains along a plan of a body that translates, or whose torques are fixed in the reference frame.
+    ///
+    /// # Errors
+    /// [`NoGains`], as of [`Gains::along`]; also where weights of attitude and rate are given for a body that translates.
+    pub fn along_pose(plan: &PosedPlan, kind: Kind, switches: bool) -> Result<Self, NoGains> {
+        match &plan.stages {
+            Stages::Attitude(stages) => {
+                let scaled =
+                    |weights: RegulatorWeights| Ok(weights.scaled(&plan.units, &plan.momentum_of_rate));
+                Self::posed(plan, stages, kind, switches, scaled)
+            }
+            Stages::Pose(stages) => Self::posed(plan, stages, kind, switches, |_| Err(NoGains::Weights)),
         }
-        let first = torques.first.as_ref().map(|dual| si(&plan.steps()[0], dual));
-        let Sweep { frozen_from, to_go, .. } = torques;
-        Ok(Self { kind, timing: plan.timing(), inputs, frozen_from, every: 1, rows, first, to_go })
+    }
+
+    fn posed<const N: usize, const C: usize>(
+        plan: &PosedPlan,
+        stages: &[Stage<N, C>],
+        kind: Kind,
+        switches: bool,
+        scaled: impl Fn(RegulatorWeights) -> Result<[SMatrix<f64, N, N>; 2], NoGains>,
+    ) -> Result<Self, NoGains> {
+        let swept = match kind {
+            Kind::Neighbouring { .. } if switches => return Err(NoGains::Switching),
+            Kind::Neighbouring { freeze } => {
+                let end = (SMatrix::zeros(), SMatrix::identity());
+                neighbouring(stages.len(), |k| &stages[k], end, freeze)?
+            }
+            Kind::Tvlqr(weights) | Kind::Switching(weights) => {
+                let each: Vec<_> = stages.iter().collect();
+                let weights = weights.map_or_else(|| Ok(RegulatorWeights::of(&each)), scaled)?;
+                regulator(stages.len(), |k| &stages[k], weights)
+            }
+        };
+        let rows = si_rows(&swept, |k| &plan.to_inputs[k], |column| plan.unit(column))?;
+        let (inputs, frozen_from) = (plan.to_inputs[0].nrows(), swept.frozen_from);
+        let (timing, to_go) = (Timing::Held, Vec::new());
+        Ok(Self { kind, timing, inputs, states: N, frozen_from, every: 1, rows, first: None, to_go })
+    }
+
+    /// From the sweep of a plan with torques.
+    fn new<const N: usize>(
+        plan: &LinearPlan,
+        kind: Kind,
+        swept: Swept<N, 3>,
+        first: Option<Matrix3x6>,
+    ) -> Result<Self, NoGains> {
+        let to_inputs = |k: usize| &plan.steps()[k].to_inputs;
+        let rows = si_rows(&swept, to_inputs, |column| plan.unit(column))?;
+        let first = first.map(|dual| si_row(to_inputs(0), &dual, |column| plan.unit(column)));
+        let to_go = swept.to_go.iter().map(|p| p.fixed_view::<6, 6>(0, 0).into_owned()).collect();
+        let (inputs, frozen_from, timing) = (plan.axes().ncols(), swept.frozen_from, plan.timing());
+        Ok(Self { kind, timing, inputs, states: N, frozen_from, every: 1, rows, first, to_go })
     }
 
     /// Gains that were designed along ticks of `every` steps for a plan of `count` steps, over which each correction is held.
@@ -168,98 +258,68 @@ impl Gains {
 
     /// `K_k`, row-major.
     pub fn row(&self, step: usize) -> &[f64] {
-        &self.rows[step * self.inputs * 6..(step + 1) * self.inputs * 6]
+        let width = self.inputs * self.states;
+        &self.rows[step * width..(step + 1) * width]
     }
 
-    /// `K_k z`: what is taken from each input, for `z` in rad and N·m·s.
-    pub fn correction<'a>(&'a self, step: usize, z: &'a Vector6) -> impl Iterator<Item = f64> + 'a {
-        self.row(step).chunks_exact(6).map(move |row| row.iter().zip(z.iter()).map(|(k, z)| k * z).sum())
+    /// `K_k z`: what is taken from each input, for a `z` of as many numbers as the gains have [`Gains::states`], SI.
+    pub fn correction<'a>(&'a self, step: usize, z: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        self.row(step)
+            .chunks_exact(self.states)
+            .map(move |row| row.iter().zip(z.iter()).map(|(k, z)| k * z).sum())
     }
 
-    /// `B K_k`, 3×6, in the solver's units: scaled torques for a scaled `z`.
-    pub(crate) fn torque(&self, plan: &LinearPlan, step: usize) -> Matrix3x6 {
-        let gain = DMatrix::from_row_slice(self.inputs, 6, self.row(step));
+    /// `B K_k` in the solver's units, 3×N: scaled torques for a scaled `z`, of N = 9 with what wheels store.
+    pub(crate) fn torque<const N: usize>(&self, plan: &LinearPlan, step: usize) -> SMatrix<f64, 3, N> {
+        let gain = DMatrix::from_row_slice(self.inputs, self.states, self.row(step));
         let si = plan.axes() * gain;
-        Matrix3x6::from_fn(|row, column| si[(row, column)] * plan.unit(column) / plan.units().torque())
-    }
-}
-
-/// What a backward sweep gives: `S⁻¹`-free duals `(1/h) B_kᵀ P_k` of each step.
-struct Sweep {
-    duals: Vec<Matrix3x6>,
-    first: Option<Matrix3x6>,
-    frozen_from: usize,
-    to_go: Vec<Matrix6>,
-}
-
-/// Singular values of Z below this part of the largest are directions that no input reaches.
-const UNREACHED: f64 = 1e-11;
-
-impl Sweep {
-    fn neighbouring(plan: &LinearPlan, freeze: f64) -> Result<Self, NoGains> {
-        let count = plan.count();
-        let held =
-            if freeze > 0.0 { Kind::LEAST_FROZEN.max((freeze * count as f64).round() as usize) } else { 0 };
-        // The gain of step N − held is the last that is designed; that of the first step always is.
-        let frozen_from = (count + 1).saturating_sub(held).clamp(1, count);
-        let quadratic = |step: &LinearStep| step.b * (step.authority / step.length) * step.b.transpose();
-        let mut dual = Matrix6::identity();
-        let mut z = Matrix6::zeros();
-        let half = plan.half_kick(1);
-        if half > 0.0 {
-            let mut end = Matrix6::zeros();
-            end.fixed_view_mut::<3, 3>(3, 3).copy_from(&(half * plan.steps()[count - 1].authority));
-            let before = plan.last().try_inverse().ok_or(NoGains::NotFinite)?;
-            z = -(before * end);
-        }
-        let mut duals = vec![Matrix3x6::zeros(); count];
-        let mut to_go = vec![Matrix6::zeros(); count];
-        for (k, step) in plan.steps().iter().enumerate().rev() {
-            let before = step.a.try_inverse().ok_or(NoGains::NotFinite)?;
-            z = before * (z + quadratic(step) * dual);
-            if k < frozen_from {
-                let (inverse, all) = inverse_of(&z).ok_or(NoGains::Unreachable)?;
-                if k == 0 && !all {
-                    return Err(NoGains::Unreachable);
-                }
-                let p = dual * inverse;
-                duals[k] = step.b.transpose() * p / step.length;
-                to_go[k] = p;
-            }
-            dual = step.a.transpose() * dual + step.h * z;
-            let size = z.amax().max(dual.amax());
-            if !(size > 0.0 && size.is_finite()) {
-                return Err(NoGains::NotFinite);
-            }
-            z /= size;
-            dual /= size;
-        }
-        let first = (plan.half_kick(0) > 0.0)
-            .then(|| first_costate(plan, &to_go[0], 0).fixed_view::<3, 6>(3, 0).into_owned());
-        Ok(Self { duals, first, frozen_from, to_go })
-    }
-
-    fn regulator(plan: &LinearPlan, weights: Option<RegulatorWeights>) -> Self {
-        let [running, end] = match weights {
-            Some(weights) => weights.scaled(plan),
-            None => RegulatorWeights::of(plan).map(|diagonal| Matrix6::from_diagonal(&diagonal)),
+        let states = self.states;
+        let scaled = |row: usize, column: usize| {
+            let gain = if column < states { si[(row, column)] } else { 0.0 };
+            gain * plan.unit(column) / plan.units().torque()
         };
-        let mut p = end;
-        let mut duals = vec![Matrix3x6::zeros(); plan.count()];
-        let mut to_go = duals.iter().map(|_| Matrix6::zeros()).collect::<Vec<_>>();
-        for (k, step) in plan.steps().iter().enumerate().rev() {
-            // K = (hW + B̄ᵀP B̄)⁻¹ B̄ᵀP A, by its torque: S (hI + B̄ᵀP B̄ S)⁻¹ B̄ᵀP A.
-            let b_p = step.b.transpose() * p;
-            let inner = Matrix3::from_diagonal_element(step.length) + b_p * step.b * step.authority;
-            let dual = inner.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN)) * b_p * step.a;
-            let closed = step.a - step.b * (step.authority * dual);
-            p = running * step.length + step.a.transpose() * p * closed;
-            p = 0.5 * (p + p.transpose());
-            duals[k] = dual;
-            to_go[k] = p;
-        }
-        Self { duals, first: None, frozen_from: plan.count(), to_go }
+        SMatrix::from_fn(scaled)
     }
+}
+
+/// `K` of a step, SI, row-major, from its dual.
+fn si_row<const N: usize, const C: usize>(
+    to_inputs: &DMatrix<f64>,
+    dual: &SMatrix<f64, C, N>,
+    unit: impl Fn(usize) -> f64,
+) -> Vec<f64> {
+    let gain = to_inputs * DMatrix::from_column_slice(C, N, dual.as_slice());
+    (0..gain.nrows() * N).map(|index| gain[(index / N, index % N)] / unit(index % N)).collect()
+}
+
+/// The rows of all steps; frozen ones are those of the step before.
+fn si_rows<'a, const N: usize, const C: usize>(
+    swept: &Swept<N, C>,
+    to_inputs: impl Fn(usize) -> &'a DMatrix<f64>,
+    unit: impl Fn(usize) -> f64,
+) -> Result<Vec<f64>, NoGains> {
+    let mut rows = Vec::new();
+    for (k, dual) in swept.duals.iter().enumerate() {
+        if k < swept.frozen_from {
+            rows.extend(si_row(to_inputs(k), dual, &unit));
+        } else {
+            let before = rows.len() - to_inputs(k).nrows() * N;
+            rows.extend_from_within(before..);
+        }
+    }
+    if rows.iter().all(|value| value.is_finite()) { Ok(rows) } else { Err(NoGains::NotFinite) }
+}
+
+/// What a plan with torques leaves of the states at its end, and the costates there: `Z_N = −K₋⁻¹ Q/2` where half a kick follows.
+fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
+    let mut z = Matrix6::zeros();
+    let half = plan.half_kick(1);
+    if half > 0.0 {
+        let authority = plan.steps()[plan.count() - 1].stage.authority;
+        z.fixed_view_mut::<3, 3>(3, 3).copy_from(&(half * authority));
+        z = -(plan.last().try_inverse().ok_or(NoGains::NotFinite)? * z);
+    }
+    Ok((z, Matrix6::identity()))
 }
 
 /// `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`, scaled: 6×6, `z` physical.
@@ -271,30 +331,13 @@ impl Sweep {
 /// with the weight `w` of the half kick that opens it, 0 where there is none. NaN where `I + G Q/2` has no inverse.
 fn first_costate(plan: &LinearPlan, to_go: &Matrix6, node: usize) -> Matrix6 {
     let step = &plan.steps()[node];
-    let g = step.a.transpose() * to_go + step.h;
+    let g = step.stage.a.transpose() * to_go + step.stage.h;
     let weight = plan.half_kick(0);
     let mut half = Matrix6::zeros();
-    let authority = plan.steps()[node.saturating_sub(1)].authority;
+    let authority = plan.steps()[node.saturating_sub(1)].stage.authority;
     half.fixed_view_mut::<3, 3>(3, 3).copy_from(&(weight * authority));
     let opened = (Matrix6::identity() + g * half).try_inverse();
     opened.unwrap_or_else(|| Matrix6::repeat(f64::NAN)) * g * kick(&(weight * plan.field_gradient(node)))
-}
-
-/// `Z⁻¹`, and whether it is that of all six numbers; else the least-squares inverse, because inputs that are at their limits, or
-/// a last kick, cannot meet them all.
-fn inverse_of(z: &Matrix6) -> Option<(Matrix6, bool)> {
-    if !z.iter().all(|value| value.is_finite()) {
-        return None;
-    }
-    let svd = z.svd(true, true);
-    let largest = svd.singular_values.max();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return None;
-    }
-    if svd.singular_values.min() >= UNREACHED * largest {
-        return z.try_inverse().map(|inverse| (inverse, true));
-    }
-    svd.pseudo_inverse(UNREACHED * largest).ok().map(|inverse| (inverse, false))
 }
 
 #[cfg(test)]

@@ -1,5 +1,8 @@
 //! Gains against reference values, the forward sensitivities, and the landing law.
 
+mod poses;
+mod wheels;
+
 use super::*;
 use crate::Vector3;
 use crate::lie;
@@ -8,6 +11,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::environment::UniformGravity;
 use crate::numerics::compensated::Sum;
+use crate::optimize::linear_plan::Vector6;
 use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
 use crate::testing::{Random, matrix, planned, planned_reference};
@@ -55,13 +59,13 @@ fn forward(plan: &LinearPlan, of_state: bool) -> Matrix6 {
         out.fixed_view_mut::<3, 3>(3, 3).copy_from(&(block * weight));
         out
     };
-    let authority = |step: usize| plan.steps()[step].authority;
+    let authority = |step: usize| plan.steps()[step].stage.authority;
     let (mut z, mut costate) =
         if of_state { (plan.first(), Matrix6::zeros()) } else { (Matrix6::zeros(), Matrix6::identity()) };
     z -= momenta(authority(0), plan.half_kick(0)) * costate;
     for step in plan.steps() {
-        costate = step.a.transpose().try_inverse().unwrap() * (costate - step.h * z);
-        z = step.a * z - momenta(step.authority, step.length) * costate;
+        costate = step.stage.a.transpose().try_inverse().unwrap() * (costate - step.stage.h * z);
+        z = step.stage.a * z - momenta(step.stage.authority, step.stage.length) * costate;
     }
     plan.last() * z + momenta(authority(plan.count() - 1), plan.half_kick(1)) * costate
 }
@@ -101,13 +105,44 @@ fn the_cost_to_go_has_a_symmetric_hessian() {
         let unit = linear.units().costate::<6>();
         for k in 0..linear.count() - 2 {
             let step = &linear.steps()[k];
-            let g = step.a.transpose() * gains.to_go[k] + step.h;
+            let g = step.stage.a.transpose() * gains.to_go[k] + step.stage.h;
             let costate = Vector6::from_column_slice(&plan.costates[6 * k..6 * k + 6]).component_div(&unit);
             let mut expected = Matrix6::zeros();
             let turn = -lie::hat(&costate.fixed_rows::<3>(0).into_owned());
             expected.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
             let apart = (g.transpose() - g - expected).amax() / g.amax();
             assert!(apart < 1e-13, "{name} {k}: {apart:e}");
+        }
+    }
+}
+
+/// The same of torques that are held, which act in the drift of their step too, along costates that follow its own matrices; in a
+/// field as well.
+#[test]
+fn the_cost_to_go_of_held_torques_has_a_symmetric_hessian() {
+    let mut random = Random(23);
+    for kind in [0, 2, 3] {
+        let problem = maneuver(&mut random, kind);
+        let mut plan = planned(&problem);
+        let linear = LinearPlan::new(&problem, &plan, Timing::Held).unwrap();
+        let unit = linear.units().costate::<6>();
+        let mut costates = vec![Vector6::from_fn(|_, _| random.uniform())];
+        for step in linear.steps().iter().rev() {
+            costates.push(step.stage.a.transpose() * costates.last().unwrap());
+        }
+        costates.reverse();
+        plan.costates =
+            costates.iter().flat_map(|costate| costate.component_mul(&unit).as_slice().to_vec()).collect();
+        let linear = LinearPlan::new(&problem, &plan, Timing::Held).unwrap();
+        let gains = Gains::along(&linear, WHOLE, false).unwrap();
+        for (k, costate) in costates.iter().enumerate().take(linear.count() - 2) {
+            let step = linear.steps()[k].stage.eliminated();
+            let g = step.back * gains.to_go[k] + step.curvature;
+            let mut expected = Matrix6::zeros();
+            let turn = -lie::hat(&costate.fixed_rows::<3>(0).into_owned());
+            expected.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
+            let apart = (g.transpose() - g - expected).amax() / g.amax();
+            assert!(apart < 1e-12, "{kind} {k}: {apart:e}");
         }
     }
 }
@@ -281,7 +316,8 @@ fn the_held_model_is_the_derivative_of_the_true_motion() {
             let plan = planned(&problem);
             let recorded = Flight::recorded(&problem, &plan).unwrap();
             let linear = LinearPlan::new(&problem, &recorded, Timing::Held).unwrap();
-            let product = linear.steps().iter().fold(Matrix6::identity(), |product, step| step.a * product);
+            let product =
+                linear.steps().iter().fold(Matrix6::identity(), |product, step| step.stage.a * product);
             let held = Flight::of_plan(&problem, &recorded);
             let end = |z: &Vector6| {
                 let mut start = problem.start;

@@ -278,6 +278,11 @@ impl<'a> Flight<'a> {
         self.start
     }
 
+    /// What the wheels store there, body axes [N·m·s].
+    pub fn stored(body: &Body) -> Vector3 {
+        body.stored
+    }
+
     /// The least parts of a step that another flight has settled on.
     pub fn refined_as(&self, other: &Self) -> Self {
         Self { parts: other.parts, ..self.clone() }

@@ -11,6 +11,9 @@
 //! A = K₁ D K₀ ,     B = K₁ D [0; w₀ I] + [0; w₁ I] ,     H = w₀ K_qq + K₀ᵀ (H_free + Dᵀ w₁ K_qq D) K₀
 //! ```
 //!
+//! What a torque in the first kick adds to the costates, and what the state adds to its optimum, stands in `linear_plan::stage`; bodies that
+//! translate and torques fixed in the reference frame in `linear_plan::posed`.
+//!
 //! [`Timing::Held`]: `w₀ = w₁ = h/2`, a torque held over the step. It is the linearised Lie–Verlet flow of the motion that is
 //! flown, of second order in the step, and its `z` has the physical momenta at the nodes. [`Timing::AtNodes`]: `w₀ = 0`, and
 //! `w₁` the full kick at the node that the step leads to. It is the discrete problem itself, exactly; its momenta are those after a
@@ -28,6 +31,8 @@
 
 mod authority;
 mod linearise;
+mod posed;
+mod stage;
 pub(crate) mod ticks;
 
 use crate::flight::Flight;
@@ -39,10 +44,15 @@ use crate::optimize::step::{StepError, Units};
 use crate::{Matrix3, Vector3};
 use linearise::Beside;
 use nalgebra::{DMatrix, Matrix3xX, SMatrix, SVector};
+pub use posed::PosedPlan;
+pub(crate) use posed::Stages;
+pub(crate) use stage::{Parts, Stage};
 use thiserror::Error;
 
 /// Six by six: tangent vectors `[ζ, δΠ]`.
 pub type Matrix6 = SMatrix<f64, 6, 6>;
+/// Nine by nine: with what wheels store, `[ζ, δΠ, δμ]`.
+pub type Matrix9 = SMatrix<f64, 9, 9>;
 /// Six by three: the answer of the state to torques.
 pub type Matrix6x3 = SMatrix<f64, 6, 3>;
 /// A tangent vector `[ζ, δΠ]`.
@@ -61,7 +71,7 @@ pub enum Timing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Unlinearised {
     /// The body translates.
-    #[error("the body translates: gains and covariances are those of attitude and rate")]
+    #[error("the body translates: covariances are those of attitude and rate")]
     Translation,
     /// Wheels drive it, and torques act at nodes.
     #[error(
@@ -71,6 +81,11 @@ pub enum Unlinearised {
     /// Torques are fixed in the reference frame.
     #[error("the torques are fixed in the reference frame")]
     Frame,
+    /// Thrusters give force and torque at once.
+    #[error(
+        "its thrusters give force and torque at once: forces and torques are corrected by inputs of their own"
+    )]
+    Thrusters,
     /// The plan has no trajectory, or one that does not fit the maneuver.
     #[error("the plan has no trajectory on the grid of the maneuver")]
     Trajectory,
@@ -97,16 +112,8 @@ impl From<StepError> for Unlinearised {
 /// One step beside a plan, in the solver's units.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearStep {
-    /// `A_k`.
-    pub a: Matrix6,
-    /// `B_k`, for torques about the body axes.
-    pub b: Matrix6x3,
-    /// `H_k`.
-    pub h: Matrix6,
-    /// Time for which a correction acts.
-    pub length: f64,
-    /// `B W⁻¹ Bᵀ` of the inputs that are not at their limits.
-    pub authority: Matrix3,
+    /// Its matrices, for torques about the body axes; the authority is that of the inputs that are not at their limits.
+    pub stage: Stage<6, 3>,
     /// `W⁻¹Bᵀ` of these, m×3: of a scaled dual torque, in SI.
     pub to_inputs: DMatrix<f64>,
     /// What the plan gives in its kicks.
@@ -120,6 +127,8 @@ pub(crate) struct LinearStep {
     after: Matrix6,
     /// `M_k`, the answer to the momentum of wheels; zero where there are none.
     pub wheels: Matrix6x3,
+    /// Its matrices with what wheels store as states beside, where there are some: `δμ' = δμ − h δτ`.
+    pub with_wheels: Option<Box<Stage<9, 3>>>,
     /// `∂M/∂R` in the second kick.
     gradient: Matrix3,
 }
@@ -156,7 +165,8 @@ pub struct LinearPlan {
     nodes: Vec<(Matrix3, Vector3)>,
     /// Axes of the inputs, 3×m, SI.
     axes: Matrix3xX<f64>,
-    has_wheels: bool,
+    /// What wheels store at the nodes, body axes, scaled; none without any.
+    stored: Vec<Vector3>,
 }
 
 /// What an uncertain number of a maneuver multiplies.
@@ -247,7 +257,12 @@ impl LinearPlan {
 
     /// Whether reaction wheels give the torques.
     pub fn has_wheels(&self) -> bool {
-        self.has_wheels
+        !self.stored.is_empty()
+    }
+
+    /// What the wheels store at a node, body axes [N·m·s]; zero without any.
+    pub fn wheel_momentum(&self, node: usize) -> Vector3 {
+        self.stored.get(node).map_or_else(Vector3::zeros, |stored| stored * self.units.momentum())
     }
 
     /// Attitude and angular velocity [rad/s] of the plan at a node.
@@ -268,20 +283,19 @@ impl LinearPlan {
 
     /// `A_k`, in rad and N·m·s.
     pub fn a(&self, step: usize) -> Matrix6 {
-        let scaled = &self.steps[step].a;
+        let scaled = &self.steps[step].stage.a;
         Matrix6::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.unit(column))
     }
 
     /// `B_k`, in rad and N·m·s for each N·m.
     pub fn b(&self, step: usize) -> Matrix6x3 {
-        let scaled = &self.steps[step].b;
+        let scaled = &self.steps[step].stage.b;
         Matrix6x3::from_fn(|row, column| scaled[(row, column)] * self.unit(row) / self.units.torque())
     }
 
-    /// `H_k`: the curvature of the Lagrangian along the state, in the unit of the cost over rad and N·m·s; of wheels, of whose drift no
-    /// second derivative is known, that of the field alone.
+    /// `H_k`: the curvature of the Lagrangian along the state, in the unit of the cost over rad and N·m·s.
     pub fn h(&self, step: usize) -> Matrix6 {
-        let scaled = &self.steps[step].h;
+        let scaled = &self.steps[step].stage.h;
         Matrix6::from_fn(|row, column| {
             scaled[(row, column)] * self.units.cost / self.unit(row) / self.unit(column)
         })
@@ -353,7 +367,7 @@ impl LinearPlan {
             Parameter::ConstantTorque(_) => Vector3::zeros(),
             _ => {
                 let step = &self.steps[step];
-                self.torque_error(&step.applied, parameter) * step.length
+                self.torque_error(&step.applied, parameter) * step.stage.length
             }
         }
     }
@@ -429,21 +443,18 @@ pub(crate) fn kick(block: &Matrix3) -> Matrix6 {
 impl LinearStep {
     /// A step of which only what is given is known.
     fn of(applied: Applied) -> Self {
-        let (zero, zero6) = (Matrix3::zeros(), Matrix6::zeros());
+        let zero = Matrix3::zeros();
         let still = Vector3::zeros();
         Self {
-            a: zero6,
-            b: Matrix6x3::zeros(),
-            h: zero6,
-            length: 0.0,
-            authority: zero,
+            stage: Stage::none(),
             to_inputs: DMatrix::zeros(applied.inputs.len(), 3),
             applied,
             kicks: [0.0; 2],
             drift: Drift { h: 0.0, f: zero, momentum: still, momentum_after: still },
             drift_b: zero,
-            after: zero6,
+            after: Matrix6::zeros(),
             wheels: Matrix6x3::zeros(),
+            with_wheels: None,
             gradient: zero,
         }
     }

@@ -4,7 +4,7 @@ use super::{Bounded, Covariance, Uncertainty};
 use crate::feedback::Gains;
 use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use crate::{Matrix3, Vector3};
-use nalgebra::{Const, Dyn, OMatrix, SMatrix};
+use nalgebra::{Const, Dyn, OMatrix, RowSVector, SMatrix};
 
 type Matrix6x3 = SMatrix<f64, 6, 3>;
 
@@ -72,12 +72,12 @@ impl<'a, const N: usize> Flow<'a, N> {
     /// `A` and `B` of a step for the whole state.
     fn step(&self, index: usize) -> (Square<N>, SMatrix<f64, N, 3>) {
         let step = &self.plan.steps()[index];
-        let mut a = Self::whole(&step.a);
+        let mut a = Self::whole(&step.stage.a);
         let mut b = SMatrix::<f64, N, 3>::zeros();
-        b.fixed_view_mut::<6, 3>(0, 0).copy_from(&step.b);
+        b.fixed_view_mut::<6, 3>(0, 0).copy_from(&step.stage.b);
         for row in 6..N {
             a[(row, row)] = 1.0;
-            b[(row, row - 6)] = -step.length;
+            b[(row, row - 6)] = -step.stage.length;
             a.fixed_view_mut::<6, 1>(0, row).copy_from(&step.wheels.column(row - 6));
         }
         (a, b)
@@ -124,11 +124,7 @@ impl<'a, const N: usize> Flow<'a, N> {
 
     /// `B K` of a step for the whole state; zero open loop.
     fn gain(&self, step: usize) -> SMatrix<f64, 3, N> {
-        let mut gain = SMatrix::<f64, 3, N>::zeros();
-        if let Some(gains) = self.gains {
-            gain.fixed_view_mut::<3, 6>(0, 0).copy_from(&gains.torque(self.plan, step));
-        }
-        gain
+        self.gains.map_or_else(SMatrix::zeros, |gains| gains.torque(self.plan, step))
     }
 
     /// The tick that begins at a node, with covariance and sensitivities of the state there.
@@ -161,7 +157,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         let mut tick = self.tick(0, &p, &s);
         for k in 0..count {
             let (a, b) = self.step(k);
-            let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
+            let noise = b * (noise_of_torque / plan.steps()[k].stage.length) * b.transpose();
             let disturbed = self.disturbed(k);
             if k % every == 0 {
                 let next = self.tick(k, &p, &s);
@@ -173,8 +169,8 @@ impl<'a, const N: usize> Flow<'a, N> {
                 along.input_changes.push(vec![0.0; gains.inputs]);
             }
             let gain = tick.gain;
-            let seen = Self::part(&(tick.p + sensors + self.of_parameters(&tick.seen)));
-            let corrected = gain.fixed_columns::<6>(0) * seen * gain.fixed_columns::<6>(0).transpose();
+            let seen = tick.p + sensors + self.of_parameters(&tick.seen);
+            let corrected = gain * seen * gain.transpose();
             along.torque.push(corrected * plan.units().torque().powi(2));
             along.inputs.extend(self.gains.map(|gains| self.input_deviations(gains, k, &seen)));
             if self.gains.is_some() && k + 1 == count && plan.half_kick(1) > 0.0 {
@@ -222,7 +218,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         let mut tick = self.tick(0, &p, &s);
         for k in 0..count {
             let (a, b) = self.step(k);
-            let noise = b * (noise_of_torque / plan.steps()[k].length) * b.transpose();
+            let noise = b * (noise_of_torque / plan.steps()[k].stage.length) * b.transpose();
             if k % every == 0 {
                 tick = self.tick(k, &p, &s);
             }
@@ -266,13 +262,15 @@ impl<'a, const N: usize> Flow<'a, N> {
     }
 
     /// Rows of gains, SI inputs by the scaled state.
-    fn rows_of(&self, gains: &Gains, step: usize) -> Vec<Vector6> {
-        let row = |row: &[f64]| Vector6::from_fn(|column, _| row[column] * self.plan.unit(column));
-        gains.row(step).chunks_exact(6).map(row).collect()
+    fn rows_of(&self, gains: &Gains, step: usize) -> Vec<RowSVector<f64, N>> {
+        let entry = |row: &[f64], column: usize| row.get(column).map_or(0.0, |k| k * self.plan.unit(column));
+        let row = |row: &[f64]| RowSVector::from_fn(|_, column| entry(row, column));
+        gains.row(step).chunks_exact(gains.states).map(row).collect()
     }
 
-    fn input_deviations(&self, gains: &Gains, step: usize, seen: &Matrix6) -> Vec<f64> {
-        self.rows_of(gains, step).iter().map(|row| row.dot(&(seen * row)).max(0.0).sqrt()).collect()
+    fn input_deviations(&self, gains: &Gains, step: usize, seen: &Square<N>) -> Vec<f64> {
+        let deviation = |row: &RowSVector<f64, N>| (row * seen * row.transpose())[0].max(0.0).sqrt();
+        self.rows_of(gains, step).iter().map(deviation).collect()
     }
 
     /// Deviations of how much corrections change from the tick before node `k` to that which begins there:
@@ -288,14 +286,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         after: &Tick<N>,
         sensors: &Square<N>,
     ) -> Vec<f64> {
-        let wide = |row: &Vector6| {
-            let mut wide = SMatrix::<f64, 1, N>::zeros();
-            wide.fixed_view_mut::<1, 6>(0, 0).copy_from(&row.transpose());
-            wide
-        };
         let rows = self.rows_of(gains, k - 1).into_iter().zip(self.rows_of(gains, k));
-        let deviation = |(old, new): (Vector6, Vector6)| {
-            let (old, new) = (wide(&old), wide(&new));
+        let deviation = |(old, new): (RowSVector<f64, N>, RowSVector<f64, N>)| {
             let of_state = old - new * before.state;
             let of_sensors = old + new * before.sensors;
             let of_parameters = old * &before.seen - new * &after.seen;

@@ -42,6 +42,7 @@ use crate::draw::{Curve, Picture, Shape, thinned};
 use crate::studies::integrators::figures::FIGURES;
 use slewkit::assured::{Beside, NotKnown};
 use slewkit::maneuver::{Outcome, Problem, Trajectory};
+use slewkit::optimize::linear_plan::PosedPlan;
 use slewkit::plan::Plan;
 use slewkit::verify::{Course, WitnessError, course};
 use slewkit_files::identity::Identity;
@@ -131,7 +132,10 @@ impl<'a> Subject<'a> {
 
     /// Also what is known of the plan flown with `closed_loop`, where that asks for anything and there is a plan.
     pub fn flown_with(mut self, closed_loop: &'a ClosedLoop) -> Self {
-        if closed_loop.is_asked() && self.plan.solution.outcome == Outcome::Converged {
+        if closed_loop.is_asked()
+            && !PosedPlan::is_of(self.problem)
+            && self.plan.solution.outcome == Outcome::Converged
+        {
             let uncertainty = closed_loop.uncertainty.as_ref();
             let beside = Beside::along(self.problem, self.trajectory(), closed_loop.feedback, uncertainty);
             self.flight = Some((closed_loop, beside));

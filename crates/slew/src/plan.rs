@@ -9,12 +9,13 @@ use super::{
     report, spec_file, summary,
 };
 use clap::ValueEnum;
-use slewkit::assured::{self, Beside, Margins, NotKept};
+use slewkit::assured::{self, Beside, Margins, NotKept, NotKnown};
+use slewkit::feedback::Gains;
 use slewkit::maneuver::{Outcome, Problem, ProblemError, Settings};
 use slewkit::plan::{self, Control, Guess, Observer, Plan, PlanError, Progress, Status};
 use slewkit_files::exchange::read_attitudes;
 use slewkit_files::export::{PlanFile, read_guess};
-use slewkit_files::flown::MarginsRecord;
+use slewkit_files::flown::{MarginsRecord, gains_alone, is_posed};
 use slewkit_files::formats;
 use slewkit_files::spec::{ClosedLoop, Loaded};
 use slewkit_report::plan_page;
@@ -96,6 +97,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 
     let problem = plan.solution.on_grid(&problem);
     let beside = beside(&problem, &plan, &closed_loop, console);
+    let gains = gains(&problem, &plan, &closed_loop, console);
     let format = destination.format().map(|format| format.of_data().unwrap_or(formats::Format::Json));
     let file = args.output.output.as_deref().filter(|_| {
         matches!(destination, Destination::File(..)) && matches!(format, Some(formats::Format::Json))
@@ -110,6 +112,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         file,
         beside: beside.as_ref().map(|beside| (&closed_loop, beside)),
         margins: record.as_ref(),
+        gains: gains.as_ref(),
         warm: warm.as_deref(),
     };
     console.say(&summary::plan(console, &args.spec, &told));
@@ -118,7 +121,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         console.say(&summary::line("wrote", "nothing: there is no plan, and this format holds nothing else"));
     } else if let Some(format) = format {
         let file = PlanFile::new(&problem, &settings, &plan);
-        let file = file.with_beside(&problem, beside.as_ref(), &closed_loop, margins.as_ref());
+        let file = match &gains {
+            Some(gains) => file.with_gains(&problem, gains, &closed_loop),
+            None => file.with_beside(&problem, beside.as_ref(), &closed_loop, margins.as_ref()),
+        };
         destination.write(console, |_, output| format.write(&file, &problem, &identity, tables, output))?;
     }
     if let Some(target) = &page {
@@ -166,18 +172,28 @@ fn planned(
 
 /// What is known of a plan beside it, where the spec asks for that and there is a plan.
 fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Beside> {
-    if !closed_loop.is_asked() || plan.solution.outcome != Outcome::Converged {
+    if !closed_loop.is_asked() || is_posed(problem) || plan.solution.outcome != Outcome::Converged {
         return None;
     }
     let uncertainty = closed_loop.uncertainty.as_ref();
     match Beside::along(problem, &plan.solution.trajectory, closed_loop.feedback, uncertainty) {
         Ok(beside) => Some(beside),
-        Err(error) => {
-            let reason = format!("no gains and no covariance along this plan: {error}");
-            console.warn("W0171", &reason, "give [feedback] kind = \"tvlqr\", or larger limits");
-            None
-        }
+        Err(error) => unknown(&error, console),
     }
+}
+
+/// Gains along a plan of which no covariance is known.
+fn gains(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Gains> {
+    let converged = Some(&plan.solution).filter(|solution| solution.outcome == Outcome::Converged)?;
+    gains_alone(problem, &converged.trajectory, closed_loop)?
+        .map_or_else(|error| unknown(&error, console), Some)
+}
+
+/// Why nothing is known beside a plan.
+fn unknown<T>(error: &NotKnown, console: &mut Console) -> Option<T> {
+    let reason = format!("no gains and no covariance along this plan: {error}");
+    console.warn("W0171", &reason, "give [feedback] kind = \"tvlqr\", or larger limits");
+    None
 }
 
 fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess, Failure> {

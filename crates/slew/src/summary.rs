@@ -3,6 +3,7 @@
 use super::advice::{advice, word};
 use super::{Console, SpecArgs, Tone};
 use slewkit::assured::Beside;
+use slewkit::feedback::Gains;
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::plan::{Plan, Status};
 use slewkit::verify::Verification;
@@ -34,6 +35,8 @@ pub struct Told<'a> {
     pub verbose: bool,
     /// The plan file that will be written.
     pub file: Option<&'a Path>,
+    /// Gains alone, where nothing else is known beside it.
+    pub gains: Option<&'a Gains>,
     /// What is known of it beside it, as the spec asks.
     pub beside: Option<(&'a ClosedLoop, &'a Beside)>,
     /// What keeping chances took, where some are asked, also of a plan that is not solved.
@@ -44,7 +47,7 @@ pub struct Told<'a> {
 
 /// The summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
-    let Told { problem, settings, plan, identity, verbose, file, beside, margins, warm } = *told;
+    let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, warm } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
     if verbose {
         lines.extend(summary::details(console.colour, problem, settings, plan, identity));
@@ -52,6 +55,8 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     if let Some(warm) = warm {
         lines.lines("warm", summary::wrapped(&escape(warm), summary::TEXT));
     }
+    let times = &plan.solution.trajectory.time;
+    lines.extend(gains.iter().flat_map(|gains| summary::flown::gains(gains, times)));
     if let Some((closed_loop, beside)) = beside {
         lines.extend(summary::flown::beside(problem, closed_loop, beside, margins));
     } else if let Some(margins) = margins {

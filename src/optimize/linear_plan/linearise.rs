@@ -2,8 +2,8 @@
 
 use super::authority::Law;
 use super::{
-    Applied, HalfKick, LinearPlan, LinearStep, Matrix6, Matrix6x3, Timing, Unlinearised, Vector6, blocks,
-    kick,
+    Applied, HalfKick, LinearPlan, LinearStep, Matrix6, Matrix6x3, Matrix9, Parts, Stage, Timing,
+    Unlinearised, Vector6, blocks, kick,
 };
 use crate::maneuver::duration::Duration;
 use crate::maneuver::grid::{Grid, Scheme};
@@ -14,7 +14,7 @@ use crate::numerics::compensated::Sum;
 use crate::optimize::step::drift::Drift;
 use crate::optimize::step::{Costate, Dynamics, Point, Units};
 use crate::{Matrix3, Vector3, lie};
-use nalgebra::Matrix3xX;
+use nalgebra::{Matrix3xX, SMatrix};
 
 /// What is linearised.
 pub(super) struct Beside<'a> {
@@ -74,14 +74,9 @@ impl Beside<'_> {
                 (Timing::AtNodes, 0) => before.torque,
                 (Timing::AtNodes, _) => steps[k - 1].applied.torque,
             };
-            let (authority, to_inputs) = law.at(&applied, problem);
-            steps.push(self.step(
-                &dynamics,
-                &nodes,
-                k,
-                &torque,
-                LinearStep { authority, to_inputs, ..LinearStep::of(applied) },
-            )?);
+            let (authority, to_inputs) = law.at(&applied.inputs);
+            let given = LinearStep { to_inputs, ..LinearStep::of(applied) };
+            steps.push(self.step(&dynamics, &nodes, k, &torque, &authority, given)?);
         }
         let half = |node: usize, applied: Applied| {
             let outer = self.timing == Timing::AtNodes && scheme == Scheme::LieVerlet;
@@ -94,13 +89,13 @@ impl Beside<'_> {
         Ok(LinearPlan {
             timing: self.timing,
             j: dynamics.j,
-            units,
             outer: [half(0, before), half(count, last)],
             steps,
             times: plan.time.clone(),
             nodes,
             axes: Matrix3xX::from_fn(m, |row, column| axes[column][row]),
-            has_wheels: problem.actuation.wheels.is_some(),
+            stored: (0..=count).filter_map(|node| self.stored(&units, node)).collect(),
+            units,
         })
     }
 
@@ -135,6 +130,7 @@ impl Beside<'_> {
         nodes: &[(Matrix3, Vector3)],
         k: usize,
         torque: &Vector3,
+        authority: &Matrix3,
         given: LinearStep,
     ) -> Result<LinearStep, Unlinearised> {
         let units = &dynamics.units;
@@ -156,6 +152,7 @@ impl Beside<'_> {
         let zero = Matrix3::zeros();
         let mut free = Matrix6::zeros();
         let mut wheels = Matrix6x3::zeros();
+        let mut of_wheels = None;
         let (drift, drift_b, d) = if let Some(stored) = self.stored(units, k) {
             let stored = stored - kicks[0] * torque;
             let turned = dynamics.gyrostat_drift(k, &(momentum + stored), &stored)?;
@@ -166,6 +163,8 @@ impl Beside<'_> {
             wheels.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_both);
             wheels.fixed_view_mut::<3, 3>(3, 0).copy_from(&of_momentum);
             let c = f_t + lie::hat(&after) * turned.by_momentum;
+            let total = momentum + stored;
+            of_wheels = Some(dynamics.gyrostat_curvature(k, &turned, [&total, &stored], &between));
             (drift, turned.by_momentum, blocks([[&f_t, &turned.by_momentum], [&zero, &c]]))
         } else {
             let mut point = Point {
@@ -179,30 +178,80 @@ impl Beside<'_> {
             free = blocks([[&zero, &linear.h12], [&zero, &linear.h22]]);
             (drift, linear.b, blocks([[&linear.f_t, &linear.b], [&zero, &linear.c]]))
         };
-        let of_attitudes = |block: Matrix3| blocks([[&block, &Matrix3::zeros()], [&Matrix3::zeros(); 2]]);
-        let (mut before, mut h) =
-            (Matrix6::identity(), free + d.transpose() * of_attitudes(kicks[1] * bent) * d);
+        let mut first = (zero, zero);
         if kicks[0] > 0.0 {
-            let costate = dynamics.drift_costate_back::<6>(&drift, &between);
-            let (gradient, bent) = dynamics.field_derivatives(&begin, &costate.pi);
-            before = kick(&(kicks[0] * gradient));
-            h = of_attitudes(kicks[0] * bent) + before.transpose() * h * before;
+            let costate = Costate::from_vector(&d.tr_mul(&between.to_vector::<6>()));
+            first = dynamics.field_derivatives(&begin, &costate.pi);
         }
-        let last = kick(&(kicks[1] * gradient));
-        let (after, wheels) = (last * d, last * wheels);
-        let of_momenta = |matrix: &Matrix6| matrix.fixed_view::<6, 3>(0, 3).into_owned();
+        let gradients = [kicks[0] * first.0, kicks[1] * gradient];
+        let bends = [kicks[0] * first.1, kicks[1] * bent];
+        let of_attitudes = |block: &Matrix3| blocks([[block, &zero], [&zero; 2]]);
+        let momenta = |weight: f64| {
+            let mut out = Matrix6x3::zeros();
+            out.fixed_view_mut::<3, 3>(3, 0).fill_diagonal(weight);
+            out
+        };
+        let parts = Parts {
+            kicks: gradients.map(|gradient| kick(&gradient)),
+            drift: d,
+            curvature: free,
+            inputs: kicks.map(momenta),
+            bends: bends.map(|bend| of_attitudes(&bend)),
+            mixed: [Matrix6x3::zeros(); 2],
+        };
+        let after = parts.kicks[1] * d;
+        let moved_by_wheels = parts.kicks[1] * wheels;
+        let with_wheels = of_wheels.map(|of_total| {
+            let parts = beside_wheels(&parts, &wheels, &of_total, kicks);
+            Box::new(Stage::of(&parts, *authority, acts))
+        });
+        let mut stage = Stage::of(&parts, *authority, acts);
+        if let Some(with_wheels) = &with_wheels {
+            stage.given_by_wheels(with_wheels);
+        }
         Ok(LinearStep {
-            a: after * before,
-            b: kicks[0] * (of_momenta(&after) - wheels) + kicks[1] * of_momenta(&Matrix6::identity()),
-            h,
-            length: acts,
+            stage,
             kicks,
             drift,
             drift_b,
             after,
-            wheels,
+            wheels: moved_by_wheels,
+            with_wheels,
             gradient,
             ..given
         })
+    }
+}
+
+/// The parts of a step with what wheels store as states beside: `of_total` is the curvature by attitude, total momentum and wheels.
+fn beside_wheels(
+    parts: &Parts<6, 3>,
+    wheels: &Matrix6x3,
+    of_total: &Matrix9,
+    weights: [f64; 2],
+) -> Parts<9, 3> {
+    let whole = |of: &Matrix6, rest: f64| {
+        let mut out = Matrix9::from_diagonal_element(rest);
+        out.fixed_view_mut::<6, 6>(0, 0).copy_from(of);
+        out
+    };
+    let mut drift = whole(&parts.drift, 1.0);
+    drift.fixed_view_mut::<6, 3>(0, 6).copy_from(wheels);
+    // H = Π + μ.
+    let mut total = Matrix9::identity();
+    total.fixed_view_mut::<3, 3>(3, 6).fill_with_identity();
+    let stores = |weight: f64| {
+        let mut out = SMatrix::<f64, 9, 3>::zeros();
+        out.fixed_view_mut::<3, 3>(3, 0).fill_diagonal(weight);
+        out.fixed_view_mut::<3, 3>(6, 0).fill_diagonal(-weight);
+        out
+    };
+    Parts {
+        kicks: parts.kicks.map(|kick| whole(&kick, 1.0)),
+        drift,
+        curvature: total.transpose() * of_total * total,
+        inputs: weights.map(stores),
+        bends: parts.bends.map(|bend| whole(&bend, 0.0)),
+        mixed: [SMatrix::zeros(); 2],
     }
 }

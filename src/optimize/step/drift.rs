@@ -21,6 +21,7 @@ use super::{Costate, Dynamics, Point, Sensitivity, StepError, lanes::Rows};
 use crate::lie::{cayley_minus_identity, hat};
 use crate::mechanics::drift_equation::{inverse3, solve, solve3};
 use crate::{Matrix3, Vector3};
+use nalgebra::SMatrix;
 
 /// What a drift leaves behind for its linearisation.
 #[derive(Clone, Copy, Debug)]
@@ -152,6 +153,14 @@ impl Drift {
 }
 
 impl LinearDrift {
+    /// `A0` and `H` as matrices.
+    pub fn matrices<const N: usize>(&self) -> [SMatrix<f64, N, N>; 2] {
+        let mut columns = Sensitivity::<N>::of_state();
+        let curvature = self.curvature(&columns).costate();
+        self.advance(&mut columns);
+        [columns.state(), curvature]
+    }
+
     /// `z' = A0 z`, `δλ' = A0⁻ᵀ (δλ − H z)`.
     #[inline(always)]
     pub fn advance<const N: usize>(&self, columns: &mut Sensitivity<N>) {

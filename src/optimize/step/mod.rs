@@ -373,6 +373,14 @@ impl Dynamics {
         (gradient, self.curvature(environment.as_ref(), pose, &costates).rr)
     }
 
+    /// Second derivatives of `λ^γ · f + λ^Π · M` of the environment, scaled; zero for a free body.
+    pub(crate) fn field_curvature(&self, pose: &Pose, costate: &Costate) -> Blocks {
+        let costates = Wrench { force: costate.gamma, moment: costate.pi };
+        let curvature =
+            |environment: &Arc<dyn Environment>| self.curvature(environment.as_ref(), pose, &costates);
+        self.environment.as_ref().map_or_else(Blocks::zero, curvature)
+    }
+
     /// Force and moment of the environment, scaled; zero for a free body.
     #[inline(always)]
     pub(crate) fn environment_wrench(&self, pose: &Pose) -> Wrench {

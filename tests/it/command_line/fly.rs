@@ -380,3 +380,56 @@ fn covariances_are_those_of_their_deviations_and_of_their_principal_errors() {
     let degree = 1_f64.to_radians();
     assert!((correlated.sensor_noise[(0, 1)] / (degree * degree) - 1.0).abs() < 1e-14);
 }
+
+/// A plan of least time tells how long its arcs last from another start, in tables too; that is refused beside what is uncertain, and
+/// of maneuvers without arcs.
+#[test]
+fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
+    let folder = Folder::new();
+    let problems = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/");
+    let spec = format!("{problems}minimum_time_xte.toml");
+    let plan = ["plan", &spec, "--set", "feedback.kind=switching"];
+    folder
+        .slew(&[&plan[..], &["-o", "plan.json"]].concat())
+        .ends(0)
+        .tells("feedback    switching times by the start, then a regulator")
+        .tells("leave arc 3");
+    let feedback = &folder.json("plan.json")["feedback"];
+    let arcs = feedback["arcs"].as_array().unwrap();
+    assert_eq!((arcs.len(), feedback["gains"].as_array().unwrap().len()), (6, 200));
+    let length: f64 = arcs.iter().map(|arc| number(&arc["length_s"])).sum();
+    assert!((length - 28.6304).abs() < 1e-3, "{length}");
+    for (name, array) in [("plan.npz", "arc_gains.npy"), ("plan.mat", "arc_gains")] {
+        folder.slew(&["export", "plan.json", "-o", name]).ends(0);
+        let archive = fs::read(folder.path(name)).unwrap();
+        assert!(archive.windows(array.len()).any(|window| window == array.as_bytes()), "{name}");
+    }
+    let uncertain = ["--set", "uncertainty.inertia.relative=0.01"];
+    folder
+        .slew(&[&plan[..], &uncertain].concat())
+        .ends(3)
+        .tells("E0171")
+        .tells("what that makes of covariances");
+    let effort = format!("{problems}xte_20s.toml");
+    folder.slew(&["plan", &effort, "--set", "feedback.kind=switching"]).ends(3).tells("inputs do not switch");
+}
+
+/// Bodies that translate have gains of twelve states, forces first; torques fixed in the reference frame have gains as well. Nothing
+/// is known of their covariance.
+#[test]
+fn plans_of_poses_have_gains_and_no_covariance() {
+    let folder = Folder::new();
+    let problems = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/");
+    let spec = format!("{problems}free_flyer.toml");
+    folder
+        .slew(&["plan", &spec, "-o", "plan.json", "--set", "feedback.kind=neighbouring"])
+        .ends(0)
+        .tells("feedback    neighbouring gains of the pose, held");
+    let plan = folder.json("plan.json");
+    let first = plan["feedback"]["gains"][0].as_array().unwrap();
+    assert!(first.len() >= 6 && first.iter().all(|row| row.as_array().unwrap().len() == 12));
+    folder.slew(&["export", "plan.json", "-o", "plan.flight"]).ends(0);
+    assert!(fs::read_to_string(folder.path("plan.flight")).unwrap().contains("gain_1_position_x"));
+    let uncertain = ["--set", "uncertainty.inertia.relative=0.01"];
+    folder.slew(&[&["plan", &spec][..], &uncertain].concat()).ends(3).tells("E0170");
+}

@@ -78,8 +78,9 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     let gains = record.gain_rows();
     let mut heads = inputs.clone();
     if let Some((width, _)) = &gains {
-        let axes = ["attitude_x", "attitude_y", "attitude_z", "rate_x", "rate_y", "rate_z"];
-        heads.extend((0..width / 6).flat_map(|input| axes.map(|axis| format!("gain_{}_{axis}", input + 1))));
+        let states = record.gain_states();
+        let input = |input: usize| states.iter().map(move |state| format!("gain_{}_{state}", input + 1));
+        heads.extend((0..width / states.len().max(1)).flat_map(input));
     }
     writeln!(
         text,
@@ -149,11 +150,33 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
             text,
             "# input = input of the row - gains [z; dw]: z = log(R*^T R) of the row in rad, dw = w - w* in rad/s, body axes; {held}"
         )?;
+        let states = record.gain_states();
+        if states.len() == 9 {
+            writeln!(
+                text,
+                "# after dw: momentum that the wheels store less that of the plan, body axes, N m s"
+            )?;
+        }
+        if states.len() == 12 {
+            writeln!(
+                text,
+                "# before z: position in m and velocity in m/s less those of the plan, reference axes"
+            )?;
+        }
         writeln!(
             text,
             "# gains of step {} of the plan are held to its end",
             gains.frozen_from.saturating_sub(1)
         )?;
+        for (index, arc) in gains.arcs.iter().enumerate() {
+            let gain = arc.gain.map(digits).join(", ");
+            writeln!(
+                text,
+                "# arc {} lasts {} s + [{gain}] [z; dw] of the start",
+                index + 1,
+                digits(arc.length_s)
+            )?;
+        }
     }
     writeln!(text, "# tick_s {}\n# rows {rows}", digits(tick))?;
     Ok(text)

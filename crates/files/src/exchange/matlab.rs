@@ -31,6 +31,9 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     if let Some((width, numbers)) = record.gain_rows() {
         matrix("gains", numbers.len() / width.max(1), width, &numbers, output)?;
     }
+    if let Some(numbers) = record.arc_rows() {
+        matrix("arc_gains", numbers.len() / 7, 7, &numbers, output)?;
+    }
     Ok(())
 }
 

@@ -18,6 +18,9 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     if let Some((width, numbers)) = record.gain_rows() {
         arrays.add("gains", numbers.len() / width.max(1), width, &numbers)?;
     }
+    if let Some(numbers) = record.arc_rows() {
+        arrays.add("arc_gains", numbers.len() / 7, 7, &numbers)?;
+    }
     Ok(arrays.close()?)
 }
 

@@ -3,7 +3,7 @@
 use super::frames::{Meaning, meaning};
 use crate::epoch::Epoch;
 use crate::export::{ExportError, Names};
-use crate::flown::FeedbackRecord;
+use crate::flown::{ArcRecord, FeedbackRecord};
 use crate::identity::Identity;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::{Matrix3, Vector3, lie};
@@ -46,6 +46,25 @@ impl Record<'_> {
         let gains = &self.gains.as_ref()?.gains;
         let width = gains.first().map_or(0, |step| step.iter().map(Vec::len).sum());
         Some((width, gains.iter().flatten().flatten().copied().collect()))
+    }
+
+    /// What a row of gains answers to, by name.
+    pub(super) fn gain_states(&self) -> Vec<String> {
+        let rows = self.gains.iter().flat_map(|gains| gains.gains.first()?.first());
+        let states: &[&str] = match rows.map(Vec::len).next() {
+            Some(12) => &["position", "velocity", "attitude", "rate"],
+            Some(9) => &["attitude", "rate", "stored"],
+            Some(_) => &["attitude", "rate"],
+            None => &[],
+        };
+        states.iter().flat_map(|state| ["x", "y", "z"].map(|axis| format!("{state}_{axis}"))).collect()
+    }
+
+    /// How the lengths of arcs answer to the start, in a row for each arc: its length, and six numbers; none where there are none.
+    pub(super) fn arc_rows(&self) -> Option<Vec<f64>> {
+        let arcs = &self.gains.as_ref()?.arcs;
+        let row = |arc: &ArcRecord| std::iter::once(arc.length_s).chain(arc.gain).collect::<Vec<_>>();
+        (!arcs.is_empty()).then(|| arcs.iter().flat_map(row).collect())
     }
 
     /// Whether the reference frame turns.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::ser::{CompactFormatter, Formatter};
 use slewkit::Vector3;
 use slewkit::assured::{Beside, Margins};
+use slewkit::feedback::Gains;
 use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
     ActiveConstraint, ChosenSteps, ConvexWork, Landing, Method, Optimality, Outcome, Problem, Rival,
@@ -233,6 +234,13 @@ impl<'a> PlanFile<'a> {
                 uncertainty.margins = margins.map(|margins| MarginsRecord::new(closed_loop, margins));
             }
         }
+        self
+    }
+
+    /// The file with gains of which no covariance is known, and the sections of the spec that ask for them.
+    pub fn with_gains(mut self, problem: &Problem, gains: &Gains, closed_loop: &ClosedLoop) -> Self {
+        self.spec = self.spec.map(|spec| spec.with_closed_loop(closed_loop));
+        self.feedback = Some(FeedbackRecord::of_gains(problem, gains));
         self
     }
 

@@ -6,7 +6,7 @@ mod runs;
 
 pub use campaign::{CampaignRecord, Flight, LoopRecord, RunRecord, input_rooms, write_cases, write_trace};
 pub use plan::{
-    ChanceRecord, FeedbackRecord, HeldRecord, LoopUncertainty, MarginsRecord, Part, PointingRecord,
-    UncertaintyRecord, boresights, unit,
+    ArcRecord, ChanceRecord, FeedbackRecord, HeldRecord, LoopUncertainty, MarginsRecord, Part,
+    PointingRecord, UncertaintyRecord, boresights, gains_alone, is_posed, unit,
 };
 pub use runs::Runs;

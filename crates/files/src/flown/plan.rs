@@ -4,18 +4,18 @@ use crate::export::nulls::null_is_nan;
 use crate::spec::ClosedLoop;
 use serde::{Deserialize, Serialize};
 use slewkit::Vector3;
-use slewkit::assured::{Beside, Margins};
+use slewkit::assured::{Beside, Margins, NotKnown};
 use slewkit::closed_loop::Proportion;
-use slewkit::feedback::{Gains, Kind};
-use slewkit::maneuver::{Problem, Rule};
-use slewkit::optimize::linear_plan::{Matrix6, Vector6};
+use slewkit::feedback::{Arc, Gains, Kind};
+use slewkit::maneuver::{Problem, Rule, Trajectory};
+use slewkit::optimize::linear_plan::{Matrix6, PosedPlan, Vector6};
 use slewkit::uncertainty::chance::{Chance, Quantity};
 use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 
 /// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins and held over that step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeedbackRecord {
-    /// "neighbouring" or "tvlqr".
+    /// "neighbouring", "tvlqr" or "switching".
     pub kind: String,
     /// The first step whose gains are those of the step before it.
     pub frozen_from: usize,
@@ -23,8 +23,23 @@ pub struct FeedbackRecord {
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub every_steps: usize,
     /// For each step a row for each torque input: three numbers by `ζ = log(R*ᵀR)`, body axes \[rad\], three by the rate beside the
-    /// plan, body axes [rad/s].
+    /// plan, body axes [rad/s]; of neighbouring gains of wheels three more by what these store beside the plan, body axes [N·m·s]. Of
+    /// bodies that translate a row for each input, forces first, with six numbers before these, by position \[m\] and velocity [m/s].
     pub gains: Vec<Vec<Vec<f64>>>,
+    /// How the arcs answer to the start, where that is corrected.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub arcs: Vec<ArcRecord>,
+}
+
+/// An arc of a plan whose inputs switch: from a start beside that of the plan it lasts `length_s + gain [ζ; δΩ]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ArcRecord {
+    /// The first of its steps.
+    pub first_step: usize,
+    /// How long it lasts in the plan \[s\].
+    pub length_s: f64,
+    /// Three numbers by `ζ = log(R*ᵀR)` at the start, body axes [s/rad], three by the rate [s/(rad/s)].
+    pub gain: [f64; 6],
 }
 
 fn one() -> usize {
@@ -203,28 +218,67 @@ fn name(kind: &Kind) -> &'static str {
     match kind {
         Kind::Neighbouring { .. } => "neighbouring",
         Kind::Tvlqr(_) => "tvlqr",
+        Kind::Switching(_) => "switching",
     }
 }
 
 impl FeedbackRecord {
     /// Of the gains along a plan; `None` where there are none.
     pub fn new(problem: &Problem, beside: &Beside) -> Option<Self> {
-        let gains = beside.gains.as_ref()?;
-        let j = problem.body.inertia.j();
-        // Flight software knows rates: K_Ω = K_Π J.
-        let row = |row: &[f64]| {
-            let by_momentum = Vector3::from_column_slice(&row[3..]);
-            let by_rate = j * by_momentum;
-            row[..3].iter().chain(by_rate.iter()).copied().collect()
-        };
-        let step = |k: usize| gains.row(k).chunks_exact(6).map(row).collect();
-        Some(Self {
+        let arcs = beside.switching.iter().flat_map(|switching| {
+            let gain = |arc: usize| of_rates(problem, switching.row(arc));
+            let arc = move |(index, arc): (usize, &Arc)| ArcRecord {
+                first_step: arc.first_step,
+                length_s: arc.length,
+                gain: std::array::from_fn(|column| gain(index)[column]),
+            };
+            switching.arcs.iter().enumerate().map(arc)
+        });
+        Some(Self { arcs: arcs.collect(), ..Self::of_gains(problem, beside.gains.as_ref()?) })
+    }
+
+    /// Of gains alone.
+    pub fn of_gains(problem: &Problem, gains: &Gains) -> Self {
+        let width = (gains.inputs * gains.states).max(1);
+        let row = |row: &[f64]| of_rates(problem, row);
+        let step = |step: &[f64]| step.chunks_exact(gains.states).map(row).collect();
+        Self {
             kind: name(&gains.kind).into(),
             frozen_from: gains.frozen_from,
             every_steps: gains.every,
-            gains: (0..beside.linear.count()).map(step).collect(),
-        })
+            gains: gains.rows.chunks_exact(width).map(step).collect(),
+            arcs: Vec::new(),
+        }
     }
+}
+
+/// A row by momenta as one by rates, which flight software knows: `K_Ω = K_Π J`, `K_v = K_γ m`.
+fn of_rates(problem: &Problem, row: &[f64]) -> Vec<f64> {
+    let j = problem.body.inertia.j();
+    let rotation = if row.len() == 12 { 6 } else { 0 };
+    let by_rate = j * Vector3::from_column_slice(&row[rotation + 3..rotation + 6]);
+    let mut out = row.to_vec();
+    out[rotation + 3..rotation + 6].copy_from_slice(by_rate.as_slice());
+    if let (6, Some(mass)) = (rotation, problem.body.mass) {
+        out[3..6].iter_mut().for_each(|gain| *gain *= mass);
+    }
+    out
+}
+
+/// Gains along a plan of which no covariance is known: of a body that translates, or whose torques are fixed in the reference frame;
+/// `None` of others, whose gains are those of [`Beside`].
+pub fn gains_alone(
+    problem: &Problem,
+    plan: &Trajectory,
+    closed_loop: &ClosedLoop,
+) -> Option<Result<Gains, NotKnown>> {
+    let feedback = closed_loop.feedback.filter(|_| PosedPlan::is_of(problem))?;
+    Some(feedback.along_pose(problem, plan))
+}
+
+/// Whether a plan has gains alone: of a body that translates, or under torques fixed in the reference frame.
+pub fn is_posed(problem: &Problem) -> bool {
+    PosedPlan::is_of(problem)
 }
 
 /// The boresights of a maneuver: those of its cones and of its end; the body axes where it has none.

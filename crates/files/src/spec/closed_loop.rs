@@ -9,10 +9,10 @@ use super::{Node, Section, Value, short, show};
 use serde_json::Map;
 use slewkit::assured::{Feedback, Kept, Over};
 use slewkit::closed_loop::Plant;
-use slewkit::feedback::{Kind, RegulatorWeights};
+use slewkit::feedback::{Kind, RegulatorWeights, SwitchingGains};
 use slewkit::maneuver::{Motion, Problem};
 use slewkit::mechanics::AxisFrame;
-use slewkit::optimize::linear_plan::Unlinearised;
+use slewkit::optimize::linear_plan::{PosedPlan, Unlinearised};
 use slewkit::uncertainty::Uncertainty;
 
 /// What a plan is flown with; nothing where the spec says nothing.
@@ -63,11 +63,17 @@ impl ClosedLoop {
 /// Reads the sections, and has the maneuver hold what is to be left of its limits; what is wrong is in the report.
 pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> ClosedLoop {
     let sections = ["feedback", "uncertainty", "plant"];
-    if let Some(section) = ["feedback", "uncertainty"].iter().find_map(|name| root.section(name))
+    if let Some(section) = root.section("uncertainty")
         && let Some(cause) = unsuited(problem)
     {
-        let remedy = "take [feedback] and [uncertainty] away: the plan itself needs neither";
+        let remedy = "take [uncertainty] away: the plan itself does not need it";
         section.error_here("E0170", cause.to_string(), remedy);
+    }
+    let turns = PosedPlan::is_of(problem)
+        && (problem.actuation.wheels.is_some() || problem.actuation.thrusters.is_some());
+    if let (Some(section), true) = (root.section("feedback"), turns) {
+        let remedy = "take [feedback] away: the plan itself does not need it";
+        section.error_here("E0170", Unlinearised::Thrusters.to_string(), remedy);
     }
     let uncertainty = root.section("uncertainty").map(|section| uncertain::uncertainty(section, problem));
     let chances = chances::chances(root, problem, uncertainty.is_some());
@@ -79,7 +85,7 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
         }
     }
     let feedback = root.section("feedback").and_then(|section| {
-        let (kind, every) = (feedback(section, problem), every(section, problem));
+        let (kind, every) = (feedback(section, problem, root.has("uncertainty")), every(section, problem));
         Some(Feedback { kind: kind?, every: every? })
     });
     ClosedLoop {
@@ -149,7 +155,7 @@ fn unsuited(problem: &Problem) -> Option<Unlinearised> {
     (problem.actuation.torque.frame() == AxisFrame::Reference).then_some(Unlinearised::Frame)
 }
 
-fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
+fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kind> {
     let has_wheels = problem.actuation.wheels.is_some();
     let default = if problem.switches() || has_wheels { "tvlqr" } else { "neighbouring" };
     let kind = if section.has("kind") { section.word("kind")? } else { default };
@@ -162,10 +168,6 @@ fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
             );
             return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\"");
         }
-        if has_wheels {
-            let reason = "of wheels a neighbouring plan is not known: their momenta would be states of it";
-            return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\"");
-        }
         if let Some(key) = weights.iter().find(|key| section.has(key)) {
             let reason = format!(
                 "`{key}` is a weight of the regulator, and neighbouring gains have the cost of the plan"
@@ -174,16 +176,33 @@ fn feedback(section: &Section, problem: &Problem) -> Option<Kind> {
         }
         return Some(Kind::Neighbouring { freeze: section.number("freeze").unwrap_or(Kind::FREEZE) });
     }
+    if kind == "switching" {
+        if let Err(cause) = SwitchingGains::suits(problem) {
+            return section.refuse("E0171", "kind", cause.to_string(), "write kind = \"tvlqr\"");
+        }
+        if uncertain {
+            let reason = "switching times are corrected once, at the start: what that makes of covariances and flights is not known";
+            let remedy = "write kind = \"tvlqr\", or take [uncertainty] away";
+            return section.refuse("E0171", "kind", reason, remedy);
+        }
+    }
+    if let (Some(key), true) =
+        (weights.iter().find(|key| section.has(key)), problem.motion == Motion::RigidBody)
+    {
+        let reason = format!("`{key}` says nothing of position and velocity, which are to be regulated too");
+        return section.refuse("E0171", key, reason, "leave it out: the regulator has weights by default");
+    }
     if section.has("freeze") {
         let reason = "gains of the regulator do not grow without bound, and are not held";
         return section.refuse("E0171", "freeze", reason, "leave it out");
     }
+    let of = |weights| if kind == "switching" { Kind::Switching(weights) } else { Kind::Tvlqr(weights) };
     let given = weights.map(|key| section.number(key));
     match given {
-        [None, None, None] => Some(Kind::Tvlqr(None)),
+        [None, None, None] => Some(of(None)),
         [Some(attitude), Some(rate), end] => {
             let end = end.unwrap_or(RegulatorWeights::END);
-            Some(Kind::Tvlqr(Some(RegulatorWeights { attitude, rate, end })))
+            Some(of(Some(RegulatorWeights { attitude, rate, end })))
         }
         _ => {
             let reason = "the weights of attitude and rate belong together";

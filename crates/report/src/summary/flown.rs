@@ -5,7 +5,7 @@ use super::{Tone, headline};
 use slewkit::Vector3;
 use slewkit::assured::Beside;
 use slewkit::closed_loop::Flown;
-use slewkit::feedback::Kind;
+use slewkit::feedback::{Gains, Kind, SwitchingGains};
 use slewkit::maneuver::{Problem, Rule};
 use slewkit::mechanics::LimitKind;
 use slewkit::numerics::figures::{counted, significant};
@@ -25,21 +25,10 @@ pub fn beside(
 ) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(gains) = &beside.gains {
-        let steps = beside.linear.count();
-        let every = if gains.every > 1 {
-            format!(" every {} s", significant(beside.linear.times()[gains.every], 3))
-        } else {
-            String::new()
-        };
-        let text = match gains.kind {
-            Kind::Neighbouring { .. } if gains.frozen_from < steps => {
-                let held = steps + 1 - gains.frozen_from;
-                format!("neighbouring gains{every}, held over the last {held} of {steps} steps")
-            }
-            Kind::Neighbouring { .. } => format!("neighbouring gains{every} to the end"),
-            Kind::Tvlqr(_) => format!("regulator{every} along the plan"),
-        };
-        lines.lines("feedback", wrapped(&text, TEXT));
+        lines.extend(self::gains(gains, beside.linear.times()));
+        if let Some(text) = beside.switching.as_ref().map(|switching| reach(problem, switching)) {
+            lines.lines("", wrapped(&text, TEXT));
+        }
     }
     if let Some(open) = &beside.open {
         let text = uncertain(problem, open, beside.closed.as_ref());
@@ -89,6 +78,62 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
         format!("any of {names}: asked at most {} over the motion", significant(chance.at_most, 2))
     }));
     texts
+}
+
+/// What a summary says of gains along a plan with these nodes \[s\].
+pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
+    let steps = times.len() - 1;
+    let every = if gains.every > 1 {
+        format!(" every {} s", significant(times[gains.every], 3))
+    } else {
+        String::new()
+    };
+    let of = if gains.states == 12 { " of the pose" } else { "" };
+    let text = match gains.kind {
+        Kind::Neighbouring { .. } if gains.frozen_from < steps => {
+            let held = steps + 1 - gains.frozen_from;
+            format!("neighbouring gains{of}{every}, held over the last {held} of {steps} steps")
+        }
+        Kind::Neighbouring { .. } => format!("neighbouring gains{of}{every} to the end"),
+        Kind::Tvlqr(_) => format!("regulator{of}{every} along the plan"),
+        Kind::Switching(_) => "switching times by the start, then a regulator along the plan".into(),
+    };
+    let mut lines = Vec::new();
+    lines.lines("feedback", wrapped(&text, TEXT));
+    lines
+}
+
+/// The least errors of the start that leave an arc no time.
+fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
+    let reach = switching.reach();
+    let least = |range: std::ops::Range<usize>| {
+        let all = range.map(|column| (reach[column], column));
+        all.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((f64::INFINITY, 0), 0))
+    };
+    let axis = |column: usize| ["x", "y", "z"][column % 3];
+    let ((turn, first), of_turn) = least(0..3);
+    // In rates: the momentum of an error of one rate alone.
+    let by_rate = |axis: usize| {
+        let momentum = problem.body.inertia.j().column(axis).into_owned();
+        let least = |(index, arc): (usize, &slewkit::feedback::Arc)| {
+            let row = switching.row(index);
+            (arc.length / (row[3] * momentum.x + row[4] * momentum.y + row[5] * momentum.z).abs(), index)
+        };
+        let all = switching.arcs.iter().enumerate().map(least);
+        all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0))
+    };
+    let rates = (0..3).map(|axis| (by_rate(axis), axis));
+    let ((rate, second), of_rate) =
+        rates.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((f64::INFINITY, 0), 0));
+    let and = if first == second { String::new() } else { format!(", and arc {}", second + 1) };
+    format!(
+        "{} deg about {} off, or {} deg/s about {}, leave arc {}{and} no time: then plan anew",
+        significant(turn.to_degrees(), 2),
+        axis(of_turn),
+        significant(rate.to_degrees(), 2),
+        axis(of_rate),
+        first + 1,
+    )
 }
 
 /// When a constraint may be violated with its chance, where that is not the worst instant.

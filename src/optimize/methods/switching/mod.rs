@@ -33,6 +33,7 @@ pub(crate) mod grid_step;
 pub(crate) mod least_gap;
 pub(crate) mod limit;
 pub(crate) mod long;
+pub(crate) mod moved;
 pub(crate) mod on_grid;
 pub(crate) mod pulses;
 pub(crate) mod scaled;

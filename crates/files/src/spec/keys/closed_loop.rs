@@ -12,8 +12,9 @@ tables! {
     /// Gains along the plan.
     pub(crate) static FEEDBACK[selector: Some("kind")] {
         /// neighbouring: of all corrections that bring the craft to the end those of least cost. tvlqr: the regulator of the weights
-        /// below, also where inputs switch and of wheels. Default: neighbouring; tvlqr where time or fuel is minimised, and of wheels.
-        "kind": Choice(&["neighbouring", "tvlqr"], &[]);
+        /// below, also where inputs switch. switching: of plans of arcs how long each lasts from another start, to correct once,
+        /// and then that regulator. Default: neighbouring; tvlqr where time or fuel is minimised, and of wheels.
+        "kind": Choice(&["neighbouring", "tvlqr", "switching"], &[]);
         /// Part of the steps at the end over which neighbouring gains are held, at least four steps; 0: none. Default: 0.15.
         "freeze": Number(q::PART);
         /// Time between two measurements, a whole number of steps; a correction is held over it, and gains are designed for that.

@@ -1,0 +1,252 @@
+//! Gains of plans whose inputs switch: how long each arc lasts from a start beside that of the plan.
+//!
+//! ```text
+//! d = d* + K z ,     z = [log(R*_0ᵀ R_0); Π_0 − Π*_0]
+//! ```
+//!
+//! The neighbour of a plan of arcs has the same arcs, of other lengths (`optimize::methods::switching::moved` has the equations).
+//! From the corrected start the end is missed by the square of `z`, and the duration is that of the neighbouring optimum. Once the first
+//! switches are past, too few lengths are left for six errors: so a plan is corrected once, at its start, and a regulator with torque
+//! held back for it follows the corrected motion.
+//!
+//! An error that takes more from an arc than it lasts asks for other arcs, which no derivative knows ([`Reversed`]): plan again.
+
+use super::NoGains;
+use crate::flight::Flight;
+use crate::lie;
+use crate::maneuver::duration::Duration;
+use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::{EndCondition, Motion, Problem, State};
+use crate::maneuver::solution::Trajectory;
+use crate::mechanics::actuators::AxisFrame;
+use crate::optimize::linear_plan::Vector6;
+use crate::optimize::methods::switching::moved::{HeldArc, lengths_by_start};
+use crate::optimize::methods::switching::scaled::scaled;
+use thiserror::Error;
+
+/// Part of a limit within which an input is at it, or off: what is left of impulses in the last digits of recorded times.
+const AT_LIMIT: f64 = 1e-6;
+
+/// Part of the longest duration within which a plan takes all of it.
+const ALL_OF_IT: f64 = 1e-9;
+
+/// An arc of a plan, on which the inputs stay.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Arc {
+    /// The first of its steps.
+    pub first_step: usize,
+    /// How many steps it has.
+    pub steps: usize,
+    /// How long it lasts \[s\].
+    pub length: f64,
+    /// Its inputs, SI.
+    pub inputs: Vec<f64>,
+}
+
+/// How the lengths of the arcs of a plan answer to the start.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SwitchingGains {
+    /// The arcs.
+    pub arcs: Vec<Arc>,
+    /// `K`, a row of six for each arc: \[s\] for each rad, body axes, and N·m·s.
+    pub rows: Vec<f64>,
+}
+
+/// An arc would last for no time, or less.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error(
+    "arc {} would last {length:.3} s from this start: the best plan from there has other arcs, and is to be sought anew",
+    arc + 1
+)]
+pub struct Reversed {
+    /// Index of the arc.
+    pub arc: usize,
+    /// What would be left of it \[s\].
+    pub length: f64,
+}
+
+/// Why a plan is not corrected.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum NotCorrected {
+    /// Other arcs are needed.
+    #[error(transparent)]
+    Reversed(#[from] Reversed),
+    /// The plan is another than that of the gains, or its motion cannot be followed.
+    #[error("the plan is not that of the gains, or its motion cannot be followed")]
+    Trajectory,
+}
+
+impl SwitchingGains {
+    /// Of the arcs of `plan`, a trajectory of `problem` on its own grid: of those that are flown, whose switches are beside those of
+    /// the continuous extremal by the square of the step.
+    ///
+    /// # Errors
+    /// [`NoGains::Arcs`]: of plans whose inputs do not stay at limits or off, are limited by something else, or whose arcs are too few
+    /// or too alike to correct six errors.
+    pub fn along(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
+        Self::suits(problem)?;
+        let arcs = arcs(problem, plan)?;
+        let unscaled = NoGains::Arcs("its inputs do not reach all axes");
+        let (extremal, units) = scaled(problem).ok_or(unscaled)?;
+        let torque = &problem.actuation.torque;
+        let price = |inputs: &[f64]| match &problem.objective {
+            Objective::Fuel(fuel) => problem.objective.time_price() + fuel.rate(&problem.actuation, inputs),
+            _ => 1.0,
+        };
+        let held: Vec<HeldArc> = arcs
+            .iter()
+            .map(|arc| HeldArc {
+                length: arc.length / units.time,
+                torque: torque.output(&arc.inputs) / units.torque,
+                price: price(&arc.inputs),
+            })
+            .collect();
+        let last = plan.time.last().copied().unwrap_or(f64::NAN);
+        let all = |longest: f64| (longest - last).abs() <= ALL_OF_IT * longest;
+        let given =
+            matches!(problem.duration, Duration::Given(_)) || problem.duration.at_most().is_some_and(all);
+        let given = given && problem.objective.fuel().is_some();
+        let gains = lengths_by_start(&extremal, &held, given).ok_or(NoGains::Arcs(
+            "its arcs are too few, or too much alike, to correct six errors at the end by their lengths",
+        ))?;
+        let unit = |column: usize| if column < 3 { units.time } else { units.time / units.momentum() };
+        let rows = (0..6 * arcs.len()).map(|index| gains[(index / 6, index % 6)] * unit(index % 6)).collect();
+        Ok(Self { arcs, rows })
+    }
+
+    /// Whether the arcs of a plan of `problem` decide all of its motion, and lead to a given state.
+    ///
+    /// # Errors
+    /// [`NoGains::Arcs`] with what stands in the way.
+    pub fn suits(problem: &Problem) -> Result<(), NoGains> {
+        suited(problem)
+    }
+
+    /// The row of an arc.
+    pub fn row(&self, arc: usize) -> &[f64] {
+        &self.rows[6 * arc..6 * arc + 6]
+    }
+
+    /// By how much an arc lasts longer from a start `z` beside that of the plan, in rad and N·m·s.
+    pub fn change(&self, arc: usize, z: &Vector6) -> f64 {
+        self.row(arc).iter().zip(z.iter()).map(|(gain, z)| gain * z).sum()
+    }
+
+    /// How long the arcs last from there \[s\].
+    ///
+    /// # Errors
+    /// [`Reversed`] where one of them would not last at all.
+    pub fn lengths(&self, z: &Vector6) -> Result<Vec<f64>, Reversed> {
+        let length = |(index, arc): (usize, &Arc)| {
+            let length = arc.length + self.change(index, z);
+            // Written so that what is not a number is none.
+            if length > 0.0 { Ok(length) } else { Err(Reversed { arc: index, length }) }
+        };
+        self.arcs.iter().enumerate().map(length).collect()
+    }
+
+    /// For each component of `z` the least error, alone, that leaves an arc no time, and which arc: rad and N·m·s.
+    pub fn reach(&self) -> [(f64, usize); 6] {
+        std::array::from_fn(|column| {
+            let least = |(index, arc): (usize, &Arc)| (arc.length / self.row(index)[column].abs(), index);
+            let all = self.arcs.iter().enumerate().map(least);
+            all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0))
+        })
+    }
+
+    /// `[log(R*_0ᵀ R_0); Π_0 − Π*_0]` of a start, in rad and N·m·s.
+    pub fn beside(problem: &Problem, plan: &Trajectory, start: &State) -> Option<Vector6> {
+        let planned = lie::rotation_from_quaternion(plan.quaternion.first()?);
+        let turn = lie::minus(&start.attitude, &planned);
+        let momentum =
+            problem.body.inertia.j() * (start.angular_velocity - plan.angular_velocity.first().copied()?);
+        Some(Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z))
+    }
+
+    /// The plan corrected for the start of `problem`: its arcs of other lengths, each with its steps, and the true motion from there
+    /// at the nodes.
+    ///
+    /// # Errors
+    /// [`NotCorrected`].
+    pub fn corrected(&self, problem: &Problem, plan: &Trajectory) -> Result<Trajectory, NotCorrected> {
+        let steps: usize = self.arcs.iter().map(|arc| arc.steps).sum();
+        let z = Self::beside(problem, plan, &problem.start).filter(|_| plan.time.len() == steps + 1);
+        let lengths = self.lengths(&z.ok_or(NotCorrected::Trajectory)?)?;
+        let mut moved = plan.clone();
+        let mut clock = plan.time[0];
+        for (arc, length) in self.arcs.iter().zip(&lengths) {
+            let (first, stretch) = (arc.first_step, length / arc.length);
+            let begin = plan.time[first];
+            for step in first..first + arc.steps {
+                moved.time[step + 1] = clock + stretch * (plan.time[step + 1] - begin);
+            }
+            clock = moved.time[first + arc.steps];
+        }
+        moved.quaternion[0] = lie::quaternion_from_rotation(&problem.start.attitude);
+        moved.angular_velocity[0] = problem.start.angular_velocity;
+        let moved_problem = Problem { duration: Duration::Given(clock), ..problem.clone() };
+        Flight::recorded(&moved_problem, &moved).ok_or(NotCorrected::Trajectory)
+    }
+}
+
+/// Whether the arcs of a plan decide all of its motion, and lead to a given state.
+fn suited(problem: &Problem) -> Result<(), NoGains> {
+    let limits = problem.actuation.torque.limits();
+    let refused = [
+        (problem.motion == Motion::RigidBody, "the body translates"),
+        (!problem.switches(), "its inputs do not switch"),
+        (
+            problem.actuation.torque.frame() == AxisFrame::Reference,
+            "its torques are fixed in the reference frame",
+        ),
+        (problem.actuation.wheels.is_some(), "wheels store what its inputs give"),
+        (!problem.environment.is_free(), "something else acts on the body"),
+        (
+            !problem.constraints.is_empty(),
+            "constraints have arcs of their own, on which no input is at its limit",
+        ),
+        (limits.size.is_none(), "the norm of its torque is limited, whose direction turns"),
+        (problem.shortest_pulse().is_some(), "its pulses have a shortest length"),
+        (problem.end_condition != EndCondition::State, "its end is the plan's to choose"),
+    ];
+    refused.iter().find(|(refused, _)| *refused).map_or(Ok(()), |(_, why)| Err(NoGains::Arcs(why)))
+}
+
+/// The arcs of a plan.
+fn arcs(problem: &Problem, plan: &Trajectory) -> Result<Vec<Arc>, NoGains> {
+    let (steps, limits) = (plan.time.len().saturating_sub(1), problem.actuation.torque.limits());
+    let sizes = limits.size.as_deref().unwrap_or_default();
+    let m = plan.input_count;
+    if steps == 0 || m != sizes.len() || plan.input.len() < steps * m || plan.quaternion.is_empty() {
+        return Err(NoGains::Arcs("the plan has no trajectory of arcs"));
+    }
+    let fuel = problem.objective.fuel().is_some();
+    let mut arcs: Vec<Arc> = Vec::new();
+    for step in 0..steps {
+        let (inputs, length) = (plan.inputs(step), plan.time[step + 1] - plan.time[step]);
+        let at = |(input, size): (&f64, &f64)| {
+            let part = (input / size).abs();
+            (part - 1.0).abs() <= AT_LIMIT || (fuel || limits.one_sided) && part <= AT_LIMIT
+        };
+        if !inputs.iter().zip(sizes).all(at) {
+            return Err(NoGains::Arcs("an input is within its limits, as on a singular arc"));
+        }
+        let same = |arc: &&mut Arc| {
+            let apart = arc.inputs.iter().zip(inputs).zip(sizes);
+            apart.into_iter().all(|((a, b), size)| (a - b).abs() <= 2.0 * AT_LIMIT * size)
+        };
+        match arcs.last_mut().filter(same) {
+            Some(arc) => {
+                arc.steps += 1;
+                arc.length += length;
+            }
+            None => arcs.push(Arc { first_step: step, steps: 1, length, inputs: inputs.to_vec() }),
+        }
+    }
+    Ok(arcs)
+}
+
+#[cfg(test)]
+mod tests;
