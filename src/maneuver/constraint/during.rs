@@ -17,7 +17,7 @@ impl During {
         self.0.as_deref()
     }
 
-    /// The same, and in these intervals alone \[s\], one after another.
+    /// What of it is in these intervals \[s\], one after another.
     pub fn within(&self, intervals: &[[f64; 2]]) -> Self {
         let Some(own) = self.given() else { return Self::intervals(intervals) };
         let common = |[from, to]: &[f64; 2]| {
