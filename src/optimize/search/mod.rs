@@ -110,6 +110,9 @@ pub enum Misfit {
     /// Costates to polish, where effort in a given duration is not what is minimised.
     #[error("only a maneuver of least effort in a given duration has costates to polish")]
     Polish,
+    /// One method by itself, of a maneuver with sets of cones that hold in turns.
+    #[error("which set of cones holds when is what a plan finds: no method has it by itself")]
+    Turns,
     /// A comparison of the ways to plan inputs that switch.
     #[error("ways are compared on maneuvers whose inputs switch")]
     Ways,
@@ -155,6 +158,9 @@ fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>
 
 /// Whether the effort is what is minimised, in a given duration.
 fn check_for_effort(problem: &Problem) -> Result<(), PlanError> {
+    if !problem.alternatives.is_empty() {
+        return Err(PlanError::Unsuited(Misfit::Turns));
+    }
     let taken = Formulation::of(problem) == Formulation::Extremal && problem.aim().is_none();
     if !taken || problem.duration.known().is_none() {
         return Err(PlanError::Unsuited(Misfit::Polish));

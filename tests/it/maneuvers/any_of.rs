@@ -53,15 +53,20 @@ fn no_moment_of_handing_over_is_cheaper() {
     let found = planned(&in_turns(), Target::Discrete);
     assert_eq!(found.status, Status::Solved);
     assert_eq!(found.solution.turns[0].shifts.len(), 2);
+    let mut tried = 0;
     for moment in (1..40).map(|node| 1.5 * f64::from(node)) {
         let [early, late] = [[0.0, moment], [moment, 60.0]];
         for times in [[early, late], [late, early]] {
-            let other = planned(&with(times), Target::Discrete).solution;
+            // In the one order the start and the end violate the cones.
+            let Ok(other) = plan(&with(times), &Settings::discrete(), None, &mut Silent) else { continue };
+            let other = other.solution;
             if other.outcome == Outcome::Converged {
+                tried += 1;
                 assert!(found.solution.cost < other.cost * (1.0 + 1e-6), "{moment}: {}", other.cost);
             }
         }
     }
+    assert!(tried > 30, "{tried}");
 }
 
 /// Of the motion itself, whatever the plan says of its shifts: at every node one of the trackers is off the Sun.

@@ -164,6 +164,13 @@ pub fn compare(
         }
     };
     let problem = aimed.as_ref().unwrap_or(problem);
+    // Of sets that hold in turns the shifts of a plan.
+    let in_turns = if problem.alternatives.is_empty() {
+        None
+    } else {
+        Some(search::solve(problem, settings, None, observer)?.on_grid(problem))
+    };
+    let problem = in_turns.as_ref().unwrap_or(problem);
     let shooting_settings = Settings { method: Method::Shooting, ..settings.clone() };
     let mut shooting = match plan::plan(problem, &shooting_settings, None, observer) {
         Err(PlanError::NotForShooting { reason }) => Err(reason),

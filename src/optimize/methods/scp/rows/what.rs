@@ -46,6 +46,10 @@ pub(crate) struct Cone {
     on: Option<[f64; 2]>,
 }
 
+/// A time at which a cone begins or ceases to act is that of a node within this part of the duration: rounded otherwise, the row of the
+/// node would be missing, or stand there twice.
+const EDGE: f64 = 1e-12;
+
 /// What a row is evaluated at.
 pub(crate) struct Place<'a> {
     pub state: &'a ChainState,
@@ -277,9 +281,10 @@ impl Cone {
         let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * place.state.stretch);
         let along = place.arc.filter(|_| self.arc);
         let (time, step) = (grid.after(stage) * seconds, along.map_or(0.0, |_| grid.step(stage) * seconds));
+        let near = EDGE * grid.duration() * seconds;
         let acting = match along {
-            Some(_) => self.during.hull(time, step),
-            None => self.during.contains(time).then_some([0.0, 0.0]),
+            Some(_) => self.during.hull(time + near, step - 2.0 * near),
+            None => self.during.hull(time - near, 2.0 * near).map(|_| [0.0, 0.0]),
         };
         let Some(acting) = acting else { return RowValue::Idle };
         let target = on_arc(&self.direction, time, step, &frame_rate);
