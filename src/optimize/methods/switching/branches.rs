@@ -102,8 +102,9 @@ fn is_fast(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > FAST
 }
 
-/// Turns to the target: those that are asked for; of the best the short way, and the other where it may be shorter in time, which a
-/// thorough search begins about other axes as well.
+/// Turns to the target: those that are asked for; of the best the short way, and the other where it may be shorter in time. Thrusters may
+/// be far stronger about one axis, and to one side of it, than another: theirs begin about other axes as well, and so does a thorough
+/// search.
 fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
@@ -121,15 +122,12 @@ fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
             }
             ways
         }
-        Way::Best if ask.thoroughness == Thoroughness::Thorough => {
+        Way::Best if ask.thoroughness == Thoroughness::Thorough || extremal.middle != Vector3::zeros() => {
             let mut ways: Vec<Turn> = straight(&[phi, other]);
             ways.extend(rounded(extremal, &phi, 1.0));
             ways
         }
-        // Thrusters may be far stronger to one side than to the other.
-        Way::Best if angle > OTHER_SENSE || fast || extremal.middle != Vector3::zeros() => {
-            straight(&[phi, other])
-        }
+        Way::Best if angle > OTHER_SENSE || fast => straight(&[phi, other]),
         Way::Best => straight(&[phi]),
         // Against the motion without inputs; where that turns far, either may be it.
         Way::Shortest if !fast => straight(&[phi]),
