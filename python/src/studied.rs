@@ -30,16 +30,16 @@ pub fn verify(
 ) -> PyResult<(String, Option<PyErr>)> {
     let planned = planned.get();
     let loaded = maneuver.map(|maneuver| &maneuver.get().loaded);
-    let (problem, settings, identity) = match loaded {
-        Some(loaded) => (&loaded.problem, &loaded.settings, &loaded.identity),
-        None => (&planned.problem, &planned.settings, &planned.identity),
+    let (problem, settings, identity, closed_loop) = match loaded {
+        Some(loaded) => (&loaded.problem, &loaded.settings, &loaded.identity, &loaded.closed_loop),
+        None => (&planned.problem, &planned.settings, &planned.identity, &planned.closed_loop),
     };
     let (watch, began) = (Watch::new(progress), Instant::now());
     let (judged, watch) = detached(py, || {
         let watch = RefCell::new(watch);
         let stop =
             || watch.borrow_mut().stops("witnesses", "", problem.steps as u64, began.elapsed().as_secs_f64());
-        let judged = planned.file().judge(problem, settings, identity, &stop);
+        let judged = planned.file().judge(problem, settings, identity, closed_loop, &stop);
         (judged, watch.into_inner())
     })?;
     let judged = judged.map_err(|error| match error {

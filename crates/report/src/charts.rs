@@ -204,7 +204,9 @@ fn clearance(subject: &Subject) -> Option<Shown> {
     let curves = course.clearances.iter().enumerate().flat_map(|(index, clearance)| {
         let curve = |what: &str, part: usize, values: &[f64]| {
             let name = format!("{what}\n{}", clearance.name);
-            line(name, 2 * index + part, time, values.iter().map(|value| value.to_degrees()))
+            // A cone that acts no longer is infinitely far.
+            let last = values.iter().rposition(|value| *value != f64::INFINITY).map_or(0, |last| last + 1);
+            line(name, 2 * index + part, &time[..last], values[..last].iter().map(|value| value.to_degrees()))
         };
         [curve("true motion", 0, &clearance.continuous), curve("discrete motion", 1, &clearance.discrete)]
     });

@@ -41,13 +41,13 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     };
     let plan = PlanFile::read(input).map_err(unusable)?;
     // What the plan must achieve stands in the spec that is given, else in its own.
-    let Loaded { problem, settings, identity, .. } = match (given, &plan.spec) {
+    let Loaded { problem, settings, identity, closed_loop, .. } = match (given, &plan.spec) {
         (Some(given), _) => given,
         (None, Some(held)) => spec_file::read_held(held, &args.plan, &args.reading, console)?,
         (None, None) => return Err(unusable(ExportError::NoSpec)),
     };
     interrupt::watch();
-    let judged = plan.judge(&problem, &settings, &identity, &interrupt::requested);
+    let judged = plan.judge(&problem, &settings, &identity, &closed_loop, &interrupt::requested);
     let Judgement { problem, verification, differences, recorded, not_judged } =
         judged.map_err(|error| misfit(args, &error))?;
     let (exit, verdict, tone) = if verification.passed() {

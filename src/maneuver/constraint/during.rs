@@ -17,7 +17,7 @@ impl During {
         self.0.as_deref()
     }
 
-    /// Intervals that are common to it and to these, one after another \[s\].
+    /// What of it is in these intervals \[s\], one after another.
     pub fn within(&self, intervals: &[[f64; 2]]) -> Self {
         let Some(own) = self.given() else { return Self::intervals(intervals) };
         let common = |[from, to]: &[f64; 2]| {

@@ -47,7 +47,8 @@ fn a_plan_tells_its_gains_its_chances_and_what_they_cost() {
     assert!((margin / sigma - 2.326_347_874).abs() < 1e-3, "{margin} {sigma}");
     assert!(number(&plan["cost"]) > number(&uncertain["margins"]["cost_without"]));
     // The file is judged by what it holds, sections and all.
-    folder.slew(&["verify", "plan.json"]).ends(0);
+    let judged = folder.slew(&["verify", "plan.json", "--format", "json", "-q"]).ends(0).json();
+    assert_eq!(judged["differences"], serde_json::json!([]));
 }
 
 /// A chance over the motion is what flights of another seed have; it takes more than that of an instant.

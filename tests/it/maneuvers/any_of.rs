@@ -19,7 +19,7 @@ fn free() -> Problem {
 }
 
 fn both() -> Problem {
-    let [first, second] = TRACKERS;
+    let [first, second] = TRACKERS.map(|axis| Vector3::from(axis).normalize().into());
     let one = cone(free(), Side::KeepOut, first, SUN, HALF_ANGLE);
     let mut both = cone(one, Side::KeepOut, second, SUN, HALF_ANGLE);
     for (index, constraint) in both.constraints.iter_mut().enumerate() {

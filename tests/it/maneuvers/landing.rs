@@ -71,7 +71,7 @@ fn the_file_of_a_plan_that_lands_is_verified_by_itself() {
         PlanFile::new(&problem, &settings, &plan).write(&mut text).unwrap();
         let file = PlanFile::read(text.as_slice()).unwrap();
         let judged = file
-            .judge(&problem, &settings, &slewkit_files::identity::Identity::default(), &|| false)
+            .judge(&problem, &settings, &Default::default(), &Default::default(), &|| false)
             .unwrap();
         let failed: Vec<_> = judged.verification.checks.iter().filter(|check| !check.passed).collect();
         assert!(judged.verification.passed(), "{name}: {failed:?}");

@@ -3,7 +3,7 @@
 use super::recorded;
 use super::{ExportError, PlanFile};
 use crate::identity::Identity;
-use crate::spec::{Difference, SpecDocument};
+use crate::spec::{ClosedLoop, Difference, SpecDocument};
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::verify::{self, Check, Verification};
 
@@ -35,8 +35,8 @@ const RECORDED: f64 = 1e-9;
 
 impl PlanFile<'_> {
     /// Has the witnesses judge the plan: whether it fulfils `problem`, to the tolerances of `settings`, on its own
-    /// grid. They stop when `stop` says so, which is asked every few steps. `identity` is what the maneuver is called: it changes no
-    /// verdict, but what differs is told.
+    /// grid. They stop when `stop` says so, which is asked every few steps. `identity` is what the maneuver is called, `closed_loop` what
+    /// it is flown with: they change no verdict, but what differs is told.
     ///
     /// # Errors
     /// Arrays that do not fit the maneuver.
@@ -45,13 +45,14 @@ impl PlanFile<'_> {
         problem: &Problem,
         settings: &Settings,
         identity: &Identity,
+        closed_loop: &ClosedLoop,
         stop: &dyn Fn() -> bool,
     ) -> Result<Judgement, ExportError> {
         // The grid is the plan's own matter.
         let problem = self.on_grid(problem)?;
         let held = self.spec.as_ref();
         let judged_by = SpecDocument::new(&problem, settings).ok();
-        let judged_by = judged_by.map(|spec| spec.with_identity(identity));
+        let judged_by = judged_by.map(|spec| spec.with_identity(identity).with_closed_loop(closed_loop));
         let differences = held.zip(judged_by).map_or(Vec::new(), |(held, other)| held.differences(&other));
         let (trajectory, tolerance) = (&self.trajectory.0, settings.tolerance);
         let continuous = settings.continuous_limit();

@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said() {
         for (from, to, told) in [
-            ("<oem id", "<opm id", "no segment"),
+            ("<oem id", "<opm id", "no <oem>"),
             ("<ndm><oem", "<opm><oem", "is no orbit ephemeris"),
             ("version=\"2.0\"", "version=\"7.0\"", "version 7.0"),
             ("<X units=\"km\">6990", "<X units=\"m\">6990", "the unit m of <X>"),
