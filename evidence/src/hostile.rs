@@ -326,7 +326,13 @@ impl Corpus {
         };
         let Some(held) = &file.spec else { return unusable(&ExportError::NoSpec) };
         match held.read("x", &[]) {
-            Ok(loaded) => match file.judge(&loaded.problem, &loaded.settings, &loaded.identity, &loaded.closed_loop, &|| false) {
+            Ok(loaded) => match file.judge(
+                &loaded.problem,
+                &loaded.settings,
+                &loaded.identity,
+                &loaded.closed_loop,
+                &|| false,
+            ) {
                 Ok(_) => Ok(Answer::Read),
                 Err(error) => unusable(&error),
             },

@@ -318,14 +318,16 @@ fn names_and_epoch_change_no_verdict_and_are_told() {
     let read = PlanFile::read(&bytes[..]).unwrap();
     let mut other = loaded.identity.clone();
     other.epoch = None;
-    let found = read.judge(&loaded.problem, &loaded.settings, &other, &loaded.closed_loop, &|| false).unwrap();
+    let found =
+        read.judge(&loaded.problem, &loaded.settings, &other, &loaded.closed_loop, &|| false).unwrap();
     assert!(found.verification.passed(), "{found:?}");
     assert_eq!(found.differences.iter().map(|found| found.key.as_str()).collect::<Vec<_>>(), ["epoch"]);
     let mut tampered = file.clone();
     tampered["verified"]["order"] = json!(3.0);
     let read = serde_json::to_vec(&tampered).unwrap();
     let found = PlanFile::read(&read[..]).unwrap();
-    let found = found.judge(&loaded.problem, &loaded.settings, &other, &loaded.closed_loop, &|| false).unwrap();
+    let found =
+        found.judge(&loaded.problem, &loaded.settings, &other, &loaded.closed_loop, &|| false).unwrap();
     assert!(!found.verification.passed());
     let keys: Vec<&str> = found.recorded.iter().map(|found| found.key.as_str()).collect();
     assert!(keys.contains(&"verified.order"), "{keys:?}");

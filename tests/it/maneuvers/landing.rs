@@ -70,9 +70,8 @@ fn the_file_of_a_plan_that_lands_is_verified_by_itself() {
         let mut text = Vec::new();
         PlanFile::new(&problem, &settings, &plan).write(&mut text).unwrap();
         let file = PlanFile::read(text.as_slice()).unwrap();
-        let judged = file
-            .judge(&problem, &settings, &Default::default(), &Default::default(), &|| false)
-            .unwrap();
+        let judged =
+            file.judge(&problem, &settings, &Default::default(), &Default::default(), &|| false).unwrap();
         let failed: Vec<_> = judged.verification.checks.iter().filter(|check| !check.passed).collect();
         assert!(judged.verification.passed(), "{name}: {failed:?}");
         let mut unaimed = file.trajectory.0.into_owned();
