@@ -128,9 +128,16 @@ fn the_loop_of_wheels_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(|steps| {
         let axes = [(0.8, 0.0), (0.0, 0.8), (-0.8, 0.0), (0.0, -0.8)];
         let axes = axes.map(|(x, y)| Vector3::new(x, y, 0.6)).to_vec();
-        let wheels = Wheels { momentum: vec![0.3, -0.2, 0.4, 0.1], momentum_limit: vec![100.0; 4] };
-        maneuver(steps).with_actuation(Actuation::of_wheels(axes, vec![10.0; 4], wheels).unwrap())
+        with_wheels(maneuver(steps), axes)
     });
+}
+
+/// With wheels about these axes, of which some store something.
+fn with_wheels(problem: Problem, axes: Vec<Vector3>) -> Problem {
+    let count = axes.len();
+    let momentum = [0.3, -0.2, 0.4, 0.1][..count].to_vec();
+    let wheels = Wheels { momentum, momentum_limit: vec![100.0; count] };
+    problem.with_actuation(Actuation::of_wheels(axes, vec![10.0; count], wheels).unwrap())
 }
 
 fn everything() -> Uncertainty {
@@ -296,15 +303,22 @@ fn authority_held_back_flies_a_plan_of_least_time() {
 }
 
 /// Every deviation of what is flown at some nodes, the rates, the commands and how they change from a step to the next, over the linear
-/// one: those of 4,000 cases err by 1.1 %.
+/// one: those of 4,000 cases err by 1.1 %. Of wheels too, whose gains answer to what they store.
 #[test]
 fn sampled_rates_and_commands_have_the_linear_deviations() {
-    let problem = maneuver(100);
-    let plan = planned(&problem);
-    let linear = LinearPlan::flown(&problem, &plan).unwrap();
     let uncertainty = everything();
-    for every in [1, 4] {
-        let gains = Gains::along(&of_ticks(&linear, every), Kind::Tvlqr(None), false).unwrap();
+    let neighbouring = Kind::Neighbouring { freeze: Kind::FREEZE };
+    let of_wheels = with_wheels(maneuver(100), (0..3).map(unit).collect());
+    for (problem, kind, every) in [
+        (maneuver(100), Kind::Tvlqr(None), 1),
+        (maneuver(100), Kind::Tvlqr(None), 4),
+        (of_wheels.clone(), neighbouring, 1),
+        (of_wheels, neighbouring, 4),
+    ] {
+        let plan = planned(&problem);
+        let linear = LinearPlan::flown(&problem, &plan).unwrap();
+        let gains = Gains::along(&of_ticks(&linear, every), kind, false).unwrap();
+        assert_eq!(gains.states, if linear.has_wheels() { 9 } else { 6 });
         let gains = gains.held_over(every, linear.count());
         let covariance = Covariance::along(&linear, Some(&gains), &uncertainty);
         let campaign = Campaign::new(&problem, &linear, Some(&gains), &uncertainty, Plant::default(), 7);
@@ -354,10 +368,15 @@ fn sampled_rates_and_commands_have_the_linear_deviations() {
 /// The derivatives of a loop that acts every fourth step are the linear ones: what is held is what was measured.
 #[test]
 fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
-    let apart = |steps: usize| {
-        let problem = maneuver(steps);
+    let neighbouring = Kind::Neighbouring { freeze: Kind::FREEZE };
+    let apart = |steps: usize, of_wheels: bool| {
+        let (problem, kind) = if of_wheels {
+            (with_wheels(maneuver(steps), (0..3).map(unit).collect()), neighbouring)
+        } else {
+            (maneuver(steps), Kind::Tvlqr(None))
+        };
         let linear = LinearPlan::flown(&problem, &planned(&problem)).unwrap();
-        let gains = Gains::along(&of_ticks(&linear, steps / 15), Kind::Tvlqr(None), false).unwrap();
+        let gains = Gains::along(&of_ticks(&linear, steps / 15), kind, false).unwrap();
         let gains = gains.held_over(steps / 15, steps);
         let uncertainty = Uncertainty { parameters: parameters(1.0), ..Uncertainty::default() };
         let expected = Covariance::along(&linear, Some(&gains), &uncertainty).end_by_parameter;
@@ -374,8 +393,10 @@ fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
         };
         (0..expected.len()).map(of).fold(0.0, f64::max)
     };
-    let (coarse, fine) = (apart(60), apart(120));
-    assert!((1.6..2.6).contains(&(coarse / fine).log2()) && fine < 2e-3, "{coarse:e} {fine:e}");
+    for of_wheels in [false, true] {
+        let (coarse, fine) = (apart(60, of_wheels), apart(120, of_wheels));
+        assert!((1.6..2.6).contains(&(coarse / fine).log2()) && fine < 2e-3, "{coarse:e} {fine:e}");
+    }
 }
 
 /// About a principal axis the motion beside a slew is a double integrator: deviations of attitude, rate and torque are those of a

@@ -12,6 +12,7 @@ use crate::maneuver::solution::Trajectory;
 use crate::mechanics::environment::UniformGravity;
 use crate::numerics::compensated::Sum;
 use crate::optimize::linear_plan::Vector6;
+use crate::optimize::linear_plan::ticks::{of_posed_ticks, of_ticks};
 use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
 use crate::testing::{Random, matrix, planned, planned_reference};
@@ -117,11 +118,11 @@ fn the_cost_to_go_has_a_symmetric_hessian() {
 }
 
 /// The same of torques that are held, which act in the drift of their step too, along costates that follow its own matrices; in a
-/// field as well.
+/// field as well, and held over one step or over three.
 #[test]
 fn the_cost_to_go_of_held_torques_has_a_symmetric_hessian() {
     let mut random = Random(23);
-    for kind in [0, 2, 3] {
+    for (kind, every) in [(0, 1), (2, 1), (3, 1), (0, 3), (3, 3)] {
         let problem = maneuver(&mut random, kind);
         let mut plan = planned(&problem);
         let linear = LinearPlan::new(&problem, &plan, Timing::Held).unwrap();
@@ -133,16 +134,16 @@ fn the_cost_to_go_of_held_torques_has_a_symmetric_hessian() {
         costates.reverse();
         plan.costates =
             costates.iter().flat_map(|costate| costate.component_mul(&unit).as_slice().to_vec()).collect();
-        let linear = LinearPlan::new(&problem, &plan, Timing::Held).unwrap();
+        let linear = of_ticks(&LinearPlan::new(&problem, &plan, Timing::Held).unwrap(), every);
         let gains = Gains::along(&linear, WHOLE, false).unwrap();
-        for (k, costate) in costates.iter().enumerate().take(linear.count() - 2) {
+        for (k, costate) in costates.iter().step_by(every).enumerate().take(linear.count() - 2) {
             let step = linear.steps()[k].stage.eliminated();
             let g = step.back * gains.to_go[k] + step.curvature;
             let mut expected = Matrix6::zeros();
             let turn = -lie::hat(&costate.fixed_rows::<3>(0).into_owned());
             expected.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
             let apart = (g.transpose() - g - expected).amax() / g.amax();
-            assert!(apart < 1e-12, "{kind} {k}: {apart:e}");
+            assert!(apart < 1e-12, "{kind} {every} {k}: {apart:e}");
         }
     }
 }

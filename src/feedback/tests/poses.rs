@@ -60,16 +60,15 @@ impl<const N: usize> Recorded<N> {
     /// What the corrected motion misses at the end.
     fn miss(&self, problem: &Problem, linear: &PosedPlan, gains: &Gains, z: &SVector<f64, N>) -> f64 {
         let mut point = moved(&self.states[0], z);
+        let mut corrections = Vec::new();
         for k in 0..problem.steps {
-            let z = point.minus(&self.states[k]).to_vector::<N>();
-            let z: Vec<f64> = (0..N).map(|row| z[row] * linear.unit(row)).collect();
-            let inputs: Vec<f64> = self
-                .plan
-                .inputs(k)
-                .iter()
-                .zip(gains.correction(k, &z))
-                .map(|(input, less)| input - less)
-                .collect();
+            if k % gains.every == 0 {
+                let z = point.minus(&self.states[k]).to_vector::<N>();
+                let z: Vec<f64> = (0..N).map(|row| z[row] * linear.unit(row)).collect();
+                corrections = gains.correction(k, &z).collect();
+            }
+            let inputs: Vec<f64> =
+                self.plan.inputs(k).iter().zip(&corrections).map(|(input, less)| input - less).collect();
             point = step::<N>(problem, &self.dynamics, k, &point, &inputs);
         }
         point.minus(self.states.last().unwrap()).to_vector::<N>().norm()
@@ -129,13 +128,15 @@ fn problem(random: &mut Random, case: usize) -> Problem {
     problem.with_environment(CentralGravity::new(masses).unwrap())
 }
 
-/// Slope of the landing law by neighbouring gains, by them with a turned sign, and by the regulator.
-fn slopes<const N: usize>(problem: &Problem, random: &mut Random) -> [f64; 3] {
+/// Slope of the landing law by neighbouring gains, by them with a turned sign, and by the regulator, each held over `every` steps.
+fn slopes<const N: usize>(problem: &Problem, random: &mut Random, every: usize) -> [f64; 3] {
     let recorded = Recorded::<N>::new(problem, random);
     let linear = PosedPlan::new(problem, &recorded.plan).unwrap();
     assert_eq!((linear.states(), linear.count()), (N, problem.steps));
-    let gains = Gains::along_pose(&linear, WHOLE, false).unwrap();
-    let regulated = Gains::along_pose(&linear, Kind::Tvlqr(None), false).unwrap();
+    let [gains, regulated] = [WHOLE, Kind::Tvlqr(None)].map(|kind| {
+        let gains = Gains::along_pose(&of_posed_ticks(&linear, every), kind, false).unwrap();
+        gains.held_over(every, problem.steps)
+    });
     assert_eq!((gains.states, gains.inputs), (N, problem.actuation.count()));
     let mut turned = gains.clone();
     turned.rows.iter_mut().skip(N - 3).step_by(N).for_each(|gain| *gain = -*gain);
@@ -151,7 +152,7 @@ fn gains_of_poses_land_to_second_order_and_a_wrong_sign_to_first() {
     let mut random = Random(31);
     for case in 0..20 {
         let problem = problem(&mut random, case);
-        let [right, wrong, regulated] = slopes::<12>(&problem, &mut random);
+        let [right, wrong, regulated] = slopes::<12>(&problem, &mut random, 1 + case % 3);
         assert!((right - 2.0).abs() < 0.1, "{case}: {right}");
         assert!((wrong - 1.0).abs() < 0.1, "{case}: {wrong}");
         assert!((regulated - 1.0).abs() < 0.1, "{case}: {regulated}");
@@ -163,7 +164,7 @@ fn gains_of_torques_fixed_in_the_reference_frame_land_to_second_order() {
     let mut random = Random(33);
     for case in 0..20 {
         let problem = attitude_only(problem(&mut random, 2 * (case % 2) + 1));
-        let [right, wrong, _] = slopes::<6>(&problem, &mut random);
+        let [right, wrong, _] = slopes::<6>(&problem, &mut random, 1 + case % 3);
         assert!((right - 2.0).abs() < 0.1, "{case}: {right}");
         assert!((wrong - 1.0).abs() < 0.1, "{case}: {wrong}");
     }
@@ -173,10 +174,11 @@ fn gains_of_torques_fixed_in_the_reference_frame_land_to_second_order() {
 #[test]
 fn the_cost_to_go_of_poses_has_a_symmetric_hessian() {
     let mut random = Random(37);
-    for case in 0..4 {
+    for case in 0..8 {
+        let every = [1, 3][case / 4];
         let problem = problem(&mut random, case);
         let recorded = Recorded::<12>::new(&problem, &mut random);
-        let linear = PosedPlan::new(&problem, &recorded.plan).unwrap();
+        let linear = of_posed_ticks(&PosedPlan::new(&problem, &recorded.plan).unwrap(), every);
         let Stages::Pose(stages) = &linear.stages else { panic!("a pose") };
         let end = (SMatrix::zeros(), SMatrix::identity());
         let swept = neighbouring(stages.len(), |k| &stages[k], end, 0.0).unwrap();
@@ -184,7 +186,7 @@ fn the_cost_to_go_of_poses_has_a_symmetric_hessian() {
         for (k, stage) in stages.iter().enumerate().take(linear.count() - 2) {
             let step = stage.eliminated();
             let g = step.back * swept.to_go[k] + step.curvature;
-            let row = &recorded.plan.costates[12 * k..12 * k + 12];
+            let row = &recorded.plan.costates[12 * every * k..12 * every * k + 12];
             let costate = SVector::<f64, 12>::from_column_slice(row).component_div(&unit);
             let mut expected = SMatrix::<f64, 12, 12>::zeros();
             let turn = -lie::hat(&costate.fixed_rows::<3>(6).into_owned());

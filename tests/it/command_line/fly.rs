@@ -411,12 +411,24 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
         .ends(3)
         .tells("E0171")
         .tells("what that makes of covariances");
+    // What a plan holds of its limits is there for the regulator, and its arcs are those of the limits that it keeps.
+    let reserve = ["--set", "actuators.torque_limit_reserve_n_m=5", "-o", "reserve.json"];
+    folder.slew(&[&plan[..], &reserve].concat()).ends(0).tells("leave arc 3");
+    let held = &folder.json("reserve.json")["feedback"]["arcs"];
+    let longest: f64 = held.as_array().unwrap().iter().map(|arc| number(&arc["length_s"])).sum();
+    // Least time at rest to rest is as the root of the torque.
+    assert!((longest - length / 0.9_f64.sqrt()).abs() < 1e-3, "{longest}");
+    folder
+        .slew(&[&plan[..], &["--set", "feedback.every_s=1"]].concat())
+        .ends(3)
+        .tells("E0176")
+        .tells("the duration is sought");
     let effort = format!("{problems}xte_20s.toml");
     folder.slew(&["plan", &effort, "--set", "feedback.kind=switching"]).ends(3).tells("inputs do not switch");
 }
 
-/// Bodies that translate have gains of twelve states, forces first; torques fixed in the reference frame have gains as well. Nothing
-/// is known of their covariance.
+/// Bodies that translate have gains of twelve states, forces first; torques fixed in the reference frame have gains as well, and both
+/// may be measured at every so many steps. Nothing is known of their covariance.
 #[test]
 fn plans_of_poses_have_gains_and_no_covariance() {
     let folder = Folder::new();
@@ -429,6 +441,11 @@ fn plans_of_poses_have_gains_and_no_covariance() {
     let plan = folder.json("plan.json");
     let first = plan["feedback"]["gains"][0].as_array().unwrap();
     assert!(first.len() >= 6 && first.iter().all(|row| row.as_array().unwrap().len() == 12));
+    let slower = ["plan", &spec, "-o", "slower.json", "--set", "feedback.every_s=0.2"];
+    folder.slew(&slower).ends(0).tells("of the pose every 0.200 s, held");
+    let slower = &folder.json("slower.json")["feedback"];
+    assert_eq!(slower["every_steps"], 5);
+    assert!(slower["gains"][0] == slower["gains"][4] && slower["gains"][4] != slower["gains"][5]);
     folder.slew(&["export", "plan.json", "-o", "plan.flight"]).ends(0);
     assert!(fs::read_to_string(folder.path("plan.flight")).unwrap().contains("gain_1_position_x"));
     let uncertain = ["--set", "uncertainty.inertia.relative=0.01"];
