@@ -25,6 +25,8 @@ const GAINED: f64 = 1e-7;
 const TOUCHING: f64 = 1e-6;
 /// Parts of the duration by which a moment is moved at first, and at last.
 const MOVED: [f64; 2] = [0.1, 5e-4];
+/// Passes over all moments: eight halvings lead from the first to the last of these parts, and most gain nothing.
+const MOST_PASSES: usize = 24;
 /// A shift of a plan whose duration is not known lasts until then \[s\].
 const FOR_GOOD: f64 = f64::MAX;
 
@@ -142,7 +144,10 @@ impl InTurns<'_> {
     fn moved(&mut self, mut best: Solution) -> Result<Solution, Halt> {
         let Some(duration) = best.trajectory.time.last().copied() else { return Ok(best) };
         let mut by = MOVED[0];
-        while by > MOVED[1] {
+        for _ in 0..MOST_PASSES {
+            if by <= MOVED[1] {
+                break;
+            }
             let mut gained = false;
             for of in 0..best.turns.len() {
                 for after in 1..best.turns[of].shifts.len() {

@@ -251,7 +251,7 @@ tables! {
         /// Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
         /// Sets of cones that hold in turns: at every time one of the sets holds as a whole.
-        "any_of": List(&ANY_OF, 100);
+        "any_of": List(&ANY_OF, 10);
         /// The orbit, where ends or cones aim at what depends on it. Axes of the reference frame are then those of the GCRS (ICRF).
         "orbit": Table(&ORBIT);
         /// What stands around the spacecraft, for pictures and summaries: plan files write it where [orbit] and targets are told.
@@ -397,7 +397,7 @@ tables! {
         /// What reports call it. Default: its number.
         "name": Text(100);
         /// The sets, two at least.
-        "set": List(&SET, 100), needed "set = [{ constraints = [\"A\"] }, { constraints = [\"B\"] }]";
+        "set": List(&SET, 10), needed "set = [{ constraints = [\"A\"] }, { constraints = [\"B\"] }]";
     }
 
     static SET {
