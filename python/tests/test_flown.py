@@ -30,9 +30,11 @@ def test_flights_are_those_of_the_program(plan, slew, tmp_path):
         numbers = np.array([[float(cell) for cell in row[2:]] for row in own])
         assert np.array_equal(flights.end, numbers[:, :6])
         assert np.array_equal(flights.room, numbers[:, 6:7]) and flights.constraint_names == ["Sun"]
-        assert np.array_equal(flights.saturated, numbers[:, 7])
-        assert np.array_equal(flights.parameters, numbers[:, 9:])
-        assert flights.parameter_names == rows[0][11:] == list(plan.uncertainty["parameters"])
+        assert np.array_equal(flights.input_room, numbers[:, 7:10])
+        assert rows[0][9:13] == ["room torque limit 1", "room torque limit 2", "room torque limit 3", "saturated"]
+        assert np.array_equal(flights.saturated, numbers[:, 10])
+        assert np.array_equal(flights.parameters, numbers[:, 12:])
+        assert flights.parameter_names == rows[0][14:] == list(plan.uncertainty["parameters"])
         assert flights.statistics == of_program["loops"][index]
         assert not flights.lost.any() and flights.runs == 50
     # And of a plan that was written.
