@@ -96,7 +96,7 @@ impl Problem {
     }
 
     /// The constraints that hold at all times.
-    pub(crate) fn required(&self) -> impl Iterator<Item = &Constraint> {
+    fn required(&self) -> impl Iterator<Item = &Constraint> {
         let in_turns =
             |name: &str| self.alternatives.iter().any(|of| of.members().any(|member| member == name));
         self.constraints.iter().filter(move |constraint| !in_turns(&constraint.name))

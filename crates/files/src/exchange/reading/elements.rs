@@ -3,15 +3,97 @@
 use super::{Piece, Wrong, wrong};
 use crate::spec::cut;
 
+/// A kind of message, and what becomes of its elements.
+pub(super) trait Message<'t> {
+    /// The element that is the message, in `<ndm>` or alone.
+    const ELEMENT: &'static str;
+    /// What it is, for people.
+    const KIND: &'static str;
+
+    /// The message says its version.
+    fn version(&mut self, number: Piece<'t>) -> Result<(), Wrong>;
+    /// An element begins within those that are open.
+    fn opened(&mut self, within: &Open<'t>, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong>;
+    /// An element has ended within those that are open.
+    fn closed(&mut self, within: &Open<'t>, element: &Element<'t>) -> Result<(), Wrong>;
+}
+
+/// An element that has ended.
+pub(super) struct Element<'t> {
+    /// Its name where it begins, and where it ends.
+    pub opened: Piece<'t>,
+    pub closed: Piece<'t>,
+    /// Its text, of one that has nothing else.
+    pub value: Option<Piece<'t>>,
+}
+
+impl<'t> Element<'t> {
+    /// Its text; empty where it has none.
+    pub fn text(&self) -> Piece<'t> {
+        self.value.unwrap_or(Piece { at: self.opened.at, text: "" })
+    }
+}
+
+/// The elements that are open, the outermost first.
+#[derive(Default)]
+pub(super) struct Open<'t>(Vec<Piece<'t>>);
+
+impl Open<'_> {
+    /// Whether one of them has that name.
+    pub fn has(&self, element: &str) -> bool {
+        self.0.iter().any(|piece| piece.text == element)
+    }
+}
+
+/// Reads a message from a text, element by element, and says where the last of them ends.
+pub(super) fn read<'t, M: Message<'t>>(text: &'t str, message: &mut M) -> Result<Piece<'t>, Wrong> {
+    let (mut tokens, mut open) = (Tokens::of(text), Open::default());
+    let (mut said, mut last): (Option<(Piece, Piece)>, Piece) = (None, Piece { at: 0, text: "" });
+    while let Some(token) = tokens.next()? {
+        match token {
+            Token::Open(name, attributes) => {
+                if name.text == M::ELEMENT {
+                    let Some(number) = attribute(attributes, "version") else {
+                        return name.wrong("the message does not say its version", "write version=\"2.0\"");
+                    };
+                    message.version(number)?;
+                } else if open.0.is_empty() && name.text != "ndm" {
+                    let reason = format!("<{}> is no {}", cut(name.text, 30), M::KIND);
+                    return name.wrong(reason, format!("give an <{}>", M::ELEMENT));
+                }
+                message.opened(&open, name, attributes)?;
+                open.0.push(name);
+                said = None;
+            }
+            Token::Text(piece) => {
+                let Some(name) = open.0.last() else {
+                    return piece.wrong("text outside of all elements", "remove it");
+                };
+                said = Some((*name, piece));
+            }
+            Token::Close(name) => {
+                last = name;
+                let opened = closed(&mut open.0, name)?;
+                let value = said.take().filter(|(of, _)| of.at == opened.at).map(|(_, piece)| piece);
+                message.closed(&open, &Element { opened, closed: name, value })?;
+            }
+        }
+    }
+    match open.0.last() {
+        Some(name) => name.wrong(format!("<{}> is not closed", cut(name.text, 30)), "the file is cut off"),
+        None => Ok(last),
+    }
+}
+
 /// An opening or closing tag, or text between two tags.
-pub(super) enum Token<'t> {
+enum Token<'t> {
     Open(Piece<'t>, Piece<'t>),
     Close(Piece<'t>),
     Text(Piece<'t>),
 }
 
 /// The tokens of a document, in their order.
-pub(super) struct Tokens<'t> {
+struct Tokens<'t> {
     text: &'t str,
     at: usize,
     /// The name of an element that closed itself.
@@ -20,12 +102,12 @@ pub(super) struct Tokens<'t> {
 
 impl<'t> Tokens<'t> {
     /// Those of a text.
-    pub fn of(text: &'t str) -> Self {
+    fn of(text: &'t str) -> Self {
         Self { text, at: 0, closing: None }
     }
 
     /// The next token; none at the end.
-    pub fn next(&mut self) -> Result<Option<Token<'t>>, Wrong> {
+    fn next(&mut self) -> Result<Option<Token<'t>>, Wrong> {
         if let Some(name) = self.closing.take() {
             return Ok(Some(Token::Close(name)));
         }
@@ -126,7 +208,7 @@ pub(super) fn attribute<'t>(of: Piece<'t>, name: &str) -> Option<Piece<'t>> {
 }
 
 /// The element that `name` closes, taken from those that are open.
-pub(super) fn closed<'t>(open: &mut Vec<Piece<'t>>, name: Piece<'t>) -> Result<Piece<'t>, Wrong> {
+fn closed<'t>(open: &mut Vec<Piece<'t>>, name: Piece<'t>) -> Result<Piece<'t>, Wrong> {
     let Some(opened) = open.pop() else {
         return name.wrong(format!("</{}> closes nothing", cut(name.text, 30)), "remove it");
     };

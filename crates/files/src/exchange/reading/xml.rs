@@ -1,6 +1,6 @@
 //! AEM in XML.
 
-use super::elements::{Token, Tokens, attribute, closed};
+use super::elements::{self, Element, Message, Open, attribute};
 use super::message::{Block, Metadata, Version};
 use super::rows::Rows;
 use super::{Number, Piece, Wrong};
@@ -30,8 +30,6 @@ const BY_PLACE: [(&str, &str, &str); 6] = [
 #[derive(Default)]
 struct Reading<'t> {
     rows: Rows,
-    open: Vec<Piece<'t>>,
-    said: Option<(Piece<'t>, Piece<'t>)>,
     version: Option<Version>,
     keys: Metadata<'t>,
     block: Option<Block>,
@@ -40,41 +38,24 @@ struct Reading<'t> {
 
 /// Reads the file.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
-    let mut tokens = Tokens::of(text);
     let mut reading = Reading::default();
-    while let Some(token) = tokens.next()? {
-        match token {
-            Token::Open(name, attributes) => reading.open(name, attributes)?,
-            Token::Text(piece) => {
-                let Some(name) = reading.open.last() else {
-                    return piece.wrong("text outside of all elements", "remove it");
-                };
-                reading.said = Some((*name, piece));
-            }
-            Token::Close(name) => reading.close(name)?,
-        }
-    }
-    match reading.open.last() {
-        Some(name) => name.wrong(format!("<{}> is not closed", cut(name.text, 30)), "the file is cut off"),
-        None => Ok(reading.rows),
-    }
+    elements::read(text, &mut reading)?;
+    Ok(reading.rows)
 }
 
-impl<'t> Reading<'t> {
-    fn open(&mut self, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong> {
+impl<'t> Message<'t> for Reading<'t> {
+    const ELEMENT: &'static str = "aem";
+    const KIND: &'static str = "attitude ephemeris";
+
+    fn version(&mut self, number: Piece<'t>) -> Result<(), Wrong> {
+        self.version = Some(Version::of(number)?);
+        Ok(())
+    }
+
+    fn opened(&mut self, _: &Open<'t>, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong> {
         match name.text {
-            "aem" => {
-                let Some(number) = attribute(attributes, "version") else {
-                    return name.wrong("the message does not say its version", "write version=\"2.0\"");
-                };
-                self.version = Some(Version::of(number)?);
-            }
             "metadata" => self.keys = Metadata::default(),
             "attitudeState" => self.row = Row::default(),
-            _ if self.open.is_empty() && name.text != "ndm" => {
-                return name
-                    .wrong(format!("<{}> is no attitude ephemeris", cut(name.text, 30)), "give an <aem>");
-            }
             _ => {}
         }
         if let Some(unit) = attribute(attributes, "units").filter(|unit| !UNITS.contains(&unit.text)) {
@@ -83,15 +64,11 @@ impl<'t> Reading<'t> {
                 "angles are in deg, rates in deg/s",
             );
         }
-        self.open.push(name);
-        self.said = None;
         Ok(())
     }
 
-    fn close(&mut self, name: Piece<'t>) -> Result<(), Wrong> {
-        let opened = closed(&mut self.open, name)?;
-        let value = self.said.take().filter(|(of, _)| of.at == opened.at).map(|(_, piece)| piece);
-        let inside = |element: &str| self.open.iter().any(|piece| piece.text == element);
+    fn closed(&mut self, within: &Open<'t>, element: &Element<'t>) -> Result<(), Wrong> {
+        let Element { opened, closed: name, value } = *element;
         match name.text {
             "metadata" => {
                 let version =
@@ -106,14 +83,12 @@ impl<'t> Reading<'t> {
                 };
                 finish(&self.row, block, opened, &mut self.rows)?;
             }
-            _ if inside("metadata") => {
-                self.keys.add(opened, value.unwrap_or(Piece { at: opened.at, text: "" }))?;
-            }
-            "EPOCH" if inside("attitudeState") => self.row.date = value,
+            _ if within.has("metadata") => self.keys.add(opened, element.text())?,
+            "EPOCH" if within.has("attitudeState") => self.row.date = value,
             "COMMENT" => {}
-            _ if inside("attitudeState") => {
+            _ if within.has("attitudeState") => {
                 if let Some(value) = value {
-                    let place = BY_PLACE.iter().find(|(of, at, _)| opened.text == *at && inside(of));
+                    let place = BY_PLACE.iter().find(|(of, at, _)| opened.text == *at && within.has(of));
                     let name = place.map_or(opened.text, |(_, _, name)| name);
                     self.row.values.push((name, value.number()?));
                 }

@@ -1,6 +1,6 @@
 //! OEM in XML (CCSDS 505.0-B): segments of metadata and state vectors.
 
-use super::super::elements::{Token, Tokens, attribute, closed};
+use super::super::elements::{self, Element, Message, Open, attribute};
 use super::super::{Piece, Wrong};
 use super::{HEADER, Keys, Segment, Started, add, check_version, started};
 use crate::spec::cut;
@@ -25,8 +25,6 @@ const NEEDED: usize = 7;
 /// What has been read.
 #[derive(Default)]
 struct Reading<'t> {
-    open: Vec<Piece<'t>>,
-    said: Option<(Piece<'t>, Piece<'t>)>,
     /// Whether there has been an `<oem>`.
     begun: bool,
     keys: Keys<'t>,
@@ -38,67 +36,42 @@ struct Reading<'t> {
 
 /// Reads the file.
 pub(super) fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
-    let mut tokens = Tokens::of(text);
-    let (mut reading, mut last) = (Reading::default(), Piece { at: 0, text: "" });
-    while let Some(token) = tokens.next()? {
-        match token {
-            Token::Open(name, attributes) => reading.open(name, attributes)?,
-            Token::Text(piece) => {
-                let Some(name) = reading.open.last() else {
-                    return piece.wrong("text outside of all elements", "remove it");
-                };
-                reading.said = Some((*name, piece));
-            }
-            Token::Close(name) => {
-                last = name;
-                reading.close(name)?;
-            }
-        }
+    let mut reading = Reading::default();
+    let last = elements::read(text, &mut reading)?;
+    if reading.found.is_empty() {
+        return last.wrong("the file has no segment", "give a <segment>");
     }
-    match reading.open.last() {
-        Some(name) => name.wrong(format!("<{}> is not closed", cut(name.text, 30)), "the file is cut off"),
-        None if reading.found.is_empty() => last.wrong("the file has no segment", "give a <segment>"),
-        None => Ok(reading.found),
-    }
+    Ok(reading.found)
 }
 
-impl<'t> Reading<'t> {
-    fn inside(&self, element: &str) -> bool {
-        self.open.iter().any(|piece| piece.text == element)
+impl<'t> Message<'t> for Reading<'t> {
+    const ELEMENT: &'static str = "oem";
+    const KIND: &'static str = "orbit ephemeris";
+
+    fn version(&mut self, number: Piece<'t>) -> Result<(), Wrong> {
+        check_version(number)?;
+        self.begun = true;
+        Ok(())
     }
 
-    fn open(&mut self, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong> {
+    fn opened(&mut self, within: &Open<'t>, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong> {
         match name.text {
-            "oem" => {
-                let Some(number) = attribute(attributes, "version") else {
-                    return name.wrong("the message does not say its version", "write version=\"2.0\"");
-                };
-                check_version(number)?;
-                self.begun = true;
-            }
             "metadata" => self.keys = Keys::new(),
             "stateVector" => self.state = Default::default(),
-            _ if self.open.is_empty() && name.text != "ndm" => {
-                return name
-                    .wrong(format!("<{}> is no orbit ephemeris", cut(name.text, 30)), "give an <oem>");
-            }
             _ => {}
         }
-        if let (true, Some(unit)) = (self.inside("stateVector"), attribute(attributes, "units")) {
+        if let (true, Some(unit)) = (within.has("stateVector"), attribute(attributes, "units")) {
             let known = STATE.iter().find(|(state, _)| *state == name.text);
             if let Some((_, wanted)) = known.filter(|(_, wanted)| *wanted != unit.text) {
                 let reason = format!("the unit {} of <{}> is not read", cut(unit.text, 20), name.text);
                 return unit.wrong(reason, format!("give it in {wanted}"));
             }
         }
-        self.open.push(name);
-        self.said = None;
         Ok(())
     }
 
-    fn close(&mut self, name: Piece<'t>) -> Result<(), Wrong> {
-        let opened = closed(&mut self.open, name)?;
-        let value = self.said.take().filter(|(of, _)| of.at == opened.at).map(|(_, piece)| piece);
+    fn closed(&mut self, within: &Open<'t>, element: &Element<'t>) -> Result<(), Wrong> {
+        let Element { opened, closed: name, value } = *element;
         match name.text {
             "metadata" => {
                 if !self.begun {
@@ -114,10 +87,8 @@ impl<'t> Reading<'t> {
                 self.found.push(segment.finish(name)?);
             }
             "COMMENT" => {}
-            _ if self.inside("metadata") => {
-                add(&mut self.keys, opened, value.unwrap_or(Piece { at: opened.at, text: "" }))?;
-            }
-            _ if self.inside("stateVector") => {
+            _ if within.has("metadata") => add(&mut self.keys, opened, element.text())?,
+            _ if within.has("stateVector") => {
                 let Some(at) = STATE.iter().position(|(state, _)| *state == name.text) else {
                     let reason = format!("unknown element <{}> of a state", cut(name.text, 30));
                     return opened.wrong(reason, "a state has EPOCH, X, Y, Z, X_DOT, Y_DOT, Z_DOT");
@@ -127,7 +98,7 @@ impl<'t> Reading<'t> {
                 }
                 self.state[at] = value;
             }
-            other if self.inside("header") && !HEADER.contains(&other) => {
+            other if within.has("header") && !HEADER.contains(&other) => {
                 let reason = format!("unknown element <{}> in the header of an OEM", cut(other, 40));
                 return opened.wrong(reason, "check the spelling");
             }
@@ -135,7 +106,9 @@ impl<'t> Reading<'t> {
         }
         Ok(())
     }
+}
 
+impl<'t> Reading<'t> {
     /// Adds the state that has been read.
     fn row(&mut self, at: Piece<'t>) -> Result<(), Wrong> {
         if let Some(missing) = self.state[..NEEDED].iter().position(Option::is_none) {
