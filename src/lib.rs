@@ -55,14 +55,7 @@
 //! let limits = Limits { size: Some(vec![0.2; 3]), ..Limits::default() };
 //! let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
 //! let sun = Direction::Fixed(Vector3::new(1.0, 1.0, 0.6).normalize());
-//! let cone = Pointing {
-//!     side: Side::KeepOut,
-//!     boresights: vec![Vector3::x()],
-//!     directions: vec![sun],
-//!     half_angle: 30.0_f64.to_radians(),
-//!     margin: 0.0,
-//!     during: Default::default(),
-//! };
+//! let cone = Pointing::new(Side::KeepOut, vec![Vector3::x()], vec![sun], 30.0_f64.to_radians());
 //! let problem = Problem::attitude(body, start, end, 60.0)
 //!     .with_actuation(Actuation::torques(torques))
 //!     .with_constraint(Constraint { name: "Sun".into(), rule: Rule::Pointing(cone) });

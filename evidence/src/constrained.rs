@@ -52,14 +52,12 @@ pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
                 |r: &Matrix3| (r * boresight).dot(&direction).clamp(-1.0, 1.0).acos() > half_angle + 0.02;
             if away(&start) && away(&end) {
                 text += &format!(", cone {:.1} deg at {at:.2}", half_angle.to_degrees());
-                let pointing = Pointing {
-                    side: Side::KeepOut,
-                    boresights: vec![boresight],
-                    directions: vec![Direction::Fixed(direction.normalize())],
+                let pointing = Pointing::new(
+                    Side::KeepOut,
+                    vec![boresight],
+                    vec![Direction::Fixed(direction.normalize())],
                     half_angle,
-                    margin: 0.0,
-                    during: Default::default(),
-                };
+                );
                 problem = problem.with_constraint(Constraint {
                     name: format!("cone {index}"),
                     rule: Rule::Pointing(pointing),

@@ -230,14 +230,8 @@ fn cones(random: &mut Random) -> Problem {
         let direction = lie::exp(&aside) * passed;
         let clear = |r: &Matrix3| (r * boresight).angle(&direction) > half_angle + 0.02;
         if clear(&problem.start.attitude) && clear(&problem.end.attitude) {
-            let pointing = Pointing {
-                side: Side::KeepOut,
-                boresights: vec![boresight],
-                directions: vec![Direction::Fixed(direction)],
-                half_angle,
-                margin: 0.0,
-                during: Default::default(),
-            };
+            let pointing =
+                Pointing::new(Side::KeepOut, vec![boresight], vec![Direction::Fixed(direction)], half_angle);
             let name = format!("cone {}", problem.constraints.len() + 1);
             problem = problem.with_constraint(Constraint { name, rule: Rule::Pointing(pointing) });
         }

@@ -15,14 +15,12 @@ fn maneuver() -> (serde_json::Value, Problem, Uncertainty) {
     let body = Body { inertia: Inertia::new(matrix(&given["inertia"])).unwrap(), mass: None };
     let end = State::at_rest(Rotation::new(matrix(&given["end"]["attitude"]["matrix"])).unwrap());
     let unit = |value: &serde_json::Value| vector::<3>(value).normalize();
-    let cone = Pointing {
-        side: Side::KeepOut,
-        boresights: vec![unit(&given["cone"]["boresight"])],
-        directions: vec![Direction::Fixed(unit(&given["cone"]["direction"]))],
-        half_angle: given["cone"]["half_angle"].as_f64().unwrap(),
-        margin: 0.0,
-        during: Default::default(),
-    };
+    let cone = Pointing::new(
+        Side::KeepOut,
+        vec![unit(&given["cone"]["boresight"])],
+        vec![Direction::Fixed(unit(&given["cone"]["direction"]))],
+        given["cone"]["half_angle"].as_f64().unwrap(),
+    );
     let start = State::at_rest(Matrix3::identity());
     let problem = Problem::attitude(body, start, end, 60.0)
         .with_steps(100)

@@ -124,6 +124,11 @@ pub enum ConstraintError {
 }
 
 impl Pointing {
+    /// Cones of a half angle \[rad\] about directions, for boresights in body axes, both of unit vectors: without a margin, acting always.
+    pub fn new(side: Side, boresights: Vec<Vector3>, directions: Vec<Direction>, half_angle: f64) -> Self {
+        Self { side, boresights, directions, half_angle, margin: 0.0, during: During::default() }
+    }
+
     /// Half angle of the cone that counts \[rad\]: with the margin.
     pub fn effective_half_angle(&self) -> f64 {
         match self.side {
@@ -338,8 +343,8 @@ mod tests {
         let directions = vec![Direction::Fixed(Vector3::z())];
         let boresights = vec![Vector3::x()];
         let (half_angle, margin) = (half_angle.to_radians(), margin.to_radians());
-        let during = During::default();
-        let rule = Rule::Pointing(Pointing { side, boresights, directions, half_angle, margin, during });
+        let pointing = Pointing::new(side, boresights, directions, half_angle);
+        let rule = Rule::Pointing(Pointing { margin, ..pointing });
         Constraint { name: "cone".into(), rule }
     }
 

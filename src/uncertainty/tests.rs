@@ -61,14 +61,12 @@ fn as_rates(problem: &Problem, covariance: &Matrix6) -> Matrix6 {
 }
 
 fn cone(given: &Value, boresight: Vector3) -> Constraint {
-    let cone = Pointing {
-        side: Side::KeepOut,
-        boresights: vec![boresight],
-        directions: vec![Direction::Fixed(vector(&given["w"]))],
-        half_angle: given["half_angle"].as_f64().unwrap(),
-        margin: 0.0,
-        during: Default::default(),
-    };
+    let cone = Pointing::new(
+        Side::KeepOut,
+        vec![boresight],
+        vec![Direction::Fixed(vector(&given["w"]))],
+        given["half_angle"].as_f64().unwrap(),
+    );
     Constraint { name: "cone".into(), rule: Rule::Pointing(cone) }
 }
 

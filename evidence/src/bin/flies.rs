@@ -97,14 +97,7 @@ fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     let clear = [0, last]
         .iter()
         .all(|node| angle_between(&seen(*node), &direction) > half_angle + 8.0_f64.to_radians());
-    let cone = Pointing {
-        side: Side::KeepOut,
-        boresights: vec![boresight],
-        directions: vec![Direction::Fixed(direction)],
-        half_angle,
-        margin: 0.0,
-        during: Default::default(),
-    };
+    let cone = Pointing::new(Side::KeepOut, vec![boresight], vec![Direction::Fixed(direction)], half_angle);
     let constraint = Constraint { name: "cone".into(), rule: Rule::Pointing(cone) };
     Ok(clear.then(|| problem.with_constraint(constraint)))
 }

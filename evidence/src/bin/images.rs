@@ -233,14 +233,12 @@ fn with_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Opti
         let aside = lie::exp(&vector(random, 0.3)) * at(random.within(0.3, 0.7));
         let clear = [0.0, 1.0].map(|part| aside.dot(&at(part)).clamp(-1.0, 1.0).acos());
         let angle = random.within(0.1, 0.5).min(0.8 * clear[0].min(clear[1]));
-        let rule = Rule::Pointing(Pointing {
-            side: Side::KeepOut,
-            boresights: vec![boresight],
-            directions: vec![Direction::Fixed(aside)],
-            half_angle: angle,
-            margin: 0.0,
-            during: Default::default(),
-        });
+        let rule = Rule::Pointing(Pointing::new(
+            Side::KeepOut,
+            vec![boresight],
+            vec![Direction::Fixed(aside)],
+            angle,
+        ));
         problem = problem.with_constraint(Constraint { name: format!("cone {index}"), rule });
     }
     Some(problem)

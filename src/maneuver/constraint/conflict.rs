@@ -100,20 +100,12 @@ fn inside(pointing: &Pointing) -> impl Iterator<Item = (f64, f64)> + use<> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::During;
     use super::*;
     use crate::testing::Random;
 
     fn cone(name: &str, side: Side, boresight: Vector3, vector: Vector3, half_angle: f64) -> Constraint {
         let (boresights, directions) = (vec![boresight], vec![Direction::Fixed(vector)]);
-        let rule = Rule::Pointing(Pointing {
-            side,
-            boresights,
-            directions,
-            half_angle,
-            margin: 0.0,
-            during: During::default(),
-        });
+        let rule = Rule::Pointing(Pointing::new(side, boresights, directions, half_angle));
         Constraint { name: name.into(), rule }
     }
 

@@ -427,14 +427,7 @@ mod tests {
     fn cone(side: Side, direction: Vector3, half_angle_deg: f64) -> Constraint {
         let directions = vec![Direction::Fixed(direction)];
         let (boresights, half_angle) = (vec![Vector3::x()], half_angle_deg.to_radians());
-        let rule = Rule::Pointing(Pointing {
-            side,
-            boresights,
-            directions,
-            half_angle,
-            margin: 0.0,
-            during: Default::default(),
-        });
+        let rule = Rule::Pointing(Pointing::new(side, boresights, directions, half_angle));
         Constraint { name: "cone".into(), rule }
     }
 

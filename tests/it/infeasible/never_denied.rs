@@ -56,17 +56,15 @@ fn fence(mut problem: Problem, inputs: &[f64], random: &mut Random) -> Problem {
     let mut wanted = vec![];
     for index in 0..3 {
         let side = if random.uniform() > 0.0 { Side::KeepOut } else { Side::KeepIn };
-        let pointing = Pointing {
+        let pointing = Pointing::new(
             side,
-            boresights: vec![random.direction()],
-            directions: vec![{
+            vec![random.direction()],
+            vec![{
                 let vector = random.direction();
                 if random.uniform() > 0.0 { Direction::InFrame(vector) } else { Direction::Fixed(vector) }
             }],
-            half_angle: 1.0,
-            margin: 0.0,
-            during: Default::default(),
-        };
+            1.0,
+        );
         wanted.push(Constraint { name: format!("cone {index}"), rule: Rule::Pointing(pointing) });
     }
     let with = Problem { constraints: wanted.clone(), ..problem.clone() };

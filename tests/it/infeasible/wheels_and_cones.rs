@@ -107,14 +107,7 @@ fn a_cone_in_the_way_needs_time() {
         let direction = Direction::Fixed(axis);
         let half_angle = degrees.to_radians();
         let (boresights, directions) = (vec![Vector3::z()], vec![direction]);
-        let rule = Rule::Pointing(Pointing {
-            side: Side::KeepOut,
-            boresights,
-            directions,
-            half_angle,
-            margin: 0.0,
-            during: Default::default(),
-        });
+        let rule = Rule::Pointing(Pointing::new(Side::KeepOut, boresights, directions, half_angle));
         Constraint { name: "sun".into(), rule }
     };
     let direct = 2.0 * (rotation.norm() * 2.0 / 0.3_f64).sqrt();
@@ -146,14 +139,7 @@ fn cones_that_meet_on_the_way_are_named_both() {
     let cone = |name: &str, side, direction, degrees: f64| {
         let (boresights, half_angle) = (vec![Vector3::z()], degrees.to_radians());
         let directions = vec![direction];
-        let rule = Rule::Pointing(Pointing {
-            side,
-            boresights,
-            directions,
-            half_angle,
-            margin: 0.0,
-            during: Default::default(),
-        });
+        let rule = Rule::Pointing(Pointing::new(side, boresights, directions, half_angle));
         Constraint { name: name.into(), rule }
     };
     let problem = |keep_in: f64, keep_out: f64| {

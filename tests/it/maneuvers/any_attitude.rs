@@ -122,14 +122,7 @@ fn cones_limits_and_wheels_are_kept_on_the_way_to_any_attitude() {
     let mut random = Random::new(41);
     let (problem, momentum) = spinning(&mut random, 0.15, 60.0);
     let sun = problem.start.attitude * lie::exp(&Vector3::new(0.9, 0.4, 0.0)) * Vector3::z();
-    let cone = Pointing {
-        side: Side::KeepOut,
-        boresights: vec![Vector3::z()],
-        directions: vec![Direction::Fixed(sun)],
-        half_angle: 0.6,
-        margin: 0.0,
-        during: Default::default(),
-    };
+    let cone = Pointing::new(Side::KeepOut, vec![Vector3::z()], vec![Direction::Fixed(sun)], 0.6);
     let coned =
         problem.clone().with_constraint(Constraint { name: "sun".into(), rule: Rule::Pointing(cone) });
     let axes = [

@@ -42,14 +42,7 @@ pub(super) fn cone(
 ) -> Problem {
     let direction = Direction::Fixed(Vector3::from(direction).normalize());
     let (boresights, half_angle) = (vec![boresight.into()], degrees.to_radians());
-    let rule = Rule::Pointing(Pointing {
-        side,
-        boresights,
-        directions: vec![direction],
-        half_angle,
-        margin: 0.0,
-        during: Default::default(),
-    });
+    let rule = Rule::Pointing(Pointing::new(side, boresights, vec![direction], half_angle));
     let name = format!("cone {}", problem.constraints.len() + 1);
     problem.with_constraint(Constraint { name, rule })
 }

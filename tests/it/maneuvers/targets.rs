@@ -128,14 +128,12 @@ fn a_cone_that_moves_is_touched_where_it_is_by_then() {
         let attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(&[q[0], q[1], q[2], q[3]]));
         State::attitude(attitude, vector(&given[w]))
     };
-    let cone = Pointing {
-        side: Side::KeepOut,
-        boresights: vec![vector(&given["boresight_body"])],
-        directions: vec![direction(given, "cone")],
-        half_angle: number(&given["half_angle_deg"]).to_radians(),
-        margin: 0.0,
-        during: Default::default(),
-    };
+    let cone = Pointing::new(
+        Side::KeepOut,
+        vec![vector(&given["boresight_body"])],
+        vec![direction(given, "cone")],
+        number(&given["half_angle_deg"]).to_radians(),
+    );
     let problem = Problem::attitude(body, state("q0", "w0"), state("qf", "wf"), number(&given["T"]))
         .with_constraint(Constraint { name: "station".into(), rule: Rule::Pointing(cone) });
     // The reference passes on the side of the free path; the other side is cheaper.
@@ -209,14 +207,7 @@ fn a_boresight_stays_within_an_angle_of_the_limb() {
     });
     let disc = Direction::Disc { centre: centre.unwrap(), radius: 5.0 * 20.0_f64.to_radians().sin() };
     let half_angle = 10.0_f64.to_radians();
-    let cone = Pointing {
-        side: Side::KeepIn,
-        boresights: vec![Vector3::x()],
-        directions: vec![disc],
-        half_angle,
-        margin: 0.0,
-        during: Default::default(),
-    };
+    let cone = Pointing::new(Side::KeepIn, vec![Vector3::x()], vec![disc], half_angle);
     // About an axis aside of the way from start to end, and by way of rates that carry the boresight beyond.
     let start = State::attitude(slewkit::Matrix3::identity(), Vector3::new(0.0, 0.0, 0.4));
     let end = State::attitude(lie::exp(&Vector3::new(0.0, 0.0, -0.3)), Vector3::zeros());

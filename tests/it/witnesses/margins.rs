@@ -311,14 +311,12 @@ fn passing_between_nodes(half_angle_deg: f64) -> (Problem, Trajectory) {
     let vector = lie::exp(&Vector3::new(0.0, 0.0, azimuth))
         * lie::exp(&Vector3::new(0.0, -height, 0.0))
         * Vector3::x();
-    let pointing = Pointing {
-        side: Side::KeepOut,
-        boresights: vec![Vector3::x()],
-        directions: vec![Direction::Fixed(vector)],
-        half_angle: half_angle_deg.to_radians(),
-        margin: 0.0,
-        during: Default::default(),
-    };
+    let pointing = Pointing::new(
+        Side::KeepOut,
+        vec![Vector3::x()],
+        vec![Direction::Fixed(vector)],
+        half_angle_deg.to_radians(),
+    );
     let mut problem = Problem::attitude(body, start, start, steps as f64)
         .with_steps(steps)
         .with_constraint(Constraint { name: "sun".into(), rule: Rule::Pointing(pointing) });

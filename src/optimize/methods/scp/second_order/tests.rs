@@ -205,14 +205,12 @@ fn fenced(problem: &Problem, free: &Solution, depth: f64, random: &mut Random) -
     let middle = &free.trajectory.quaternion[problem.steps / 2];
     let seen = lie::rotation_from_quaternion(middle) * boresight;
     let aside = lie::exp(&(random.vector3().normalize() * (0.1 - 0.01 * depth)));
-    let cone = Pointing {
-        side: Side::KeepOut,
-        boresights: vec![boresight],
-        directions: vec![Direction::Fixed((aside * seen).normalize())],
-        half_angle: 0.1,
-        margin: 0.0,
-        during: Default::default(),
-    };
+    let cone = Pointing::new(
+        Side::KeepOut,
+        vec![boresight],
+        vec![Direction::Fixed((aside * seen).normalize())],
+        0.1,
+    );
     let cone = Constraint { name: "cone".into(), rule: Rule::Pointing(cone) };
     let problem = problem.clone();
     match (3.0 * (random.uniform() + 1.0)) as usize {
