@@ -114,6 +114,25 @@ pub struct Ends {
     within: f64,
 }
 
+/// An end that moves on with the duration that is found: a plan of least time meets its target where that is when it arrives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Meeting {
+    pub(crate) aim: Aim,
+    /// When the target is where the end of the maneuver has it \[s\].
+    pub(crate) time: f64,
+    /// How the time by which a plan is late changes with the time of its end: −1 for a target that stands.
+    pub(crate) slope: f64,
+}
+
+impl Meeting {
+    /// Where a plan that takes `duration` \[s\] to where the target is at `time` \[s\] is aimed at next \[s\]: the root of how late it is,
+    /// by its slope.
+    pub(crate) fn next(&self, time: f64, duration: f64) -> f64 {
+        let next = time - (duration - time) / self.slope;
+        if next.is_finite() && next > 0.0 { next } else { duration }
+    }
+}
+
 impl Aim {
     /// A body axis that points along a direction, moves with it, and has its roll where it costs least.
     pub fn new(boresight: Vector3, at: Direction) -> Self {

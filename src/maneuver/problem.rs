@@ -10,7 +10,7 @@ pub use formulation::Formulation;
 pub use unsuited::Unsuited;
 
 use crate::lie::Rotation;
-use crate::maneuver::aim::{Aim, AimError, Ends};
+use crate::maneuver::aim::{Aim, AimError, Ends, Meeting};
 use crate::maneuver::constraint::{
     Alternatives, AlternativesError, Constraint, ConstraintError, Rule, Turns,
 };
@@ -93,6 +93,10 @@ pub enum EndCondition {
     AnyAttitude,
     /// A body axis points at a target, which may move; the roll about it may be free.
     Aim(Aim),
+    /// The state that [`Problem::end`] is, moved on to where a target is when the plan arrives: what the search for ends on targets asks
+    /// for.
+    #[doc(hidden)]
+    Met(Meeting),
 }
 
 /// A maneuver: who moves, where from, where to, in what time, on which grid.
@@ -396,7 +400,15 @@ impl Problem {
     pub fn aim(&self) -> Option<&Aim> {
         match &self.end_condition {
             EndCondition::Aim(aim) => Some(aim),
-            EndCondition::State | EndCondition::AnyAttitude => None,
+            EndCondition::State | EndCondition::AnyAttitude | EndCondition::Met(_) => None,
+        }
+    }
+
+    /// What it meets, where the state at the end moves on with the duration.
+    pub(crate) fn met(&self) -> Option<&Meeting> {
+        match &self.end_condition {
+            EndCondition::Met(meeting) => Some(meeting),
+            EndCondition::State | EndCondition::AnyAttitude | EndCondition::Aim(_) => None,
         }
     }
 
@@ -407,9 +419,35 @@ impl Problem {
         Self { end, end_condition: EndCondition::State, ..self.clone() }
     }
 
+    /// The same to a target where it is at `time` \[s\], at the roll nearest to that of an attitude; a plan that lands moves its end on to where the target is when
+    /// it arrives. `slope` is how the time by which plans are late changes with the time.
+    pub(crate) fn meeting(
+        &self,
+        aim: &Aim,
+        attitude: &Matrix3,
+        time: f64,
+        slope: f64,
+    ) -> Result<Self, AimError> {
+        let ends = self.ends_on(aim, time)?;
+        let facing = self.facing(&ends, ends.nearest(attitude));
+        let meeting = Meeting { aim: aim.clone(), time, slope };
+        Ok(Self { end_condition: EndCondition::Met(meeting), ..facing })
+    }
+
     /// The ends on `aim` that it may have at `time` \[s\].
     pub(crate) fn ends_on(&self, aim: &Aim, time: f64) -> Result<Ends, AimError> {
         aim.ends(time, &self.start.attitude, &self.environment.frame_rate())
+    }
+
+    /// The end of a plan that takes `duration` \[s\]: where the target is then, of one that it meets.
+    pub(crate) fn end_after(&self, duration: f64) -> State {
+        let ends = self.met().and_then(|meeting| {
+            let ends = self.ends_on(&meeting.aim, duration).ok()?;
+            // The roll is kept in space: that against the shortest way there turns fast where the target is almost behind.
+            Some(ends.at(ends.nearest(&self.end.attitude)))
+        });
+        let Some((attitude, angular_velocity)) = ends else { return self.end };
+        State { attitude, angular_velocity, ..self.end }
     }
 
     /// Whether inputs switch, and are held over steps of unequal lengths: those of minimum time and fuel where nothing but

@@ -29,7 +29,7 @@ impl TerminalCondition {
     pub fn of(condition: &EndCondition, point: Point) -> Self {
         match condition {
             // An end on a target is planned roll by roll.
-            EndCondition::State | EndCondition::Aim(_) => Self::State(point),
+            EndCondition::State | EndCondition::Aim(_) | EndCondition::Met(_) => Self::State(point),
             EndCondition::AnyAttitude => Self::AttitudeFree(point),
         }
     }

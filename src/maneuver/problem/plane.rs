@@ -22,7 +22,7 @@ impl Problem {
         let turns = self.environment.is_free()
             && self.environment.frame_rate() == Vector3::zeros()
             && self.actuation.wheels.is_none()
-            && self.end_condition == EndCondition::State
+            && matches!(self.end_condition, EndCondition::State | EndCondition::Met(_))
             && along(&(self.body.inertia.j() * axis))
             && along(&start.angular_velocity)
             && along(&end.angular_velocity)

@@ -2,7 +2,7 @@
 //! target and within constraints that are drawn in.
 
 use super::{Aim, Next};
-use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::problem::State;
 use crate::maneuver::solution::{Landing, Trajectory};
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::road::Chain;
@@ -15,18 +15,17 @@ pub(crate) struct Landed {
     pub landing: Landing,
 }
 
-/// Lands a plan of the chain.
+/// Lands a plan of the chain where `aim` says.
 ///
 /// `recorded` gives the plan that an attempt is, and `solve` solves again, warm, from an attempt on the chain that is
 /// aimed: `None` where either cannot. `chain` is left aimed at what the plan that is returned was solved for.
 pub(crate) fn land_chain(
-    problem: &Problem,
+    mut aim: Aim,
     chain: &mut Chain,
     first: Attempt,
     mut recorded: impl FnMut(&Chain, &Attempt) -> Option<Trajectory>,
     mut solve: impl FnMut(&Chain, &Attempt) -> Option<Attempt>,
 ) -> Option<Landed> {
-    let mut aim = Aim::of(problem);
     let mut best: Option<Landed> = None;
     let mut attempt = first;
     loop {

@@ -25,6 +25,7 @@ use crate::flight::{Excess, Flight, Held};
 use crate::lie;
 use crate::maneuver::constraint::{Constraint, Pointing, Rule, Side};
 use crate::maneuver::problem::{Motion, Problem, State};
+use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Landing, Trajectory};
 use crate::{Matrix3, Vector3};
 
@@ -60,10 +61,15 @@ pub(crate) fn left(problem: &Problem, plan: &Trajectory) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct Aim<'a> {
     problem: &'a Problem,
-    flight: Flight<'a>,
+    /// The true motion; `None` where the discrete one is to be at its end when it arrives there.
+    flight: Option<Flight<'a>>,
     settled: bool,
+    /// A miss that is none.
+    least: f64,
     /// The end that the discrete problem has.
     pub target: State,
+    /// When the end that is aimed at is that of the maneuver \[s\], where it moves on with the duration.
+    time: f64,
     /// By how much each constraint is drawn in.
     pub drawn_in: Vec<f64>,
     /// What was missed before each correction, and in the end, scaled.
@@ -84,27 +90,56 @@ pub(crate) enum Next {
 }
 
 impl<'a> Aim<'a> {
-    /// At the end of a maneuver whose duration is known.
+    /// Of the true motion at the end of a maneuver.
     pub fn of(problem: &'a Problem) -> Self {
         Self {
-            flight: Flight::new(problem),
+            flight: Some(Flight::new(problem)),
             problem,
             settled: false,
+            least: LANDED,
             target: problem.end,
+            time: problem.met().map_or(f64::NAN, |meeting| meeting.time),
             drawn_in: vec![0.0; problem.constraints.len()],
             misses: Vec::new(),
             best: f64::INFINITY,
         }
     }
 
+    /// The maneuver.
+    pub fn problem(&self) -> &'a Problem {
+        self.problem
+    }
+
+    /// Of the motion that `settings` ask to be at the end of a maneuver; `None` where it is there already.
+    pub fn asked(problem: &'a Problem, settings: &Settings) -> Option<Self> {
+        let aim = Self::of(problem);
+        match settings.target {
+            Target::Motion => Some(aim),
+            Target::Discrete => {
+                problem.met().map(|_| Self { flight: None, least: settings.tolerance, ..aim })
+            }
+        }
+    }
+
+    /// Where a plan ends, and what it exceeds.
+    fn ended(&mut self, plan: &Trajectory) -> Option<(State, Vec<f64>)> {
+        if self.flight.is_some() {
+            return self.flown(&Flight::of_plan(self.problem, plan));
+        }
+        let angular_velocity = *plan.angular_velocity.last()?;
+        let attitude = lie::project_to_rotation(&lie::rotation_from_quaternion(plan.quaternion.last()?));
+        Some((State { attitude, angular_velocity, ..self.problem.end }, Vec::new()))
+    }
+
     /// Where the true motion ends, and what it exceeds.
     fn flown(&mut self, steps: &[(Held, f64)]) -> Option<(State, Vec<f64>)> {
+        let flight = self.flight.as_mut()?;
         if !self.settled {
-            self.flight.settle(steps);
+            flight.settle(steps);
             self.settled = true;
         }
         let mut excess = Excess::of(self.problem);
-        let end = self.flight.fly(steps, excess.as_mut())?;
+        let end = flight.fly(steps, excess.as_mut())?;
         let mut worst = excess.map_or_else(Vec::new, |excess| excess.worst);
         // What is held on a cone cannot be drawn in: the witnesses tell by how much it strays.
         for (worst, constraint) in worst.iter_mut().zip(&self.problem.constraints) {
@@ -117,7 +152,7 @@ impl<'a> Aim<'a> {
 
     /// What the true motion misses at the end, scaled: `[x, γ, ζ, Π]` from the end to where it is.
     fn miss(&self, flown: &State, duration: f64) -> [Vector3; 4] {
-        let (end, inertia) = (&self.problem.end, &self.problem.body.inertia);
+        let (end, inertia) = (self.problem.end_after(duration), &self.problem.body.inertia);
         let length = length(self.problem, duration);
         let rate = flown.angular_velocity - end.angular_velocity;
         [
@@ -135,24 +170,25 @@ impl<'a> Aim<'a> {
     /// Flies a recorded plan and shifts the target and the constraints by what it misses.
     pub fn correct(&mut self, plan: &Trajectory) -> Next {
         let Some(duration) = plan.time.last().copied() else { return Next::GiveUp };
-        let steps = Flight::of_plan(self.problem, plan);
-        let Some((flown, excess)) = self.flown(&steps) else { return Next::GiveUp };
+        let Some((flown, excess)) = self.ended(plan) else { return Next::GiveUp };
         let miss = largest(&self.miss(&flown, duration));
         let exceeded = excess.iter().fold(0.0, |worst: f64, excess| worst.max(excess + 0.5 * ROOM));
         // Written so that what is not a number is not kept.
         let kept = excess.iter().all(|excess| excess + 0.5 * ROOM <= 0.0);
         self.misses.push(miss);
         let left = miss.max(exceeded);
-        if miss <= LANDED && kept {
+        if miss <= self.least && kept {
             self.best = left;
             return Next::Landed;
         }
-        let stuck = self.misses.len() > 1 && (left.is_nan() || left > SHRUNK * self.best);
+        // The first correction to what moves tells how late the plan is, and only the next ones make up for it.
+        let told = 1 + usize::from(self.problem.met().is_some());
+        let stuck = left.is_nan() || self.misses.len() > told && left > SHRUNK * self.best;
         if stuck || self.misses.len() > MOST_CORRECTIONS {
             return Next::GiveUp;
         }
         self.best = left;
-        self.shift(&flown);
+        self.shift(&flown, duration);
         for (drawn_in, excess) in self.drawn_in.iter_mut().zip(excess) {
             if excess + 0.5 * ROOM > 0.0 {
                 *drawn_in += excess + ROOM;
@@ -162,8 +198,11 @@ impl<'a> Aim<'a> {
     }
 
     /// Shifts the target by what was missed.
-    fn shift(&mut self, flown: &State) {
-        let end = &self.problem.end;
+    fn shift(&mut self, flown: &State, duration: f64) {
+        if let Some(meeting) = self.problem.met().filter(|_| self.flight.is_none() || self.misses.len() > 1) {
+            self.time = meeting.next(self.time, duration);
+        }
+        let end = self.problem.end_after(self.time);
         let target = &mut self.target;
         if !self.problem.ends_in_any_attitude() {
             let turn = lie::exp(&lie::minus(&end.attitude, &flown.attitude));

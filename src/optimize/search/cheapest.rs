@@ -222,7 +222,8 @@ fn of_dimension<const N: usize>(
 ) -> Solution {
     let goal = Goal { objective: objective.clone(), share: SHARE };
     let advise = !objective.counts_time();
-    let ask = Ask { advise, lands: context.lands(), ..Ask::of_goal(Some(goal), context.settings) };
+    let lands = context.lands() || stated.met().is_some();
+    let ask = Ask { advise, lands, ..Ask::of_goal(Some(goal), context.settings) };
     let search = search_of::<N>(stated, context, ask.clone());
     let coarse = search.chain(chain_steps(stated));
     let mut paths = bent(resampled(&coarse, objective.name(), quick));

@@ -9,6 +9,7 @@ use super::halt::Halt;
 use super::illinois::Illinois;
 use super::rolls::{EXPLORED, REFINED, Rolls};
 use super::{Observer, PlanError, duration, solve};
+use crate::Matrix3;
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, ProblemError};
@@ -16,8 +17,8 @@ use crate::maneuver::settings::{Settings, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution};
 use std::time::Instant;
 
-/// Times nearer than this, relative, are one: of plans that are given to round-off.
-const ON_TIME: f64 = 1e-12;
+/// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is followed from there.
+const NEAR: f64 = 1e-9;
 
 /// Most times that are looked at.
 const MOST_TIMES: usize = 40;
@@ -102,16 +103,16 @@ fn quickest(
 ) -> Result<Solution, Halt> {
     let began = Instant::now();
     let remaining = || settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
-    let lasts = |solution: &Solution| solution.trajectory.time.last().copied().unwrap_or(f64::NAN);
     let quick = Settings { search: Thoroughness::Quick, ..settings.clone() };
-    // The best roll moves with the time, and little: after the first time it is followed.
-    let mut roll: Option<f64> = None;
+    // The attitude at the best roll moves with the time, and little: after the first time it is followed.
+    let mut best: Option<Matrix3> = None;
     let mut last: Option<Solution> = None;
     let mut late = |time: f64, observer: &mut dyn Observer| -> Result<Option<f64>, Halt> {
         let settings = Settings { time_limit: remaining(), ..quick.clone() };
-        let mut rolls = Rolls::new(problem, ends_at(problem, aim, time)?, &settings, observer);
+        let ends = ends_at(problem, aim, time)?;
+        let mut rolls = Rolls::new(problem, ends, &settings, observer);
         let steps = problem.steps.min(EXPLORED);
-        let found = match roll {
+        let found = match best.map(|attitude| ends.nearest(&attitude)) {
             None => rolls.minima(steps)?.into_iter().next(),
             Some(near) => match rolls.at(near, steps, None)? {
                 Some(near) => Some(rolls.lowest(near, REFINED, steps)?),
@@ -122,60 +123,26 @@ fn quickest(
             last = rolls.unsolved.take().map(|solution| *solution);
             return Ok(None);
         };
-        roll = Some(found.roll);
-        Ok(Some(lasts(&found.solution) - time))
+        best = Some(ends.at(found.roll).0);
+        Ok(Some(takes(problem, &found.solution) - time))
     };
     let Some([from, to]) = first_reached(&mut |time| late(time, observer))? else {
         let unsolved = last.unwrap_or_else(|| Solution::unsolved(problem, settings.tolerance));
         return Ok(Solution { outcome: Outcome::Stalled, infeasible: None, ..unsolved });
     };
-    let time = root(from, to, ON_TIME, &mut |time| late(time, observer))?;
-    // The plan that lands takes a little longer than the one that was compared: its own time is that of the end.
-    let (mut time, mut problem) = (time, problem.clone());
-    let mut best: Option<(f64, Solution)> = None;
-    let mut before: Option<Late> = None;
-    let mut is_other = false;
-    for _ in 0..MOST_TIMES {
-        let settings = Settings { time_limit: remaining(), ..settings.clone() };
-        let given = problem.facing(&ends_at(&problem, aim, time)?, roll.unwrap_or(0.0));
-        let found = solve(&given, &settings, None, observer)?;
-        let (late, converged) = (lasts(&found) - time, found.outcome == Outcome::Converged);
-        let chosen = best.as_ref().and_then(|(_, best)| best.chosen).or(found.chosen);
-        let found = Solution { chosen, ..found };
-        let Some((least, _)) = best.as_ref().filter(|_| converged) else {
-            // The first one, and the grid that it has chosen.
-            if best.is_none() {
-                problem = problem.with_steps(found.steps.max(Problem::MIN_STEPS));
-                best = Some((late.abs(), found));
-            }
-            if !converged || late.abs() <= ON_TIME * time {
-                break;
-            }
-            before = Some([time, late]);
-            time += late;
-            continue;
-        };
-        // Another extremal, dearer than the one that was found at the time before and is not found here: that one has no time of its
-        // own, and this one may.
-        if late > 2.0 * least && !is_other {
-            (best, before, is_other) = (Some((late, found)), Some([time, late]), true);
-            time += late;
-            continue;
-        }
-        // What the landing leaves undecided comes no nearer.
-        let nearer = late.abs() <= 0.5 * least;
-        if late.abs() < *least {
-            best = Some((late.abs(), found));
-        }
-        if !nearer || late.abs() <= ON_TIME * time {
-            break;
-        }
-        // Newton by secants on how late it is; at first as if the end stood still.
-        let slope = before.map_or(-1.0, |[earlier, was]| (late - was) / (time - earlier));
-        before = Some([time, late]);
-        time -= late / if slope < 0.0 { slope } else { -1.0 };
-    }
-    Ok(best.map_or_else(|| Solution::unsolved(&problem, settings.tolerance), |(_, best)| best))
+    let (time, slope) = root(from, to, NEAR, &mut |time| late(time, observer))?;
+    let settings = Settings { time_limit: remaining(), ..settings.clone() };
+    let attitude = best.unwrap_or(problem.end.attitude);
+    let meeting = problem.meeting(aim, &attitude, time, slope).map_err(ProblemError::from);
+    Ok(solve(&meeting.map_err(PlanError::from)?, &settings, None, observer)?)
+}
+
+/// How long a plan takes \[s\]: that of inputs that switch in continuous time, which does not depend on the grid.
+fn takes(problem: &Problem, solution: &Solution) -> f64 {
+    let told = solution.switching.as_ref().filter(|_| problem.switches());
+    let continuous = told.map(|found| found.continuous_duration_s);
+    let recorded = || solution.trajectory.time.last().copied();
+    continuous.filter(|duration| duration.is_finite()).or_else(recorded).unwrap_or(f64::NAN)
 }
 
 /// A time, and how late a plan is that is to end then \[s\].
@@ -198,26 +165,30 @@ fn first_reached(late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>) -> Resu
     Ok(None)
 }
 
-/// A root between two times, to a relative width.
+/// A root between two times, to a relative width, and the slope there.
 fn root(
-    mut low: [f64; 2],
-    mut high: [f64; 2],
+    mut low: Late,
+    mut high: Late,
     width: f64,
     late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
-) -> Result<f64, Halt> {
+) -> Result<(f64, f64), Halt> {
+    let slope = |[time, late]: Late, [other, was]: Late| (late - was) / (time - other);
     let mut illinois = Illinois::new([low[1], high[1]]);
+    let (mut last, mut found) = (high, slope(low, high));
     for _ in 0..MOST_TIMES {
         let next = low[0] + illinois.part() * (high[0] - low[0]);
         if !(next > low[0] && next < high[0]) || high[0] - low[0] <= width * high[0] {
             break;
         }
         let Some(delay) = late(next)? else { break };
+        found = slope([next, delay], last);
+        last = [next, delay];
         if delay.abs() <= width * next {
-            return Ok(next);
+            return Ok((next, found));
         }
         let moved = usize::from(delay <= 0.0);
         illinois.moved(moved, delay);
-        *[&mut low, &mut high][moved] = [next, delay];
+        *[&mut low, &mut high][moved] = last;
     }
-    Ok(high[0])
+    Ok((high[0], found))
 }

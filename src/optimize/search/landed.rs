@@ -5,7 +5,7 @@ use super::record;
 use super::shares::{EASED, SHARE, SHARP};
 use crate::maneuver::settings::Method as Road;
 use crate::optimize::candidate::Candidate;
-use crate::optimize::landing::{Landed, land_chain, land_costate};
+use crate::optimize::landing::{Aim, Landed, land_chain, land_costate};
 use crate::optimize::methods::method::{Attempt, Method, Swept};
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
@@ -31,7 +31,7 @@ pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> O
         Some(record::chain(search.problem, &search.fine, chain, &attempt.candidate).ok()?.trajectory)
     };
     let options = &search.ask.last;
-    land_chain(search.problem, &mut chain, attempt.clone(), record, |chain, attempt| {
+    land_chain(Aim::of(search.problem), &mut chain, attempt.clone(), record, |chain, attempt| {
         warm(search, chain, attempt, options)
     })
 }
@@ -87,9 +87,10 @@ pub(super) fn landed_with_goal<const N: usize>(
     found: &Attempt,
     share: f64,
 ) -> Option<(Landed, f64)> {
-    if !search.ask.lands || !found.converged() || search.stopped() {
+    if !found.converged() || search.stopped() {
         return None;
     }
+    let aim = Aim::asked(search.problem, search.context.settings).filter(|_| search.ask.lands)?;
     let (problem, steps) = (search.problem, search.problem.steps);
     let goal = search.ask.goal.as_ref()?;
     let share = if goal.objective.switches() { share } else { goal.share };
@@ -130,6 +131,6 @@ pub(super) fn landed_with_goal<const N: usize>(
         }
         None
     };
-    let landed = land_chain(problem, &mut chain, found.clone(), record, solve);
+    let landed = land_chain(aim, &mut chain, found.clone(), record, solve);
     landed.map(|landed| (landed, least))
 }

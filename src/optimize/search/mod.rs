@@ -237,7 +237,7 @@ pub(crate) fn warm(
     shots::shoot_fine(&search, &mut found, Rung::Guess, Candidate::of_costate(starts::WARM, grid, &scaled));
     let solution = asked::held_to_its_way(&search, answer::conclude(&search, &mut found));
     let ladder = context.ladder.take();
-    Ok(with_true_motion(problem, Solution { ladder, ..solution }))
+    Ok(with_true_motion(problem, &settings, Solution { ladder, ..solution }))
 }
 
 /// Solves a maneuver. The solution says how the solve ended; it is not yet verified.
@@ -272,13 +272,17 @@ pub fn solve(
     }
     if problem.chooses_steps && settings.target == Target::Motion {
         return steps::chosen(problem, settings, guess, observer)
-            .map(|found| with_true_motion(problem, found));
+            .map(|found| with_true_motion(problem, settings, found));
     }
-    solve_on(problem, settings, guess, observer).map(|found| with_true_motion(problem, found))
+    solve_on(problem, settings, guess, observer).map(|found| with_true_motion(problem, settings, found))
 }
 
 /// A plan that lands, with the true motion at its nodes on record, which is what flies.
-fn with_true_motion(problem: &Problem, mut found: Solution) -> Solution {
+fn with_true_motion(problem: &Problem, settings: &Settings, mut found: Solution) -> Solution {
+    if settings.target == Target::Discrete {
+        // Its discrete motion is at the end that it met.
+        (found.trajectory.target, found.landing) = (None, None);
+    }
     if found.trajectory.target.is_some() {
         let problem = found.on_grid(problem);
         match Flight::recorded(&problem, &found.trajectory) {

@@ -171,9 +171,9 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
         }
         return ended(solution, Outcome::Stalled, context);
     };
-    if lands && context.lands() {
+    if let Some(aim) = Aim::asked(problem, context.settings).filter(|_| lands) {
         let afresh = |aimed: &Extremal| cheapest(problem, aimed, &units, chosen_limit?);
-        plan = landed(problem, &extremal, &units, plan, &afresh);
+        plan = landed(aim, &extremal, &units, plan, &afresh);
     }
     if problem.objective.is_duration() {
         let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(&extremal));
@@ -187,13 +187,13 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
 /// A plan whose true motion meets the end as nearly as corrections bring it: solved again, warm or else `afresh`, for the extremal
 /// that ends where the discrete motion has to.
 fn landed(
-    problem: &Problem,
+    mut aim: Aim,
     extremal: &Extremal,
     units: &Units,
     first: Planned,
     afresh: &dyn Fn(&Extremal) -> Option<Planned>,
 ) -> Planned {
-    let mut aim = Aim::of(problem);
+    let problem = aim.problem();
     let cost_before = first.cost;
     let (mut plan, mut target, mut best) = (first, problem.end, None);
     loop {

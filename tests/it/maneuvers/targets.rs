@@ -117,6 +117,42 @@ fn a_target_that_moves_is_met_in_the_shortest_time() {
     agrees("q06", &problem, 100, 1e-7);
 }
 
+/// A plan of least time meets what moves where it is when the plan arrives, on grids that hold its arcs and on those that do not,
+/// with limits of the rates too: a target that runs away or comes nearer, at up to a third of the rate of the turn.
+#[test]
+fn the_shortest_plan_is_on_its_target_when_it_arrives() {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
+    let start = State::at_rest(slewkit::Matrix3::identity());
+    let limits = Limits { size: Some(vec![0.6; 3]), ..Limits::default() };
+    let torque = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let begins = Vector3::new(1.0, 2.0, -1.0).normalize();
+    for rate in [Vector3::new(0.2, 0.1, -0.1), Vector3::new(-0.2, 0.15, 0.1)] {
+        let seen = |time: f64| lie::exp(&(rate * time)) * begins;
+        let aim = Aim::new(Vector3::z(), Direction::along(0.0, 20.0, 20.0, 40, seen).unwrap());
+        let given = Direction::Fixed(Vector3::new(0.3, -0.4, 0.9).normalize());
+        let aligned = aim.clone().with_roll_towards(Vector3::x(), given, 0.0);
+        let free = Problem::minimum_time(body.clone(), start, start)
+            .with_actuation(Actuation::torques(torque.clone()));
+        let rates = Constraint { name: "rates".into(), rule: Rule::RateAxes(Vector3::repeat(0.7)) };
+        let limited = free.clone().with_constraint(rates).with_aim_at_end(aligned.clone());
+        let (free, aligned) = (free.clone().with_aim_at_end(aim), free.with_aim_at_end(aligned));
+        let all = [(&free, 100), (&aligned, 100), (&limited, 40)];
+        // What follows the second target turns faster at the end than it may.
+        let kinds = if rate.x > 0.0 { 3 } else { 2 };
+        for (problem, steps) in &all[..kinds] {
+            for (settings, within) in [(Settings::default(), 1e-6), (Settings::discrete(), 1e-11)] {
+                let found =
+                    plan(&(*problem).clone().with_steps(*steps), &settings, None, &mut Silent).unwrap();
+                assert_eq!(found.status, Status::Solved, "{steps} {rate:?}: {:?}", found.verification);
+                let rows = &found.solution.trajectory;
+                let (time, attitude) = (rows.time.last().unwrap(), rows.quaternion.last().unwrap());
+                let off = lie::rotation_from_quaternion(attitude) * Vector3::z() - seen(*time);
+                assert!(off.norm() < within, "{steps} {rate:?}: off by {:e} at {time} s", off.norm());
+            }
+        }
+    }
+}
+
 /// q07: past a keep-out cone about a point on the ground that goes by.
 #[test]
 fn a_cone_that_moves_is_touched_where_it_is_by_then() {

@@ -3,7 +3,7 @@
 //! The same maneuver without a shortest pulse is solved first: its extremals are what pulses are made of, and what their cost is told
 //! against.
 
-use super::{Planned, ended, finished, follows, landed, noted, record, rivals, shortest_told, told};
+use super::{Aim, Planned, ended, finished, follows, landed, noted, record, rivals, shortest_told, told};
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::shortfall::Shortfall;
@@ -85,12 +85,12 @@ pub(super) fn solve(
         });
         return ended(solution, Outcome::Stalled, context);
     };
-    if lands && context.lands() {
+    if let Some(aim) = Aim::asked(problem, context.settings).filter(|_| lands) {
         let afresh = |aimed: &Extremal| {
             let placed = placed(aimed, &found.best[index], &ask, problem.steps).ok()?;
             planned(problem, aimed, units, &placed, least)
         };
-        plan = landed(problem, extremal, units, plan, &afresh);
+        plan = landed(aim, extremal, units, plan, &afresh);
     }
     let dearer = found.best.iter().skip(index + 1).map(|best| ("pulses", best.cost * units.cost()));
     solution.rivals = rivals(dearer, &plan);
