@@ -52,6 +52,11 @@ fn extremal(switching: &Switching) -> Option<String> {
     let gap = error(100.0 * switching.gap / switching.continuous_cost);
     match switching.structure {
         Structure::Rest => None,
+        Structure::AlongLimits => Some(
+            "The continuous extremal meets the maximum principle: every input is all along on the side that its switching \
+             function asks for, or holds a constraint that presses."
+                .into(),
+        ),
         Structure::BangBang | Structure::BangOffBang => Some(
             "The continuous extremal meets the maximum principle: every input is all along on the side that its switching \
              function asks for."

@@ -285,7 +285,12 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
             _ if switching.beside_optimum => {
                 "switches meet the end; the best of this grid was not found".into()
             }
-            Structure::BangBang | Structure::BangOffBang => {
+            Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits if problem.is_shaped() => {
+                let unit = if problem.objective == Objective::Time { " s" } else { "" };
+                let cost = significant(switching.continuous_cost, 9);
+                format!("an extremal of {cost}{unit} in continuous time; others may be better")
+            }
+            Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits => {
                 "an extremal by the maximum principle; others may be better".into()
             }
             Structure::Pulses => {

@@ -227,6 +227,7 @@ fn switched(
         Structure::Singular => format!("singular: {which} within the limits; all inputs smoothed"),
         Structure::BangBang
         | Structure::BangOffBang
+        | Structure::AlongLimits
         | Structure::TruncatedChattering
         | Structure::Pulses
         | Structure::Rest => {
