@@ -191,6 +191,7 @@ fn arcs_told(subject: &Subject) -> Table {
         let inputs: Vec<String> = arcs[index].input.iter().enumerate().filter_map(named).collect();
         let inputs = match inputs.is_empty() {
             true if span.label == "coast" => "all off".into(),
+            true if !arcs[index].holds.is_empty() => format!("along {}", arcs[index].holds.join(", ")),
             true => "full norm, turns".into(),
             false => inputs.join(", "),
         };

@@ -28,9 +28,9 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
 
 fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let maneuver = Maneuver::of(problem)?;
-    let first = structure::arcs(problem, &maneuver, plan)?;
-    let step = first.duration() / plan.steps as f64;
-    let found = improved(&maneuver, &first, step, &|| context.interrupt().is_some())?;
+    let stop = || context.interrupt().is_some();
+    let from = |first: Arcs| improved(&maneuver, &first, first.duration() / plan.steps as f64, &stop);
+    let found = structure::arcs(problem, &maneuver, plan).into_iter().find_map(from)?;
     let cost = found.followed.cost * maneuver.units.cost();
     if (cost - plan.cost).abs() > OF_THE_PLAN * plan.cost {
         return None;

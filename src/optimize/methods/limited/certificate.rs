@@ -12,8 +12,9 @@
 //! must not be negative; nor must that of a contact, which is that of its equation.
 
 use super::constraint::Limit;
-use super::motion::{Driven, Law, Level, Maneuver, State};
+use super::motion::{Driven, Law, Level, Maneuver};
 use super::newton::Stationary;
+use super::state::State;
 use crate::Vector3;
 use crate::numerics::hermite::hermite;
 use nalgebra::{DMatrix, DVector, Vector6};
@@ -41,8 +42,8 @@ pub(crate) enum Wrong {
     Repelled { arc: usize, limit: usize },
     /// An arc holds a limit that the motion would leave inwards.
     Released { arc: usize, limit: usize },
-    /// A free input is beyond its limit on a stretch of an arc.
-    Beyond { arc: usize, input: usize },
+    /// A free input is beyond this level, a limit of its own, on a stretch of an arc.
+    Beyond { arc: usize, input: usize, level: f64, from: f64, to: f64 },
 }
 
 /// What is found along arcs.
@@ -74,10 +75,8 @@ impl Certificate {
             costate = samples.first()?.costate;
             for (row, contact) in followed.contacts.iter().enumerate() {
                 if contact.arc == arc {
-                    let limit = &maneuver.limits[contact.limit];
-                    let of =
-                        |state: &State| if contact.slope { limit.slope(state) } else { limit.value(state) };
-                    costate += multipliers[6 + row] * followed.nodes[arc].gradient(&of);
+                    let slope = followed.nodes[arc].gradient(&|state| contact.missed(maneuver, state));
+                    costate += multipliers[6 + row] * slope;
                 }
             }
             sampled.push(samples);
@@ -278,13 +277,16 @@ fn beyond(
     let lowest = if maneuver.one_sided { 0.0 } else { -1.0 };
     let mut found = Vec::new();
     for (index, input) in free(law).into_iter().enumerate() {
-        let excess = |sample: &Sample| {
-            let level = driven.free_levels(&sample.state)[index];
-            (level - 1.0).max(lowest - level)
-        };
-        let worst = samples.iter().map(excess).fold(f64::NEG_INFINITY, f64::max);
-        if worst > EXCEEDED {
-            found.push((worst, Wrong::Beyond { arc, input }));
+        let level = |sample: &Sample| driven.free_levels(&sample.state)[index];
+        for (limit, side) in [(1.0, 1.0), (lowest, -1.0)] {
+            let excess = |sample: &Sample| side * (level(sample) - limit);
+            let worst = samples.iter().map(excess).fold(f64::NEG_INFINITY, f64::max);
+            let mut beyond =
+                samples.iter().filter(|sample| excess(sample) > EXCEEDED).map(|sample| sample.time);
+            if let Some(from) = beyond.next() {
+                let to = beyond.next_back().unwrap_or(from);
+                found.push((worst, Wrong::Beyond { arc, input, level: limit, from, to }));
+            }
         }
     }
     found

@@ -9,7 +9,7 @@
 //! with the direction `d = Rᵀw` in body axes. The last derivative of each is linear in `Ω̇`: `ν·Ω̇ + r`. It vanishes along an arc that
 //! holds the limit.
 
-use super::motion::State;
+use super::state::State;
 use crate::Vector3;
 use crate::maneuver::constraint::{Direction, Rule, Side};
 use crate::maneuver::problem::Problem;
@@ -75,7 +75,7 @@ impl Limit {
             Kind::Axis { axis, sign, limit } => sign * rate[*axis] - limit,
             Kind::Norm { limit } => 0.5 * (rate.norm_squared() - limit * limit) / limit,
             Kind::Cone { boresight, direction, sign, cosine, sine } => {
-                sign * (state.to_body(direction).dot(boresight) - cosine) / sine
+                sign * (state.in_body_axes(direction).dot(boresight) - cosine) / sine
             }
         }
     }
@@ -84,7 +84,7 @@ impl Limit {
     pub fn slope(&self, state: &State) -> f64 {
         match &self.kind {
             Kind::Cone { boresight, direction, sign, sine, .. } => {
-                sign * state.to_body(direction).dot(&state.rate().cross(boresight)) / sine
+                sign * state.in_body_axes(direction).dot(&state.rate().cross(boresight)) / sine
             }
             Kind::Axis { .. } | Kind::Norm { .. } => 0.0,
         }
@@ -97,7 +97,7 @@ impl Limit {
             Kind::Axis { axis, sign, .. } => (Vector3::ith(*axis, *sign), 0.0),
             Kind::Norm { limit } => (rate / *limit, 0.0),
             Kind::Cone { boresight, direction, sign, sine, .. } => {
-                let direction = state.to_body(direction);
+                let direction = state.in_body_axes(direction);
                 let turning = direction.dot(&rate.cross(&rate.cross(boresight)));
                 (boresight.cross(&direction) * (sign / sine), sign * turning / sine)
             }

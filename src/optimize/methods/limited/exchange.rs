@@ -5,9 +5,9 @@
 //! chatters at its ends, and no finite list of arcs is exact then.
 
 use super::certificate::{Certificate, Wrong};
-use super::motion::State;
 use super::motion::{Law, Level, Maneuver};
 use super::newton::{Arcs, Stationary};
+use super::state::State;
 
 const MOST_ROUNDS: usize = 24;
 
@@ -58,7 +58,25 @@ fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> b
     None
 }
 
-impl Arcs {
+/// What is done to an order of arcs.
+trait Exchange: Sized {
+    fn exchanged(&self, maneuver: &Maneuver, worst: &Wrong, all: &[Wrong]) -> Option<Self>;
+    fn without_shorter(&self, least: f64) -> Self;
+    fn with(&self, arc: usize, from: f64, to: f64, law: Law) -> Self;
+    fn holding(&self, maneuver: &Maneuver, arc: usize, limit: usize, from: f64, to: f64) -> Option<Self>;
+    fn held_by_another(
+        &self,
+        maneuver: &Maneuver,
+        arc: usize,
+        held: (usize, f64),
+        from: f64,
+        to: f64,
+    ) -> Option<Self>;
+    fn state(&self, maneuver: &Maneuver, arc: usize, after: f64) -> Option<State>;
+    fn touching(&self, maneuver: &Maneuver, arc: usize, limit: usize) -> Option<Self>;
+}
+
+impl Exchange for Arcs {
     /// With something put right; `None` where nobody knows how.
     fn exchanged(&self, maneuver: &Maneuver, worst: &Wrong, all: &[Wrong]) -> Option<Self> {
         match *worst {
@@ -116,7 +134,9 @@ impl Arcs {
                 Some(left.joined())
             }
             Wrong::Released { arc, limit } => self.touching(maneuver, arc, limit),
-            Wrong::Beyond { .. } => None,
+            Wrong::Beyond { arc, input, level, from, to } => {
+                self.held_by_another(maneuver, arc, (input, level), from, to)
+            }
         }
     }
 
@@ -179,6 +199,28 @@ impl Arcs {
         held.holds.push(limit);
         held.holds.sort_unstable();
         Some(self.with(arc, from, to, held))
+    }
+
+    /// With what an arc holds held by another input on a stretch of it, and the one that held it at a limit of its own.
+    fn held_by_another(
+        &self,
+        maneuver: &Maneuver,
+        arc: usize,
+        (input, level): (usize, f64),
+        from: f64,
+        to: f64,
+    ) -> Option<Self> {
+        let law = &self.laws[arc];
+        let [limit] = law.holds[..] else { return None };
+        let state = self.state(maneuver, arc, 0.5 * (from + to))?;
+        let (normal, _) = maneuver.limits[limit].held(&state);
+        let gain = |other: &usize| normal.dot(&maneuver.answers[*other]).abs();
+        let others = (0..law.levels.len()).filter(|other| law.levels[*other] != Level::Free);
+        let other = others.max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
+        let mut held = law.clone();
+        held.levels[input] = Level::At(level);
+        held.levels[other] = Level::Free;
+        (to > from).then(|| self.with(arc, from, to, held))
     }
 
     /// The state a time after an arc begins.

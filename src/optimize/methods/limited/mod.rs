@@ -28,6 +28,7 @@ pub(crate) mod constraint;
 pub(crate) mod exchange;
 pub(crate) mod motion;
 pub(crate) mod newton;
+pub(crate) mod state;
 pub(crate) mod structure;
 #[cfg(test)]
 mod tests;

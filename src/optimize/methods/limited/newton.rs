@@ -10,7 +10,8 @@
 //! end, carried on. `H` is a difference of gradients of `L`: Newton's last steps are nearly quadratic, and its error does
 //! not touch what they converge to. Where `ZᵀHZ` is not positive its eigenvalues are taken by their size.
 
-use super::motion::{Law, Maneuver, State};
+use super::motion::{Law, Maneuver};
+use super::state::State;
 use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen, Vector6};
 
 /// Largest of the equations that counts as met, scaled.
@@ -91,6 +92,14 @@ pub(crate) struct Stationary {
     pub curvature: f64,
 }
 
+impl Contact {
+    /// What vanishes where it is met.
+    pub fn missed(&self, maneuver: &Maneuver, state: &State) -> f64 {
+        let limit = &maneuver.limits[self.limit];
+        if self.slope { limit.slope(state) } else { limit.value(state) }
+    }
+}
+
 impl Arcs {
     pub fn duration(&self) -> f64 {
         self.lengths.iter().sum()
@@ -136,11 +145,8 @@ impl Arcs {
         for (arc, (law, length)) in self.laws.iter().zip(&self.lengths).enumerate().skip(begun) {
             for (row, contact) in followed.contacts.iter().enumerate() {
                 if contact.arc == arc {
-                    let limit = &maneuver.limits[contact.limit];
-                    let of =
-                        |state: &State| if contact.slope { limit.slope(state) } else { limit.value(state) };
-                    followed.equations[6 + row] = of(&state);
-                    let slope = state.gradient(&of);
+                    followed.equations[6 + row] = contact.missed(maneuver, &state);
+                    let slope = state.gradient(&|state| contact.missed(maneuver, state));
                     for (column, change) in changes.iter().enumerate().take(arc).skip(begun) {
                         followed.jacobian[(6 + row, column)] = slope.dot(change);
                     }

@@ -4,8 +4,9 @@
 //! and divides the cell so that its impulse is kept. A limit of the state that acts at some nodes in a row is held along an arc, by as
 //! many inputs as are within their limits; one of second order that acts at one or two is touched.
 
-use super::motion::{Law, Level, Maneuver, State};
+use super::motion::{Law, Level, Maneuver};
 use super::newton::Arcs;
+use super::state::State;
 use crate::lie;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Solution, Trajectory};
@@ -38,6 +39,9 @@ const WITHIN: f64 = 0.02;
 /// An input holds a limit that gives this part of what the one gives that says most of it.
 const SAYS: f64 = 0.1;
 
+/// Steps of one piece of what is held, which is held by the same inputs.
+const PIECE: f64 = 3.0;
+
 /// A limit held from one time to another.
 struct Held {
     limit: usize,
@@ -63,12 +67,14 @@ struct Read<'a> {
     levels: Vec<Vec<f64>>,
 }
 
-/// The arcs of a plan; `None` where it has no rows of inputs at its nodes.
-pub(crate) fn arcs(problem: &Problem, maneuver: &Maneuver, plan: &Solution) -> Option<Arcs> {
-    let read = Read::of(problem, maneuver, &plan.trajectory)?;
+/// The orders of arcs that a plan may stand for; none where it has no rows of inputs at its nodes. Where all inputs are within their
+/// limits along a limit of the rate the body may turn on steadily, or inputs may take turns that the grid does not show.
+pub(crate) fn arcs(problem: &Problem, maneuver: &Maneuver, plan: &Solution) -> Vec<Arcs> {
+    let Some(read) = Read::of(problem, maneuver, &plan.trajectory) else { return Vec::new() };
     let (held, touched) = read.acting(problem, plan);
-    let stretches = read.stretches(&held);
-    Some(read.arcs(&stretches, &touched))
+    let steady = read.stretches(&held, true);
+    let in_turns = steady.iter().any(|stretch| stretch.steady).then(|| read.stretches(&held, false));
+    in_turns.into_iter().chain([steady]).map(|stretches| read.arcs(&stretches, &touched)).collect()
 }
 
 impl<'a> Read<'a> {
@@ -165,11 +171,11 @@ impl<'a> Read<'a> {
     }
 
     /// Times at which the same limits are held, with the inputs that hold them.
-    fn stretches(&self, held: &[Held]) -> Vec<Stretch> {
+    fn stretches(&self, held: &[Held], may_be_steady: bool) -> Vec<Stretch> {
         let mut times: Vec<f64> = held.iter().flat_map(|held| [held.from, held.to]).collect();
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let mut stretches = Vec::new();
+        let mut stretches: Vec<Stretch> = Vec::new();
         for pair in times.windows(2) {
             let (from, to) = (pair[0], pair[1]);
             let middle = 0.5 * (from + to);
@@ -182,28 +188,45 @@ impl<'a> Read<'a> {
                 continue;
             }
             let inputs = self.maneuver.answers.len();
-            let mut by_room: Vec<(f64, usize)> =
-                (0..inputs).map(|input| (self.within(input, from, to), input)).collect();
-            by_room.sort_by(|a, b| b.0.total_cmp(&a.0));
             let of_order_1 = holds.iter().all(|limit| self.maneuver.limits[*limit].order() == 1);
-            let steady = inputs == 3 && of_order_1 && by_room.iter().all(|(room, _)| *room > WITHIN);
-            let state = &self.states[((middle / self.step).round() as usize).min(self.last())];
-            let mut free = Vec::new();
-            for limit in holds.iter().filter(|_| !steady) {
-                let (normal, _) = self.maneuver.limits[*limit].held(state);
-                let gain = |input: usize| normal.dot(&self.maneuver.answers[input]).abs();
-                let most = (0..inputs).map(gain).fold(0.0, f64::max);
-                // What has room, and something to say.
-                let says = |(_, input): &&(f64, usize)| gain(*input) > SAYS * most && !free.contains(input);
-                free.extend(by_room.iter().find(says).map(|(_, input)| *input));
+            let steady = may_be_steady
+                && inputs == 3
+                && of_order_1
+                && (0..inputs).all(|input| self.within(input, from, to) > WITHIN);
+            // Inputs take turns in holding a limit: a few nodes tell which it is.
+            let pieces =
+                if steady { 1 } else { ((to - from) / (PIECE * self.step)).floor().max(1.0) as usize };
+            for piece in 0..pieces {
+                let at = |piece: usize| from + (to - from) * piece as f64 / pieces as f64;
+                let [from, to] = [at(piece), if piece + 1 == pieces { to } else { at(piece + 1) }];
+                let free = if steady { (0..inputs).collect() } else { self.holding(&holds, from, to) };
+                match stretches.last_mut() {
+                    Some(last) if last.to == from && last.holds == holds && last.free == free => last.to = to,
+                    _ => stretches.push(Stretch { from, to, free, holds: holds.clone(), steady }),
+                }
             }
-            if steady {
-                free.extend(0..inputs);
-            }
-            free.sort_unstable();
-            stretches.push(Stretch { from, to, free, holds, steady });
         }
         stretches
+    }
+
+    /// The inputs that hold limits from one time to another: those with most room that have something to say.
+    fn holding(&self, holds: &[usize], from: f64, to: f64) -> Vec<usize> {
+        let inputs = self.maneuver.answers.len();
+        let mut by_room: Vec<(f64, usize)> =
+            (0..inputs).map(|input| (self.within(input, from, to), input)).collect();
+        by_room.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let middle = 0.5 * (from + to);
+        let state = &self.states[((middle / self.step).round() as usize).min(self.last())];
+        let mut free = Vec::new();
+        for limit in holds {
+            let (normal, _) = self.maneuver.limits[*limit].held(state);
+            let gain = |input: usize| normal.dot(&self.maneuver.answers[input]).abs();
+            let most = (0..inputs).map(gain).fold(0.0, f64::max);
+            let says = |(_, input): &&(f64, usize)| gain(*input) > SAYS * most && !free.contains(input);
+            free.extend(by_room.iter().find(says).map(|(_, input)| *input));
+        }
+        free.sort_unstable();
+        free
     }
 
     /// Arcs with the levels that the cells have.
