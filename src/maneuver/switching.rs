@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 /// conditions to round-off. `continuous_cost` belongs to the extremal of the equations of motion from which the grid
 /// was made, with the exact switching times of `arcs`; the two differ by the square of the step. Where only time counts
 /// the cost is the duration, and `eigenaxis_s` is what a turn about the fixed axis would take.
+///
+/// Within cones and rate limits the plan has equal steps and is a discrete optimum of its own; the arcs are those of the continuous
+/// extremal that it stands for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Switching {
@@ -66,6 +69,9 @@ pub enum Structure {
     TruncatedChattering,
     /// A smoothed law: some input stays within its limits, on a singular arc.
     Singular,
+    /// Every input at a limit or off, or such that a constraint is held, as the maximum principle asks for: an extremal along cones or
+    /// rate limits.
+    AlongLimits,
     /// The norm of the torque is limited and its direction turns smoothly.
     Norm,
     /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under that condition.
@@ -82,6 +88,7 @@ impl Structure {
             Self::BangOffBang => "bang_off_bang",
             Self::TruncatedChattering => "truncated_chattering",
             Self::Singular => "singular",
+            Self::AlongLimits => "along_limits",
             Self::Norm => "norm",
             Self::Pulses => "pulses",
             Self::Rest => "rest",
@@ -97,6 +104,12 @@ pub struct SwitchingArc {
     pub start_s: f64,
     /// When it ends, seconds.
     pub end_s: f64,
-    /// The inputs, constant along it; none where the torque has its full norm and turns.
+    /// The inputs, constant along it; none where the torque has its full norm and turns, and where some input holds a constraint.
     pub input: Vec<f64>,
+    /// Names of the constraints that inputs hold along it.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub holds: Vec<String>,
+    /// Names of the constraints that the motion touches where it ends.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub touches: Vec<String>,
 }

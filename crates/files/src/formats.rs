@@ -178,7 +178,9 @@ fn switches(file: &PlanFile<'_>) -> Vec<usize> {
     let switches = |k: &usize| {
         if turns { is_off(k - 1) != is_off(*k) } else { trajectory.inputs(k - 1) != trajectory.inputs(*k) }
     };
-    let nodes = if arcs.is_empty() { 0 } else { trajectory.torque.len() };
+    // Inputs at the nodes of equal steps go from one limit to the other within a step.
+    let held = trajectory.torque.len() < trajectory.time.len();
+    let nodes = if arcs.is_empty() || !held { 0 } else { trajectory.torque.len() };
     (1..nodes).filter(switches).collect()
 }
 

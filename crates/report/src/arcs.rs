@@ -15,8 +15,10 @@ pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
     let kind = |inputs: &[f64]| kind(subject, switching, inputs);
     if !switching.arcs.is_empty() {
         let arcs = switching.arcs.iter();
-        let span =
-            |arc: &SwitchingArc| Span { from: arc.start_s, to: arc.end_s, label: kind(&arc.input).into() };
+        let span = |arc: &SwitchingArc| {
+            let label = if arc.holds.is_empty() { kind(&arc.input) } else { "along a limit" };
+            Span { from: arc.start_s, to: arc.end_s, label: label.into() }
+        };
         return arcs.map(span).collect();
     }
     let trajectory = subject.trajectory();

@@ -21,7 +21,8 @@ use slewkit::Vector3;
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     subject.plan.solution.switching.as_ref()?;
-    if trajectory.costates.is_empty() {
+    // Along constraints inputs answer to more than these.
+    if trajectory.costates.is_empty() || problem.is_shaped() {
         return None;
     }
     let set = &problem.actuation.torque;

@@ -52,6 +52,11 @@ fn extremal(switching: &Switching) -> Option<String> {
     let gap = error(100.0 * switching.gap / switching.continuous_cost);
     match switching.structure {
         Structure::Rest => None,
+        Structure::AlongLimits => Some(
+            "The continuous extremal meets the maximum principle: every input is all along on the side that its switching \
+             function asks for, or holds a constraint that presses."
+                .into(),
+        ),
         Structure::BangBang | Structure::BangOffBang => Some(
             "The continuous extremal meets the maximum principle: every input is all along on the side that its switching \
              function asks for."
@@ -186,6 +191,7 @@ fn arcs_told(subject: &Subject) -> Table {
         let inputs: Vec<String> = arcs[index].input.iter().enumerate().filter_map(named).collect();
         let inputs = match inputs.is_empty() {
             true if span.label == "coast" => "all off".into(),
+            true if !arcs[index].holds.is_empty() => format!("along {}", arcs[index].holds.join(", ")),
             true => "full norm, turns".into(),
             false => inputs.join(", "),
         };

@@ -24,7 +24,8 @@
 //! hundredth while durations are compared, and is lowered to a millionth on the requested grid as far as that goes
 //! (`search/cheapest`). The optimum is longer by the square of the share where inputs are free on arcs, and by nothing where
 //! nearly all are at limits. Steps that end at switches would need arcs of three kinds (inputs, rates, cones) and their
-//! order; opinion: `O(h²)` with the grid of all other plans is worth more. Switching times and a gap are therefore not told.
+//! order; opinion: `O(h²)` with the grid of all other plans is worth more. Switching times are those of continuous time, which
+//! `search/limited` finds from the plan, where it does.
 //!
 //! # How does fuel go the same road?
 //!

@@ -24,6 +24,7 @@ mod halt;
 mod illinois;
 mod ladder;
 mod landed;
+mod limited;
 mod minima;
 pub(crate) mod paths;
 mod pool;
@@ -330,7 +331,8 @@ fn solve_on(
         }
         Formulation::Chain => {
             check_for_chain(problem, settings, guess)?;
-            Ok(cheapest::solve(problem, &Context::new(settings, observer)))
+            let context = Context::new(settings, observer);
+            Ok(limited::with_arcs(problem, &context, cheapest::solve(problem, &context)))
         }
     }
 }

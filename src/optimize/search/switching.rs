@@ -381,7 +381,13 @@ fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> V
             ([], Some(_)) => vec![0.0; problem.actuation.count()],
             (_, Some(_)) => inputs(problem, &signs),
         };
-        SwitchingArc { start_s: start * units.time, end_s: end * units.time, input }
+        SwitchingArc {
+            start_s: start * units.time,
+            end_s: end * units.time,
+            input,
+            holds: Vec::new(),
+            touches: Vec::new(),
+        }
     };
     let mut told: Vec<SwitchingArc> = arcs.arcs().into_iter().map(arc).collect();
     told.retain(|arc| arc.end_s - arc.start_s > least);

@@ -18,8 +18,13 @@ use super::PlanFile;
 use crate::spec::Difference;
 use serde::Serialize;
 use serde_json::Value;
-use slewkit::maneuver::{Duration, Method, Problem, Structure, Switching, SwitchingArc, Trajectory};
+use slewkit::maneuver::{
+    Duration, Method, Objective, Problem, Structure, Switching, SwitchingArc, Trajectory,
+};
 use slewkit::verify::{self, Accuracy, Verification};
+
+/// Steps from which on the middle of an arc of a plan on equal steps is on that arc on its grid.
+const BESIDE: f64 = 4.0;
 
 /// Keys of a plan file that are not judged, since they tell of the search and of optimality.
 pub const NOT_JUDGED: [&str; 20] = [
@@ -223,7 +228,7 @@ impl Apart<'_> {
 
     /// What follows from arcs and from the rows of the plan.
     fn switching(&mut self, told: &Switching) {
-        if matches!(told.structure, Structure::BangBang | Structure::BangOffBang) {
+        if matches!(told.structure, Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits) {
             self.exactly("switching.gap", &told.gap, &0.0);
         }
         if told.pulses.is_none() && self.problem.shortest_pulse().is_some() && self.problem.switches() {
@@ -252,8 +257,11 @@ impl Apart<'_> {
             self.near(&format!("switching.arcs.{index}.start_s"), Some(arc.start_s), Some(before));
             before = arc.end_s;
         }
-        // Along an arc of the full norm the inputs turn and are not told.
-        let constant = told.arcs.iter().all(|arc| arc.input.len() == self.trajectory.input_count);
+        self.constraints_of(told);
+        // Along an arc of the full norm the inputs turn and are not told, nor what holds a constraint.
+        let count = self.trajectory.input_count;
+        let held = |arc: &SwitchingArc| arc.input.is_empty() && !arc.holds.is_empty();
+        let constant = told.arcs.iter().all(|arc| arc.input.len() == count || held(arc));
         if told.structure == Structure::Norm {
             return;
         }
@@ -266,8 +274,32 @@ impl Apart<'_> {
         };
         let switches: usize = told.arcs.windows(2).map(switched).sum();
         self.exactly("switching.switches", &told.switches, &switches);
-        self.near("switching.continuous_cost", Some(told.continuous_cost), Some(self.cost_of(&told.arcs)));
+        let whole = told.arcs.iter().all(|arc| arc.input.len() == count);
+        if whole || self.problem.objective == Objective::Time {
+            let cost = if whole { self.cost_of(&told.arcs) } else { last.end_s };
+            self.near("switching.continuous_cost", Some(told.continuous_cost), Some(cost));
+        }
         self.inputs_of(told);
+    }
+
+    /// What is held or touched is a constraint of the maneuver, and what holds one has the structure that says so.
+    fn constraints_of(&mut self, told: &Switching) {
+        let known =
+            |name: &String| self.problem.constraints.iter().any(|constraint| constraint.name == *name);
+        let unknown: Vec<String> = told
+            .arcs
+            .iter()
+            .flat_map(|arc| arc.holds.iter().chain(&arc.touches))
+            .filter(|name| !known(name))
+            .cloned()
+            .collect();
+        for name in unknown {
+            self.tell("switching.arcs", &name, &"constraints of the maneuver");
+        }
+        let held = told.arcs.iter().any(|arc| !arc.holds.is_empty());
+        if held != (told.structure == Structure::AlongLimits) {
+            self.tell("switching.structure", &told.structure, &"that of its arcs");
+        }
     }
 
     /// The cost of arcs.
@@ -276,11 +308,15 @@ impl Apart<'_> {
         along.time = std::iter::once(0.0).chain(arcs.iter().map(|arc| arc.end_s)).collect();
         along.input = arcs.iter().flat_map(|arc| arc.input.iter().copied()).collect();
         along.input_count = self.trajectory.input_count;
-        verify::cost(self.problem, &along)
+        // What is held over arcs, whatever else limits the maneuver.
+        let bare = Problem { constraints: Vec::new(), on_equal_steps: false, ..self.problem.clone() };
+        verify::cost(&bare, &along)
     }
 
     /// Every arc has the inputs that the plan has in its middle: the switches of the plan are those of the arcs to an error of its grid.
     fn inputs_of(&mut self, told: &Switching) {
+        // At the nodes of equal steps inputs are those of a discrete optimum of its own, which is at its limits on the arcs.
+        let beside = self.problem.is_shaped();
         let times = &self.trajectory.time;
         let whole = times.last().copied().unwrap_or(f64::NAN) / told.continuous_duration_s;
         for (index, arc) in told.arcs.iter().enumerate() {
@@ -289,9 +325,10 @@ impl Apart<'_> {
             let Some(row) = row else { continue };
             let held = self.trajectory.inputs(row);
             let same = held.iter().zip(&arc.input).all(|(held, told)| near(*told, *held));
-            // An arc shorter than a step need not be in the middle of any.
-            let long = arc.end_s - arc.start_s > (times[row + 1] - times[row]) / whole;
-            if long && !same {
+            // An arc shorter than a step need not be in the middle of any, and that of another grid is elsewhere by some.
+            let steps = if beside { BESIDE } else { 1.0 };
+            let long = arc.end_s - arc.start_s > steps * (times[row + 1] - times[row]) / whole;
+            if long && !same && !arc.input.is_empty() {
                 self.tell(&format!("switching.arcs.{index}.input"), &arc.input, &held);
             }
         }

@@ -285,7 +285,12 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
             _ if switching.beside_optimum => {
                 "switches meet the end; the best of this grid was not found".into()
             }
-            Structure::BangBang | Structure::BangOffBang => {
+            Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits if problem.is_shaped() => {
+                let unit = if problem.objective == Objective::Time { " s" } else { "" };
+                let cost = significant(switching.continuous_cost, 7);
+                format!("an extremal of {cost}{unit} in continuous time; others may be better")
+            }
+            Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits => {
                 "an extremal by the maximum principle; others may be better".into()
             }
             Structure::Pulses => {
@@ -332,7 +337,7 @@ fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let nearest = solution.rivals.first()?;
     let round = way(problem, nearest.sense);
     // Of switching times alone no path is known.
-    let way = if solution.switching.is_some() {
+    let way = if solution.switching.is_some() && !problem.is_shaped() {
         "another way".into()
     } else {
         format!("{:.1} deg, {round}", nearest.turned_deg)

@@ -130,7 +130,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         if solution.method == Method::Scp {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
-        if solution.switching.is_some() {
+        if solution.switching.is_some() && !problem.is_shaped() {
             let unit = if problem.objective.fuel().is_some() { "" } else { " s" };
             lines.line("rival", format!("{}{unit}", significant(rival.cost, 9)));
             continue;
@@ -227,6 +227,7 @@ fn switched(
         Structure::Singular => format!("singular: {which} within the limits; all inputs smoothed"),
         Structure::BangBang
         | Structure::BangOffBang
+        | Structure::AlongLimits
         | Structure::TruncatedChattering
         | Structure::Pulses
         | Structure::Rest => {

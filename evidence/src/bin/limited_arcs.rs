@@ -1,0 +1,149 @@
+//! How many plans of least time and fuel within cones and rate limits end as arcs, and whether these depend on the grid.
+//!
+//! `cargo run --release -p evidence --bin limited_arcs [-- CASES [FIRST]]`, 300 cases by default. Every case is planned on 100 and on
+//! 400 steps. The law is printed before the figures.
+
+use slewkit::maneuver::{
+    Constraint, Direction, Duration, Fuel, Objective, Pointing, Problem, Rule, Settings, Side, State, Target,
+};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+use slewkit::plan::{Plan, Silent, Status, plan};
+use slewkit::{Matrix3, Vector3, lie};
+
+use evidence::Random;
+use std::collections::BTreeMap;
+
+const LAW: &str = "\
+law: moments in a ratio up to 5 that bodies have, along the axes of three torques; their limits 0.4 to 1.6; start of a uniform
+     attitude, rotation by 30 to 180 deg about a uniform axis, from rest to rest; in turns a limit of each rate, of the norm of
+     the rate (0.3 to 0.9 of the largest without it), or one to three keep-out cones of 10 to 30 deg that hold neither end, the
+     first of them on the way of a turn about the fixed axis; least time, and least fuel in 1.2 to 3 times the shortest duration";
+
+/// Durations on both grids are one if they differ by this part.
+const SAME: f64 = 1e-6;
+
+const KINDS: [&str; 6] = [
+    "time, axis rates",
+    "time, norm of rate",
+    "time, cones",
+    "fuel, axis rates",
+    "fuel, norm of rate",
+    "fuel, cones",
+];
+
+fn case(seed: usize) -> Option<Problem> {
+    let mut random = Random::of_case(39, seed);
+    let kind = seed % KINDS.len();
+    let moments = loop {
+        let m = Vector3::from_fn(|_, _| 5.0_f64.powf(random.unit()));
+        if m.x + m.y > 1.02 * m.z && m.y + m.z > 1.02 * m.x && m.z + m.x > 1.02 * m.y {
+            break m;
+        }
+    };
+    let body = Body { inertia: Inertia::diagonal(moments).ok()?, mass: None };
+    let size = (0..3).map(|_| random.within(0.4, 1.6)).collect();
+    let torques = ActuatorSet::three_axes(AxisFrame::Body);
+    let torques = torques.with_limits(Limits { size: Some(size), ..Limits::default() }).ok()?;
+    let start = lie::exp(&(random.direction() * random.within(0.0, 3.0)));
+    let turn = random.direction() * random.within(30.0, 180.0).to_radians();
+    let end = start * lie::exp(&turn);
+    let free = Problem::attitude(body, State::at_rest(start), State::at_rest(end), 1.0);
+    let free = free.with_actuation(Actuation::torques(torques)).with_objective(Objective::Time);
+    let mut free = free.with_duration(Duration::SOUGHT);
+    free.name = format!("case {seed}: {}", KINDS[kind]);
+    let settings = Settings::discrete();
+    let quickest = plan(&free, &settings, None, &mut Silent).ok()?;
+    let rates = &quickest.solution.trajectory.angular_velocity;
+    let peak = |of: &dyn Fn(&Vector3) -> f64| rates.iter().map(of).fold(0.0, f64::max);
+    let share = random.within(0.3, 0.9);
+    let mut limited = free;
+    let rate_limit = |rule: Rule| Constraint { name: "rate".into(), rule };
+    match kind % 3 {
+        0 => {
+            let limits = Vector3::from_fn(|axis, _| share * peak(&|rate| rate[axis].abs()));
+            limited = limited.with_constraint(rate_limit(Rule::RateAxes(limits)));
+        }
+        1 => limited = limited.with_constraint(rate_limit(Rule::RateNorm(share * peak(&|rate| rate.norm())))),
+        _ => {
+            for index in 0..1 + random.below(3) {
+                limited = with_cone(limited, index, &turn, &mut random);
+            }
+        }
+    }
+    if kind < 3 {
+        return Some(limited);
+    }
+    let shortest = plan(&limited, &settings, None, &mut Silent).ok()?;
+    let duration = random.within(1.2, 3.0) * *shortest.solution.trajectory.time.last()?;
+    let fuel = Fuel::default();
+    Some(limited.with_objective(Objective::Fuel(fuel)).with_duration(duration))
+}
+
+fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random) -> Problem {
+    let (start, end) = (problem.start.attitude, problem.end.attitude);
+    loop {
+        let boresight = random.direction();
+        let half_angle = random.within(10.0, 30.0).to_radians();
+        let passed: Matrix3 = start * lie::exp(&(turn * random.within(0.3, 0.7)));
+        let direction = if index == 0 { passed * boresight } else { random.direction() };
+        let away = |r: &Matrix3| (r * boresight).angle(&direction) > half_angle + 0.02;
+        if away(&start) && away(&end) {
+            let directions = vec![Direction::Fixed(direction.normalize())];
+            let pointing = Pointing::new(Side::KeepOut, vec![boresight], directions, half_angle);
+            let rule = Rule::Pointing(pointing);
+            return problem.with_constraint(Constraint { name: format!("cone {index}"), rule });
+        }
+    }
+}
+
+/// Cost of the continuous plan, where the plan has arcs.
+fn arcs(found: &Plan) -> Option<(f64, f64)> {
+    let told = found.solution.switching.as_ref()?;
+    Some((told.continuous_cost, told.gap))
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let count: usize = arguments.next().map_or(Ok(300), |text| text.parse())?;
+    let first: usize = arguments.next().map_or(Ok(0), |text| text.parse())?;
+    println!("{LAW}");
+    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    let mut tally = BTreeMap::<&str, [usize; 6]>::new();
+    for seed in first..first + count {
+        let kind = KINDS[seed % KINDS.len()];
+        let own = tally.entry(kind).or_default();
+        let Some(problem) = case(seed) else { continue };
+        let mut costs = Vec::new();
+        for steps in [100, 400] {
+            let problem = problem.clone().with_steps(steps);
+            let found = plan(&problem, &settings, None, &mut Silent)?;
+            let solved = found.status == Status::Solved;
+            costs.push((solved, found.solution.cost, arcs(&found).filter(|_| solved)));
+        }
+        own[0] += 1;
+        own[1] += usize::from(costs[0].0);
+        own[2] += usize::from(costs[0].2.is_some());
+        own[3] += usize::from(costs[1].2.is_some());
+        let both = costs[0].2.zip(costs[1].2);
+        let apart = both.map(|((a, _), (b, _))| (a / b - 1.0).abs());
+        own[4] += usize::from(apart.is_some_and(|apart| apart <= SAME));
+        own[5] += usize::from(costs[0].2.is_some_and(|(cost, gap)| gap <= SAME * cost));
+        let tell = |(solved, cost, arcs): &(bool, f64, Option<(f64, f64)>)| match (solved, arcs) {
+            (true, Some((arcs, gap))) => format!("{cost:.6} arcs {arcs:.9} gap {gap:.1e}"),
+            (true, None) => format!("{cost:.6} none"),
+            (false, _) => "not solved".into(),
+        };
+        let apart = apart.map_or(String::new(), |apart| format!("{apart:.1e}"));
+        println!("case {seed} {kind}: {} | {} | {apart}", tell(&costs[0]), tell(&costs[1]));
+    }
+    println!(
+        "of each kind: cases, solved on 100 steps, with arcs on 100, on 400, of one cost to {SAME:.0e}, with a gap below {SAME:.0e}"
+    );
+    for (kind, own) in &tally {
+        println!("  {kind:20} {own:?}");
+    }
+    let sum = |column: usize| tally.values().map(|own| own[column]).sum::<usize>();
+    let all: Vec<usize> = (0..6).map(sum).collect();
+    println!("  {:20} {all:?}", "all");
+    Ok(())
+}

@@ -1,0 +1,259 @@
+//! From one order of arcs to the next, until the maximum principle holds.
+//!
+//! Every round solves for stationary arcs, looks where these fail, and puts the worst right: limits that are exceeded first, as what
+//! exceeds them is no plan, and then signs. Only an order in which nothing is wrong is an answer: what is left over of a singular arc
+//! chatters at its ends, and no finite list of arcs is exact then.
+
+use super::certificate::{Certificate, Wrong};
+use super::motion::{Law, Level, Maneuver};
+use super::newton::{Arcs, Stationary};
+use super::state::State;
+
+const MOST_ROUNDS: usize = 24;
+
+/// Most iterations of Newton from one first order: some ten for each of as many exchanges as pay.
+const MOST_ITERATIONS: usize = 120;
+
+/// Arcs shorter than this part of a step are left out at first: none of them, those that one cell makes, those that two do.
+const WITHOUT: [f64; 3] = [0.0, 0.6, 1.6];
+
+/// Of what is wrong so much is tried to be put right in a round.
+const MOST_TRIED: usize = 3;
+
+/// Part of a stretch with the wrong level that gets the other one at first: Newton finds how long it should be.
+const FIRST_PART: f64 = 0.5;
+
+/// The arcs that satisfy the maximum principle and come of a first order of them, or of the same without what is shorter than some
+/// part of `step`; `None` where none do.
+pub(crate) fn improved(
+    maneuver: &Maneuver,
+    first: &Arcs,
+    step: f64,
+    stop: &dyn Fn() -> bool,
+) -> Option<Stationary> {
+    WITHOUT.iter().find_map(|part| {
+        let mut left = MOST_ITERATIONS;
+        from(maneuver, first.without_shorter(part * step), &mut left, stop)
+    })
+}
+
+fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> bool) -> Option<Stationary> {
+    let mut found = first.solve(maneuver, left)?;
+    for _ in 0..MOST_ROUNDS {
+        let wrong = Certificate::of(maneuver, &found)?.wrong;
+        if wrong.is_empty() {
+            // Stationary is a saddle too.
+            return Some(found).filter(|found| found.curvature > 0.0);
+        }
+        if stop() {
+            break;
+        }
+        // The worst that can be put right.
+        let arcs = &found.arcs;
+        found = wrong
+            .iter()
+            .take(MOST_TRIED)
+            .find_map(|worst| arcs.exchanged(maneuver, worst, &wrong)?.solve(maneuver, left))?;
+    }
+    None
+}
+
+/// What is done to an order of arcs.
+trait Exchange: Sized {
+    fn exchanged(&self, maneuver: &Maneuver, worst: &Wrong, all: &[Wrong]) -> Option<Self>;
+    fn without_shorter(&self, least: f64) -> Self;
+    fn with(&self, arc: usize, from: f64, to: f64, law: Law) -> Self;
+    fn holding(&self, maneuver: &Maneuver, arc: usize, limit: usize, from: f64, to: f64) -> Option<Self>;
+    fn held_by_another(
+        &self,
+        maneuver: &Maneuver,
+        arc: usize,
+        held: (usize, f64),
+        from: f64,
+        to: f64,
+    ) -> Option<Self>;
+    fn state(&self, maneuver: &Maneuver, arc: usize, after: f64) -> Option<State>;
+    fn touching(&self, maneuver: &Maneuver, arc: usize, limit: usize) -> Option<Self>;
+}
+
+impl Exchange for Arcs {
+    /// With something put right; `None` where nobody knows how.
+    fn exchanged(&self, maneuver: &Maneuver, worst: &Wrong, all: &[Wrong]) -> Option<Self> {
+        match *worst {
+            Wrong::Level { arc, input, wanted, from, to } => {
+                let mut law = self.laws[arc].clone();
+                law.levels[input] = Level::At(wanted);
+                let (middle, half) = (0.5 * (from + to), 0.5 * FIRST_PART * (to - from));
+                // At an end of the arc it begins, or ends, with it.
+                let at_start = from <= 0.0;
+                let at_end = to >= self.lengths[arc];
+                let (from, to) = match (at_start, at_end) {
+                    (true, true) => (from, to),
+                    (true, false) => (from, from + 2.0 * half),
+                    (false, true) => (to - 2.0 * half, to),
+                    (false, false) => (middle - half, middle + half),
+                };
+                Some(self.with(arc, from, to, law).joined())
+            }
+            Wrong::Exceeded { arc, limit, at, from, to } if maneuver.limits[limit].order() == 2 => {
+                let touches = |junction: Option<usize>| {
+                    junction
+                        .and_then(|junction| self.contacts.get(junction))
+                        .is_some_and(|own| own.contains(&limit))
+                };
+                if touches(arc.checked_sub(1)) || touches(Some(arc)) {
+                    self.holding(maneuver, arc, limit, from, to)
+                } else {
+                    let mut split = self.clone();
+                    split.laws.insert(arc, self.laws[arc].clone());
+                    split.lengths[arc] = at;
+                    split.lengths.insert(arc + 1, self.lengths[arc] - at);
+                    split.contacts.insert(arc, vec![limit]);
+                    Some(split)
+                }
+            }
+            Wrong::Exceeded { limit, .. } => {
+                // All arcs on which it is exceeded, the last first, so that numbers stay what they are.
+                let mut stretches: Vec<(usize, f64, f64)> = all
+                    .iter()
+                    .filter_map(|wrong| match *wrong {
+                        Wrong::Exceeded { arc, limit: other, from, to, .. } if other == limit => {
+                            Some((arc, from, to))
+                        }
+                        _ => None,
+                    })
+                    .collect();
+                stretches.sort_by_key(|stretch| std::cmp::Reverse(stretch.0));
+                stretches.iter().try_fold(self.clone(), |arcs, (arc, from, to)| {
+                    arcs.holding(maneuver, *arc, limit, *from, *to)
+                })
+            }
+            Wrong::Repelled { arc, limit } => {
+                let mut left = self.clone();
+                left.contacts[arc - 1].retain(|own| *own != limit);
+                Some(left.joined())
+            }
+            Wrong::Released { arc, limit } => self.touching(maneuver, arc, limit),
+            Wrong::Beyond { arc, input, level, from, to } => {
+                self.held_by_another(maneuver, arc, (input, level), from, to)
+            }
+        }
+    }
+
+    /// Without arcs that hold nothing and are shorter than this, the shortest first: half of each goes to either neighbour.
+    fn without_shorter(&self, least: f64) -> Self {
+        let mut rest = self.clone();
+        loop {
+            let lengths = rest.lengths.iter().enumerate().filter(|(arc, _)| rest.laws[*arc].holds.is_empty());
+            let Some((arc, length)) = lengths.min_by(|a, b| a.1.total_cmp(b.1)) else { return rest };
+            if *length >= least || rest.laws.len() < 2 {
+                return rest;
+            }
+            let half = 0.5 * length;
+            let before = arc.checked_sub(1).unwrap_or(arc + 1);
+            let after = if arc + 1 < rest.lengths.len() { arc + 1 } else { before };
+            rest.lengths[before] += half;
+            rest.lengths[after] += half;
+            rest = rest.without(arc);
+        }
+    }
+
+    /// With another law on a stretch of an arc.
+    fn with(&self, arc: usize, from: f64, to: f64, law: Law) -> Self {
+        let mut cut = self.clone();
+        let rest = self.lengths[arc] - to;
+        cut.lengths[arc] = from;
+        cut.laws.splice(arc + 1..arc + 1, [law, self.laws[arc].clone()]);
+        cut.lengths.splice(arc + 1..arc + 1, [to - from, rest]);
+        cut.contacts.splice(arc..arc, [Vec::new(), Vec::new()]);
+        // What has no length was not there.
+        if rest <= 0.0 {
+            cut.laws.remove(arc + 2);
+            cut.lengths.remove(arc + 2);
+            cut.contacts.remove(arc + 1);
+        }
+        if from <= 0.0 {
+            cut.laws.remove(arc);
+            cut.lengths.remove(arc);
+            cut.contacts.remove(arc);
+        }
+        cut
+    }
+
+    /// With a limit held on a stretch of an arc by the input that would exceed it most.
+    fn holding(&self, maneuver: &Maneuver, arc: usize, limit: usize, from: f64, to: f64) -> Option<Self> {
+        let law = &self.laws[arc];
+        let state = self.state(maneuver, arc, 0.5 * (from + to))?;
+        let (normal, _) = maneuver.limits[limit].held(&state);
+        let pushes = |(input, level): (usize, &Level)| match level {
+            Level::At(level) => {
+                let gain = normal.dot(&maneuver.answers[input]);
+                Some((if *level == 0.0 { gain.abs() } else { gain * level }, input))
+            }
+            Level::Free => None,
+        };
+        let pushing = law.levels.iter().enumerate().filter_map(pushes).max_by(|a, b| a.0.total_cmp(&b.0));
+        let (_, input) = pushing.filter(|(push, _)| *push > 0.0)?;
+        let mut held = law.clone();
+        held.levels[input] = Level::Free;
+        held.holds.push(limit);
+        held.holds.sort_unstable();
+        Some(self.with(arc, from, to, held))
+    }
+
+    /// With what an arc holds held by another input on a stretch of it, and the one that held it at a limit of its own.
+    fn held_by_another(
+        &self,
+        maneuver: &Maneuver,
+        arc: usize,
+        (input, level): (usize, f64),
+        from: f64,
+        to: f64,
+    ) -> Option<Self> {
+        let law = &self.laws[arc];
+        let [limit] = law.holds[..] else { return None };
+        let state = self.state(maneuver, arc, 0.5 * (from + to))?;
+        let (normal, _) = maneuver.limits[limit].held(&state);
+        let gain = |other: &usize| normal.dot(&maneuver.answers[*other]).abs();
+        let others = (0..law.levels.len()).filter(|other| law.levels[*other] != Level::Free);
+        let other = others.max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
+        let mut held = law.clone();
+        held.levels[input] = Level::At(level);
+        held.levels[other] = Level::Free;
+        (to > from).then(|| self.with(arc, from, to, held))
+    }
+
+    /// The state a time after an arc begins.
+    fn state(&self, maneuver: &Maneuver, arc: usize, after: f64) -> Option<State> {
+        let mut state = maneuver.start;
+        for before in 0..arc {
+            let driven = maneuver.driven(&self.laws[before])?;
+            state = driven.flow(&state, self.lengths[before], driven.steps(&state, self.lengths[before]));
+        }
+        let driven = maneuver.driven(&self.laws[arc])?;
+        Some(driven.flow(&state, after, driven.steps(&state, after)))
+    }
+
+    /// With a limit of second order touched in the middle of the arc that holds it, where the input that held it goes from what it is
+    /// before to what it is after.
+    fn touching(&self, maneuver: &Maneuver, arc: usize, limit: usize) -> Option<Self> {
+        let law = &self.laws[arc];
+        let (before, after) = (self.laws.get(arc.checked_sub(1)?)?, self.laws.get(arc + 1)?);
+        let alone = law.holds == [limit] && maneuver.limits[limit].order() == 2;
+        let changed = |neighbour: &Law| {
+            let levels = law.levels.iter().zip(&neighbour.levels);
+            let levels = levels.map(|(own, other)| if *own == Level::Free { *other } else { *own }).collect();
+            Law { levels, holds: Vec::new(), steady: false }
+        };
+        let (first, second) = (changed(before), changed(after));
+        if !alone || [&first, &second].iter().any(|law| law.levels.contains(&Level::Free)) {
+            return None;
+        }
+        let mut touched = self.clone();
+        let half = 0.5 * self.lengths[arc];
+        touched.laws.splice(arc..=arc, [first, second]);
+        touched.lengths.splice(arc..=arc, [half, half]);
+        touched.contacts.insert(arc, vec![limit]);
+        Some(touched.joined())
+    }
+}

@@ -1,0 +1,34 @@
+//! Minimum time and fuel within cones and rate limits: plans of arcs, whose ends are exact in continuous time.
+//!
+//! On an arc each input is at a limit, or off where that is what fuel asks for, or it holds a constraint. Unknown are the lengths
+//! of the arcs, and nothing else: the motion follows from them. Equations are the six conditions of the end and those of contact,
+//! where an arc begins to hold a constraint or the motion touches one. Least is the duration, or the fuel. So
+//!
+//! ```text
+//! minimise  J(ℓ)    where    g(ℓ) = 0 ,        ∇J + Gᵀλ = 0 ,   G = ∂g/∂ℓ
+//! ```
+//!
+//! is a small problem of nonlinear programming ([`newton`]) over the flow of continuous time ([`motion`]), and its multipliers
+//! are the costates at the end and their jumps at contacts. From these follow the switching functions along every arc
+//! ([`certificate`]), whose signs tell whether the order of arcs is the right one, and what to exchange where it is not
+//! ([`exchange`]). The first order of arcs is read off a plan of the convex chain on its equal steps ([`structure`]).
+//!
+//! # Why lengths of arcs, and not costates and switching times as without constraints?
+//!
+//! Because the costates of a constrained maneuver jump by amounts that are unknown too, and on an arc along a constraint they are not
+//! unique. With lengths alone as unknowns none of that is to be guessed: every motion of a structure is feasible but for `g`, and
+//! multipliers come out of least squares. The price is that an arc must have inputs that need no costate: a limit of the norm of the
+//! torque, whose direction follows the costate, has no such arcs.
+//!
+//! Hartl, Sethi and Vickson, *A survey of the maximum principles for optimal control problems with state constraints*, 1995;
+//! Kaya and Noakes, *Computational method for time-optimal switching control*, 2003.
+
+pub(crate) mod certificate;
+pub(crate) mod constraint;
+pub(crate) mod exchange;
+pub(crate) mod motion;
+pub(crate) mod newton;
+pub(crate) mod state;
+pub(crate) mod structure;
+#[cfg(test)]
+mod tests;

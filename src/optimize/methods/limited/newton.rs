@@ -1,0 +1,356 @@
+//! Newton on the lengths of arcs.
+//!
+//! With `s` the change of the lengths, `Z` the null space of `G`, and the Lagrangian `L = J + λᵀg`,
+//!
+//! ```text
+//! s = s_y + Z s_z ,    G s_y = −g (the shortest) ,    ZᵀHZ s_z = −Zᵀ(∇J + H s_y) ,    Gᵀλ = −∇J (least squares)
+//! ```
+//!
+//! First derivatives are those of the flow, chained from arc to arc; what one more unit of time of an arc does is the velocity at its
+//! end, carried on. `H` is a difference of gradients of `L`: Newton's last steps are nearly quadratic, and its error does
+//! not touch what they converge to. Where `ZᵀHZ` is not positive its eigenvalues are taken by their size.
+
+use super::motion::{Law, Maneuver};
+use super::state::State;
+use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen, Vector6};
+
+/// Largest of the equations that counts as met, scaled.
+const MET: f64 = 1e-12;
+
+/// Largest of the gradient in the null space that counts as none: of the cost it leaves its square, and differences of the flow leave
+/// it about this.
+const STATIONARY: f64 = 1e-7;
+
+const MOST_ITERATIONS: usize = 40;
+
+/// Most arcs: what reads as more chatters, and a plan of it would be no shorter.
+const MOST_ARCS: usize = 24;
+
+/// Largest change of a length in one step, as a part of the duration.
+const LARGEST_STEP: f64 = 0.1;
+
+/// Part of the duration below which an arc that is to become shorter has vanished.
+const NO_LENGTH: f64 = 1e-9;
+
+/// What lengths are disturbed by for `H`, a part of the duration.
+const DISTURBANCE: f64 = 1e-6;
+
+/// Singular values of `G` below this part of the largest are none.
+const RANK: f64 = 1e-9;
+
+/// Least curvature that a step is taken by, as a part of the largest.
+const LEAST_CURVATURE: f64 = 1e-6;
+
+/// Weight of the equations in the merit of a step, as a multiple of the largest multiplier.
+const MERIT: f64 = 2.0;
+
+/// A step below this part of the duration is taken without asking for its merit, which round-off decides.
+const SMALL_STEP: f64 = 1e-6;
+
+/// Halvings of a step.
+const MOST_HALVINGS: usize = 10;
+
+/// A maneuver of arcs.
+#[derive(Clone, Debug)]
+pub(crate) struct Arcs {
+    pub laws: Vec<Law>,
+    pub lengths: Vec<f64>,
+    /// Limits that the motion touches where arc k ends.
+    pub contacts: Vec<Vec<usize>>,
+}
+
+/// A limit is met where an arc begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Contact {
+    /// Which arc begins.
+    pub arc: usize,
+    pub limit: usize,
+    /// Whether it is its rate of change that vanishes.
+    pub slope: bool,
+}
+
+/// The motion along arcs, with first derivatives.
+pub(crate) struct Followed {
+    /// At the ends of all arcs, and the start first.
+    pub nodes: Vec<State>,
+    pub cost: f64,
+    /// Of the cost, by the lengths.
+    pub gradient: DVector<f64>,
+    /// `g` and `G`: the end, contacts, the duration where it is given.
+    pub equations: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+    pub contacts: Vec<Contact>,
+}
+
+/// Arcs that are stationary, with their multipliers.
+pub(crate) struct Stationary {
+    pub arcs: Arcs,
+    pub followed: Followed,
+    /// Of the equations.
+    pub multipliers: DVector<f64>,
+    /// Least eigenvalue of the curvature in the null space, `+∞` where that is empty.
+    pub curvature: f64,
+}
+
+impl Contact {
+    /// What vanishes where it is met.
+    pub fn missed(&self, maneuver: &Maneuver, state: &State) -> f64 {
+        let limit = &maneuver.limits[self.limit];
+        if self.slope { limit.slope(state) } else { limit.value(state) }
+    }
+}
+
+impl Arcs {
+    pub fn duration(&self) -> f64 {
+        self.lengths.iter().sum()
+    }
+
+    /// Where limits are met: those that begin to be held, and those touched.
+    pub fn contacts(&self, maneuver: &Maneuver) -> Vec<Contact> {
+        let mut contacts = Vec::new();
+        for arc in 1..self.laws.len() {
+            let (before, law) = (&self.laws[arc - 1].holds, &self.laws[arc].holds);
+            let entered = law.iter().filter(|limit| !before.contains(limit));
+            let touched = self.contacts[arc - 1].iter();
+            let touched = touched.filter(|limit| !law.contains(limit) && !before.contains(limit));
+            for limit in entered.chain(touched) {
+                let slopes = [false, true];
+                let of_order = slopes.iter().take(maneuver.limits[*limit].order());
+                contacts.extend(of_order.map(|slope| Contact { arc, limit: *limit, slope: *slope }));
+            }
+        }
+        contacts
+    }
+
+    /// Follows the arcs; `None` where a law cannot be followed.
+    pub fn followed(&self, maneuver: &Maneuver) -> Option<Followed> {
+        self.followed_from(maneuver, 0, maneuver.start)
+    }
+
+    /// The same from an arc on, which begins in `state`: what earlier arcs have to do with it is left out.
+    fn followed_from(&self, maneuver: &Maneuver, begun: usize, mut state: State) -> Option<Followed> {
+        let (count, contacts) = (self.laws.len(), self.contacts(maneuver));
+        let given = maneuver.given_duration;
+        let rows = 6 + contacts.len() + usize::from(given.is_some());
+        let mut followed = Followed {
+            nodes: vec![state],
+            cost: maneuver.time_price * self.duration(),
+            gradient: DVector::from_element(count, maneuver.time_price),
+            equations: DVector::zeros(rows),
+            jacobian: DMatrix::zeros(rows, count),
+            contacts,
+        };
+        // What one more unit of time of each arc has changed so far.
+        let mut changes = vec![Vector6::zeros(); count];
+        for (arc, (law, length)) in self.laws.iter().zip(&self.lengths).enumerate().skip(begun) {
+            for (row, contact) in followed.contacts.iter().enumerate() {
+                if contact.arc == arc {
+                    followed.equations[6 + row] = contact.missed(maneuver, &state);
+                    let slope = state.gradient(&|state| contact.missed(maneuver, state));
+                    for (column, change) in changes.iter().enumerate().take(arc).skip(begun) {
+                        followed.jacobian[(6 + row, column)] = slope.dot(change);
+                    }
+                }
+            }
+            let driven = maneuver.driven(law)?;
+            let (to, slope): (State, SMatrix<f64, 7, 6>) =
+                driven.linearised(&state, *length, driven.steps(&state, *length));
+            for (column, change) in changes.iter_mut().enumerate().take(arc).skip(begun) {
+                let moved = slope * *change;
+                followed.gradient[column] += moved[6];
+                *change = moved.fixed_rows::<6>(0).into();
+            }
+            changes[arc] = driven.velocity(&to);
+            followed.gradient[arc] += driven.rates(&to).0;
+            state = to;
+            followed.nodes.push(state);
+        }
+        followed.cost += state.burnt();
+        followed.equations.fixed_rows_mut::<6>(0).copy_from(&state.minus(&maneuver.end));
+        for row in 0..6 {
+            let end = |state: &State| state.minus(&maneuver.end)[row];
+            let slope = state.gradient(&end);
+            for (column, change) in changes.iter().enumerate() {
+                followed.jacobian[(row, column)] = slope.dot(change);
+            }
+        }
+        if let Some(given) = given {
+            followed.equations[rows - 1] = self.duration() - given;
+            followed.jacobian.row_mut(rows - 1).fill(1.0);
+        }
+        let finite = state.is_finite() && followed.jacobian.iter().all(|number| number.is_finite());
+        finite.then_some(followed)
+    }
+
+    fn moved(&self, step: &DVector<f64>, part: f64) -> Self {
+        let lengths =
+            self.lengths.iter().zip(step.iter()).map(|(length, step)| (length + part * step).max(0.0));
+        Self { lengths: lengths.collect(), ..self.clone() }
+    }
+
+    /// Without an arc. What it held is touched where it was, and neighbours of one law become one arc.
+    pub fn without(&self, arc: usize) -> Self {
+        let mut rest = self.clone();
+        let (law, _) = (rest.laws.remove(arc), rest.lengths.remove(arc));
+        let ended = rest.contacts.remove(arc.min(rest.contacts.len().saturating_sub(1)));
+        if rest.laws.is_empty() {
+            return rest;
+        }
+        // The junction that is left of two: that before the arc, or the new end.
+        if arc > 0 && arc < rest.laws.len() {
+            let kept = &mut rest.contacts[arc - 1];
+            kept.extend(ended.into_iter().chain(law.holds));
+            kept.sort_unstable();
+            kept.dedup();
+        }
+        rest.joined()
+    }
+
+    /// Neighbours of one law, with nothing touched between them, as one arc.
+    pub fn joined(mut self) -> Self {
+        let mut arc = 1;
+        while arc < self.laws.len() {
+            if self.laws[arc] == self.laws[arc - 1] && self.contacts[arc - 1].is_empty() {
+                self.laws.remove(arc);
+                self.contacts.remove(arc - 1);
+                let length = self.lengths.remove(arc);
+                self.lengths[arc - 1] += length;
+            } else {
+                arc += 1;
+            }
+        }
+        self
+    }
+
+    /// The Hessian of the Lagrangian, by differences of its gradient: a length has to do with what comes after it alone, and the rest
+    /// follows as it is symmetric.
+    fn hessian(
+        &self,
+        maneuver: &Maneuver,
+        followed: &Followed,
+        multipliers: &DVector<f64>,
+    ) -> Option<DMatrix<f64>> {
+        let (count, size) = (self.laws.len(), DISTURBANCE * self.duration());
+        let gradient = |followed: &Followed| &followed.gradient + followed.jacobian.tr_mul(multipliers);
+        let undisturbed = gradient(followed);
+        let mut hessian = DMatrix::zeros(count, count);
+        for column in 0..count {
+            let mut disturbed = self.clone();
+            disturbed.lengths[column] += size;
+            let change = gradient(&disturbed.followed_from(maneuver, column, followed.nodes[column])?);
+            for row in column..count {
+                let second = (change[row] - undisturbed[row]) / size;
+                hessian[(row, column)] = second;
+                hessian[(column, row)] = second;
+            }
+        }
+        Some(hessian)
+    }
+
+    /// Stationary arcs of this order, or of fewer where some vanish; `None` where Newton does not come to any in the iterations that
+    /// are left.
+    pub fn solve(mut self, maneuver: &Maneuver, left: &mut usize) -> Option<Stationary> {
+        if self.laws.len() > MOST_ARCS {
+            return None;
+        }
+        for _ in 0..MOST_ITERATIONS {
+            *left = left.checked_sub(1)?;
+            let followed = self.followed(maneuver)?;
+            let newton = Newton::of(&self, maneuver, &followed)?;
+            let missed = followed.equations.amax();
+            if missed < MET && newton.slope < STATIONARY * (1.0 + followed.gradient.amax()) {
+                let Newton { multipliers, curvature, .. } = newton;
+                return Some(Stationary { arcs: self, followed, multipliers, curvature });
+            }
+            let duration = self.duration();
+            let mut part = (LARGEST_STEP * duration / newton.step.amax()).min(1.0);
+            // An arc of no length that is to become shorter goes.
+            let vanished = |arc: &usize| {
+                self.lengths[*arc] < NO_LENGTH * duration && newton.step[*arc] < 0.0 && self.laws.len() > 1
+            };
+            let worst = (0..self.laws.len())
+                .filter(vanished)
+                .min_by(|a, b| newton.step[*a].total_cmp(&newton.step[*b]));
+            if let Some(arc) = worst {
+                self = self.without(arc);
+                continue;
+            }
+            // No further than where the first arc vanishes.
+            for (length, step) in self.lengths.iter().zip(newton.step.iter()) {
+                if *step < 0.0 {
+                    part = part.min(-length / step);
+                }
+            }
+            let weight = MERIT * newton.multipliers.amax();
+            let merit = |followed: &Followed| followed.cost + weight * followed.equations.lp_norm(1);
+            let before = merit(&followed);
+            let lowers = |part: f64| {
+                let next = self.moved(&newton.step, part).followed(maneuver);
+                let small = part * newton.step.amax() < SMALL_STEP * duration;
+                small || next.is_some_and(|next| merit(&next) < before)
+            };
+            let mut halvings = 0;
+            while !lowers(part) {
+                if halvings == MOST_HALVINGS {
+                    return None;
+                }
+                (part, halvings) = (0.5 * part, halvings + 1);
+            }
+            self = self.moved(&newton.step, part);
+        }
+        None
+    }
+}
+
+/// One step of Newton.
+struct Newton {
+    step: DVector<f64>,
+    multipliers: DVector<f64>,
+    /// Largest of the gradient of the cost in the null space.
+    slope: f64,
+    curvature: f64,
+}
+
+impl Newton {
+    fn of(arcs: &Arcs, maneuver: &Maneuver, followed: &Followed) -> Option<Self> {
+        let count = arcs.laws.len();
+        // All singular vectors on the right: padded to a square, the rest of them span the null space.
+        let (rows, mut jacobian) = (followed.jacobian.nrows(), followed.jacobian.clone());
+        if rows < count {
+            jacobian = jacobian.insert_rows(rows, count - rows, 0.0);
+        }
+        let svd = jacobian.svd(true, true);
+        let none = RANK * svd.singular_values.max();
+        let (u, right) = (svd.u.as_ref()?, svd.v_t.as_ref()?);
+        let of_rank: Vec<bool> = svd.singular_values.iter().map(|value| *value > none).collect();
+        let mut normal = DVector::zeros(count);
+        let mut multipliers = DVector::zeros(rows);
+        for (index, value) in svd.singular_values.iter().enumerate().filter(|(index, _)| of_rank[*index]) {
+            let left = u.column(index).rows(0, rows).into_owned();
+            let along = right.row(index).transpose();
+            normal -= left.dot(&followed.equations) / value * &along;
+            multipliers -= along.dot(&followed.gradient) / value * left;
+        }
+        let null: Vec<DVector<f64>> = (0..count)
+            .filter(|index| !of_rank.get(*index).copied().unwrap_or(false))
+            .map(|index| right.row(index).transpose())
+            .collect();
+        if null.is_empty() {
+            return Some(Self { step: normal, multipliers, slope: 0.0, curvature: f64::INFINITY });
+        }
+        let null = DMatrix::from_columns(&null);
+        let slope = null.tr_mul(&followed.gradient).amax();
+        let hessian = arcs.hessian(maneuver, followed, &multipliers)?;
+        let curved = SymmetricEigen::new(null.tr_mul(&(&hessian * &null)));
+        let wanted = -null.tr_mul(&(&followed.gradient + &hessian * &normal));
+        let floor = LEAST_CURVATURE * curved.eigenvalues.amax();
+        let mut along = curved.eigenvectors.tr_mul(&wanted);
+        for (part, value) in along.iter_mut().zip(curved.eigenvalues.iter()) {
+            *part /= value.abs().max(floor).max(f64::MIN_POSITIVE);
+        }
+        let step = normal + &null * (&curved.eigenvectors * along);
+        let curvature = curved.eigenvalues.min();
+        let finite = step.iter().chain(multipliers.iter()).all(|number| number.is_finite());
+        finite.then_some(Self { step, multipliers, slope, curvature })
+    }
+}

@@ -1,0 +1,96 @@
+//! The arcs of a plan within cones and rate limits: what the plan of the chain on equal steps is in continuous time.
+
+use super::context::Context;
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::{Outcome, Solution};
+use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
+use crate::optimize::methods::limited::exchange::improved;
+use crate::optimize::methods::limited::motion::{Level, Maneuver};
+use crate::optimize::methods::limited::newton::Arcs;
+use crate::optimize::methods::limited::structure;
+
+/// Arcs whose cost differs from that of the plan by more than this part are those of another plan: a grid of some ten steps an arc is off
+/// by less.
+const OF_THE_PLAN: f64 = 1e-2;
+
+/// Arcs shorter than this part of the duration are none.
+const NO_ARC: f64 = 1e-9;
+
+/// The plan with the arcs that it leads to, where these satisfy the maximum principle; the same plan otherwise.
+pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution) -> Solution {
+    // Up to a longest duration it is the chain that knows whether all of it is used.
+    let converged = plan.outcome == Outcome::Converged && problem.duration.at_most().is_none();
+    if converged && plan.switching.is_none() {
+        plan.switching = told(problem, context, &plan);
+    }
+    plan
+}
+
+fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
+    let maneuver = Maneuver::of(problem)?;
+    let stop = || context.interrupt().is_some();
+    let from = |first: Arcs| improved(&maneuver, &first, first.duration() / plan.steps as f64, &stop);
+    let found = structure::arcs(problem, &maneuver, plan).into_iter().find_map(from)?;
+    let cost = found.followed.cost * maneuver.units.cost();
+    if (cost - plan.cost).abs() > OF_THE_PLAN * plan.cost {
+        return None;
+    }
+    let arcs = told_arcs(problem, &maneuver, &found.arcs);
+    let switched = |pair: &[SwitchingArc]| {
+        pair[0].input.iter().zip(&pair[1].input).filter(|(before, after)| before != after).count()
+    };
+    let structure = match problem.objective.fuel() {
+        _ if arcs.iter().any(|arc| !arc.holds.is_empty()) => Structure::AlongLimits,
+        None => Structure::BangBang,
+        Some(_) => Structure::BangOffBang,
+    };
+    Some(Switching {
+        structure,
+        continuous_duration_s: found.arcs.duration() * maneuver.units.time,
+        continuous_cost: cost,
+        gap: 0.0,
+        eigenaxis_s: None,
+        switches: arcs.windows(2).map(switched).sum(),
+        singular_inputs: Vec::new(),
+        smoothing: None,
+        beside_optimum: false,
+        arcs,
+        pulses: None,
+    })
+}
+
+/// Arcs with the inputs of the maneuver, in seconds.
+fn told_arcs(problem: &Problem, maneuver: &Maneuver, arcs: &Arcs) -> Vec<SwitchingArc> {
+    let sizes = problem.actuation.torque.limits().size.clone().unwrap_or_default();
+    let names = |limits: &[usize]| -> Vec<String> {
+        let constraint = |limit: &usize| problem.constraints[maneuver.limits[*limit].constraint].name.clone();
+        limits.iter().map(constraint).collect()
+    };
+    let least = NO_ARC * arcs.duration();
+    let mut told: Vec<SwitchingArc> = Vec::new();
+    let mut end = 0.0;
+    for (index, (law, length)) in arcs.laws.iter().zip(&arcs.lengths).enumerate() {
+        let start_s = told.last().map_or(0.0, |last| last.end_s);
+        end += length;
+        let input = law.levels.iter().zip(&sizes).map(|(level, size)| match level {
+            Level::At(level) => Some(level * size),
+            Level::Free => None,
+        });
+        let arc = SwitchingArc {
+            start_s,
+            end_s: end * maneuver.units.time,
+            input: input.collect::<Option<_>>().unwrap_or_default(),
+            holds: names(&law.holds),
+            touches: arcs.contacts.get(index).map_or(Vec::new(), |limits| names(limits)),
+        };
+        match told.last_mut() {
+            // What round-off leaves between inputs that switch together is no arc.
+            Some(last) if *length <= least => {
+                last.end_s = arc.end_s;
+                last.touches.extend(arc.touches);
+            }
+            _ => told.push(arc),
+        }
+    }
+    told
+}
