@@ -51,9 +51,9 @@ pub(super) const CARRIED: usize = 3;
 
 /// What may carry a solution to a finer grid.
 #[derive(Clone, Copy)]
-struct Roads {
-    newton: bool,
-    convex: bool,
+pub(super) struct Roads {
+    pub newton: bool,
+    pub convex: bool,
 }
 
 /// The extremals of the maneuver without limits, as paths on a coarse grid.
@@ -174,8 +174,21 @@ pub(super) fn carried_to<const N: usize>(
     grids: [&Chain; 2],
     plan: &Attempt,
 ) -> Option<Attempt> {
+    let [few, many] = grids.map(|chain| chain.model.steps);
+    let beside = beside(many);
+    let mut by_others = grids_between(few, beside);
+    by_others.push(beside);
     refine(search, found, grids, plan, Roads { newton: true, convex: false })
-        .or_else(|| refine_by_and_by(search, found, grids, plan))
+        .or_else(|| refine_by_and_by(search, found, grids, plan, &grids_between(few, many)))
+        .or_else(|| {
+            (beside > few).then(|| refine_by_and_by(search, found, grids, plan, &by_others)).flatten()
+        })
+}
+
+/// A grid whose nodes are not those of the requested one but for every third: where a constraint acts from one node to another, and does
+/// so on halves and quarters of these steps too, equations of neighbours nearly repeat each other in the one grid and not in the other.
+pub(super) fn beside(steps: usize) -> usize {
+    steps * 2 / 3
 }
 
 /// A coarse solution carried to the fine grid over grids between, where Newton's method did not find the
@@ -185,14 +198,14 @@ fn refine_by_and_by<const N: usize>(
     found: &mut Found<N>,
     [coarse, fine]: [&Chain; 2],
     plan: &Attempt,
+    between: &[usize],
 ) -> Option<Attempt> {
-    let between = grids_between(coarse.model.steps, fine.model.steps);
     // Newton's leap from the coarse grid itself has failed.
     let mut roads = Roads { newton: !between.is_empty(), convex: true };
     let mut last: Option<(Chain, Attempt)> = None;
     for steps in between {
         let (chain, plan) = last.as_ref().map_or((coarse, plan), |(chain, plan)| (chain, plan));
-        let next = search.chain(steps);
+        let next = search.chain(*steps);
         let refined = refine(search, found, [chain, &next], plan, roads)?;
         last = Some((next, refined));
         roads.newton = true;
@@ -202,7 +215,7 @@ fn refine_by_and_by<const N: usize>(
 }
 
 /// A coarse solution carried to a finer grid: by Newton's method, or by the convex iteration where that fails.
-fn refine<const N: usize>(
+pub(super) fn refine<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     [coarse, fine]: [&Chain; 2],

@@ -35,6 +35,15 @@ fn a_search_backwards_finds_what_one_forwards_misses() {
     }
 }
 
+/// An extremal along whose arcs the cost falls is none to stay at.
+#[test]
+fn a_search_that_ends_at_a_saddle_goes_on() {
+    for name in ["fuel_thrusters_reverse", "time_public_asymmetric_4576"] {
+        let over = over_the_best(name);
+        assert!(over < 1.001, "{name}: {over}");
+    }
+}
+
 /// Inputs that are singular have no arcs that the grid can hold.
 #[test]
 fn equal_steps_are_tried_where_arcs_do_not_fit() {
