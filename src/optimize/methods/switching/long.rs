@@ -14,8 +14,8 @@ use super::limit::{Limit, polish};
 use super::smooth::Smoothed;
 use super::tuning::paths::{LONG, STRETCH_OF_ARCS, STRETCHING};
 use super::work::Work;
-use crate::{Vector3, lie};
 use crate::optimize::methods::continuation::{Step, follow};
+use crate::{Vector3, lie};
 
 /// The same maneuver in a moderate duration, where its own is long; or at a price of time that makes it so.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {

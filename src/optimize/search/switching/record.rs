@@ -8,7 +8,6 @@ use crate::numerics::compensated::Sum;
 use crate::optimize::methods::switching::extremal::Extremal;
 use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::on_grid::OnGrid;
-use crate::optimize::methods::switching::pulses::on_grid::again;
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, shared};
 use crate::optimize::methods::switching::tuning::grid::NO_LENGTH;
 use crate::optimize::search::way::Follower;
@@ -83,8 +82,7 @@ const OF_THE_CLOCK: f64 = 5e-13;
 /// Replays a plan from the start and records every node.
 ///
 /// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
-/// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits. On very many steps
-/// each rounds off a little alike: the grid is then solved again for an end that is beside the right one by as much.
+/// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits.
 pub(super) fn record(
     problem: &Problem,
     extremal: &Extremal,
@@ -97,28 +95,7 @@ pub(super) fn record(
         return Some(plain);
     }
     let exact = replayed(problem, extremal, units, grid, true)?;
-    let nearer = |a: Planned, b: Planned| if b.terminal.largest() < a.terminal.largest() { b } else { a };
-    let best = nearer(plain, exact);
-    if best.terminal.largest() <= OF_THE_CLOCK {
-        return Some(best);
-    }
-    let aimed = beside(problem, extremal, units, &best.trajectory);
-    let again = again(grid, &aimed).and_then(|grid| replayed(problem, extremal, units, &grid, false));
-    Some(match again {
-        Some(again) => nearer(best, again),
-        None => best,
-    })
-}
-
-/// The maneuver to an end that is beside its own by what a recorded motion misses.
-fn beside(problem: &Problem, extremal: &Extremal, units: &Units, motion: &Trajectory) -> Extremal {
-    let (Some(reached), Some(rate)) = (motion.quaternion.last(), motion.angular_velocity.last()) else {
-        return extremal.clone();
-    };
-    let reached = problem.start.attitude.tr_mul(&lie::rotation_from_quaternion(reached));
-    let end_attitude = extremal.end_attitude * reached.tr_mul(&extremal.end_attitude);
-    let end_rate = 2.0 * extremal.end_rate - units.time * rate;
-    Extremal { end_attitude: lie::project_to_rotation(&end_attitude), end_rate, ..extremal.clone() }
+    Some(if exact.terminal.largest() < plain.terminal.largest() { exact } else { plain })
 }
 
 /// The same with the inputs of the plan, or with its impulses.
