@@ -1,18 +1,21 @@
 //! The pieces of minimum time against finite differences, closed forms and another program's optima.
 
 use super::arcs::{Arcs, over_arc};
-use super::branches::Ask;
+use super::branches::{Ask, branches};
 use super::certificate::Certificate;
 use super::discretize::of_arcs;
-use super::extremal::{Extremal, Law};
+use super::extremal::{Bias, Extremal, Law};
 use super::flow::{Course, Lanes, Node, Stages, Units};
 use super::grid_step::Torque;
 use super::least_gap::with_least_gap;
+use super::limit::polish;
 use super::moved::is_saddle;
 use super::pulses::optimum::best_arcs;
 use super::scaled::scaled;
 use super::search::search;
-use super::smooth::Path as Smoothly;
+use super::smooth::{Path as Smoothly, descend};
+use super::tuning::limits::NO_GAP;
+use super::work::Work;
 use crate::maneuver::problem::{Path, Problem, State};
 use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::actuators::{ActuatorSet, Limits};
@@ -513,17 +516,20 @@ fn a_saddle_is_told_from_a_minimum() {
         sides.fold(f64::INFINITY, f64::min) / arcs.cost(extremal)
     };
     let (mut saddles, mut minima) = (0, 0);
-    for part in [0.35, 0.45, 0.55, 0.65, 0.75] {
-        let extremal = whole.lasting(whole.given_duration.map(|given| part * given));
-        for thoroughness in [Thoroughness::Quick, Thoroughness::Thorough] {
-            let found = search(&extremal, &Ask { thoroughness, ..best() }, &|| false);
-            for limit in found.limits.iter().filter(|limit| limit.is_exact(&extremal)) {
-                let arcs = &limit.arcs.as_ref().expect("exact arcs").0;
-                let (saddle, beside) = (is_saddle(&extremal, arcs), least_beside(&extremal, arcs));
-                eprintln!("{part} {thoroughness:?} {} {saddle} {beside}", arcs.cost(&extremal));
-                *if saddle { &mut saddles } else { &mut minima } += 1;
-                if saddle { assert!(beside < 1.0 - 1e-7) } else { assert!(beside > 1.0 - 1e-7) }
-            }
+    let work = Work::until(&|| false);
+    for extremal in [whole.lasting(Some(9.0)), whole] {
+        for branch in branches(&extremal, &best(), &work) {
+            let mut at = branch;
+            let exact = (0..6).find_map(|_| {
+                let read = Arcs::of_pulses(&extremal, &at.path, at.epsilon, 1);
+                let polished = polish(&extremal, read, &work);
+                at = descend(&extremal, &at, 0.4 * at.epsilon, &Bias::default(), &work).ok()?;
+                polished.filter(|(arcs, found)| found.gap <= NO_GAP * arcs.cost(&extremal))
+            });
+            let Some((arcs, _)) = exact else { continue };
+            let (saddle, beside) = (is_saddle(&extremal, &arcs), least_beside(&extremal, &arcs));
+            *if saddle { &mut saddles } else { &mut minima } += 1;
+            assert!(if saddle { beside < 1.0 - 1e-7 } else { beside > 1.0 - 1e-7 }, "{saddle}: {beside}");
         }
     }
     assert!(saddles > 0 && minima > 0, "{saddles} saddles, {minima} minima");
