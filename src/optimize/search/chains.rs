@@ -174,18 +174,11 @@ pub(super) fn carried_to<const N: usize>(
     grids: [&Chain; 2],
     plan: &Attempt,
 ) -> Option<Attempt> {
-    let [few, many] = grids.map(|chain| chain.model.steps);
-    let beside = beside(many);
-    let mut by_others = grids_between(few, beside);
-    by_others.push(beside);
     refine(search, found, grids, plan, Roads { newton: true, convex: false })
-        .or_else(|| refine_by_and_by(search, found, grids, plan, &grids_between(few, many)))
-        .or_else(|| {
-            (beside > few).then(|| refine_by_and_by(search, found, grids, plan, &by_others)).flatten()
-        })
+        .or_else(|| refine_by_and_by(search, found, grids, plan))
 }
 
-/// A grid whose nodes are not those of the requested one but for every third: where a constraint acts from one node to another, and does
+/// A grid whose nodes are not those of the requested one but for every second: where a constraint acts from one node to another, and does
 /// so on halves and quarters of these steps too, equations of neighbours nearly repeat each other in the one grid and not in the other.
 pub(super) fn beside(steps: usize) -> usize {
     steps * 2 / 3
@@ -198,14 +191,14 @@ fn refine_by_and_by<const N: usize>(
     found: &mut Found<N>,
     [coarse, fine]: [&Chain; 2],
     plan: &Attempt,
-    between: &[usize],
 ) -> Option<Attempt> {
+    let between = grids_between(coarse.model.steps, fine.model.steps);
     // Newton's leap from the coarse grid itself has failed.
     let mut roads = Roads { newton: !between.is_empty(), convex: true };
     let mut last: Option<(Chain, Attempt)> = None;
     for steps in between {
         let (chain, plan) = last.as_ref().map_or((coarse, plan), |(chain, plan)| (chain, plan));
-        let next = search.chain(*steps);
+        let next = search.chain(steps);
         let refined = refine(search, found, [chain, &next], plan, roads)?;
         last = Some((next, refined));
         roads.newton = true;

@@ -230,7 +230,6 @@ fn of_dimension<const N: usize>(
         // Without a plan of inputs that switch.
         paths.push(shortest_way(&coarse.model));
     }
-    paths.extend(context.guess.and_then(|guess| guess.seed(&coarse.model)));
     let unlimited = unlimited_paths(&search, &coarse);
     if objective.fuel().is_some() {
         paths.extend(effort_paths(&search, &unlimited));

@@ -1,6 +1,5 @@
 //! What every rung shares: settings, the clock, the observer, the record of what was tried.
 
-use super::guess::Guess;
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
 use crate::optimize::candidate::Candidate;
@@ -59,8 +58,6 @@ impl Observer for Silent {}
 /// What every rung shares: settings, the clock, the observer, the record of what was tried.
 pub(crate) struct Context<'a> {
     pub settings: &'a Settings,
-    /// A path to begin from beside those of the search, where inputs switch or a duration is sought.
-    pub guess: Option<&'a Guess>,
     observer: RefCell<&'a mut dyn Observer>,
     pub began: Instant,
     at: RefCell<(Rung, String, usize)>,
@@ -73,7 +70,6 @@ impl<'a> Context<'a> {
     pub fn new(settings: &'a Settings, observer: &'a mut dyn Observer) -> Self {
         Self {
             settings,
-            guess: None,
             flag: observer.stop_flag(),
             observer: RefCell::new(observer),
             began: Instant::now(),
@@ -81,11 +77,6 @@ impl<'a> Context<'a> {
             stopped: Cell::new(None),
             ladder: RefCell::default(),
         }
-    }
-
-    /// The same with the path of a guess.
-    pub fn beside(self, guess: Option<&'a Guess>) -> Self {
-        Self { guess, ..self }
     }
 
     /// Whether plans are to land.

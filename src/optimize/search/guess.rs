@@ -7,10 +7,7 @@ use crate::mechanics::environment::Pose;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::path;
-use crate::{Matrix3, Vector3, lie};
-
-/// Nodes that are off their places by less than this part of the duration are evenly spaced, but for round-off.
-const EVEN: f64 = 1e-9;
+use crate::{Vector3, lie};
 
 /// A neighbour's plan to begin from: its costates for the shooting, its path for SCP.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,59 +29,11 @@ impl Guess {
 
     /// All that a solution of `problem` can suggest to its neighbours.
     pub fn of(solution: &Solution, problem: &Problem) -> Self {
-        let path = &solution.trajectory;
         Self {
             costates: solution.costates_0(problem).to_vec(),
-            quaternion: path.quaternion.clone(),
-            position: path.position.clone(),
+            quaternion: solution.trajectory.quaternion.clone(),
+            position: solution.trajectory.position.clone(),
         }
-        .evenly(&path.time)
-    }
-
-    /// The same with the path at evenly spaced nodes, where it is at these times \[s\]: plans whose inputs switch have steps that end
-    /// there. As it is where it has them already, or where times and path do not belong together.
-    #[must_use]
-    pub fn evenly(self, time: &[f64]) -> Self {
-        let (Some(first), Some(last)) = (time.first(), time.last()) else { return self };
-        let count = time.len();
-        let even = |node: usize| first + (last - first) * node as f64 / (count - 1) as f64;
-        let spaced = |node: usize| (time[node] - even(node)).abs() <= EVEN * (last - first);
-        let moves = self.position.len() == count;
-        if count < 2
-            || !self.path_is_sound()
-            || self.quaternion.len() != count
-            || !time.windows(2).all(|pair| pair[0] < pair[1])
-            || (0..count).all(spaced)
-        {
-            return self;
-        }
-        let place = |node: usize| {
-            let after = time.partition_point(|at| *at <= even(node)).clamp(1, count - 1);
-            let share = (even(node) - time[after - 1]) / (time[after] - time[after - 1]);
-            (after, share.clamp(0.0, 1.0))
-        };
-        let attitude = |node| {
-            let (after, share) = place(node);
-            let [from, to] =
-                [after - 1, after].map(|row| lie::rotation_from_quaternion(&self.quaternion[row]));
-            lie::quaternion_from_rotation(&(from * lie::exp(&(lie::minus(&to, &from) * share))))
-        };
-        let position = |node| {
-            let (after, share) = place(node);
-            self.position[after - 1].lerp(&self.position[after], share)
-        };
-        Self {
-            quaternion: (0..count).map(attitude).collect(),
-            position: if moves { (0..count).map(position).collect() } else { Vec::new() },
-            costates: self.costates,
-        }
-    }
-
-    /// The attitudes of the path, turned so that it begins at the identity.
-    pub(super) fn attitudes(&self) -> Vec<Matrix3> {
-        let of = |q: &[f64; 4]| lie::project_to_rotation(&lie::rotation_from_quaternion(q));
-        let all: Vec<Matrix3> = self.quaternion.iter().map(of).collect();
-        all.iter().map(|attitude| all[0].tr_mul(attitude)).collect()
     }
 
     /// Whether every number of the path is usable.

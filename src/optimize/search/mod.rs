@@ -152,14 +152,8 @@ fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>
     if settings.method == Method::Shooting {
         return Err(PlanError::NotForShooting { reason: Obstacle::EqualSteps });
     }
-    check_path(guess)?;
+    check_for_no_guess(guess)?;
     check_for_scp(problem)
-}
-
-/// Whether what inputs that switch are to be begun from has a path: their costates alone tell of no arcs.
-fn check_path(guess: Option<&Guess>) -> Result<(), PlanError> {
-    let has_one = |guess: &Guess| guess.path_is_sound() && !guess.quaternion.is_empty();
-    if guess.is_none_or(has_one) { Ok(()) } else { Err(PlanError::GuessPath) }
 }
 
 /// Whether the effort is what is minimised, in a given duration.
@@ -253,8 +247,7 @@ pub(crate) fn warm(
 /// nothing SCP does, whose duals then start the shooting once more. Everything else (constraints
 /// on pointing or rates, limits of how fast inputs change, reaction wheels) takes SCP.
 ///
-/// `guess` is tried first: its costates by the shooting, its path by SCP. Where inputs switch or the duration is sought, its path is one
-/// more to begin from.
+/// `guess` is tried first: its costates by the shooting, its path by SCP.
 ///
 /// A plan that is to land takes more steps than [`Problem::steps`] where it needs them and none were given
 /// ([`Problem::with_steps`]); how many stands in [`Solution::steps`], and why in [`Solution::chosen`].
@@ -326,14 +319,14 @@ fn solve_on(
             Ok(with_duration_found(problem, solution, &Context::new(settings, observer)))
         }
         Formulation::Switching => {
-            check_path(guess)?;
-            let context = Context::new(settings, observer).beside(guess);
+            check_for_no_guess(guess)?;
+            let context = Context::new(settings, observer);
             let found = switching::solve(problem, &context);
             Ok(or_on_equal_steps(problem, &context, found))
         }
         Formulation::Chain => {
             check_for_chain(problem, settings, guess)?;
-            Ok(cheapest::solve(problem, &Context::new(settings, observer).beside(guess)))
+            Ok(cheapest::solve(problem, &Context::new(settings, observer)))
         }
     }
 }

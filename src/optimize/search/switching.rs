@@ -120,9 +120,7 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
             Some(_) => {}
         }
     }
-    let guess = context.guess.map(|guess| guess.attitudes());
-    let ask =
-        Ask { path: problem.path, thoroughness: context.settings.search, arcs, guess: guess.as_deref() };
+    let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs };
     context.enter(Rung::Smoothed, "best", 0);
     let found = search(&extremal, &ask, &|| context.interrupt().is_some());
     let report = |outcome, iterations| Report { outcome, iterations, residuals: Vec::new() };
@@ -265,7 +263,7 @@ fn too_short(problem: &Problem, found: &Found, context: &Context) -> Option<(f64
     if found.branches > 0 || problem.seeks_duration() {
         return None;
     }
-    let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs: true, guess: None };
+    let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs: true };
     let search = |problem: &Problem| {
         let (extremal, units) = scaled(problem)?;
         let found = search(&extremal, &ask, &|| context.interrupt().is_some());

@@ -170,28 +170,6 @@ fn a_plan_is_the_best_guess_for_itself() {
     assert!((cost(&again) - cost(&first)).abs() <= 1e-12 * cost(&first));
 }
 
-/// Claim: a plan of least time that a quick search does not find leads it there as a guess, on its own uneven steps and others; costates
-/// without a path are refused.
-#[test]
-fn a_guess_of_least_time_is_begun_from() {
-    let folder = Folder::new();
-    let spec = format!("{}/evidence/best_known/time_public_asymmetric_4576.toml", evidence::ROOT);
-    let plan =
-        |more: &[&str]| folder.slew(&[&["plan", &spec, "-q", "--force", "-o", "found.json"], more].concat());
-    let cost = || folder.json("found.json")["cost"].as_f64().unwrap();
-    plan(&["--set", "solver.search=thorough"]).ends(0);
-    let best = cost();
-    assert!((best - 3.9282).abs() < 2e-4, "published as 3.928 s: {best}");
-    fs::copy(folder.path("found.json"), folder.path("guess.json")).unwrap();
-    let quick = ["--set", "solver.search=quick", "--set", "maneuver.steps=150"];
-    plan(&quick).ends(0);
-    assert!(cost() > 1.01 * best, "the quick search finds it alone: another case would show more");
-    plan(&[&quick[..], &["--guess", "guess.json"]].concat()).ends(0);
-    assert!((cost() / best - 1.0).abs() < 1e-4, "{} against {best}", cost());
-    fs::write(folder.path("bare.json"), "{\"format\": 2, \"costates_0\": [0, 0, 0, 0, 0, 0]}").unwrap();
-    plan(&["--guess", "bare.json"]).ends(8).tells("E0103").tells("path");
-}
-
 #[test]
 fn a_guess_that_is_none_is_refused() {
     let folder = Folder::new();

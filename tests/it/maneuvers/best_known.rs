@@ -62,7 +62,8 @@ fn a_cheap_plan_of_the_coarse_grid_is_carried_with_more_effort_in_its_cost() {
 
 #[test]
 fn long_durations_are_followed_from_moderate_ones() {
-    for name in ["fuel_in_20_shortest", "fuel_in_50_shortest", "fuel_in_100_shortest"] {
+    let long = ["fuel_in_20_shortest", "fuel_in_50_shortest", "fuel_in_100_shortest", "fuel_in_300_shortest"];
+    for name in long.into_iter().chain(["fuel_small_price"]) {
         let over = over_the_best(name);
         assert!(over < 1.001, "{name}: {over}");
     }

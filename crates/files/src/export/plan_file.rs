@@ -331,8 +331,6 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     #[derive(Default, Deserialize)]
     struct Path {
         #[serde(default)]
-        time_s: Vec<f64>,
-        #[serde(default)]
         quaternion_wxyz: Vec<[f64; 4]>,
         #[serde(default)]
         position_m: Vec<[f64; 3]>,
@@ -342,9 +340,9 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     if !(1..=PlanFile::FORMAT).contains(&format) {
         return Err(ExportError::Format { found: format });
     }
-    let Path { time_s, quaternion_wxyz: quaternion, position_m } = trajectory;
+    let Path { quaternion_wxyz: quaternion, position_m } = trajectory;
     let position = position_m.into_iter().map(Vector3::from).collect();
-    Ok(Guess { costates: costates_0, quaternion, position }.evenly(&time_s))
+    Ok(Guess { costates: costates_0, quaternion, position })
 }
 
 /// Most bytes of a plan file: several times those of a million steps with every input a spec can name.

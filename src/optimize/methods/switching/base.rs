@@ -141,26 +141,14 @@ fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
 /// A path for a turn, of the given duration or by one of the levels.
 fn guess(extremal: &Extremal, turn: &Turn, try_index: usize) -> Option<Smoothed> {
     let inverse = extremal.authority().try_inverse()?;
-    let duration = match extremal.given_duration {
-        Some(duration) => duration,
-        None => duration_at(extremal, &inverse, turn, levels(extremal)[try_index])?,
-    };
-    let ends = [&extremal.start_rate, &extremal.end_rate];
-    of_motion(extremal, duration, try_index, |node| turn.at(ends, duration, node as f64 / INTERVALS as f64))
-}
-
-/// A path of attitudes, rates and accelerations at [`INTERVALS`] and one nodes.
-fn of_motion(
-    extremal: &Extremal,
-    duration: f64,
-    try_index: usize,
-    motion: impl Fn(usize) -> (Matrix3, Vector3, Vector3),
-) -> Option<Smoothed> {
-    let inverse = extremal.authority().try_inverse()?;
     let start = extremal.start_rate;
-    let mut epsilon = if extremal.given_duration.is_some() { EASY[try_index] } else { 1.0 };
+    let (duration, mut epsilon) = match extremal.given_duration {
+        Some(duration) => (duration, EASY[try_index]),
+        None => (duration_at(extremal, &inverse, turn, levels(extremal)[try_index])?, 1.0),
+    };
     let node = |k: usize| {
-        let (r, rate, acceleration) = motion(k);
+        let (r, rate, acceleration) =
+            turn.at([&start, &extremal.end_rate], duration, k as f64 / INTERVALS as f64);
         let e = costate(extremal, &inverse, &(extremal.j * acceleration), epsilon);
         Node { r, pi: extremal.j * rate, e }
     };
@@ -179,47 +167,6 @@ fn of_motion(
         node.e *= epsilon;
     }
     Some(Smoothed { path: Path::equal(epsilon * m, duration, nodes), epsilon })
-}
-
-/// Smoothed extremals that attitudes, evenly spaced in time, lead to, at the ε where branches are told apart. The motion along them is
-/// taken for smooth, and its end is left to Newton.
-pub(super) fn along(extremal: &Extremal, attitudes: &[Matrix3], work: &Work) -> Vec<Smoothed> {
-    let Some(last) = attitudes.len().checked_sub(1).filter(|last| *last > 0) else { return Vec::new() };
-    let at = |node: usize| {
-        let place = node as f64 / INTERVALS as f64 * last as f64;
-        let low = (place as usize).min(last - 1);
-        let turn = lie::minus(&attitudes[low + 1], &attitudes[low]);
-        attitudes[low] * lie::exp(&(turn * (place - low as f64)))
-    };
-    let nodes: Vec<Matrix3> = (0..=INTERVALS).map(at).collect();
-    // Of a duration of one.
-    let whole = INTERVALS as f64;
-    let rates: Vec<Vector3> = (0..=INTERVALS)
-        .map(|node| {
-            let (from, to) = (node.saturating_sub(1), (node + 1).min(INTERVALS));
-            lie::minus(&nodes[to], &nodes[from]) * (whole / (to - from) as f64)
-        })
-        .collect();
-    let acceleration = |node: usize| {
-        let (from, to) = (node.saturating_sub(1), (node + 1).min(INTERVALS));
-        (rates[to] - rates[from]) * (whole / (to - from) as f64)
-    };
-    let Some(inverse) = extremal.authority().try_inverse() else { return Vec::new() };
-    let load = |node: usize| {
-        let torque = extremal.j * acceleration(node) + rates[node].cross(&(extremal.j * rates[node]));
-        largest(extremal, &inverse, &(torque + extremal.middle))
-    };
-    let most = (0..=INTERVALS).map(load).fold(0.0, f64::max);
-    let tries = if extremal.given_duration.is_some() { EASY.len() } else { levels(extremal).len() };
-    let found = (0..tries).filter_map(|try_index| {
-        // Torques fall as the square of the duration grows.
-        let duration = extremal.given_duration.unwrap_or_else(|| (most / levels(extremal)[try_index]).sqrt());
-        let motion =
-            |node: usize| (nodes[node], rates[node] / duration, acceleration(node) / (duration * duration));
-        let at = relaxed(extremal, &of_motion(extremal, duration, try_index, motion)?, work)?;
-        descend(extremal, &at, BRANCHING.min(at.epsilon), &Bias::default(), work).ok()
-    });
-    found.collect()
 }
 
 /// Where first paths of a sought duration begin.

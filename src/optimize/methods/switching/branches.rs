@@ -26,7 +26,7 @@
 //! even in the step. Where two inputs switch together the arc between them stays in the equations without length: five
 //! lengths could not meet six conditions.
 
-use super::base::{Turn, along, bases, by_all_durations, relaxed, stretched, unbalanced};
+use super::base::{Turn, bases, by_all_durations, relaxed, stretched, unbalanced};
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
 use super::tuning::FAR_ITERATIONS;
@@ -36,19 +36,17 @@ use super::work::Work;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 use crate::numerics::parallel;
-use crate::{Matrix3, Vector3, lie};
+use crate::{Vector3, lie};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is searched for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ask<'a> {
+pub(crate) struct Ask {
     pub path: Way,
     pub thoroughness: Thoroughness,
     /// Whether arcs at the limits are looked for, or smoothed extremals are the answer.
     pub arcs: bool,
-    /// Attitudes of a path to begin from beside those of the search, evenly spaced in time, from the identity.
-    pub guess: Option<&'a [Matrix3]>,
 }
 
 /// What branches are tried with: nothing, and where more than the quickest answer is wanted, biases.
@@ -166,7 +164,7 @@ pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoot
         Way::AsGiven(vector) => Way::AsGiven(-vector),
         way => way,
     };
-    let (reversed, back) = (extremal.reversed(), Ask { path: way_back, guess: None, ..*ask });
+    let (reversed, back) = (extremal.reversed(), Ask { path: way_back, ..*ask });
     // Only this thread may ask whether to stop.
     let stopped = AtomicBool::new(false);
     let asks = || {
@@ -246,8 +244,6 @@ fn branches_of(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
         }
     };
     let all = ask.thoroughness == Thoroughness::Thorough;
-    let given = ask.guess.map(|guess| along(extremal, guess, work)).unwrap_or_default();
-    given.into_iter().for_each(|found| add(found, &mut from));
     for turn in ways(extremal, ask).iter().take_while(|_| !work.stopped()) {
         let mut of_way = bases(extremal, turn, all, work);
         if of_way.iter().any(|base| wanders(extremal, turn, base)) {

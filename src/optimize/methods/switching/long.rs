@@ -1,4 +1,4 @@
-//! Least fuel in a long duration, from a shorter one.
+//! Least fuel from rest to rest in a long duration, from a shorter one.
 //!
 //! As `T → ∞` the optimum becomes impulsive: it coasts nearly all of the time, at rates and with pulses that fall as `1/T`, along
 //! one and the same path. A smoothed law, whose inputs never rest, has nothing to do with that. So the maneuver is solved in a
@@ -14,30 +14,25 @@ use super::limit::{Limit, polish};
 use super::smooth::Smoothed;
 use super::tuning::paths::{LONG, STRETCH_OF_ARCS, STRETCHING};
 use super::work::Work;
+use crate::lie;
 use crate::optimize::methods::continuation::{Step, follow};
-use crate::{Vector3, lie};
 
 /// The same maneuver in a moderate duration, where its own is long; or at a price of time that makes it so.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
     let angle = lie::log(&extremal.end_attitude).norm();
-    if !(extremal.counts_fuel() && angle > 0.0) {
+    let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
+    if !(extremal.counts_fuel() && rests && angle > 0.0) {
         return None;
     }
-    let quick = 2.0 * angle.sqrt() + extremal.start_rate.norm() + extremal.end_rate.norm();
+    let quick = 2.0 * angle.sqrt();
     match extremal.given_duration {
         Some(given) => (given > LONG * quick).then(|| extremal.lasting(Some(LONG * quick))),
-        None if !rests(extremal) => None,
         // Two impulses about the axis cost `2 θ c/T`, and with `p T` the least at `T² = 2 θ c/p`.
         None => {
             let price = 2.0 * angle * extremal.price_of_impulse() / (LONG * quick).powi(2);
             (extremal.price_of_time() < price).then(|| extremal.priced(price))
         }
     }
-}
-
-/// Whether the body is at rest at both ends: then nothing of the motion keeps its pace in a long duration.
-pub(super) fn rests(extremal: &Extremal) -> bool {
-    extremal.start_rate == Vector3::zeros() && extremal.end_rate == Vector3::zeros()
 }
 
 /// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it cannot be followed so far.
@@ -53,7 +48,7 @@ pub(super) fn followed(extremal: &Extremal, limit: &Limit, work: &Work) -> Optio
                 let duration = (STRETCH_OF_ARCS.powf(length) * at.duration).min(given);
                 let there = extremal.lasting(Some(duration));
                 let next = polish(&there, stretched(at, extremal, duration / at.duration), work);
-                next.filter(|(next, _)| !rests(extremal) || next.cost(&there) <= at.cost(extremal)).into()
+                next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)).into()
             })
             .ok()
         }
@@ -86,20 +81,18 @@ pub(super) fn followed(extremal: &Extremal, limit: &Limit, work: &Work) -> Optio
     })
 }
 
-/// Arcs at rates that are smaller by a factor: burns are shorter by it, but for those that stop a body or bring it up to its rate, and
-/// coasts take what that leaves.
+/// Arcs at rates that are smaller by a factor: burns are shorter by it, and coasts take what that leaves.
 fn stretched(arcs: &Arcs, extremal: &Extremal, factor: f64) -> Arcs {
     let burns =
         |signs: &[f64]| extremal.on_arc(signs).held().is_none() || signs.iter().any(|sign| *sign > 0.0);
     let lengths: Vec<(f64, bool)> =
         arcs.arcs().iter().map(|(_, start, end, signs)| (end - start, burns(signs))).collect();
     let burning: f64 = lengths.iter().filter(|(_, burns)| *burns).map(|(length, _)| length).sum();
-    let burnt = if rests(extremal) { 1.0 / factor } else { 1.0 };
-    let coasts = (factor * arcs.duration - burnt * burning) / (arcs.duration - burning);
+    let coasts = (factor * arcs.duration - burning / factor) / (arcs.duration - burning);
     let mut next = arcs.clone();
     let mut time = 0.0;
     for (switch, (length, burns)) in next.switches.iter_mut().zip(&lengths) {
-        time += length * if *burns { burnt } else { coasts };
+        time += length * if *burns { 1.0 / factor } else { coasts };
         switch.time = time;
         switch.node.pi /= factor;
     }

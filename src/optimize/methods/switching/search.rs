@@ -58,11 +58,10 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
         found.limits.retain(|limit| limit.arcs.as_ref().is_some_and(|arcs| is_small(extremal, arcs)));
         found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
         // From rest to rest one path is the best in all long durations, and what is smoothed there of no use.
-        if !found.limits.is_empty() && long::rests(extremal) {
+        if !found.limits.is_empty() {
             return found;
         }
     }
-    let followed = found.limits.len();
     let rivals = branches(extremal, ask, work);
     found.branches += rivals.len();
     let best = rivals.first().map_or(f64::NAN, |first| first.cost(extremal));
@@ -81,10 +80,6 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
             let limit = end_game(extremal, &tipped, ask, work);
             found.limits.push(limit);
         }
-    }
-    if followed > 0 {
-        // What is smoothed in a long duration has a cost that means nothing.
-        found.limits.retain(|limit| limit.arcs.as_ref().is_some_and(|arcs| is_small(extremal, arcs)));
     }
     found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     found

@@ -68,8 +68,8 @@ fn node() -> Node {
     }
 }
 
-fn best() -> Ask<'static> {
-    Ask { path: Path::Best, thoroughness: Thoroughness::Default, arcs: true, guess: None }
+fn best() -> Ask {
+    Ask { path: Path::Best, thoroughness: Thoroughness::Default, arcs: true }
 }
 
 /// The shortest maneuver of arcs that the search finds.

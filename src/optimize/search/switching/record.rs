@@ -82,7 +82,7 @@ const OF_THE_CLOCK: f64 = 5e-13;
 /// Replays a plan from the start and records every node.
 ///
 /// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
-/// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits.
+/// recorded that give the impulse of the plan in the time that is recorded, and are below their limits by these digits.
 pub(super) fn record(
     problem: &Problem,
     extremal: &Extremal,
@@ -115,11 +115,12 @@ fn replayed(
     let (mut r, mut pi) = (Sum::new(Matrix3::identity()), Sum::new(extremal.j * extremal.start_rate));
     let mut m_e = (grid.m, grid.nodes[0].e);
     let (mut path, mut clock, mut before) = (Follower::new(), Sum::new(Vector1::zeros()), 0.0);
+    let mut time = 0.0_f64;
     let (mut within, mut cost) = (vec![0_usize; count], 0.0);
     let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&problem.actuation, row));
     let turning = extremal.axes().is_empty();
     for index in 0..=kept.len() {
-        let (time, velocity) = (clock.value.x * units.time, extremal.j_inverse * pi.value / units.time);
+        let velocity = extremal.j_inverse * pi.value / units.time;
         path.node(&(problem.start.attitude * r.value), velocity, time - before);
         before = time;
         trajectory.time.push(time);
@@ -145,7 +146,14 @@ fn replayed(
         let length = grid.step_length(step);
         // The step as the witnesses will take it: of the length that the recorded times give.
         clock.add(&Vector1::new(length));
-        let h = (clock.value.x * units.time - time) / units.time;
+        let mut reached = clock.value.x * units.time;
+        // No input is beyond its limit for the sake of a last digit.
+        let burns = impulses && row.iter().any(|input| *input != 0.0);
+        while burns && reached - time < length * units.time {
+            reached = reached.next_up();
+        }
+        let h = (reached - time) / units.time;
+        time = reached;
         let row: Vec<f64> =
             if impulses { row.iter().map(|input| input * (length / h)).collect() } else { row };
         cost += if impulses { h } else { length } * units.time * rate(&row);
