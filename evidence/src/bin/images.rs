@@ -122,14 +122,17 @@ fn tell(name: &str, all: &[Compared]) {
         }
     }
     seconds.sort_by(f64::total_cmp);
+    let slowest = |one: &Compared| one.seconds.iter().copied().fold(0.0, f64::max);
+    let slow = all.iter().max_by(|a, b| slowest(a).total_cmp(&slowest(b))).map_or(0, |one| one.index);
     let at = |part: f64| seconds[((seconds.len() - 1) as f64 * part) as usize];
     println!(
         "{name:<14} {:>5} maneuvers: one answer {same}, the first is the best {best_first}, solved in some images only {partly}, \
-         worst {:.2} %; median {:.3} s, 99 % {:.2} s",
+         worst {:.2} %; median {:.3} s, 99 % {:.2} s, most {:.2} s ({slow})",
         all.len(),
         100.0 * worst,
         at(0.5),
-        at(0.99)
+        at(0.99),
+        at(1.0)
     );
 }
 

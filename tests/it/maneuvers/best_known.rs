@@ -35,6 +35,13 @@ fn a_search_backwards_finds_what_one_forwards_misses() {
     }
 }
 
+/// An extremal along whose arcs the cost falls is none to stay at, and long durations begin from moderate ones.
+#[test]
+fn thrusters_forwards_find_what_they_find_backwards() {
+    let over = over_the_best("fuel_thrusters_reverse");
+    assert!(over < 1.001, "{over}");
+}
+
 /// Inputs that are singular have no arcs that the grid can hold.
 #[test]
 fn equal_steps_are_tried_where_arcs_do_not_fit() {
@@ -55,7 +62,8 @@ fn a_cheap_plan_of_the_coarse_grid_is_carried_with_more_effort_in_its_cost() {
 
 #[test]
 fn long_durations_are_followed_from_moderate_ones() {
-    for name in ["fuel_in_20_shortest", "fuel_in_50_shortest", "fuel_in_100_shortest"] {
+    let long = ["fuel_in_20_shortest", "fuel_in_50_shortest", "fuel_in_100_shortest", "fuel_in_300_shortest"];
+    for name in long.into_iter().chain(["fuel_small_price"]) {
         let over = over_the_best(name);
         assert!(over < 1.001, "{name}: {over}");
     }

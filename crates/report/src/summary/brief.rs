@@ -1,6 +1,7 @@
 //! The summary for who flies the plan: what turns by how much in what time, what that costs, how near it comes to every limit,
 //! and where the true motion ends. A dozen lines of eighty columns; what the solver did stands in [`super::details`].
 
+use super::found::rotation_beside_path;
 use super::inputs;
 use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use super::stopped::{nearest, stopped};
@@ -129,7 +130,14 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     let timed = problem.objective == Objective::Time;
     let sought = if problem.seeks_duration() && !timed { " (sought)" } else { "" };
     let steps = counted(solution.steps, "step");
-    format!("{turned:.1} deg{moved}, {round}, in {duration} s{sought}, {steps}")
+    match rotation_beside_path(problem, solution) {
+        Some(rotation) => {
+            format!(
+                "{rotation:.1} deg{moved}, {round} along {turned:.1} deg, in {duration} s{sought}, {steps}"
+            )
+        }
+        None => format!("{turned:.1} deg{moved}, {round}, in {duration} s{sought}, {steps}"),
+    }
 }
 
 /// Cost with its unit, and against the turn about a fixed axis.

@@ -1,6 +1,7 @@
 //! What was found: method, path, cost, arcs, optimality.
 
 use super::lines::{Lines, line};
+use slewkit::lie;
 use slewkit::maneuver::{
     ChosenSteps, Landing, Method, Motion, Objective, Outcome, Path, Problem, Pulses, Rung, RungReport,
     Scheme, Sense, Solution, Structure, Switching, TerminalError,
@@ -53,10 +54,9 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         // Forces and torques add up in the unit that the user's weights give them.
         Motion::RigidBody => "",
     };
-    let mut lines = vec![line(
-        "path",
-        &format!("{}, turned {:.1} deg", way(problem, solution.sense), solution.turned_deg),
-    )];
+    let of = rotation_beside_path(problem, solution).map(|rotation| format!(" of {rotation:.1} deg"));
+    let (class, turned) = (way(problem, solution.sense), solution.turned_deg);
+    let mut lines = vec![line("path", &format!("{class}{}, turned {turned:.1} deg", of.unwrap_or_default()))];
     match &solution.switching {
         Some(switching) => lines.extend(switched(problem, solution, switching, identity)),
         None if problem.objective == Objective::Time => {
@@ -293,6 +293,16 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
         Sense::Short => "short way round",
         Sense::Long => "long way round",
     }
+}
+
+/// The angle of the rotation the short way round [deg], between states at rest, where the path turns by more than half a turn and would
+/// by its length alone pass for the long one.
+pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Option<f64> {
+    let (start, end) = (&problem.start, &problem.end);
+    let known = problem.aim().is_none() && !problem.ends_in_any_attitude();
+    let rests = [start, end].iter().all(|state| state.angular_velocity.norm() == 0.0);
+    let astray = solution.sense == Sense::Short && solution.turned_deg > 180.0;
+    (known && rests && astray).then(|| lie::minus(&end.attitude, &start.attitude).norm().to_degrees())
 }
 
 /// How many residuals are shown before and after an ellipsis.

@@ -32,6 +32,7 @@ use super::tuning::FAR_ITERATIONS;
 use super::tuning::branches::BRANCHING;
 use super::tuning::paths::*;
 use super::tuning::smooth::INTERVALS;
+use super::work::Work;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
 
@@ -174,9 +175,9 @@ fn levels(extremal: &Extremal) -> &'static [f64] {
 }
 
 /// A smoothed extremal at its own ε, from a path near it.
-pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     let smooth = Smooth::of(extremal, from.epsilon);
-    let path = smooth.solve(from.path.clone(), RELAXED, FAR_ITERATIONS, sweeps)?;
+    let path = smooth.solve(from.path.clone(), RELAXED, FAR_ITERATIONS, work)?;
     Some(Smoothed { path, ..*from })
 }
 
@@ -185,7 +186,7 @@ fn by_way_of(
     problems: impl Fn(f64) -> Option<Extremal>,
     from: Smoothed,
     carried: impl Fn(&mut Path, &Extremal, f64),
-    sweeps: &mut usize,
+    work: &Work,
 ) -> Option<Smoothed> {
     let reached = follow(
         &HOMOTOPY,
@@ -196,7 +197,7 @@ fn by_way_of(
             let solved = problems(next).and_then(|there| {
                 let mut trial = at.clone();
                 carried(&mut trial.path, &there, *part);
-                relaxed(&there, &trial, sweeps)
+                relaxed(&there, &trial, work)
             });
             solved.map(|solved| (solved, next)).into()
         },
@@ -205,13 +206,13 @@ fn by_way_of(
 }
 
 /// A smoothed extremal whose inputs give no torque in the middle of their limits to that of inputs which push unequally.
-pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     let pushing = |part: f64| Some(Extremal { middle: part * extremal.middle, ..extremal.clone() });
-    by_way_of(pushing, from.clone(), |_, _, _| {}, sweeps)
+    by_way_of(pushing, from.clone(), |_, _, _| {}, work)
 }
 
 /// A smoothed extremal of a shorter duration to the duration itself, at the same ε.
-pub(super) fn stretched(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+pub(super) fn stretched(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     let given = extremal.given_duration?;
     let arrived = |at: &Smoothed| at.path.duration >= given;
     let reached = follow(&STRETCHING, from.clone(), arrived, |at, length| {
@@ -219,7 +220,7 @@ pub(super) fn stretched(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize
         let mut trial = Smoothed { path: at.path.slower(duration / at.path.duration), ..*at };
         trial.path.duration = duration;
         trial.path.nodes[0].pi = extremal.j * extremal.start_rate;
-        relaxed(&extremal.lasting(Some(duration)), &trial, sweeps).into()
+        relaxed(&extremal.lasting(Some(duration)), &trial, work).into()
     });
     reached.ok()
 }
@@ -238,11 +239,11 @@ fn through_bodies(
     turn: &Turn,
     try_index: usize,
     rates: bool,
-    sweeps: &mut usize,
+    work: &Work,
 ) -> Option<Smoothed> {
     let body = |s: f64| between(extremal, s, if rates { s } else { 1.0 });
     let sphere = body(0.0)?;
-    let at = relaxed(&sphere, &guess(&sphere, turn, try_index)?, sweeps)?;
+    let at = relaxed(&sphere, &guess(&sphere, turn, try_index)?, work)?;
     // The momenta go with the inertia; rates and attitudes stay.
     let carried = |path: &mut Path, there: &Extremal, part: f64| {
         let Some(here) = body(part) else { return };
@@ -252,13 +253,13 @@ fn through_bodies(
         }
         path.nodes[0].pi = there.j * there.start_rate;
     };
-    by_way_of(body, at, carried, sweeps)
+    by_way_of(body, at, carried, work)
 }
 
 /// Smoothed extremals of minimum time for a turn by way of all given durations, where the levels lead nowhere:
 /// fast bodies whose gyroscopic torques are of the size of the limits.
-pub(super) fn by_all_durations(extremal: &Extremal, turn: &Turn, sweeps: &mut usize) -> Vec<Smoothed> {
-    by_durations(extremal, turn, &DURATIONS, &[false, true], sweeps)
+pub(super) fn by_all_durations(extremal: &Extremal, turn: &Turn, work: &Work) -> Vec<Smoothed> {
+    by_durations(extremal, turn, &DURATIONS, &[false, true], work)
 }
 
 /// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one, with the rates
@@ -272,7 +273,7 @@ fn by_durations(
     turn: &Turn,
     parts: &[f64],
     scaled: &[bool],
-    sweeps: &mut usize,
+    work: &Work,
 ) -> Vec<Smoothed> {
     let usual = extremal.authority().try_inverse();
     let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, turn, LEVELS[0])) else {
@@ -281,10 +282,10 @@ fn by_durations(
     let mut found = Vec::new();
     for (part, rates) in parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled))) {
         let given = extremal.lasting(Some(part * usual));
-        let of_given = through_bodies(&given, turn, 0, rates, sweeps);
-        let sought = of_given.and_then(|path| sought(extremal, path, sweeps));
+        let of_given = through_bodies(&given, turn, 0, rates, work);
+        let sought = of_given.and_then(|path| sought(extremal, path, work));
         let at_branching =
-            sought.map(|one| descend(extremal, &one, BRANCHING.min(one.epsilon), &Bias::default(), sweeps));
+            sought.map(|one| descend(extremal, &one, BRANCHING.min(one.epsilon), &Bias::default(), work));
         found.extend(at_branching.and_then(Result::ok));
     }
     found
@@ -294,9 +295,9 @@ fn by_durations(
 ///
 /// Times a factor for its costates and ε it stays one of that duration, as no input costs anything but by smoothing. So the factor is
 /// taken at which the Hamiltonian vanishes; where more time would need more effort there is none, and the duration is cut.
-fn sought(extremal: &Extremal, from: Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> {
     let shortest = SHORTEST * from.path.duration;
-    let mut found = scaled(extremal, &from, sweeps);
+    let mut found = scaled(extremal, &from, work);
     let ended = |at: &Smoothed| at.path.duration <= shortest;
     let _ = follow(&STRETCHING, from, ended, |at, length| {
         if found.is_some() {
@@ -304,15 +305,15 @@ fn sought(extremal: &Extremal, from: Smoothed, sweeps: &mut usize) -> Option<Smo
         }
         let mut shorter = at.clone();
         shorter.path.duration *= CUT.powf(length);
-        let next = relaxed(&extremal.lasting(Some(shorter.path.duration)), &shorter, sweeps);
-        found = next.as_ref().and_then(|next| scaled(extremal, next, sweeps));
+        let next = relaxed(&extremal.lasting(Some(shorter.path.duration)), &shorter, work);
+        found = next.as_ref().and_then(|next| scaled(extremal, next, work));
         next.into()
     });
     found
 }
 
 /// The same without another duration.
-fn scaled(extremal: &Extremal, at: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     let end = at.path.nodes[at.path.intervals()];
     let minimum = extremal.smooth(&end.e, at.epsilon, &Vector3::zeros()).minimum;
     let price = extremal.time_price;
@@ -326,19 +327,19 @@ fn scaled(extremal: &Extremal, at: &Smoothed, sweeps: &mut usize) -> Option<Smoo
     for node in &mut sought.path.nodes {
         node.e *= factor;
     }
-    relaxed(extremal, &sought, sweeps)
+    relaxed(extremal, &sought, work)
 }
 
 /// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time another by way of
 /// a short duration; one for each first path that leads to it where fuel counts and the duration is sought, where thrusters push
 /// unequally, which have extremals that no single path is near, and where `all` are asked for.
-pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, sweeps: &mut usize) -> Vec<Smoothed> {
+pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) -> Vec<Smoothed> {
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
     let several = all || sought_fuel || extremal.middle != Vector3::zeros();
     let tries = if extremal.given_duration.is_some() { EASY.len() } else { levels(extremal).len() };
     let mut found = Vec::new();
     for try_index in 0..tries {
-        found.extend(base(extremal, turn, try_index, sweeps));
+        found.extend(base(extremal, turn, try_index, work));
         if !several && !found.is_empty() {
             break;
         }
@@ -347,21 +348,21 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, sweeps: &mut us
     if extremal.seeks_time() && !found.is_empty() {
         let (parts, scaled): (&[f64], &[bool]) =
             if all { (&DURATIONS, &[false, true]) } else { (&DURATIONS[..1], &[false]) };
-        found.extend(by_durations(extremal, turn, parts, scaled, sweeps));
+        found.extend(by_durations(extremal, turn, parts, scaled, work));
     }
     found
 }
 
 /// The same from one first path.
-fn base(extremal: &Extremal, turn: &Turn, try_index: usize, sweeps: &mut usize) -> Option<Smoothed> {
+fn base(extremal: &Extremal, turn: &Turn, try_index: usize, work: &Work) -> Option<Smoothed> {
     let isotropic = (extremal.j - Matrix3::identity() * (extremal.j.trace() / 3.0)).amax() < 1e-9;
-    let direct = |sweeps: &mut usize| relaxed(extremal, &guess(extremal, turn, try_index)?, sweeps);
+    let direct = |work: &Work| relaxed(extremal, &guess(extremal, turn, try_index)?, work);
     let found = if isotropic {
-        direct(sweeps)
+        direct(work)
     } else {
-        through_bodies(extremal, turn, try_index, false, sweeps)
-            .or_else(|| through_bodies(extremal, turn, try_index, true, sweeps))
-            .or_else(|| direct(sweeps))
+        through_bodies(extremal, turn, try_index, false, work)
+            .or_else(|| through_bodies(extremal, turn, try_index, true, work))
+            .or_else(|| direct(work))
     }?;
-    descend(extremal, &found, BRANCHING.min(found.epsilon), &Bias::default(), sweeps).ok()
+    descend(extremal, &found, BRANCHING.min(found.epsilon), &Bias::default(), work).ok()
 }

@@ -32,6 +32,7 @@ use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
 use super::tuning::FAR_ITERATIONS;
 use super::tuning::branches::*;
 use super::tuning::smooth::STEEP;
+use super::work::Work;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 use crate::numerics::parallel;
@@ -154,14 +155,9 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
 
 /// Distinct extremals at a small ε, the best first, of the maneuver and, but where a quick answer is asked for, of the same
 /// backwards: what a search of one misses, that of the other finds as a rule.
-pub(super) fn branches(
-    extremal: &Extremal,
-    ask: &Ask,
-    stop: &dyn Fn() -> bool,
-    sweeps: &mut usize,
-) -> Vec<Smoothed> {
+pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
     if ask.thoroughness == Thoroughness::Quick {
-        return branches_forward(extremal, ask, stop, sweeps);
+        return branches_forward(extremal, ask, work);
     }
     let way_back = match ask.path {
         // About one axis in body and space: the same vector at both ends.
@@ -170,23 +166,33 @@ pub(super) fn branches(
     };
     let (reversed, back) = (extremal.reversed(), Ask { path: way_back, ..*ask });
     // Only this thread may ask whether to stop.
-    let (stopped, mut sweeps_back) = (AtomicBool::new(false), 0);
+    let stopped = AtomicBool::new(false);
     let asks = || {
-        let stops = stop();
+        let stops = work.stopped();
         stopped.fetch_or(stops, Ordering::Relaxed);
         stops
     };
-    let (mut found, backwards) = parallel::both(
-        || branches_forward(extremal, ask, &asks, sweeps),
-        || branches_forward(&reversed, &back, &|| stopped.load(Ordering::Relaxed), &mut sweeps_back),
+    let (mut found, (backwards, swept)) = parallel::both(
+        || {
+            let forward = Work::until(&asks);
+            let found = branches_forward(extremal, ask, &forward);
+            work.add(&forward);
+            found
+        },
+        || {
+            let told = || stopped.load(Ordering::Relaxed);
+            let backward = Work::until(&told);
+            let found = branches_forward(&reversed, &back, &backward);
+            (found, backward.sweeps.get())
+        },
         || {
             asks();
         },
     );
-    *sweeps += sweeps_back;
+    work.sweeps.set(work.sweeps.get() + swept);
     for one in backwards {
         let path = one.path.reversed(&reversed.end_attitude);
-        let one = unbiased(extremal, &Smoothed { path, ..one }, sweeps);
+        let one = unbiased(extremal, &Smoothed { path, ..one }, work);
         found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
     }
     found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
@@ -195,27 +201,22 @@ pub(super) fn branches(
 
 /// The same of the maneuver alone. Where there are none for a long duration, those of shorter ones are stretched:
 /// smoothed inputs never rest, and what they do meanwhile may lead nowhere.
-fn branches_forward(
-    extremal: &Extremal,
-    ask: &Ask,
-    stop: &dyn Fn() -> bool,
-    sweeps: &mut usize,
-) -> Vec<Smoothed> {
-    let found = branches_of(extremal, ask, stop, sweeps);
+fn branches_forward(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
+    let found = branches_of(extremal, ask, work);
     let Some(given) = extremal.given_duration.filter(|_| found.is_empty() && extremal.counts_fuel()) else {
         return found;
     };
     for part in SHORTER {
         let shorter = extremal.lasting(Some(part * given));
-        let of_shorter = branches_of(&shorter, ask, stop, sweeps);
+        let of_shorter = branches_of(&shorter, ask, work);
         let mut found: Vec<Smoothed> = of_shorter
             .iter()
-            .take_while(|_| !stop())
-            .filter_map(|one| stretched(extremal, one, sweeps))
+            .take_while(|_| !work.stopped())
+            .filter_map(|one| stretched(extremal, one, work))
             .collect();
         found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
         found.dedup_by(|a, b| same(extremal, a, b));
-        if !found.is_empty() || stop() {
+        if !found.is_empty() || work.stopped() {
             return found;
         }
     }
@@ -235,7 +236,7 @@ fn wanders(extremal: &Extremal, turn: &Turn, base: &Smoothed) -> bool {
 }
 
 /// The same for this duration alone.
-fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: &mut usize) -> Vec<Smoothed> {
+fn branches_of(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
     let mut from: Vec<Smoothed> = Vec::new();
     let add = |found: Smoothed, from: &mut Vec<Smoothed>| {
         if !from.iter().any(|known| same(extremal, known, &found)) {
@@ -243,27 +244,26 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
         }
     };
     let all = ask.thoroughness == Thoroughness::Thorough;
-    for turn in ways(extremal, ask).iter().take_while(|_| !stop()) {
-        let mut of_way = bases(extremal, turn, all, sweeps);
+    for turn in ways(extremal, ask).iter().take_while(|_| !work.stopped()) {
+        let mut of_way = bases(extremal, turn, all, work);
         if of_way.iter().any(|base| wanders(extremal, turn, base)) {
             let shorter = extremal.lasting(extremal.given_duration.map(|given| SHORTER[0] * given));
-            let near = bases(&shorter, turn, all, sweeps);
-            let stretched: Vec<_> =
-                near.iter().filter_map(|near| stretched(extremal, near, sweeps)).collect();
+            let near = bases(&shorter, turn, all, work);
+            let stretched: Vec<_> = near.iter().filter_map(|near| stretched(extremal, near, work)).collect();
             of_way.extend(stretched);
         }
         of_way.into_iter().for_each(|found| add(found, &mut from));
     }
     // In less time than a turn about the axis of a symmetry takes there is no extremal that has the symmetry.
-    for tilt in TILTS.iter().take_while(|_| !stop()) {
+    for tilt in TILTS.iter().take_while(|_| !work.stopped()) {
         if !from.is_empty() {
             break;
         }
         let end_attitude = extremal.end_attitude * lie::exp(tilt);
         let tilted = Extremal { end_attitude, ..extremal.clone() };
         for turn in ways(extremal, ask) {
-            let near = bases(&tilted, &turn, false, sweeps);
-            let found = near.iter().filter_map(|near| relaxed(extremal, near, sweeps)).collect::<Vec<_>>();
+            let near = bases(&tilted, &turn, false, work);
+            let found = near.iter().filter_map(|near| relaxed(extremal, near, work)).collect::<Vec<_>>();
             found.into_iter().for_each(|found| add(found, &mut from));
         }
     }
@@ -271,8 +271,8 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     if from.is_empty() && extremal.middle.norm() > 0.0 {
         let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
         for turn in ways(extremal, ask) {
-            let near = bases(&balanced, &turn, false, sweeps);
-            let found = near.iter().filter_map(|near| unbalanced(extremal, near, sweeps)).collect::<Vec<_>>();
+            let near = bases(&balanced, &turn, false, work);
+            let found = near.iter().filter_map(|near| unbalanced(extremal, near, work)).collect::<Vec<_>>();
             found.into_iter().for_each(|found| add(found, &mut from));
         }
     }
@@ -280,18 +280,18 @@ fn branches_of(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, sweeps: 
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
     let limit = if sought_fuel { RIVAL_BASE_FUEL } else { RIVAL_BASE } * least(&from);
     from.retain(|one| one.cost(extremal) <= limit);
-    let (mut found, mut folded) = descended(extremal, ask, &from, stop, sweeps);
+    let (mut found, mut folded) = descended(extremal, ask, &from, work);
     if found.is_empty() && !extremal.counts_fuel() && extremal.given_duration.is_none() {
         let mut more: Vec<Smoothed> = Vec::new();
-        for turn in ways(extremal, ask).iter().take_while(|_| !stop()) {
-            by_all_durations(extremal, turn, sweeps).into_iter().for_each(|found| add(found, &mut more));
+        for turn in ways(extremal, ask).iter().take_while(|_| !work.stopped()) {
+            by_all_durations(extremal, turn, work).into_iter().for_each(|found| add(found, &mut more));
         }
-        let (found_more, folded_more) = descended(extremal, ask, &more, stop, sweeps);
+        let (found_more, folded_more) = descended(extremal, ask, &more, work);
         found = found_more;
         folded.extend(folded_more);
         // Arcs may be near where a smoothed extremal turns back.
         if found.is_empty() {
-            let unbiased = folded.iter().filter_map(|one| unbiased(extremal, one, sweeps));
+            let unbiased = folded.iter().filter_map(|one| unbiased(extremal, one, work));
             unbiased.for_each(|one| add(one, &mut found));
         }
     }
@@ -304,8 +304,7 @@ fn descended(
     extremal: &Extremal,
     ask: &Ask,
     from: &[Smoothed],
-    stop: &dyn Fn() -> bool,
-    sweeps: &mut usize,
+    work: &Work,
 ) -> (Vec<Smoothed>, Vec<Smoothed>) {
     let angle = lie::log(&extremal.end_attitude).norm();
     // Switching functions of minimum time grow with the angle; those of fuel are of the size of its price.
@@ -314,13 +313,13 @@ fn descended(
     let (mut found, mut folded) = (Vec::new(), Vec::new());
     for from in from {
         for bias in biases(extremal, ask.thoroughness) {
-            if stop() {
+            if work.stopped() {
                 break;
             }
             // Fast bodies have many branches, and small turns branches that hardly differ: steep descents lose some of them.
             let close = is_fast(extremal) || angle < SMALL;
             let reached = if extremal.counts_fuel() || close || !bias.tips() {
-                descend(extremal, from, target.min(BRANCHING), &bias, sweeps)
+                descend(extremal, from, target.min(BRANCHING), &bias, work)
             } else {
                 descend_by(
                     STEEP,
@@ -329,13 +328,13 @@ fn descended(
                     from,
                     (PARTED * target).min(BRANCHING),
                     &bias,
-                    sweeps,
+                    work,
                 )
             };
             match reached {
                 Ok(reached) => {
                     let one =
-                        unbiased(extremal, &Smoothed { epsilon: target.min(BRANCHING), ..reached }, sweeps);
+                        unbiased(extremal, &Smoothed { epsilon: target.min(BRANCHING), ..reached }, work);
                     found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
                 }
                 Err(last) => folded.extend(Some(last).filter(|last| last.epsilon <= FOLDED)),
@@ -346,11 +345,11 @@ fn descended(
 }
 
 /// An extremal without the bias that led to it.
-fn unbiased(extremal: &Extremal, from: &Smoothed, sweeps: &mut usize) -> Option<Smoothed> {
+fn unbiased(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     let smooth = Smooth::of(extremal, from.epsilon);
     // Fuel tells branches apart less sharply than time.
     let tolerance = if extremal.counts_fuel() { UNBIASED_FUEL } else { smooth.tolerance() };
-    let path = smooth.solve(from.path.clone(), tolerance, FAR_ITERATIONS, sweeps)?;
+    let path = smooth.solve(from.path.clone(), tolerance, FAR_ITERATIONS, work)?;
     Some(Smoothed { path, epsilon: from.epsilon })
 }
 

@@ -277,7 +277,28 @@ impl Extremal {
 
     /// What a unit of time costs beside the inputs that are on for it.
     pub fn price_of_time(&self) -> f64 {
-        self.time_price - self.costs.iter().sum::<f64>()
+        self.time_price - self.price_of_idling()
+    }
+
+    /// The same maneuver with another price of time.
+    pub fn priced(&self, price: f64) -> Self {
+        Self { time_price: price + self.price_of_idling(), ..self.clone() }
+    }
+
+    /// What inputs cost in the middle of their limits; the norm of the torque has no middle.
+    fn price_of_idling(&self) -> f64 {
+        if matches!(self.law, Law::Inputs(_)) { self.costs.iter().sum() } else { 0.0 }
+    }
+
+    /// About what a unit of impulse costs: the mean over the inputs.
+    pub fn price_of_impulse(&self) -> f64 {
+        match &self.law {
+            Law::Norm(limit) => self.costs.iter().sum::<f64>() / limit,
+            Law::Inputs(axes) => {
+                let each = axes.iter().zip(&self.costs).map(|(axis, cost)| cost / axis.norm());
+                each.sum::<f64>() / axes.len() as f64
+            }
+        }
     }
 
     /// Whether the shortest time is sought under a limit of each input.

@@ -30,12 +30,13 @@ use super::arcs::Arcs;
 use super::branches::Ask;
 use super::certificate::Certificate;
 use super::extremal::{Bias, Extremal};
-use super::limit::{Found, Limit, bounded, is_small, measured, polish, refined, tipped};
+use super::limit::{Limit, bounded, is_small, measured, polish, refined, tipped};
 use super::pulses::optimum::best_arcs;
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by, settle};
 use super::tuning::FAR_ITERATIONS;
 use super::tuning::limits::*;
 use super::tuning::smooth::RATIO;
+use super::work::{Work, count};
 
 /// A branch to its limit from what Newton on switching times has found of it on the way to a smaller ε.
 pub(super) fn fuel_limit(
@@ -44,11 +45,10 @@ pub(super) fn fuel_limit(
     at: Smoothed,
     best: Option<(Arcs, Certificate)>,
     ask: &Ask,
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
+    work: &Work,
 ) -> Limit {
     if !ask.arcs {
-        let end = descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps);
+        let end = descend(extremal, &at, LAST, &Bias::default(), work);
         let (Ok(smooth) | Err(smooth)) = end;
         return Limit { branch: rival.clone(), smooth, arcs: None, looser: Vec::new() };
     }
@@ -58,18 +58,18 @@ pub(super) fn fuel_limit(
         return Limit::of_arcs(rival, at, best.clone());
     }
     let of_branch = |arcs: &Arcs| bounded(extremal, arcs, &at);
-    if stop() {
+    if work.stopped() {
         let looser = best.into_iter().filter(|(arcs, _)| of_branch(arcs)).collect();
         return Limit { branch: rival.clone(), smooth: at, arcs: None, looser };
     }
-    let settled = settled(extremal, rival, stop, found);
+    let settled = settled(extremal, rival, work);
     // Newton may have gone to arcs of a dearer branch, however small their gap.
     let of_branch = |arcs: &Arcs| of_branch(arcs) || bounded(extremal, arcs, &settled);
     let best = best.filter(|(arcs, _)| of_branch(arcs));
-    let mut looser = Vec::from_iter(train(extremal, &settled, best, &of_branch, stop, found));
+    let mut looser = Vec::from_iter(train(extremal, &settled, best, &of_branch, work));
     if let Some(best) = looser.pop_if(|best| !is_small(extremal, best)) {
         let more = if extremal.times_pulses() { laid_out } else { refined };
-        looser.extend(more(extremal, best, stop, found));
+        looser.extend(more(extremal, best, work));
     }
     looser.retain(|(arcs, _)| of_branch(arcs));
     match looser.pop_if(|best| is_small(extremal, best)) {
@@ -79,27 +79,27 @@ pub(super) fn fuel_limit(
 }
 
 /// The smoothed extremal of a branch at the smallest ε that it is found for, on intervals that follow its inputs.
-fn settled(extremal: &Extremal, rival: &Smoothed, stop: &dyn Fn() -> bool, found: &mut Found) -> Smoothed {
-    let close = |from: &Smoothed, found: &mut Found| {
-        descend_by(RATIO, Intervals::Close, extremal, from, LAST, &Bias::default(), &mut found.sweeps)
+fn settled(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Smoothed {
+    let close = |from: &Smoothed, work: &Work| {
+        descend_by(RATIO, Intervals::Close, extremal, from, LAST, &Bias::default(), work)
     };
-    let end = match close(rival, found) {
+    let end = match close(rival, work) {
         Ok(end) => end,
         // Coarse intervals may have led astray.
-        Err(end) => finer(extremal, rival, found)
-            .and_then(|fine| close(&fine, found).ok())
-            .or_else(|| tipped(extremal, rival, stop, found))
+        Err(end) => finer(extremal, rival, work)
+            .and_then(|fine| close(&fine, work).ok())
+            .or_else(|| tipped(extremal, rival, work))
             .unwrap_or(end),
     };
-    settle(extremal, end, SMALLEST, &mut found.sweeps)
+    settle(extremal, end, SMALLEST, work)
 }
 
 /// A smoothed extremal on finer intervals.
-fn finer(extremal: &Extremal, from: &Smoothed, found: &mut Found) -> Option<Smoothed> {
+fn finer(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
     let smooth = Smooth::of(extremal, from.epsilon);
     let mut path = from.path.clone();
     for _ in 0..FINER {
-        path = smooth.solve(smooth.doubled(&path), FINER_RESIDUAL, FAR_ITERATIONS, &mut found.sweeps)?;
+        path = smooth.solve(smooth.doubled(&path), FINER_RESIDUAL, FAR_ITERATIONS, work)?;
     }
     Some(Smoothed { path, epsilon: from.epsilon })
 }
@@ -111,16 +111,15 @@ fn train(
     settled: &Smoothed,
     known: Option<(Arcs, Certificate)>,
     of_branch: &dyn Fn(&Arcs) -> bool,
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
+    work: &Work,
 ) -> Option<(Arcs, Certificate)> {
     let mut best = known;
     for cells in CELLS {
         let arcs = Arcs::of_pulses(extremal, &settled.path, settled.epsilon, cells);
-        if arcs.switches.len() > extremal.most_switches() || stop() {
+        if arcs.switches.len() > extremal.most_switches() || work.stopped() {
             break;
         }
-        let next = polish(extremal, arcs.clone(), found).or_else(|| laid(extremal, &arcs, found));
+        let next = polish(extremal, arcs.clone(), work).or_else(|| laid(extremal, &arcs, work));
         let Some(next) = next.filter(|(arcs, _)| of_branch(arcs)) else { continue };
         if best.as_ref().is_none_or(|(_, known)| next.1.gap < known.gap) {
             best = Some(next);
@@ -134,15 +133,11 @@ fn train(
 
 /// Arcs whose times are laid out anew for the least fuel after pulses have been added where they lack, as long as that makes the gap
 /// smaller. All of them, the best last.
-fn laid_out(
-    extremal: &Extremal,
-    first: (Arcs, Certificate),
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
-) -> Vec<(Arcs, Certificate)> {
+fn laid_out(extremal: &Extremal, first: (Arcs, Certificate), work: &Work) -> Vec<(Arcs, Certificate)> {
     let mut path = vec![first];
     for _ in 0..MOST_CORRECTIONS {
-        let Some((arcs, certificate)) = path.last().filter(|last| !is_small(extremal, last) && !stop())
+        let Some((arcs, certificate)) =
+            path.last().filter(|last| !is_small(extremal, last) && !work.stopped())
         else {
             break;
         };
@@ -153,9 +148,9 @@ fn laid_out(
             &|| certificate.mended(arcs, 0, PARTS[1]),
             &|| certificate.mended(arcs, 0, PARTS[2]),
         ];
-        let better = corrections.iter().take_while(|_| !stop()).find_map(|correction| {
+        let better = corrections.iter().take_while(|_| !work.stopped()).find_map(|correction| {
             let next = correction().filter(|next| next.switches.len() <= extremal.most_switches())?;
-            laid(extremal, &next, found).filter(|(_, next)| next.gap < LESS * certificate.gap)
+            laid(extremal, &next, work).filter(|(_, next)| next.gap < LESS * certificate.gap)
         });
         match better {
             Some(better) => path.push(better),
@@ -166,11 +161,11 @@ fn laid_out(
 }
 
 /// Arcs with the best times of their pulses, and to the last digits where Newton keeps all of them.
-fn laid(extremal: &Extremal, arcs: &Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
+fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<(Arcs, Certificate)> {
     if !extremal.times_pulses() {
         return None;
     }
-    found.newtons += 1;
+    count(&work.newtons);
     let laid = best_arcs(extremal, arcs)?;
     let count = laid.switches.len();
     let solved = laid.clone().solve(extremal).filter(|solved| solved.switches.len() == count);

@@ -20,6 +20,7 @@ use super::smooth::{Smooth, Smoothed, descend};
 use super::tuning::limits::*;
 use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{FAR_ITERATIONS, SAME};
+use super::work::{Work, count};
 
 /// What a branch becomes.
 #[derive(Clone, Debug)]
@@ -89,31 +90,21 @@ pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bo
 }
 
 /// The best extremal at the last ε that biases lead to, for a branch that ends before.
-pub(super) fn tipped(
-    extremal: &Extremal,
-    rival: &Smoothed,
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
-) -> Option<Smoothed> {
-    let reached = tips(extremal).take_while(|_| !stop()).filter_map(|bias| {
-        let reached = descend(extremal, rival, LAST, &bias, &mut found.sweeps).ok()?;
-        let path = Smooth::of(extremal, LAST).solve(
-            reached.path,
-            ON_THE_WAY * LAST,
-            FAR_ITERATIONS,
-            &mut found.sweeps,
-        )?;
+pub(super) fn tipped(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Option<Smoothed> {
+    let reached = tips(extremal).take_while(|_| !work.stopped()).filter_map(|bias| {
+        let reached = descend(extremal, rival, LAST, &bias, work).ok()?;
+        let path = Smooth::of(extremal, LAST).solve(reached.path, ON_THE_WAY * LAST, FAR_ITERATIONS, work)?;
         Some(Smoothed { path, epsilon: LAST })
     });
     reached.min_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)))
 }
 
 /// Arcs to their switching times, corrected until every sign is right or no correction helps.
-pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
+pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, work: &Work) -> Option<(Arcs, Certificate)> {
     let mut best: Option<(Arcs, Certificate)> = None;
     let mut last = f64::NAN;
     for _ in 0..=MOST_CORRECTIONS {
-        let Some((solved, certificate)) = certified(extremal, arcs, found) else { break };
+        let Some((solved, certificate)) = certified(extremal, arcs, work) else { break };
         let exact = certificate.gap <= NO_GAP * solved.cost(extremal);
         let again = (certificate.gap - last).abs() <= SAME * last;
         last = certificate.gap;
@@ -129,8 +120,11 @@ pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, found: &mut Found) -> 
     best
 }
 
-fn certified(extremal: &Extremal, arcs: Arcs, found: &mut Found) -> Option<(Arcs, Certificate)> {
-    found.newtons += 1;
+fn certified(extremal: &Extremal, arcs: Arcs, work: &Work) -> Option<(Arcs, Certificate)> {
+    if work.stopped() {
+        return None;
+    }
+    count(&work.newtons);
     Some(measured(extremal, arcs.solve(extremal)?))
 }
 
@@ -150,13 +144,12 @@ pub(super) fn measured(extremal: &Extremal, arcs: Arcs) -> (Arcs, Certificate) {
 pub(super) fn refined(
     extremal: &Extremal,
     first: (Arcs, Certificate),
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
+    work: &Work,
 ) -> Vec<(Arcs, Certificate)> {
     let (mut path, mut newtons) = (vec![first], 0);
     while let Some((arcs, certificate)) = path.last()
         && certificate.gap > NO_GAP * arcs.cost(extremal)
-        && !stop()
+        && !work.stopped()
     {
         let all = (0..WORST).flat_map(|rank| PARTS.map(|part| (rank, part)));
         let corrections = all
@@ -164,7 +157,7 @@ pub(super) fn refined(
             .filter(|next| next.switches.len() <= extremal.most_switches());
         let better = corrections.take(MOST_REFINEMENTS - newtons).find_map(|next| {
             newtons += 1;
-            certified(extremal, next, found).filter(|(_, next)| next.gap < LESS * certificate.gap)
+            certified(extremal, next, work).filter(|(_, next)| next.gap < LESS * certificate.gap)
         });
         match better {
             Some(better) => path.push(better),

@@ -4,45 +4,73 @@
 //! one and the same path. A smoothed law, whose inputs never rest, has nothing to do with that. So the maneuver is solved in a
 //! moderate duration, and its arcs are followed from there as the duration grows: coasts are stretched, pulses shortened, Newton on
 //! costates and switching times does the rest. Fuel never grows with the duration, since a slower motion along the same path is
-//! always one: what grows has left its branch.
+//! always one: what grows has left its branch. Where a second has a small price the duration grows as one over its square root, and the
+//! arcs are followed as the price falls.
 
 use super::arcs::Arcs;
 use super::certificate::Certificate;
 use super::extremal::Extremal;
-use super::limit::{Found, Limit, polish};
+use super::limit::{Limit, polish};
 use super::smooth::Smoothed;
 use super::tuning::paths::{LONG, STRETCH_OF_ARCS, STRETCHING};
+use super::work::Work;
 use crate::lie;
 use crate::optimize::methods::continuation::{Step, follow};
 
-/// The same maneuver in a moderate duration, where its own is long.
+/// The same maneuver in a moderate duration, where its own is long; or at a price of time that makes it so.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
-    let given = extremal.given_duration.filter(|_| extremal.counts_fuel())?;
     let angle = lie::log(&extremal.end_attitude).norm();
-    let moderate = LONG * 2.0 * angle.sqrt();
     let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
-    (rests && angle > 0.0 && given > moderate).then(|| extremal.lasting(Some(moderate)))
+    if !(extremal.counts_fuel() && rests && angle > 0.0) {
+        return None;
+    }
+    let quick = 2.0 * angle.sqrt();
+    match extremal.given_duration {
+        Some(given) => (given > LONG * quick).then(|| extremal.lasting(Some(LONG * quick))),
+        // Two impulses about the axis cost `2 θ c/T`, and with `p T` the least at `T² = 2 θ c/p`.
+        None => {
+            let price = 2.0 * angle * extremal.price_of_impulse() / (LONG * quick).powi(2);
+            (extremal.price_of_time() < price).then(|| extremal.priced(price))
+        }
+    }
 }
 
 /// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it cannot be followed so far.
-pub(super) fn followed(
-    extremal: &Extremal,
-    limit: &Limit,
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
-) -> Option<Limit> {
-    let given = extremal.given_duration?;
-    let arrived = |(at, _): &(Arcs, Certificate)| at.duration >= given;
-    let reached = follow(&STRETCHING, limit.arcs.clone()?, arrived, |(at, _), length| {
-        if stop() {
-            return Step::Stopped;
+pub(super) fn followed(extremal: &Extremal, limit: &Limit, work: &Work) -> Option<Limit> {
+    let first = limit.arcs.clone()?;
+    let reached = match extremal.given_duration {
+        Some(given) => {
+            let arrived = |(at, _): &(Arcs, Certificate)| at.duration >= given;
+            follow(&STRETCHING, first, arrived, |(at, _), length| {
+                if work.stopped() {
+                    return Step::Stopped;
+                }
+                let duration = (STRETCH_OF_ARCS.powf(length) * at.duration).min(given);
+                let there = extremal.lasting(Some(duration));
+                let next = polish(&there, stretched(at, extremal, duration / at.duration), work);
+                next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)).into()
+            })
+            .ok()
         }
-        let duration = (STRETCH_OF_ARCS.powf(length) * at.duration).min(given);
-        let there = extremal.lasting(Some(duration));
-        let next = polish(&there, stretched(at, extremal, duration / at.duration), found);
-        next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)).into()
-    });
-    let arcs = reached.ok()?;
+        None => {
+            let least = extremal.price_of_time();
+            let from = shorter(extremal)?.price_of_time();
+            let arrived = |(_, price): &(_, f64)| *price <= least;
+            follow(&STRETCHING, (first, from), arrived, |((at, _), price), length| {
+                if work.stopped() {
+                    return Step::Stopped;
+                }
+                let next_price = (price * STRETCH_OF_ARCS.powf(-2.0 * length)).max(least);
+                let (here, there) = (extremal.priced(*price), extremal.priced(next_price));
+                let next = polish(&there, stretched(at, extremal, (price / next_price).sqrt()), work);
+                let cheaper = next.filter(|(next, _)| next.cost(&there) <= at.cost(&here));
+                cheaper.map(|next| (next, next_price)).into()
+            })
+            .ok()
+            .map(|(arcs, _)| arcs)
+        }
+    };
+    let arcs = reached?;
     let whole = arcs.0.duration / limit.branch.path.duration;
     let slower = |smoothed: &Smoothed| Smoothed { path: smoothed.path.slower(whole), ..*smoothed };
     Some(Limit {

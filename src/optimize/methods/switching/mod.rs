@@ -42,3 +42,4 @@ pub(crate) mod smooth;
 #[cfg(test)]
 mod tests;
 pub(crate) mod tuning;
+pub(crate) mod work;

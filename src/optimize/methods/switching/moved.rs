@@ -17,10 +17,16 @@
 //! Where there are as many arcs as conditions, the last rows alone decide: `δd = −(∂e/∂d)⁻¹ ∂e/∂z z`. The costates are those that make
 //! all `G_a` zero, or least where the arcs are those of a grid and not quite an extremal's; `δd` leads to the end to first order
 //! whatever they are.
+//!
+//! The same matrix tells a minimum from a saddle: on the lengths that leave the end where it is, `vᵀ (∂G/∂d) v = vᵀ ∇²_dd L v`, as the
+//! costates at the start move `G` by `∂e/∂d` carried back. Where that falls along some `v`, other lengths of the same arcs cost less
+//! (Agrachev, Stefani and Zezza 2002; Maurer and Osmolovskii 2004).
 
-use super::arcs::over_arc;
+use super::arcs::{Arcs, over_arc};
 use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
+use super::tuning::VANISHED;
+use crate::numerics::matrix_inertia::MatrixInertia;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector};
 
@@ -83,6 +89,40 @@ pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: boo
     }
     let moved = solved_for(matrix, &right)?;
     Some(moved.rows(START, count).into_owned())
+}
+
+/// Whether the cost falls from an extremal along some lengths of its arcs that lead to the same end: then it is no minimum. Not told of
+/// arcs whose torque turns with the costate.
+pub(crate) fn is_saddle(extremal: &Extremal, arcs: &Arcs) -> bool {
+    let held = |(_, start, end, signs): &(Node, f64, f64, Vec<f64>)| {
+        let torque = extremal.on_arc(signs).held()?.torque;
+        Some(HeldArc { length: end - start, torque, price: f64::NAN })
+    };
+    let Some(held) = arcs.arcs().iter().map(held).collect::<Option<Vec<_>>>() else { return false };
+    let given = extremal.given_duration.is_some();
+    let conditions = START + usize::from(given);
+    // Of inputs that switch together the arc between them can grow alone, which its certificate tells of.
+    let free: Vec<usize> =
+        (0..held.len()).filter(|arc| held[*arc].length > VANISHED * arcs.duration).collect();
+    if free.len() <= conditions {
+        return false;
+    }
+    let Some(at) = derivatives(extremal, &held, &arcs.m, &arcs.first.e) else { return false };
+    let count = free.len();
+    let mut matrix = DMatrix::zeros(count + conditions, count + conditions);
+    for (column, arc) in free.iter().enumerate() {
+        let lane = LENGTHS + arc;
+        for (row, other) in free.iter().enumerate() {
+            matrix[(row, column)] =
+                0.5 * (at.hamiltonians[(*other, lane)] + at.hamiltonians[(*arc, LENGTHS + other)]);
+        }
+        for row in 0..conditions {
+            let of = if row < START { at.end[(row, lane)] } else { 1.0 };
+            (matrix[(count + row, column)], matrix[(column, count + row)]) = (of, of);
+        }
+    }
+    let least = UNDETERMINED * matrix.amax();
+    MatrixInertia::of(matrix, least).negative > conditions
 }
 
 /// The least-squares solution; `None` where it is not the only one.

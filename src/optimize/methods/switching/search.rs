@@ -8,64 +8,78 @@ use super::extremal::{Bias, Extremal, Law};
 use super::fuel::fuel_limit;
 use super::limit::{Found, Limit, bounded, is_small, polish, refined, tipped};
 use super::long;
+use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
 use super::tuning::{GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
+use super::work::Work;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 
-/// Searches the best extremals; what is found before `stop` says so is kept. A plan that is no quicker than the turn about a
-/// fixed axis is a saddle as a rule: then the search becomes a thorough one.
+/// Searches the best extremals; what is found before `stop` says so is kept. Where the best is a saddle, or no quicker than the turn
+/// about a fixed axis, which is one as a rule, the search becomes a thorough one.
 pub(crate) fn search(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
-    let mut found = search_once(extremal, ask, stop);
-    let again = ask.thoroughness == Thoroughness::Default && ask.path == Way::Best && extremal.seeks_time();
-    if !again || stop() {
+    let work = Work::until(stop);
+    let found = search_all(extremal, ask, &work);
+    Found { sweeps: work.sweeps.get(), newtons: work.newtons.get(), ..found }
+}
+
+/// The same, what it took aside.
+fn search_all(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
+    let mut found = search_once(extremal, ask, work);
+    if ask.thoroughness != Thoroughness::Default || work.stopped() {
         return found;
     }
-    found.eigenaxis = eigenaxis::duration(extremal);
-    let slow = |quickest: &Limit| Some(quickest.duration() >= found.eigenaxis? * (1.0 - GAINED));
-    if found.limits.first().and_then(slow) != Some(true) {
+    if ask.path == Way::Best && extremal.seeks_time() {
+        found.eigenaxis = eigenaxis::duration(extremal);
+    }
+    let slow = |best: &Limit| found.eigenaxis.is_some_and(|turn| best.duration() >= turn * (1.0 - GAINED));
+    let saddle = |best: &Limit| {
+        let arcs = best.arcs.as_ref().filter(|_| best.is_exact(extremal));
+        arcs.is_some_and(|(arcs, _)| is_saddle(extremal, arcs))
+    };
+    if !found.limits.first().is_some_and(|best| slow(best) || saddle(best)) {
         return found;
     }
-    let mut more = search_once(extremal, &Ask { thoroughness: Thoroughness::Thorough, ..*ask }, stop);
+    let mut more = search_once(extremal, &Ask { thoroughness: Thoroughness::Thorough, ..*ask }, work);
     more.limits.extend(found.limits);
     more.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     more.limits.dedup_by(|a, b| (a.cost(extremal) - b.cost(extremal)).abs() <= SAME * b.cost(extremal));
-    let [sweeps, newtons] = [more.sweeps + found.sweeps, more.newtons + found.newtons];
-    Found { sweeps, newtons, eigenaxis: found.eigenaxis, ..more }
+    Found { eigenaxis: found.eigenaxis, ..more }
 }
 
-fn search_once(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
+fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
     let mut found = Found::default();
     if let Some(shorter) = long::shorter(extremal).filter(|_| ask.arcs) {
-        let of_shorter = search_once(&shorter, ask, stop);
+        let of_shorter = search_once(&shorter, ask, work);
         found = Found { limits: Vec::new(), ..of_shorter };
         let limits = of_shorter.limits.iter();
-        found.limits = limits.filter_map(|limit| long::followed(extremal, limit, stop, &mut found)).collect();
+        found.limits = limits.filter_map(|limit| long::followed(extremal, limit, work)).collect();
+        found.limits.retain(|limit| limit.arcs.as_ref().is_some_and(|arcs| is_small(extremal, arcs)));
+        found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+        // From rest to rest one path is the best in all long durations, and what is smoothed there of no use.
+        if !found.limits.is_empty() {
+            return found;
+        }
     }
-    let followed = found.limits.len();
-    let rivals = branches(extremal, ask, stop, &mut found.sweeps);
+    let rivals = branches(extremal, ask, work);
     found.branches += rivals.len();
     let best = rivals.first().map_or(f64::NAN, |first| first.cost(extremal));
     let limit = best * if extremal.counts_fuel() { RIVAL_FUEL } else { RIVAL };
     for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= limit) {
-        if stop() {
+        if work.stopped() {
             break;
         }
-        let limit = end_game(extremal, rival, ask, stop, &mut found);
+        let limit = end_game(extremal, rival, ask, work);
         found.limits.push(limit);
         // Branches may part below the ε at which they were compared.
         if ask.thoroughness != Thoroughness::Quick
             && rests_on_a_symmetry(extremal, rival)
-            && let Some(tipped) = tipped(extremal, rival, stop, &mut found)
+            && let Some(tipped) = tipped(extremal, rival, work)
         {
-            let limit = end_game(extremal, &tipped, ask, stop, &mut found);
+            let limit = end_game(extremal, &tipped, ask, work);
             found.limits.push(limit);
         }
-    }
-    if followed > 0 {
-        // What is smoothed in a long duration has a cost that means nothing.
-        found.limits.retain(|limit| limit.arcs.as_ref().is_some_and(|arcs| is_small(extremal, arcs)));
     }
     found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     found
@@ -83,13 +97,7 @@ fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
 }
 
 /// A branch to its limit: as arcs, at once or from a smaller ε, or as a smoothed extremal.
-fn end_game(
-    extremal: &Extremal,
-    rival: &Smoothed,
-    ask: &Ask,
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
-) -> Limit {
+fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Limit {
     let mut at = rival.clone();
     let mut best: Option<(Arcs, Certificate)> = None;
     let attempts = match &extremal.law {
@@ -100,11 +108,11 @@ fn end_game(
         Law::Inputs(_) => MOST_DESCENTS,
     };
     for _ in 0..attempts {
-        if stop() {
+        if work.stopped() {
             break;
         }
         for first in readings(extremal) {
-            let Some((arcs, certificate)) = polish(extremal, first(extremal, &at), found) else { continue };
+            let Some((arcs, certificate)) = polish(extremal, first(extremal, &at), work) else { continue };
             if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(extremal, &arcs, &at) {
                 return Limit::of_arcs(rival, at, (arcs, certificate));
             }
@@ -112,7 +120,7 @@ fn end_game(
                 best = Some((arcs, certificate));
             }
         }
-        match descend(extremal, &at, SMALLER * at.epsilon, &Bias::default(), &mut found.sweeps) {
+        match descend(extremal, &at, SMALLER * at.epsilon, &Bias::default(), work) {
             Ok(next) => at = next,
             Err(next) => {
                 at = next;
@@ -121,37 +129,36 @@ fn end_game(
         }
     }
     if extremal.counts_fuel() {
-        return fuel_limit(extremal, rival, at, best, ask, stop, found);
+        return fuel_limit(extremal, rival, at, best, ask, work);
     }
     let mut looser = Vec::new();
     if let Some(best) = best {
-        let refined =
-            if is_small(extremal, &best) { vec![best] } else { refined(extremal, best, stop, found) };
+        let refined = if is_small(extremal, &best) { vec![best] } else { refined(extremal, best, work) };
         looser.extend(refined.into_iter().filter(|(arcs, _)| bounded(extremal, arcs, &at)));
     }
     if let Some(arcs) = looser.pop_if(|best| is_small(extremal, best)) {
         return Limit { looser, ..Limit::of_arcs(rival, at, arcs) };
     }
-    let smooth = match descend(extremal, &at, LAST, &Bias::default(), &mut found.sweeps) {
+    let smooth = match descend(extremal, &at, LAST, &Bias::default(), work) {
         Ok(end) => end,
-        Err(end) => tipped(extremal, rival, stop, found).unwrap_or(end),
+        Err(end) => tipped(extremal, rival, work).unwrap_or(end),
     };
     let smooth = match &extremal.law {
-        Law::Norm(_) => turning(extremal, smooth, found),
-        Law::Inputs(_) => settle(extremal, smooth, SMALLEST, &mut found.sweeps),
+        Law::Norm(_) => turning(extremal, smooth, work),
+        Law::Inputs(_) => settle(extremal, smooth, SMALLEST, work),
     };
     Limit { branch: rival.clone(), smooth, arcs: None, looser }
 }
 
 /// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where
 /// Newton finds it.
-fn turning(extremal: &Extremal, from: Smoothed, found: &mut Found) -> Smoothed {
+fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
     let exact = Smooth { accurate: true, ..Smooth::of(extremal, 0.0) };
     let mut path = from.path.clone();
     while path.intervals() < TURNING {
         path = exact.doubled(&path);
     }
-    match exact.solve(path, MET, NEAR_ITERATIONS, &mut found.sweeps) {
+    match exact.solve(path, MET, NEAR_ITERATIONS, work) {
         Some(path) => Smoothed { path, epsilon: 0.0 },
         None => from,
     }

@@ -9,6 +9,7 @@ use super::extremal::{Bias, Extremal, Response};
 use super::flow::{Course, Lanes, Node, Stages, Units, taken};
 use super::tuning::smooth::*;
 use super::tuning::{NEAR_ITERATIONS, POINTS, SAME};
+use super::work::{Work, count};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::hermite::hermite;
 use crate::numerics::tableau::{EIGHTH, FOURTH};
@@ -255,9 +256,12 @@ impl<'a> Smooth<'a> {
         Answers { jacobian: SMatrix::from_columns(&[m_x, m_y, m_z, e_x, e_y, e_z, time]), carried }
     }
 
-    /// Newton until the merit is below `tolerance`; `None` where it does not get there. Counts sweeps.
-    pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, sweeps: &mut usize) -> Option<Path> {
-        *sweeps += 1;
+    /// Newton until the merit is below `tolerance`; `None` where it does not get there, or is stopped.
+    pub fn solve(&self, mut path: Path, tolerance: f64, most: usize, work: &Work) -> Option<Path> {
+        if work.stopped() {
+            return None;
+        }
+        count(&work.sweeps);
         let mut swept = Swept::default();
         let mut misses = self.sweep(&path, f64::INFINITY, &mut swept)?;
         for _ in 0..most {
@@ -278,7 +282,7 @@ impl<'a> Smooth<'a> {
             let mut accepted = false;
             for _ in 0..MOST_TRIALS {
                 let trial = moved(&path, &changes, &step, factor);
-                *sweeps += 1;
+                count(&work.sweeps);
                 if let Some(next) = self.sweep(&trial, (1.0 - DECREASE * factor) * misses.merit, &mut swept) {
                     (path, misses, accepted) = (trial, next, true);
                     break;
@@ -308,13 +312,13 @@ impl<'a> Smooth<'a> {
     }
 
     /// Solved again on more intervals of a kind until there are enough. On the way coarse intervals do.
-    fn refined(&self, mut path: Path, intervals: Intervals, sweeps: &mut usize) -> Option<Path> {
+    fn refined(&self, mut path: Path, intervals: Intervals, work: &Work) -> Option<Path> {
         while let Some(finer) = match intervals {
             _ if path.intervals() >= self.wanted() && intervals != Intervals::Close => None,
             Intervals::Equal => (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(&path)),
             Intervals::Following | Intervals::Close => self.finer(&path),
         } {
-            path = self.solve(finer, self.tolerance(), NEAR_ITERATIONS, sweeps)?;
+            path = self.solve(finer, self.tolerance(), NEAR_ITERATIONS, work)?;
         }
         Some(path)
     }
@@ -446,16 +450,16 @@ impl Smoothed {
 
 /// An extremal to all its digits, at `target` or as near to it as it comes: on intervals that follow every change of the
 /// inputs.
-pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, sweeps: &mut usize) -> Smoothed {
+pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, work: &Work) -> Smoothed {
     let mut at = from;
     let mut epsilon = at.epsilon;
     loop {
         let smooth = Smooth::of(extremal, epsilon);
-        let mut next = smooth.solve(at.path.clone(), SETTLED, NEAR_ITERATIONS, sweeps);
+        let mut next = smooth.solve(at.path.clone(), SETTLED, NEAR_ITERATIONS, work);
         while let Some(path) = &next
             && let Some(finer) = smooth.finer(path)
         {
-            next = smooth.solve(finer, SETTLED, NEAR_ITERATIONS, sweeps);
+            next = smooth.solve(finer, SETTLED, NEAR_ITERATIONS, work);
         }
         let Some(path) = next else { return at };
         at = Smoothed { path, epsilon };
@@ -473,10 +477,10 @@ pub(crate) fn descend(
     from: &Smoothed,
     target: f64,
     bias: &Bias,
-    sweeps: &mut usize,
+    work: &Work,
 ) -> Result<Smoothed, Smoothed> {
     let intervals = if extremal.counts_fuel() { Intervals::Equal } else { Intervals::Following };
-    descend_by(RATIO, intervals, extremal, from, target, bias, sweeps)
+    descend_by(RATIO, intervals, extremal, from, target, bias, work)
 }
 
 /// Intervals of a path that is continued.
@@ -499,14 +503,14 @@ pub(crate) fn descend_by(
     from: &Smoothed,
     target: f64,
     bias: &Bias,
-    sweeps: &mut usize,
+    work: &Work,
 ) -> Result<Smoothed, Smoothed> {
     let arrived = |at: &Smoothed| at.epsilon <= target * (1.0 + SAME);
     follow(&DESCENT, from.clone(), arrived, |at, length| {
         let epsilon = (ratio.powf(length) * at.epsilon).max(target);
         let smooth = Smooth { bias: *bias, ..Smooth::of(extremal, epsilon) };
-        let path = smooth.solve(at.path.clone(), smooth.tolerance(), NEAR_ITERATIONS, sweeps);
-        let path = path.and_then(|path| smooth.refined(path, intervals, sweeps));
+        let path = smooth.solve(at.path.clone(), smooth.tolerance(), NEAR_ITERATIONS, work);
+        let path = path.and_then(|path| smooth.refined(path, intervals, work));
         path.map(|path| Smoothed { path, epsilon }).into()
     })
 }

@@ -1,17 +1,25 @@
 //! The pieces of minimum time against finite differences, closed forms and another program's optima.
 
 use super::arcs::{Arcs, over_arc};
-use super::branches::Ask;
+use super::branches::{Ask, branches};
 use super::certificate::Certificate;
 use super::discretize::of_arcs;
-use super::extremal::{Extremal, Law};
+use super::extremal::{Bias, Extremal, Law};
 use super::flow::{Course, Lanes, Node, Stages, Units};
 use super::grid_step::Torque;
 use super::least_gap::with_least_gap;
+use super::limit::polish;
+use super::moved::is_saddle;
+use super::pulses::optimum::best_arcs;
+use super::scaled::scaled;
 use super::search::search;
-use super::smooth::Path as Smoothly;
-use crate::maneuver::problem::Path;
+use super::smooth::{Path as Smoothly, descend};
+use super::tuning::limits::NO_GAP;
+use super::work::Work;
+use crate::maneuver::problem::{Path, Problem, State};
 use crate::maneuver::settings::Thoroughness;
+use crate::mechanics::actuators::{ActuatorSet, Limits};
+use crate::mechanics::{Actuation, AxisFrame, Body, Inertia};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::tableau::{EIGHTH, FOURTH, Tableau};
 use crate::{Matrix3, Vector3, lie};
@@ -468,5 +476,80 @@ fn turns_that_are_far_from_a_fixed_axis_are_found() {
     for ((case, time), direct) in cases {
         let found = time * shortest(&case).0.duration;
         assert!(found < direct * 1.0002, "{found}, {direct} by the direct method");
+    }
+}
+
+/// Six one-sided thrusters, for a turn from rest to rest in 17.3 s.
+fn by_thrusters() -> Extremal {
+    let each = [
+        ([0.66, -0.66, 0.37], 0.69),
+        ([-0.33, 0.58, -0.74], 1.35),
+        ([-0.7, 0.33, -0.63], 0.54),
+        ([0.61, 0.15, -0.78], 0.57),
+        ([-0.43, -0.02, 0.9], 1.47),
+        ([-0.37, -0.09, -0.92], 0.48),
+    ];
+    let axes = each.iter().map(|(axis, _)| Vector3::from(*axis).normalize()).collect();
+    let size = Some(each.iter().map(|(_, size)| *size).collect());
+    let limits = Limits { size, one_sided: true, ..Limits::default() };
+    let thrusters = ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap();
+    let body = Body { inertia: Inertia::diagonal(Vector3::repeat(1.0)).unwrap(), mass: None };
+    let start = State::at_rest(lie::exp(&Vector3::new(123.8, 79.18, 103.79).map(f64::to_radians)));
+    let end = State::at_rest(Matrix3::identity());
+    let problem = Problem::minimum_fuel(body, start, end, 17.3).with_actuation(Actuation::torques(thrusters));
+    scaled(&problem).unwrap().0
+}
+
+/// Claim: an extremal of fuel is called a saddle where other lengths of the same arcs burn less, as those show that sequential
+/// quadratic programming finds from beside it; of the best known one they burn as much.
+#[test]
+fn a_saddle_is_told_from_a_minimum() {
+    let whole = by_thrusters();
+    let least_beside = |extremal: &Extremal, arcs: &Arcs| {
+        let sides = [-1.0, 1.0].iter().filter_map(|side| {
+            let mut moved = arcs.clone();
+            for (index, switch) in moved.switches.iter_mut().enumerate() {
+                switch.time += side * 1e-3 * arcs.duration * f64::from(index as u32 % 3) / 2.0;
+            }
+            Some(best_arcs(extremal, &moved)?.cost(extremal))
+        });
+        sides.fold(f64::INFINITY, f64::min) / arcs.cost(extremal)
+    };
+    let (mut saddles, mut minima) = (0, 0);
+    let work = Work::until(&|| false);
+    for extremal in [whole.lasting(Some(9.0)), whole] {
+        for branch in branches(&extremal, &best(), &work) {
+            let mut at = branch;
+            let exact = (0..6).find_map(|_| {
+                let read = Arcs::of_pulses(&extremal, &at.path, at.epsilon, 1);
+                let polished = polish(&extremal, read, &work);
+                at = descend(&extremal, &at, 0.4 * at.epsilon, &Bias::default(), &work).ok()?;
+                polished.filter(|(arcs, found)| found.gap <= NO_GAP * arcs.cost(&extremal))
+            });
+            let Some((arcs, _)) = exact else { continue };
+            let (saddle, beside) = (is_saddle(&extremal, &arcs), least_beside(&extremal, &arcs));
+            *if saddle { &mut saddles } else { &mut minima } += 1;
+            assert!(if saddle { beside < 1.0 - 1e-7 } else { beside > 1.0 - 1e-7 }, "{saddle}: {beside}");
+        }
+    }
+    assert!(saddles > 0 && minima > 0, "{saddles} saddles, {minima} minima");
+}
+
+/// Claim: what is asked to stop at its first, or at its hundredth, Newton does no other: first paths, all durations and branches hear it.
+#[test]
+fn first_paths_hear_a_stop() {
+    let rates = [Vector3::new(0.1, 0.0, -0.2), Vector3::zeros()];
+    let turning = extremal(full_inertia(), cube(), Vector3::new(1.0, -2.0, 0.5), rates);
+    let thorough = Ask { thoroughness: Thoroughness::Thorough, ..best() };
+    for most in [0, 100] {
+        let asked = std::cell::Cell::new(0);
+        let stop = || {
+            asked.set(asked.get() + 1);
+            asked.get() > most
+        };
+        let found = search(&turning, &thorough, &stop);
+        assert!(found.limits.is_empty());
+        // A Newton that was begun ends; it takes tens of sweeps at most.
+        assert!(found.sweeps <= 60 * most, "{} after {most}", found.sweeps);
     }
 }

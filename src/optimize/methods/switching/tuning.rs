@@ -83,7 +83,8 @@ pub(super) mod paths {
     pub const DURATIONS: [f64; 5] = [0.5, 0.7, 1.0, 1.5, 2.2];
 
     /// A duration is long from so many times that of a turn of a sphere with limits about the axis: `2 √θ` in the units of an extremal.
-    pub const LONG: f64 = 10.0;
+    /// Higher, smoothed inputs, which never rest, lead nowhere for some bodies; lower, a branch of the long duration may be no rival yet.
+    pub const LONG: f64 = 4.0;
 }
 
 /// Branches (`branches`): how many extremals are told apart, and followed.

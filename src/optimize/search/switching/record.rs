@@ -4,6 +4,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Landing, Optimality, Outcome, Sense, Solution, TerminalError, Trajectory};
 use crate::maneuver::switching::{Structure, Switching};
 use crate::mechanics::drift_equation;
+use crate::numerics::compensated::Sum;
 use crate::optimize::methods::switching::extremal::Extremal;
 use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::on_grid::OnGrid;
@@ -11,6 +12,7 @@ use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, share
 use crate::optimize::methods::switching::tuning::grid::NO_LENGTH;
 use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
+use nalgebra::Vector1;
 
 /// An input of a smoothed plan stays within its limits where it is within this part of them, on this part of the steps.
 const WITHIN: f64 = 0.9;
@@ -80,7 +82,7 @@ const OF_THE_CLOCK: f64 = 5e-13;
 /// Replays a plan from the start and records every node.
 ///
 /// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
-/// recorded that give the impulse of the plan in the time that is recorded, and are off their limits by these digits.
+/// recorded that give the impulse of the plan in the time that is recorded, and are below their limits by these digits.
 pub(super) fn record(
     problem: &Problem,
     extremal: &Extremal,
@@ -109,15 +111,17 @@ fn replayed(
         (0..grid.steps.len()).filter(|k| grid.step_length(&grid.steps[*k]) > least).collect();
     let count = problem.actuation.count();
     let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
-    let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
+    // What ten thousand additions round off would be some parts in 1e12 of the rates at the end.
+    let (mut r, mut pi) = (Sum::new(Matrix3::identity()), Sum::new(extremal.j * extremal.start_rate));
     let mut m_e = (grid.m, grid.nodes[0].e);
-    let (mut path, mut clock, mut before) = (Follower::new(), 0.0, 0.0);
+    let (mut path, mut clock, mut before) = (Follower::new(), Sum::new(Vector1::zeros()), 0.0);
+    let mut time = 0.0_f64;
     let (mut within, mut cost) = (vec![0_usize; count], 0.0);
     let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&problem.actuation, row));
     let turning = extremal.axes().is_empty();
     for index in 0..=kept.len() {
-        let (time, velocity) = (clock * units.time, extremal.j_inverse * pi / units.time);
-        path.node(&(problem.start.attitude * r), velocity, time - before);
+        let velocity = extremal.j_inverse * pi.value / units.time;
+        path.node(&(problem.start.attitude * r.value), velocity, time - before);
         before = time;
         trajectory.time.push(time);
         trajectory.quaternion.push(path.lifted());
@@ -141,8 +145,15 @@ fn replayed(
         };
         let length = grid.step_length(step);
         // The step as the witnesses will take it: of the length that the recorded times give.
-        clock += length;
-        let h = (clock * units.time - time) / units.time;
+        clock.add(&Vector1::new(length));
+        let mut reached = clock.value.x * units.time;
+        // No input is beyond its limit for the sake of a last digit.
+        let burns = impulses && row.iter().any(|input| *input != 0.0);
+        while burns && reached - time < length * units.time {
+            reached = reached.next_up();
+        }
+        let h = (reached - time) / units.time;
+        time = reached;
         let row: Vec<f64> =
             if impulses { row.iter().map(|input| input * (length / h)).collect() } else { row };
         cost += if impulses { h } else { length } * units.time * rate(&row);
@@ -150,15 +161,16 @@ fn replayed(
         trajectory.input.extend(&row);
         trajectory.torque.push(torque);
         let torque = torque / units.torque;
-        let kicked = pi + 0.5 * h * torque;
-        let f = drifted(extremal, &(h * kicked))?;
-        r *= f;
-        pi = f.tr_mul(&kicked) + 0.5 * h * torque;
+        pi.add(&(0.5 * h * torque));
+        let turn = drifted(extremal, &(h * pi.value))?;
+        r.add(&(r.value * turn));
+        pi.add(&turn.tr_mul(&pi.value));
+        pi.add(&(0.5 * h * torque));
         let node = &grid.nodes[k + 1];
         m_e = (node.r.tr_mul(&grid.m), node.e);
     }
     let scaled_duration = grid.duration();
-    let momentum = (pi - extremal.j * extremal.end_rate).norm() * scaled_duration;
+    let momentum = (pi.value - extremal.j * extremal.end_rate).norm() * scaled_duration;
     let steps = kept.len() as f64;
     let singular_inputs = (0..count).filter(|input| within[*input] as f64 > FOR * steps).collect();
     let beside_optimum = grid.beside_optimum;
@@ -169,7 +181,7 @@ fn replayed(
         residual: grid.residual,
         iterations: grid.iterations,
         terminal: TerminalError {
-            attitude_rad: lie::log(&extremal.end_attitude.tr_mul(&r)).norm(),
+            attitude_rad: lie::log(&extremal.end_attitude.tr_mul(&r.value)).norm(),
             momentum_relative: momentum / (extremal.j.trace() / 3.0),
             ..TerminalError::default()
         },
@@ -201,9 +213,9 @@ fn untold(structure: Structure) -> Switching {
     }
 }
 
-/// The rotation of a step whose momentum, times its length, is given.
+/// The rotation of a step whose momentum, times its length, is given, less the identity.
 fn drifted(extremal: &Extremal, momentum: &Vector3) -> Option<Matrix3> {
-    drift_equation::solve(&extremal.j, &extremal.j_inverse, momentum).map(|c| lie::cayley(&c))
+    drift_equation::solve(&extremal.j, &extremal.j_inverse, momentum).map(|c| lie::cayley_minus_identity(&c))
 }
 
 /// Short if the path ends on the sheet that the motion without inputs reaches by the shortest rotation to the end.
@@ -213,8 +225,8 @@ fn sense(problem: &Problem, extremal: &Extremal, duration: f64, path: &Follower)
     let (mut r, mut pi) = (Matrix3::identity(), extremal.j * extremal.start_rate);
     let mut coast = Follower::begun(start);
     for _ in 0..COAST_STEPS {
-        let Some(f) = drifted(extremal, &(h * pi)) else { break };
-        (r, pi) = (r * f, f.tr_mul(&pi));
+        let Some(turn) = drifted(extremal, &(h * pi)) else { break };
+        (r, pi) = (r + r * turn, pi + turn.tr_mul(&pi));
         coast.attitude(&(start * r));
     }
     let rest = lie::log(&r.tr_mul(&extremal.end_attitude));
