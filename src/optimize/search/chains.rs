@@ -51,9 +51,9 @@ pub(super) const CARRIED: usize = 3;
 
 /// What may carry a solution to a finer grid.
 #[derive(Clone, Copy)]
-pub(super) struct Roads {
-    pub newton: bool,
-    pub convex: bool,
+struct Roads {
+    newton: bool,
+    convex: bool,
 }
 
 /// The extremals of the maneuver without limits, as paths on a coarse grid.
@@ -178,12 +178,6 @@ pub(super) fn carried_to<const N: usize>(
         .or_else(|| refine_by_and_by(search, found, grids, plan))
 }
 
-/// A grid whose nodes are not those of the requested one but for every second: where a constraint acts from one node to another, and does
-/// so on halves and quarters of these steps too, equations of neighbours nearly repeat each other in the one grid and not in the other.
-pub(super) fn beside(steps: usize) -> usize {
-    steps * 2 / 3
-}
-
 /// A coarse solution carried to the fine grid over grids between, where Newton's method did not find the
 /// active set of the fine one in one leap.
 fn refine_by_and_by<const N: usize>(
@@ -208,7 +202,7 @@ fn refine_by_and_by<const N: usize>(
 }
 
 /// A coarse solution carried to a finer grid: by Newton's method, or by the convex iteration where that fails.
-pub(super) fn refine<const N: usize>(
+fn refine<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     [coarse, fine]: [&Chain; 2],

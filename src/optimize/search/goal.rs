@@ -1,6 +1,5 @@
 //! The cheapest plan of a goal: of what the ladder finds, with as little of the effort in its cost as goes.
 
-use super::chains::{Roads, beside, refine};
 use super::coarse::chain_steps;
 use super::found::Found;
 use super::ladder::Search;
@@ -16,8 +15,8 @@ use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
 
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
-/// Most subproblems, and iterations of Newton, from one share to the next: what takes more is not near as a rule; and where none is.
-const FEW: [usize; 2] = [12, 60];
+/// Most subproblems from one share to the next.
+const FEW: usize = 12;
 
 /// The cheapest plan that was found.
 pub(super) struct Cheapest {
@@ -47,11 +46,7 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
     let stated = search.problem.seconds();
     let mut plans = found.take_plans().into_iter();
     let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
-    let (mut first, mut share) = sharpened(search, found, first, search.problem.steps);
-    if share > LAST_SHARE && search.ask.goal.as_ref().is_some_and(|goal| goal.objective.switches()) {
-        let by_another = sharpened_beside(search, found, &first, share);
-        (first, share) = by_another.unwrap_or((first, share));
-    }
+    let (mut first, mut share) = sharpened(search, found, first);
     let before = search.chain(search.problem.steps).price(&first.candidate);
     let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
     let before = if of_duration { stated * first.candidate.grid.duration() } else { before };
@@ -74,54 +69,18 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
     Some(Cheapest { duration, cost, attempt, share, rivals: plans.filter_map(price).collect(), landed })
 }
 
-/// The same by way of a grid beside the requested one, where it goes further there.
-fn sharpened_beside<const N: usize>(
-    search: &Search<N>,
-    found: &mut Found<N>,
-    plan: &Attempt,
-    share: f64,
-) -> Option<(Attempt, f64)> {
-    let grids = [search.problem.steps, beside(search.problem.steps)];
-    let roads = Roads { newton: true, convex: true };
-    let with_share = |share: f64| search.with_effort(Some(share));
-    let at = with_share(share);
-    let [fine, other] = grids.map(|steps| at.chain(steps));
-    let there = refine(&at, found, [&fine, &other], plan, roads)?;
-    let (there, least) = sharpened(&at, found, there, grids[1]);
-    if least >= share {
-        return None;
-    }
-    let at = with_share(least);
-    let [fine, other] = grids.map(|steps| at.chain(steps));
-    Some((refine(&at, found, [&other, &fine], &there, roads)?, least))
-}
-
-/// A plan on so many steps with less and less effort in its cost, as far as that goes, and its share. Other limits
+/// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
 /// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
-fn sharpened<const N: usize>(
-    search: &Search<N>,
-    found: &mut Found<N>,
-    mut plan: Attempt,
-    steps: usize,
-) -> (Attempt, f64) {
-    let allowed = search.context.settings.max_iterations;
-    let within =
-        |most| ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(allowed.min(most)) };
-    let [few, many] = FEW.map(within);
+fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan: Attempt) -> (Attempt, f64) {
+    let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) };
     let Some(goal) = search.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
         return (plan, 0.0);
     };
-    let (mut last, mut factor, mut options) = (goal.share, LOWERED.0, &few);
-    while last > LAST_SHARE && !search.stopped() {
-        if factor > LOWERED.1 {
-            if options.most == many.most {
-                break;
-            }
-            (factor, options) = (LOWERED.0, &many);
-        }
+    let (mut last, mut factor) = (goal.share, LOWERED.0);
+    while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
         let share = (last * factor).max(LAST_SHARE);
-        let chain = Chain::with_goal(search.problem, steps, &Goal { share, ..goal.clone() });
-        let convex = ConvexIteration { chain: &chain, options };
+        let chain = Chain::with_goal(search.problem, search.problem.steps, &Goal { share, ..goal.clone() });
+        let convex = ConvexIteration { chain: &chain, options: &options };
         let next = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
         found.add_work(&next);
         let [before, after] = [&plan, &next].map(|attempt| chain.price(&attempt.candidate));
