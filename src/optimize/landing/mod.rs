@@ -12,6 +12,10 @@
 //! sensitivities, `O(h²)`. It remains an extremal of the discrete problem, of the shifted target. Constraints on rates and
 //! pointing are drawn in by what the true motion exceeds them, in the same loop.
 //!
+//! A plan of least time to a target that moves ends where that is when the plan arrives. Its `end` is that of the plan's own duration
+//! ([`Problem::end_after`]), and what is aimed at that of the root of how late the plan is, by the slope that the search has seen; of the
+//! discrete motion too, where plans are not to land.
+//!
 //! Each formulation has the warm solve that its unknowns give it: the shooting a Newton step on the first costate
 //! (`shooting`), the chain Newton on the active set (`chain`), arcs Newton on costates and lengths (`search::switching`).
 

@@ -20,6 +20,12 @@ use std::time::Instant;
 /// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is followed from there.
 const NEAR: f64 = 1e-9;
 
+/// Times further apart than this, relative, tell a slope: of nearer ones the best rolls differ by what they are resolved to.
+const APART: f64 = 1e-4;
+
+/// The slope of how late a plan is to an end that stands.
+const STANDS: f64 = -1.0;
+
 /// Most times that are looked at.
 const MOST_TIMES: usize = 40;
 
@@ -107,6 +113,7 @@ fn quickest(
     // The attitude at the best roll moves with the time, and little: after the first time it is followed.
     let mut best: Option<Matrix3> = None;
     let mut last: Option<Solution> = None;
+    let mut seen: Vec<Late> = Vec::new();
     let mut late = |time: f64, observer: &mut dyn Observer| -> Result<Option<f64>, Halt> {
         let settings = Settings { time_limit: remaining(), ..quick.clone() };
         let ends = ends_at(problem, aim, time)?;
@@ -124,16 +131,18 @@ fn quickest(
             return Ok(None);
         };
         best = Some(ends.at(found.roll).0);
-        Ok(Some(takes(problem, &found.solution) - time))
+        let delay = takes(problem, &found.solution) - time;
+        seen.push([time, delay]);
+        Ok(Some(delay))
     };
     let Some([from, to]) = first_reached(&mut |time| late(time, observer))? else {
         let unsolved = last.unwrap_or_else(|| Solution::unsolved(problem, settings.tolerance));
         return Ok(Solution { outcome: Outcome::Stalled, infeasible: None, ..unsolved });
     };
-    let (time, slope) = root(from, to, NEAR, &mut |time| late(time, observer))?;
+    let time = root(from, to, NEAR, &mut |time| late(time, observer))?;
     let settings = Settings { time_limit: remaining(), ..settings.clone() };
     let attitude = best.unwrap_or(problem.end.attitude);
-    let meeting = problem.meeting(aim, &attitude, time, slope).map_err(ProblemError::from);
+    let meeting = problem.meeting(aim, &attitude, time, slope_near(&seen)).map_err(ProblemError::from);
     Ok(solve(&meeting.map_err(PlanError::from)?, &settings, None, observer)?)
 }
 
@@ -165,30 +174,35 @@ fn first_reached(late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>) -> Resu
     Ok(None)
 }
 
-/// A root between two times, to a relative width, and the slope there.
+/// How what was seen last to be late changes with the time, against the last that was seen apart from it; as of an end that stands where
+/// there is none.
+fn slope_near(seen: &[Late]) -> f64 {
+    let Some([time, late]) = seen.last() else { return STANDS };
+    let apart = seen.iter().rev().find(|[other, _]| (time - other).abs() > APART * time);
+    let slope = apart.map(|[other, was]| (late - was) / (time - other));
+    slope.filter(|slope| *slope < 0.0).unwrap_or(STANDS)
+}
+
+/// A root between two times, to a relative width.
 fn root(
     mut low: Late,
     mut high: Late,
     width: f64,
     late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
-) -> Result<(f64, f64), Halt> {
-    let slope = |[time, late]: Late, [other, was]: Late| (late - was) / (time - other);
+) -> Result<f64, Halt> {
     let mut illinois = Illinois::new([low[1], high[1]]);
-    let (mut last, mut found) = (high, slope(low, high));
     for _ in 0..MOST_TIMES {
         let next = low[0] + illinois.part() * (high[0] - low[0]);
         if !(next > low[0] && next < high[0]) || high[0] - low[0] <= width * high[0] {
             break;
         }
         let Some(delay) = late(next)? else { break };
-        found = slope([next, delay], last);
-        last = [next, delay];
         if delay.abs() <= width * next {
-            return Ok((next, found));
+            return Ok(next);
         }
         let moved = usize::from(delay <= 0.0);
         illinois.moved(moved, delay);
-        *[&mut low, &mut high][moved] = last;
+        *[&mut low, &mut high][moved] = [next, delay];
     }
-    Ok((high[0], found))
+    Ok(high[0])
 }
