@@ -132,9 +132,9 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     let steps = counted(solution.steps, "step");
     match rotation_beside_path(problem, solution) {
         Some(rotation) => {
-            format!(
-                "{rotation:.1} deg{moved}, {round} along {turned:.1} deg, in {duration} s{sought}, {steps}"
-            )
+            // As one line.
+            let way = round.trim_end_matches(" round");
+            format!("{rotation:.1} deg{moved}, {way} by {turned:.1} deg, in {duration} s{sought}, {steps}")
         }
         None => format!("{turned:.1} deg{moved}, {round}, in {duration} s{sought}, {steps}"),
     }
