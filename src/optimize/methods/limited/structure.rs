@@ -10,7 +10,6 @@ use super::state::State;
 use crate::lie;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Solution, Trajectory};
-use nalgebra::SVector;
 
 /// An input is at a limit within this part of it.
 const AT_LIMIT: f64 = 1e-3;
@@ -86,9 +85,7 @@ impl<'a> Read<'a> {
         let unit = maneuver.units.time;
         let state = |node: usize| {
             let attitude = lie::rotation_from_quaternion(&plan.quaternion[node]);
-            let [w, x, y, z] = lie::quaternion_from_rotation(&problem.start.attitude.tr_mul(&attitude));
-            let rate = plan.angular_velocity[node] * unit;
-            State(SVector::from([w, x, y, z, rate.x, rate.y, rate.z, 0.0]))
+            State::of(&problem.start.attitude.tr_mul(&attitude), &(plan.angular_velocity[node] * unit))
         };
         let sizes = problem.actuation.torque.limits().size.clone()?;
         let row =
