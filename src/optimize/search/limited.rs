@@ -4,17 +4,14 @@ use super::context::Context;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
-use crate::optimize::methods::limited::exchange::improved;
+use crate::optimize::methods::limited::exchange::{Optimum, improved};
 use crate::optimize::methods::limited::motion::{Level, Maneuver};
-use crate::optimize::methods::limited::newton::Arcs;
+use crate::optimize::methods::limited::newton::{Arcs, NO_LENGTH};
 use crate::optimize::methods::limited::structure;
 
 /// Arcs whose cost differs from that of the plan by more than this part are those of another plan: a grid of some ten steps an arc is off
 /// by less.
 const OF_THE_PLAN: f64 = 1e-2;
-
-/// Arcs shorter than this part of the duration are none.
-const NO_ARC: f64 = 1e-9;
 
 /// The plan with the arcs that it leads to, where these satisfy the maximum principle; the same plan otherwise.
 pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution) -> Solution {
@@ -28,9 +25,9 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
 
 fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let maneuver = Maneuver::of(problem)?;
-    let stop = || context.interrupt().is_some();
-    let from = |first: Arcs| improved(&maneuver, &first, first.duration() / plan.steps as f64, &stop);
-    let found = structure::arcs(problem, &maneuver, plan).into_iter().find_map(from)?;
+    let first = structure::arcs(problem, &maneuver, plan)?;
+    let Optimum { stationary: found, gap } =
+        improved(&maneuver, &first, first.duration() / plan.steps as f64, &|| context.interrupt().is_some())?;
     let cost = found.followed.cost * maneuver.units.cost();
     if (cost - plan.cost).abs() > OF_THE_PLAN * plan.cost {
         return None;
@@ -48,7 +45,7 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
         structure,
         continuous_duration_s: found.arcs.duration() * maneuver.units.time,
         continuous_cost: cost,
-        gap: 0.0,
+        gap: gap * maneuver.units.cost(),
         eigenaxis_s: None,
         switches: arcs.windows(2).map(switched).sum(),
         singular_inputs: Vec::new(),
@@ -66,7 +63,7 @@ fn told_arcs(problem: &Problem, maneuver: &Maneuver, arcs: &Arcs) -> Vec<Switchi
         let constraint = |limit: &usize| problem.constraints[maneuver.limits[*limit].constraint].name.clone();
         limits.iter().map(constraint).collect()
     };
-    let least = NO_ARC * arcs.duration();
+    let least = NO_LENGTH * arcs.duration();
     let mut told: Vec<SwitchingArc> = Vec::new();
     let mut end = 0.0;
     for (index, (law, length)) in arcs.laws.iter().zip(&arcs.lengths).enumerate() {

@@ -51,6 +51,8 @@ pub(crate) enum Wrong {
 pub(crate) struct Certificate {
     /// The worst of each kind first, limits before signs.
     pub wrong: Vec<Wrong>,
+    /// What all inputs at a level lack of the least of the Hamiltonian, over the duration.
+    pub gap: f64,
 }
 
 /// One sample of an arc.
@@ -96,7 +98,7 @@ impl Certificate {
                 wrong.push((-multipliers[6 + row], repelled));
             }
         }
-        let (mut exceeded, mut levels) = (Vec::new(), Vec::new());
+        let (mut exceeded, mut levels, mut gap) = (Vec::new(), Vec::new(), 0.0);
         for (arc, (law, samples)) in arcs.laws.iter().zip(&sampled).enumerate() {
             let driven = maneuver.driven(law)?;
             exceeded.extend(exceeding(maneuver, &driven, arc, law, samples));
@@ -104,7 +106,8 @@ impl Certificate {
             wrong.extend(released(maneuver, &driven, arc, law, samples, zero));
             for (input, level) in law.levels.iter().enumerate() {
                 if let Level::At(level) = level {
-                    stretches(maneuver, &driven, (arc, law), (input, *level), samples, zero, &mut levels);
+                    gap +=
+                        stretches(maneuver, &driven, (arc, law), (input, *level), samples, zero, &mut levels);
                 }
             }
         }
@@ -113,7 +116,7 @@ impl Certificate {
             kind.sort_by(|a: &(f64, Wrong), b| b.0.total_cmp(&a.0));
             all.extend(kind.into_iter().map(|(_, wrong)| wrong));
         }
-        scale.is_finite().then_some(Self { wrong: all })
+        scale.is_finite().then_some(Self { wrong: all, gap })
     }
 }
 
@@ -164,7 +167,7 @@ fn switching(maneuver: &Maneuver, driven: &Driven, law_free: &[usize], input: us
     sum
 }
 
-/// Adds the stretches of an arc on which an input should have another level.
+/// Adds the stretches of an arc on which an input should have another level. What the level lacks of the best one, over the arc.
 fn stretches(
     maneuver: &Maneuver,
     driven: &Driven,
@@ -173,7 +176,7 @@ fn stretches(
     samples: &[Sample],
     zero: f64,
     found: &mut Vec<(f64, Wrong)>,
-) {
+) -> f64 {
     let law_free = &free(law);
     let price = maneuver.prices[input];
     let lowest = if maneuver.one_sided { 0.0 } else { -1.0 };
@@ -185,7 +188,7 @@ fn stretches(
         (cost(s, level) - cost(s, best), best)
     };
     let missing: Vec<(f64, f64)> = samples.iter().map(missing).collect();
-    let mut open: Option<(f64, f64, f64, f64)> = None;
+    let (mut open, mut gap): (Option<(f64, f64, f64, f64)>, f64) = (None, 0.0);
     let mut close = |open: &mut Option<(f64, f64, f64, f64)>, to: f64| {
         if let Some((from, size, wanted, _)) = open.take() {
             found.push((size, Wrong::Level { arc, input, wanted, from, to }));
@@ -194,11 +197,12 @@ fn stretches(
     for (pair, values) in samples.windows(2).zip(missing.windows(2)) {
         let [(before, first), (after, second)] = [values[0], values[1]];
         let (start, length) = (pair[0].time, pair[1].time - pair[0].time);
+        let size = 0.5 * (before + after) * length;
+        gap += size;
         if before <= zero && after <= zero {
             close(&mut open, start);
             continue;
         }
-        let size = 0.5 * (before + after) * length;
         let wanted = if before > after { first } else { second };
         // Of what begins or ends within, by the straight line.
         let part = |small: f64, large: f64| if small > zero { 0.0 } else { (zero - small) / (large - small) };
@@ -217,6 +221,7 @@ fn stretches(
         }
     }
     close(&mut open, samples.last().map_or(0.0, |sample| sample.time));
+    gap
 }
 
 /// The worst excess of a limit that the arc does not hold.
@@ -302,7 +307,7 @@ fn released(
     zero: f64,
 ) -> Vec<(f64, Wrong)> {
     let free = free(law);
-    if law.steady || free.is_empty() {
+    if free.is_empty() {
         return Vec::new();
     }
     let count = free.len();

@@ -9,8 +9,6 @@ use super::motion::{Law, Level, Maneuver};
 use super::newton::{Arcs, Stationary};
 use super::state::State;
 
-const MOST_ROUNDS: usize = 24;
-
 /// Most iterations of Newton from one first order: some ten for each of as many exchanges as pay.
 const MOST_ITERATIONS: usize = 120;
 
@@ -23,6 +21,13 @@ const MOST_TRIED: usize = 3;
 /// Part of a stretch with the wrong level that gets the other one at first: Newton finds how long it should be.
 const FIRST_PART: f64 = 0.5;
 
+/// Arcs that satisfy the maximum principle.
+pub(crate) struct Optimum {
+    pub stationary: Stationary,
+    /// By what costs near by may be lower to first order, in the unit of cost.
+    pub gap: f64,
+}
+
 /// The arcs that satisfy the maximum principle and come of a first order of them, or of the same without what is shorter than some
 /// part of `step`; `None` where none do.
 pub(crate) fn improved(
@@ -30,23 +35,21 @@ pub(crate) fn improved(
     first: &Arcs,
     step: f64,
     stop: &dyn Fn() -> bool,
-) -> Option<Stationary> {
+) -> Option<Optimum> {
     WITHOUT.iter().find_map(|part| {
         let mut left = MOST_ITERATIONS;
         from(maneuver, first.without_shorter(part * step), &mut left, stop)
     })
 }
 
-fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> bool) -> Option<Stationary> {
+fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> bool) -> Option<Optimum> {
     let mut found = first.solve(maneuver, left)?;
-    for _ in 0..MOST_ROUNDS {
-        let wrong = Certificate::of(maneuver, &found)?.wrong;
+    // Every round takes some of the iterations that are left.
+    while !stop() {
+        let Certificate { wrong, gap } = Certificate::of(maneuver, &found)?;
         if wrong.is_empty() {
             // Stationary is a saddle too.
-            return Some(found).filter(|found| found.curvature > 0.0);
-        }
-        if stop() {
-            break;
+            return Some(Optimum { stationary: found, gap }).filter(|found| found.stationary.curvature > 0.0);
         }
         // The worst that can be put right.
         let arcs = &found.arcs;
@@ -243,7 +246,7 @@ impl Exchange for Arcs {
         let changed = |neighbour: &Law| {
             let levels = law.levels.iter().zip(&neighbour.levels);
             let levels = levels.map(|(own, other)| if *own == Level::Free { *other } else { *own }).collect();
-            Law { levels, holds: Vec::new(), steady: false }
+            Law { levels, holds: Vec::new() }
         };
         let (first, second) = (changed(before), changed(after));
         if !alone || [&first, &second].iter().any(|law| law.levels.contains(&Level::Free)) {

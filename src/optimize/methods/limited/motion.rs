@@ -5,23 +5,18 @@
 //! ```
 //!
 //! with the inputs `v` as parts of their limits, and `b` what they have burnt. Inputs that hold limits are those for which the last
-//! derivative of these vanishes, `N J⁻¹A_f v_f = −N Ω̇_0 − r`; where the body is to turn on at its rate, `N = 1` and `r = 0`.
-//!
-//! The flow is that of Gragg, Bulirsch and Stoer: the modified midpoint rule in [`SUBSTEPS`] pieces a step, extrapolated. It is
-//! chosen because it takes six lines and no table of coefficients, and has order ten.
+//! derivative of these vanishes, `N J⁻¹A_f v_f = −N Ω̇_0 − r`. The flow is that of [`EIGHTH`].
 
 use super::constraint::Limit;
 use super::state::{DISTURBANCE, Numbers, State};
 use crate::maneuver::problem::Problem;
+use crate::numerics::tableau::EIGHTH;
 use crate::optimize::methods::switching::scaled::{Units, scaled};
 use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, Vector6};
 
-/// Pieces of one step, whose results are extrapolated.
-const SUBSTEPS: [usize; 5] = [2, 4, 6, 8, 10];
-
 /// Longest step, in the unit of time and in turns by the present rate \[rad\]: what is left of a step is then below 1e-14.
-const LONGEST: f64 = 0.3;
+const LONGEST: f64 = 0.08;
 
 /// Most inputs that hold something at once.
 const MOST_FREE: usize = 3;
@@ -39,10 +34,8 @@ pub(crate) enum Level {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Law {
     pub levels: Vec<Level>,
-    /// Limits of the state that it holds, as many as inputs are free unless the rate is `steady`.
+    /// Limits of the state that it holds, as many as inputs are free.
     pub holds: Vec<usize>,
-    /// Whether the body turns on at its rate, which three inputs see to.
-    pub steady: bool,
 }
 
 /// A law with what its inputs give, so that a step of the flow asks for no memory.
@@ -143,13 +136,10 @@ impl Maneuver {
                 }
             }
         }
-        let wanted = if law.steady { MOST_FREE } else { law.holds.len() };
-        if !law.steady {
-            for (held, limit) in driven.held.iter_mut().zip(&law.holds) {
-                *held = Some(&self.limits[*limit]);
-            }
+        for (held, limit) in driven.held.iter_mut().zip(&law.holds) {
+            *held = Some(&self.limits[*limit]);
         }
-        (driven.free == wanted).then_some(driven)
+        (driven.free == law.holds.len()).then_some(driven)
     }
 }
 
@@ -160,14 +150,6 @@ impl Driven<'_> {
         j_inverse * (j * rate).cross(rate) + self.given
     }
 
-    /// The rows that the free inputs meet, `N` and `r`, one below the other.
-    fn rows(&self, state: &State) -> [(Vector3, f64); MOST_FREE] {
-        std::array::from_fn(|row| match self.held[row] {
-            Some(limit) => limit.held(state),
-            None => (Vector3::ith(row, 1.0), 0.0),
-        })
-    }
-
     /// The free inputs, in their order, that make up for a change of `Ω̇` and for so much of `r`; NaN where they cannot.
     fn making_up_for(&self, state: &State, change: &Vector3, rests: f64) -> [f64; MOST_FREE] {
         if self.free == 0 {
@@ -175,7 +157,8 @@ impl Driven<'_> {
         }
         let mut matrix = Matrix3::identity();
         let mut wanted = Vector3::zeros();
-        for (row, (normal, rest)) in self.rows(state).iter().enumerate().take(self.free) {
+        for (row, limit) in self.held.iter().flatten().enumerate() {
+            let (normal, rest) = limit.held(state);
             for column in 0..self.free {
                 matrix[(row, column)] = normal.dot(&self.answers[column]);
             }
@@ -225,24 +208,15 @@ impl Driven<'_> {
 
     /// One step of the flow.
     fn step(&self, from: &Numbers, length: f64) -> Numbers {
-        let first = self.derivative(from);
-        let midpoint = |pieces: usize| {
-            let h = length / pieces as f64;
-            let (mut before, mut now) = (*from, from + h * first);
-            for _ in 1..pieces {
-                let next = before + 2.0 * h * self.derivative(&now);
-                (before, now) = (now, next);
-            }
-            0.5 * (now + before + h * self.derivative(&now))
+        let mut slopes = [Numbers::zeros(); EIGHTH.b.len()];
+        let weighted = |weights: &[f64], slopes: &[Numbers]| {
+            let sum = weights.iter().zip(slopes).filter(|(weight, _)| **weight != 0.0);
+            sum.fold(*from, |at, (weight, slope)| at + length * *weight * slope)
         };
-        let mut table = SUBSTEPS.map(midpoint);
-        for column in 1..SUBSTEPS.len() {
-            for row in (column..SUBSTEPS.len()).rev() {
-                let ratio = SUBSTEPS[row] as f64 / SUBSTEPS[row - column] as f64;
-                table[row] = table[row] + (table[row] - table[row - 1]) / (ratio * ratio - 1.0);
-            }
+        for stage in 0..slopes.len() {
+            slopes[stage] = self.derivative(&weighted(&EIGHTH.a[stage][..stage], &slopes));
         }
-        table[SUBSTEPS.len() - 1]
+        weighted(&EIGHTH.b, &slopes)
     }
 
     /// How many steps an arc takes from a state.

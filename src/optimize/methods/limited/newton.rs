@@ -30,10 +30,11 @@ const MOST_ARCS: usize = 24;
 const LARGEST_STEP: f64 = 0.1;
 
 /// Part of the duration below which an arc that is to become shorter has vanished.
-const NO_LENGTH: f64 = 1e-9;
+pub(crate) const NO_LENGTH: f64 = 1e-9;
 
-/// What lengths are disturbed by for `H`, a part of the duration.
-const DISTURBANCE: f64 = 1e-6;
+/// A small change of a length, as a part of the duration: lengths are disturbed by it for `H`, and the merit of a step below it, which
+/// round-off decides, is not asked for.
+const SMALL: f64 = 1e-6;
 
 /// Singular values of `G` below this part of the largest are none.
 const RANK: f64 = 1e-9;
@@ -43,9 +44,6 @@ const LEAST_CURVATURE: f64 = 1e-6;
 
 /// Weight of the equations in the merit of a step, as a multiple of the largest multiplier.
 const MERIT: f64 = 2.0;
-
-/// A step below this part of the duration is taken without asking for its merit, which round-off decides.
-const SMALL_STEP: f64 = 1e-6;
 
 /// Halvings of a step.
 const MOST_HALVINGS: usize = 10;
@@ -230,7 +228,7 @@ impl Arcs {
         followed: &Followed,
         multipliers: &DVector<f64>,
     ) -> Option<DMatrix<f64>> {
-        let (count, size) = (self.laws.len(), DISTURBANCE * self.duration());
+        let (count, size) = (self.laws.len(), SMALL * self.duration());
         let gradient = |followed: &Followed| &followed.gradient + followed.jacobian.tr_mul(multipliers);
         let undisturbed = gradient(followed);
         let mut hessian = DMatrix::zeros(count, count);
@@ -286,7 +284,7 @@ impl Arcs {
             let before = merit(&followed);
             let lowers = |part: f64| {
                 let next = self.moved(&newton.step, part).followed(maneuver);
-                let small = part * newton.step.amax() < SMALL_STEP * duration;
+                let small = part * newton.step.amax() < SMALL * duration;
                 small || next.is_some_and(|next| merit(&next) < before)
             };
             let mut halvings = 0;

@@ -32,9 +32,6 @@ const BETWEEN: usize = 8;
 /// Part of a step below which a pulse is none.
 const NO_PULSE: f64 = 0.02;
 
-/// An input is free that is on average by this part of its limit within it.
-const WITHIN: f64 = 0.02;
-
 /// An input holds a limit that gives this part of what the one gives that says most of it.
 const SAYS: f64 = 0.1;
 
@@ -54,7 +51,6 @@ struct Stretch {
     to: f64,
     free: Vec<usize>,
     holds: Vec<usize>,
-    steady: bool,
 }
 
 /// A plan in the unit of time, with its inputs as parts of their limits.
@@ -66,14 +62,11 @@ struct Read<'a> {
     levels: Vec<Vec<f64>>,
 }
 
-/// The orders of arcs that a plan may stand for; none where it has no rows of inputs at its nodes. Where all inputs are within their
-/// limits along a limit of the rate the body may turn on steadily, or inputs may take turns that the grid does not show.
-pub(crate) fn arcs(problem: &Problem, maneuver: &Maneuver, plan: &Solution) -> Vec<Arcs> {
-    let Some(read) = Read::of(problem, maneuver, &plan.trajectory) else { return Vec::new() };
+/// The order of arcs that a plan may stand for; none where it has no rows of inputs at its nodes.
+pub(crate) fn arcs(problem: &Problem, maneuver: &Maneuver, plan: &Solution) -> Option<Arcs> {
+    let read = Read::of(problem, maneuver, &plan.trajectory)?;
     let (held, touched) = read.acting(problem, plan);
-    let steady = read.stretches(&held, true);
-    let in_turns = steady.iter().any(|stretch| stretch.steady).then(|| read.stretches(&held, false));
-    in_turns.into_iter().chain([steady]).map(|stretches| read.arcs(&stretches, &touched)).collect()
+    Some(read.arcs(&read.stretches(&held), &touched))
 }
 
 impl<'a> Read<'a> {
@@ -168,7 +161,7 @@ impl<'a> Read<'a> {
     }
 
     /// Times at which the same limits are held, with the inputs that hold them.
-    fn stretches(&self, held: &[Held], may_be_steady: bool) -> Vec<Stretch> {
+    fn stretches(&self, held: &[Held]) -> Vec<Stretch> {
         let mut times: Vec<f64> = held.iter().flat_map(|held| [held.from, held.to]).collect();
         times.sort_by(f64::total_cmp);
         times.dedup();
@@ -184,22 +177,15 @@ impl<'a> Read<'a> {
             if holds.is_empty() {
                 continue;
             }
-            let inputs = self.maneuver.answers.len();
-            let of_order_1 = holds.iter().all(|limit| self.maneuver.limits[*limit].order() == 1);
-            let steady = may_be_steady
-                && inputs == 3
-                && of_order_1
-                && (0..inputs).all(|input| self.within(input, from, to) > WITHIN);
             // Inputs take turns in holding a limit: a few nodes tell which it is.
-            let pieces =
-                if steady { 1 } else { ((to - from) / (PIECE * self.step)).floor().max(1.0) as usize };
+            let pieces = ((to - from) / (PIECE * self.step)).floor().max(1.0) as usize;
             for piece in 0..pieces {
                 let at = |piece: usize| from + (to - from) * piece as f64 / pieces as f64;
                 let [from, to] = [at(piece), if piece + 1 == pieces { to } else { at(piece + 1) }];
-                let free = if steady { (0..inputs).collect() } else { self.holding(&holds, from, to) };
+                let free = self.holding(&holds, from, to);
                 match stretches.last_mut() {
                     Some(last) if last.to == from && last.holds == holds && last.free == free => last.to = to,
-                    _ => stretches.push(Stretch { from, to, free, holds: holds.clone(), steady }),
+                    _ => stretches.push(Stretch { from, to, free, holds: holds.clone() }),
                 }
             }
         }
@@ -252,7 +238,6 @@ impl<'a> Read<'a> {
             arcs.laws.push(Law {
                 levels: segments.iter().enumerate().map(level).collect(),
                 holds: stretch.map_or(Vec::new(), |stretch| stretch.holds.clone()),
-                steady: stretch.is_some_and(|stretch| stretch.steady),
             });
             arcs.lengths.push(pair[1] - pair[0]);
             let touching = touched.iter().filter(|(_, time)| *time == pair[1]).map(|(limit, _)| *limit);
