@@ -68,3 +68,10 @@ fn long_durations_are_followed_from_moderate_ones() {
         assert!(over < 1.001, "{name}: {over}");
     }
 }
+
+/// The products of ten thousand rotations on the grid are rounded more than the end may be missed by.
+#[test]
+fn plans_that_switch_meet_their_end_on_ten_thousand_steps() {
+    let over = over_the_best("time_xte");
+    assert!(over < 1.001, "{over}");
+}

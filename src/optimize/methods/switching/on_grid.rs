@@ -21,7 +21,7 @@ use super::tuning::grid::*;
 use crate::Vector3;
 use crate::numerics::three::{apply, apply_transposed, cross, product};
 use crate::numerics::widest::widest;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector6};
 
 /// A maneuver on a grid of arcs.
 #[derive(Clone, Debug)]
@@ -156,22 +156,41 @@ impl OnGrid {
 
     /// Newton until the residual is below `enough`, or to round-off, in `most` iterations.
     pub fn solve_to(mut self, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
+        // What a sweep rounds off at every step adds up.
+        let round_off = CONVERGED.max(f64::EPSILON * self.steps.len() as f64);
         let mut last = f64::INFINITY;
         for iteration in 0..most {
             let Sweep { equations, torques } = self.swept(extremal)?;
-            if equations.merit < enough || is_round_off(equations.merit, last) {
+            if equations.merit < enough || is_round_off(equations.merit, last, round_off) {
                 (self.torques, self.residual, self.iterations) = (torques, equations.merit, iteration);
                 return Some(self);
             }
             last = equations.merit;
-            // A smoothed law determines all costates.
-            let switches = if self.signs.is_empty() { usize::MAX } else { self.lengths.len() - 1 };
-            let step = newton_step(&equations, switches)?;
+            let step = newton_step(&equations, self.switches())?;
             let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
             let factor = (costate / step.rows(0, 6).norm()).min(self.longest(&step));
             self.take(&step, &equations, factor);
         }
         None
+    }
+
+    /// How many switches determine costates: a smoothed law determines all.
+    fn switches(&self) -> usize {
+        if self.signs.is_empty() { usize::MAX } else { self.lengths.len() - 1 }
+    }
+
+    /// With costates and lengths by which the end is no longer missed by so much: the miss is known better than a sweep, whose products
+    /// of rotations are rounded, tells it. `None` where lengths are not free.
+    pub fn nearer(mut self, extremal: &Extremal, miss: &Vector6<f64>) -> Option<Self> {
+        if self.of_free_times.is_some() {
+            return None;
+        }
+        let Sweep { mut equations, .. } = self.swept(extremal)?;
+        equations.residual.fill(0.0);
+        equations.residual.rows_mut(0, 6).copy_from(miss);
+        let step = newton_step(&equations, self.switches())?;
+        self.take(&step, &equations, 1.0);
+        Some(self)
     }
 
     /// The part of a step that no more than halves an arc, but short ones.
@@ -199,9 +218,9 @@ impl OnGrid {
     }
 }
 
-/// Whether a residual falls no further, after the last one.
-pub(super) fn is_round_off(residual: f64, last: f64) -> bool {
-    residual < CONVERGED && residual >= FALLING * last
+/// Whether a residual that is below `enough` falls no further, after the last one.
+pub(super) fn is_round_off(residual: f64, last: f64, enough: f64) -> bool {
+    residual < enough && residual >= FALLING * last
 }
 
 /// Carries the lanes over a step and gives those of its Hamiltonian.

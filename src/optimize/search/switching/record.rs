@@ -6,13 +6,14 @@ use crate::maneuver::switching::{Structure, Switching};
 use crate::mechanics::drift_equation;
 use crate::numerics::compensated::Sum;
 use crate::optimize::methods::switching::extremal::Extremal;
+use crate::optimize::methods::switching::flow::Node;
 use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, shared};
 use crate::optimize::methods::switching::tuning::grid::NO_LENGTH;
 use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
-use nalgebra::Vector1;
+use nalgebra::{Vector1, Vector6};
 
 /// An input of a smoothed plan stays within its limits where it is within this part of them, on this part of the steps.
 const WITHIN: f64 = 0.9;
@@ -66,6 +67,8 @@ pub(super) struct Planned {
     pub residual: f64,
     pub iterations: usize,
     pub terminal: TerminalError,
+    /// Turn and momentum by which the end is missed, scaled.
+    pub miss: Vector6<f64>,
     pub sense: Sense,
     pub turned_deg: f64,
     pub start: String,
@@ -76,11 +79,12 @@ pub(super) struct Planned {
     pub landing: Option<Landing>,
 }
 
-/// Terminal errors above this, half of the default tolerance, are taken for those of the last digits of recorded times.
-const OF_THE_CLOCK: f64 = 5e-13;
+/// Terminal errors above this, half of the default tolerance, are taken for those of last digits.
+const OF_ROUND_OFF: f64 = 5e-13;
 
 /// Replays a plan from the start and records every node.
 ///
+/// Compensated sums show what the products of ten thousand rotations on the grid round off, and costates and lengths make up for that.
 /// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
 /// recorded that give the impulse of the plan in the time that is recorded, and are below their limits by these digits.
 pub(super) fn record(
@@ -89,13 +93,26 @@ pub(super) fn record(
     units: &Units,
     grid: &OnGrid,
 ) -> Option<Planned> {
-    let plain = replayed(problem, extremal, units, grid, false)?;
-    // Pulses are off or at a limit, to the last bit.
-    if plain.terminal.largest() <= OF_THE_CLOCK || problem.shortest_pulse().is_some() {
-        return Some(plain);
+    let mut best = replayed(problem, extremal, units, grid, false)?;
+    let is_round_off = |plan: &Planned| plan.terminal.largest() <= OF_ROUND_OFF;
+    let replayed = |grid: &OnGrid, impulses: bool, best: &Planned| {
+        let found = replayed(problem, extremal, units, grid, impulses)?;
+        (found.terminal.largest() < best.terminal.largest()).then_some(found)
+    };
+    if !is_round_off(&best)
+        && let Some(mended) = grid.clone().nearer(extremal, &best.miss)
+        && let Some(nearer) = replayed(&mended, false, &best)
+    {
+        best = nearer;
     }
-    let exact = replayed(problem, extremal, units, grid, true)?;
-    Some(if exact.terminal.largest() < plain.terminal.largest() { exact } else { plain })
+    // Pulses are off or at a limit, to the last bit.
+    if !is_round_off(&best)
+        && problem.shortest_pulse().is_none()
+        && let Some(exact) = replayed(grid, true, &best)
+    {
+        best = exact;
+    }
+    Some(best)
 }
 
 /// The same with the inputs of the plan, or with its impulses.
@@ -180,6 +197,7 @@ fn replayed(
         duration: before,
         residual: grid.residual,
         iterations: grid.iterations,
+        miss: extremal.miss(&Node { r: r.value, pi: pi.value, e: m_e.1 }),
         terminal: TerminalError {
             attitude_rad: lie::log(&extremal.end_attitude.tr_mul(&r.value)).norm(),
             momentum_relative: momentum / (extremal.j.trace() / 3.0),

@@ -8,7 +8,7 @@ use super::super::discretize::{Layout, of_arcs};
 use super::super::extremal::Extremal;
 use super::super::on_grid::{OnGrid, Sweep, is_round_off};
 use super::super::tuning::UNDETERMINED;
-use super::super::tuning::grid::{MOST_CHANGES, MOST_ITERATIONS};
+use super::super::tuning::grid::{CONVERGED, MOST_CHANGES, MOST_ITERATIONS};
 use super::super::tuning::pulses::{KEPT, NEARBY_ON_GRID};
 use super::motion::Motion;
 use super::schedule::{Ask, Best, Schedule};
@@ -155,7 +155,7 @@ fn stationary(
         let size = |residual: &DVector<f64>| (residual.norm_squared() + equations.gaps).sqrt();
         let whole = size(&residual);
         let merit = if together { whole } else { size(&residual.rows(0, 6).into_owned()) };
-        if is_round_off(merit, last) {
+        if is_round_off(merit, last, CONVERGED) {
             grid.torques = torques;
             grid.of_free_times = Some(of_length.clone());
             (grid.residual, grid.iterations, grid.beside_optimum) = (whole, iteration, !together);
