@@ -13,13 +13,13 @@
 //! limits, SCP is taken.
 //!
 //! There the maneuver without limits is solved first, by shooting, for each sense. If the cheapest of those meets every limit
-//! it is the answer. Otherwise each of these paths, and its detours to either side of every cone that it crosses, is a seed
-//! of the convex iteration (`scp/`) on a coarse grid. The cheapest result is carried to the requested grid in one leap by
-//! Newton alone where that works; where it does not, over grids four times finer each, with the convex iteration behind
+//! it is the answer. Otherwise each of these paths, and its detours to either side of every cone that it crosses, is a seed of
+//! the convex iteration (`scp/`) on a coarse grid. The cheapest result is carried to the requested grid in one leap by Newton
+//! alone where that works; where it does not, over grids twice or four times finer each, with the convex iteration behind
 //! Newton. The path between the coarse nodes is smooth, and inputs at their limits are those that the interpolated costates
 //! ask for. Because limits only make a maneuver costlier, a sense whose path without limits costs more than what is already
-//! found is not tried, unless wheels store momentum at the start: without it the body would move otherwise. A guess brings
-//! its path as one more seed, the first.
+//! found is not tried, unless wheels store momentum at the start: without it the body would move otherwise. A guess brings its
+//! path as one more seed, the first.
 
 use super::any_attitude;
 use super::asked;
@@ -41,19 +41,19 @@ use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteratio
 use crate::optimize::step::{Dynamics, Point};
 use crate::optimize::sweep::BoundaryValueProblem;
 
-/// How many times finer the next grid is, where one leap to the requested one fails.
-const LEAP: usize = 4;
 /// Costs of one plan on two grids differ by less, relative.
 const NEAR: f64 = 0.05;
 /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the fine grid, and how many are.
 pub(super) const CLOSE: f64 = 0.02;
 pub(super) const CARRIED: usize = 3;
 
-/// What may carry a solution to a finer grid.
+/// What carries a solution to a finer grid.
 #[derive(Clone, Copy)]
-struct Roads {
-    newton: bool,
-    convex: bool,
+enum Road {
+    /// Newton's method, which finds the active set of a near grid by itself as a rule.
+    Newton,
+    /// The convex iteration.
+    Convex,
 }
 
 /// The extremals of the maneuver without limits, as paths on a coarse grid.
@@ -167,62 +167,60 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
     }
 }
 
-/// A coarse solution carried to the fine grid, in one leap where Newton alone does that.
+/// A coarse solution carried to the fine grid: in one leap where Newton alone does that, or else over grids between, by Newton's
+/// method to one that is four times or twice as fine, or by the convex iteration to the next or the one after it.
 pub(super) fn carried_to<const N: usize>(
-    search: &Search<N>,
-    found: &mut Found<N>,
-    grids: [&Chain; 2],
-    plan: &Attempt,
-) -> Option<Attempt> {
-    refine(search, found, grids, plan, Roads { newton: true, convex: false })
-        .or_else(|| refine_by_and_by(search, found, grids, plan))
-}
-
-/// A coarse solution carried to the fine grid over grids between, where Newton's method did not find the
-/// active set of the fine one in one leap.
-fn refine_by_and_by<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     [coarse, fine]: [&Chain; 2],
     plan: &Attempt,
 ) -> Option<Attempt> {
-    let between = grids_between(coarse.model.steps, fine.model.steps);
-    // Newton's leap from the coarse grid itself has failed.
-    let mut roads = Roads { newton: !between.is_empty(), convex: true };
-    let mut last: Option<(Chain, Attempt)> = None;
-    for steps in between {
-        let (chain, plan) = last.as_ref().map_or((coarse, plan), |(chain, plan)| (chain, plan));
-        let next = search.chain(steps);
-        let refined = refine(search, found, [chain, &next], plan, roads)?;
-        last = Some((next, refined));
-        roads.newton = true;
+    let grids = grids_between(coarse.model.steps, fine.model.steps);
+    let (last, mut next) = (grids.len(), 0);
+    let mut reached: Option<(Chain, Attempt)> = None;
+    while !search.stopped() {
+        let (from, plan) = reached.as_ref().map_or((coarse, plan), |(chain, plan)| (chain, plan));
+        let mut to = |leap: usize, road: Road| match grids.get(leap) {
+            None => Some((None, refine(search, found, [from, fine], plan, road)?)),
+            Some(steps) => {
+                let chain = search.chain(*steps);
+                let refined = refine(search, found, [from, &chain], plan, road)?;
+                Some((Some((leap, chain)), refined))
+            }
+        };
+        // In one leap at first.
+        let furthest = if next == 0 { last } else { next + 1 };
+        let mut leaps = [furthest, next + 1, next].map(|leap| leap.min(last)).to_vec();
+        leaps.dedup();
+        let newton = leaps.into_iter().find_map(|leap| to(leap, Road::Newton));
+        // What a grid does not let by another may.
+        let mut convex = (next..=last.min(next + 1)).filter_map(|leap| to(leap, Road::Convex));
+        let (between, refined) = newton.or_else(|| convex.next())?;
+        let Some((leap, chain)) = between else { return Some(refined) };
+        (reached, next) = (Some((chain, refined)), leap + 1);
     }
-    let (chain, plan) = last.as_ref().map_or((coarse, plan), |(chain, plan)| (chain, plan));
-    refine(search, found, [chain, fine], plan, roads)
+    None
 }
 
-/// A coarse solution carried to a finer grid: by Newton's method, or by the convex iteration where that fails.
+/// A coarse solution carried to a finer grid.
 fn refine<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     [coarse, fine]: [&Chain; 2],
     plan: &Attempt,
-    roads: Roads,
+    road: Road,
 ) -> Option<Attempt> {
     let start = transfer([coarse, fine], &plan.candidate);
-    let options = options(search, fine);
-    let near = |attempt: &Attempt| (attempt.cost - plan.cost).abs() <= NEAR * plan.cost;
-    // Newton finds the active set of a near grid by itself as a rule.
-    let newton = (roads.newton && options.polish).then(|| {
-        let newton = ActiveSetNewton { chain: fine, options: &options };
-        search.context.tried(Rung::Scp, &newton, start.clone())
-    });
-    let attempt = match newton.filter(near) {
-        Some(attempt) => search.context.noted(Rung::Scp, attempt),
-        None if roads.convex => {
-            search.context.attempt(Rung::Scp, &ConvexIteration { chain: fine, options: &options }, start)
+    let options = &options(search, fine);
+    let attempt = match road {
+        Road::Newton if !options.polish => return None,
+        Road::Newton => {
+            let newton = ActiveSetNewton { chain: fine, options };
+            let tried = search.context.tried(Rung::Scp, &newton, start);
+            let near = (tried.cost - plan.cost).abs() <= NEAR * plan.cost;
+            search.context.noted(Rung::Scp, near.then_some(tried)?)
         }
-        None => return None,
+        Road::Convex => search.context.attempt(Rung::Scp, &ConvexIteration { chain: fine, options }, start),
     };
     if attempt.converged() {
         found.add_work(&attempt);
@@ -240,10 +238,10 @@ pub(super) fn relaxed(problem: &Problem) -> Problem {
     relaxed
 }
 
-/// Grids between, each so many times finer than the one before: the nodes of one are nodes of the next wherever the
-/// requested number divides, so that what acts at a node acts there again.
+/// Grids between, each twice as fine as the one before: the nodes of one are nodes of the next wherever the requested number
+/// divides, so that what acts at a node acts there again.
 fn grids_between(coarse: usize, fine: usize) -> Vec<usize> {
-    let parts = std::iter::successors(Some(LEAP), |parts| parts.checked_mul(LEAP));
+    let parts = std::iter::successors(Some(2_usize), |parts| parts.checked_mul(2));
     let mut grids: Vec<usize> =
         parts.map(|parts| fine.div_ceil(parts)).take_while(|steps| *steps >= 2 * coarse).collect();
     grids.reverse();

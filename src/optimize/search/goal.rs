@@ -15,6 +15,8 @@ use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
 
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
+/// What less effort in the cost would gain, relative, that is not worth a second try.
+const UNFELT: f64 = 1e-6;
 /// Most subproblems from one share to the next.
 const FEW: usize = 12;
 
@@ -71,12 +73,15 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
 
 /// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
 /// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
+///
+/// With a share ε the optimum is dearer by `O(ε²)`: what the last step to a smaller one has gained tells what is left. Where that
+/// is nothing, a step that fails is not tried again.
 fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan: Attempt) -> (Attempt, f64) {
     let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) };
     let Some(goal) = search.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
         return (plan, 0.0);
     };
-    let (mut last, mut factor) = (goal.share, LOWERED.0);
+    let (mut last, mut factor, mut left) = (goal.share, LOWERED.0, f64::INFINITY);
     while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
         let share = (last * factor).max(LAST_SHARE);
         let chain = Chain::with_goal(search.problem, search.problem.steps, &Goal { share, ..goal.clone() });
@@ -86,7 +91,10 @@ fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan:
         let [before, after] = [&plan, &next].map(|attempt| chain.price(&attempt.candidate));
         let near = last.clamp(NEAR[0], NEAR[1]);
         if next.converged() && (before - after).abs() <= near * before {
+            left = (before - after).abs() / before / ((last / share).powi(2) - 1.0);
             (plan, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
+        } else if left <= UNFELT {
+            break;
         } else {
             factor = factor.sqrt();
         }
