@@ -3,7 +3,7 @@
 
 use super::minimum_fuel::{ball, thrusters};
 use super::minimum_time::{CUBE, at, body, solved, torques};
-use super::shortest::{cone, limited, rate, takes_no_guess_and_no_shooting, turn, wheeled};
+use super::shortest::{GAP, cone, limited, rate, takes_no_guess_and_no_shooting, turn, wheeled};
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Rule, Settings, Side};
 use slewkit::mechanics::Limits;
 use slewkit::plan::{Silent, Status, plan};
@@ -75,7 +75,7 @@ fn cases() -> Vec<(&'static str, Problem, f64)> {
 fn fuel(problem: &Problem) -> f64 {
     let plan = solved(problem);
     // The extremal that it stands for is told where every sign is right.
-    assert!(plan.solution.switching.is_none_or(|told| told.gap == 0.0));
+    assert!(plan.solution.switching.is_none_or(|told| told.gap <= GAP * told.continuous_cost));
     let work = plan.solution.convex.expect("planned by SCP");
     assert!(work.all_subproblems >= work.subproblems && work.subproblems > 0, "{work:?}");
     plan.solution.cost
