@@ -165,8 +165,8 @@ pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoot
         way => way,
     };
     let (reversed, back) = (extremal.reversed(), Ask { path: way_back, ..*ask });
-    // Only this thread may ask whether to stop.
-    let stopped = AtomicBool::new(false);
+    // Only this thread may ask whether to stop: once before the other one begins.
+    let stopped = AtomicBool::new(work.stopped());
     let asks = || {
         let stops = work.stopped();
         stopped.fetch_or(stops, Ordering::Relaxed);
