@@ -62,6 +62,12 @@ pub fn matrix3(value: &Value) -> Matrix3 {
     matrix::<3, 3>(value)
 }
 
+/// The upper median, which sorts the values; NaN of none.
+pub fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
 /// Largest magnitude of some numbers; NaN if one is, which `amax` and `f64::max` would swallow.
 pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().fold(0.0, |max: f64, x| if x.abs() > max || x.is_nan() { x.abs() } else { max })

@@ -9,8 +9,8 @@
 //! plan itself tells of; the summary tells of how many, and the median error of each grid beside the finest, by which the
 //! constants of that rule are judged. Times are of the processor.
 
-use evidence::Random;
 use evidence::process::own_cpu_seconds;
+use evidence::{Random, median};
 use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Settings, Side, State};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits, Wheels};
 use slewkit::plan::{Control, Observer, Progress, Status, plan};
@@ -134,30 +134,26 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 fn summary(name: &str, all: &[Compared]) {
+    let median_of = |values: &mut dyn Iterator<Item = f64>| median(&mut values.collect::<Vec<f64>>());
     let apart = all.iter().filter(|one| one.beyond() > 0.0).count();
     let worst = all.iter().map(Compared::beyond).fold(0.0, f64::max);
     let unsolved: usize = all.iter().map(|one| one.costs.iter().filter(|cost| cost.is_none()).count()).sum();
     let error = |grid: usize| {
         let beside = |one: &Compared| Some((one.costs[grid]? / one.costs[GRIDS.len() - 1]? - 1.0).abs());
-        format!("{:.1e}", median(all.iter().filter_map(beside).collect()))
+        format!("{:.1e}", median_of(&mut all.iter().filter_map(beside)))
     };
     let errors: Vec<String> = (0..GRIDS.len() - 1).map(error).collect();
     let [on_100, on_800] = [1, GRIDS.len() - 1].map(|grid| move |one: &Compared| one.seconds[grid]);
     let total = |of: &dyn Fn(&Compared) -> f64| all.iter().map(of).sum::<f64>();
-    let ratio = median(all.iter().map(|one| on_800(one) / on_100(one)).collect());
+    let ratio = median_of(&mut all.iter().map(|one| on_800(one) / on_100(one)));
     println!(
         "{name:<18} {:>4} maneuvers: on another grid cheaper {apart}, worst {:.2} %; grids without a plan {unsolved}; \
          median error {}; median {:.2} s on 800 steps, ratio to 100 steps median {ratio:.1}, of sums {:.1}",
         all.len(),
         100.0 * worst,
         errors.join(" "),
-        median(all.iter().map(on_800).collect()),
+        median_of(&mut all.iter().map(on_800)),
         total(&on_800) / total(&on_100),
     );
 }

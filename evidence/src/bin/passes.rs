@@ -12,7 +12,7 @@
 //! It prints how many are solved, how far the end of the plan is from the model of the sky that the planner does not use (full theories,
 //! not fitted, rates by differences), and how long a plan takes. Ends with 1 where a plan is not solved, or is off by more than 1″.
 
-use evidence::Random;
+use evidence::{Random, median};
 use slewkit::maneuver::Aim;
 use slewkit::maneuver::constraint::angle_between;
 use slewkit::plan::{Plan, Silent, Status, plan};
@@ -120,11 +120,6 @@ fn failed(found: &Plan) -> String {
     let checks = found.verification.iter().flat_map(|verification| &verification.checks);
     let failed = checks.filter(|check| !check.passed);
     failed.map(|check| format!("; {} {:.1e}, at most {:.1e}", check.name, check.value, check.limit)).collect()
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -14,7 +14,7 @@
 //! The time of a warm plan is the quickest of five runs, that of a search is of one: the ratio flatters the warm plan. `moving 10` is
 //! printed and does not decide how it ends: it was the first choice of bodies, and 98 of 100 of them took three steps.
 
-use evidence::Random;
+use evidence::{Random, median};
 use slewkit::maneuver::{Outcome, Settings};
 use slewkit::optimize::search::solve;
 use slewkit::plan::Replanner;
@@ -42,11 +42,6 @@ fn maneuver(random: &mut Random, ratio: Ratio) -> Result<Problem, Box<dyn Error>
         (inertia, State::at_rest(Matrix3::identity()), State::at_rest(random.uniform_rotation()), 40.0)
     };
     Ok(Problem::attitude(Body { inertia, mass: None }, start, end, duration).with_steps(STEPS))
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -72,7 +72,7 @@ use super::coarse::chain_steps;
 use super::context::Context;
 use super::duration;
 use super::given_duration::{search_of, searched};
-use super::goal::{Cheapest, cheapest};
+use super::goal::{Cheapest, SAME_COST, cheapest};
 use super::ladder::Ask;
 use super::paths::shortest_way;
 use super::shares::SHARE;
@@ -93,8 +93,6 @@ use std::f64::consts::PI;
 
 /// How far the path of minimum time or fuel is bent to either side \[rad\]: a turn about one axis is often a saddle.
 const BENT: f64 = 0.5;
-/// Costs that differ by less than this part are those of one plan.
-const SAME_COST: f64 = 1e-6;
 
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
 /// sought.

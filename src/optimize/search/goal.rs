@@ -15,8 +15,8 @@ use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
 
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
-/// What less effort in the cost would gain, relative, that is not worth a second try.
-const UNFELT: f64 = 1e-6;
+/// Costs that differ by less than this part are those of one plan.
+pub(super) const SAME_COST: f64 = 1e-6;
 /// Most subproblems from one share to the next.
 const FEW: usize = 12;
 
@@ -74,8 +74,8 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
 /// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
 /// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
 ///
-/// With a share ε the optimum is dearer by `O(ε²)`: what the last step to a smaller one has gained tells what is left. Where that
-/// is nothing, a step that fails is not tried again.
+/// With a share ε the optimum is dearer by `O(ε²)`: what the last step to a smaller one has gained tells what is left. Where that is
+/// too little for another plan, a step that fails is not tried again.
 fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan: Attempt) -> (Attempt, f64) {
     let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) };
     let Some(goal) = search.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
@@ -93,7 +93,7 @@ fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan:
         if next.converged() && (before - after).abs() <= near * before {
             left = (before - after).abs() / before / ((last / share).powi(2) - 1.0);
             (plan, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
-        } else if left <= UNFELT {
+        } else if left <= SAME_COST {
             break;
         } else {
             factor = factor.sqrt();

@@ -51,7 +51,7 @@ pub(crate) enum Wrong {
 pub(crate) struct Certificate {
     /// The worst of each kind first, limits before signs.
     pub wrong: Vec<Wrong>,
-    /// What all inputs at a level lack of the least of the Hamiltonian, over the duration.
+    /// What the inputs at a level leave of the least Hamiltonian, integrated over their arcs by the trapezoidal rule, in the unit of cost.
     pub gap: f64,
 }
 
@@ -116,7 +116,8 @@ impl Certificate {
             kind.sort_by(|a: &(f64, Wrong), b| b.0.total_cmp(&a.0));
             all.extend(kind.into_iter().map(|(_, wrong)| wrong));
         }
-        scale.is_finite().then_some(Self { wrong: all, gap })
+        // The largest of numbers passes over those that are none, their sum does not.
+        (scale + gap).is_finite().then_some(Self { wrong: all, gap })
     }
 }
 
@@ -167,7 +168,8 @@ fn switching(maneuver: &Maneuver, driven: &Driven, law_free: &[usize], input: us
     sum
 }
 
-/// Adds the stretches of an arc on which an input should have another level. What the level lacks of the best one, over the arc.
+/// Adds the stretches of an arc on which an input should have another level, and gives what its level leaves of the least Hamiltonian,
+/// integrated over the arc.
 fn stretches(
     maneuver: &Maneuver,
     driven: &Driven,

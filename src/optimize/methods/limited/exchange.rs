@@ -24,7 +24,7 @@ const FIRST_PART: f64 = 0.5;
 /// Arcs that satisfy the maximum principle.
 pub(crate) struct Optimum {
     pub stationary: Stationary,
-    /// By what costs near by may be lower to first order, in the unit of cost.
+    /// What plans near by may gain, to first order, in the unit of cost.
     pub gap: f64,
 }
 

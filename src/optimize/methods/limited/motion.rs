@@ -15,7 +15,8 @@ use crate::optimize::methods::switching::scaled::{Units, scaled};
 use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, Vector6};
 
-/// Longest step, in the unit of time and in turns by the present rate \[rad\]: what is left of a step is then below 1e-14.
+/// Longest step, in the unit of time and in turns by the present rate \[rad\]: halves of it lead to the same end within 1e-13
+/// (`cargo test --lib -- limited::tests::steps`).
 const LONGEST: f64 = 0.08;
 
 /// Most inputs that hold something at once.

@@ -139,7 +139,7 @@ fn planned(problem: &Problem, steps: usize) -> (f64, Structure, Vec<String>) {
     let problem = problem.clone().with_steps(steps);
     let found = crate::optimize::search::solve(&problem, &settings, None, &mut Silent).unwrap();
     let told = found.switching.unwrap_or_else(|| panic!("no arcs on {steps} steps, {:?}", problem.objective));
-    assert!(told.gap < 1e-7 * told.continuous_cost && (told.continuous_cost / found.cost - 1.0).abs() < 1e-2);
+    assert!(told.gap < 1e-9 * told.continuous_cost && (told.continuous_cost / found.cost - 1.0).abs() < 1e-2);
     let met = told.arcs.iter().flat_map(|arc| arc.holds.iter().chain(&arc.touches).cloned()).collect();
     (told.continuous_cost, told.structure, met)
 }

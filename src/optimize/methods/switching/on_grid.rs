@@ -190,6 +190,8 @@ impl OnGrid {
         equations.residual.rows_mut(0, 6).copy_from(miss);
         let step = newton_step(&equations, self.switches())?;
         self.take(&step, &equations, 1.0);
+        let Sweep { equations, torques } = self.swept(extremal)?;
+        (self.torques, self.residual) = (torques, equations.merit);
         Some(self)
     }
 
