@@ -75,7 +75,6 @@ fn cases() -> Vec<(&'static str, Problem, f64)> {
 fn fuel(problem: &Problem) -> f64 {
     let plan = solved(problem);
     // The extremal that it stands for is told where every sign is right.
-    if let Some(t) = &plan.solution.switching {}
     assert!(plan.solution.switching.is_none_or(|told| told.gap <= GAP * told.continuous_cost));
     let work = plan.solution.convex.expect("planned by SCP");
     assert!(work.all_subproblems >= work.subproblems && work.subproblems > 0, "{work:?}");

@@ -66,7 +66,6 @@ fn duration(problem: &Problem, steps: usize) -> f64 {
     let duration = plan.solution.duration(problem);
     assert_eq!(plan.solution.cost, duration);
     // The extremal that it stands for is told where every sign is right.
-    if let Some(t) = &plan.solution.switching {}
     assert!(plan.solution.switching.is_none_or(|told| told.gap <= GAP * told.continuous_cost));
     duration
 }
