@@ -22,6 +22,8 @@ pub use duration::Duration;
 pub use grid::{Grid, GridError, Scheme};
 pub use infeasible::Proof;
 pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
+#[doc(hidden)]
+pub use problem::Stepping;
 pub use problem::{EndCondition, Formulation, Motion, Path, Problem, ProblemError, State, Unsuited};
 pub use reserve::Reserve;
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};

@@ -6,7 +6,7 @@ mod plane;
 mod unsuited;
 
 pub use crate::maneuver::grid::Scheme;
-pub use formulation::Formulation;
+pub use formulation::{Formulation, Stepping};
 pub use unsuited::Unsuited;
 
 use crate::lie::Rotation;
@@ -146,9 +146,9 @@ pub struct Problem {
     pub chooses_steps: bool,
     /// The discretisation.
     pub scheme: Scheme,
-    /// Whether SCP is to plan it on equal steps, also where inputs could switch between them ([`Formulation`]).
+    /// Which steps a plan of minimum time or fuel is to have ([`Formulation`]).
     #[doc(hidden)]
-    pub on_equal_steps: bool,
+    pub stepping: Stepping,
     /// Which way round.
     pub path: Path,
     /// Where the body may point and how fast it may turn.
@@ -267,7 +267,7 @@ impl Problem {
             steps: 100,
             chooses_steps: true,
             scheme: Scheme::LieVerlet,
-            on_equal_steps: false,
+            stepping: Stepping::Formulated,
             path: Path::Best,
             constraints: Vec::new(),
             alternatives: Vec::new(),
@@ -470,7 +470,14 @@ impl Problem {
     /// The maneuver as `method` plans it: by SCP on equal steps.
     #[doc(hidden)]
     pub fn planned_by(self, method: Method) -> Self {
-        Self { on_equal_steps: self.on_equal_steps || method == Method::Scp, ..self }
+        let stepping = if method == Method::Scp { Stepping::Equal } else { self.stepping };
+        Self { stepping, ..self }
+    }
+
+    /// The maneuver as arcs plan it along which none of its constraints acts.
+    #[doc(hidden)]
+    pub fn planned_on_arcs(self) -> Self {
+        Self { stepping: Stepping::Arcs, ..self }
     }
 
     /// Whether more time is never worse: from rest to rest where nothing acts on the body, it can wait.
@@ -491,9 +498,14 @@ impl Problem {
 
     /// Whether it has more than limits of each torque, or of the norm of the torque: what the shooting does not take.
     pub(crate) fn has_shaping_limits(&self) -> bool {
+        self.has_shaping_inputs() || !self.constraints.is_empty()
+    }
+
+    /// Whether limits of what the inputs do, or wheels, are more than arcs at the limits take.
+    pub(crate) fn has_shaping_inputs(&self) -> bool {
         let limits = self.actuation.torque.limits();
         let jumping = limits.rate.is_none() && !(limits.size.is_some() && limits.norm.is_some());
-        !jumping || self.actuation.wheels.is_some() || !self.constraints.is_empty()
+        !jumping || self.actuation.wheels.is_some()
     }
 
     /// Whether anything limits inputs, rates or pointing.

@@ -538,11 +538,14 @@ impl Solution {
 
     /// The maneuver as it is planned, on the grid of its plan: with its alternatives in their shifts, the number of steps that the plan has, which may have been chosen, or be one more
     /// than was asked for, with the duration that was found where it was sought, the attitude at the end where any will do, and on
-    /// equal steps where SCP has planned it.
+    /// equal steps where SCP has planned it, or on those of arcs where no constraint acts.
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
         let problem = if self.turns.is_empty() { problem } else { &problem.in_turns(&self.turns_flown()) };
-        self.trajectory.completed(&problem.clone().planned_by(self.method)).with_steps(steps)
+        let arcs = self.method == Method::Shooting && self.switching.is_some();
+        let problem = problem.clone();
+        let problem = if arcs { problem.planned_on_arcs() } else { problem.planned_by(self.method) };
+        self.trajectory.completed(&problem).with_steps(steps)
     }
 
     /// The shifts until the plan ends.

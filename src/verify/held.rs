@@ -110,8 +110,7 @@ fn held_end(
     let mut body = Continuous::new(plant, start);
     let mut marks = Marks::new(problem, &inputs.grid, start);
     let pieces = if problem.constraints.is_empty() { 1 } else { PIECES };
-    let piece = problem.step() / pieces as f64;
-    let mut meter = (pieces > 1).then(|| Meter::every(piece, problem));
+    let mut meter = (pieces > 1).then(|| Meter::new(problem));
     if let Some(meter) = &mut meter {
         meter.rate(0.0, &problem.start.angular_velocity);
     }
@@ -135,11 +134,13 @@ fn held_end(
             meet(k + 1, &body);
             continue;
         };
-        for index in pieces * k..pieces * (k + 1) {
-            let (time, before) = (index as f64 * piece, body.inertial_attitude());
+        let piece = inputs.grid.step(k) / pieces as f64;
+        for index in 0..pieces {
+            let time = inputs.grid.after(k) + index as f64 * piece;
+            let before = body.inertial_attitude();
             body.advance(time, piece, &held, &held)?;
             let turn = lie::minus(&body.inertial_attitude(), &before);
-            meter.arc(time, &Arc { start: before, turn });
+            meter.arc(time, piece, &Arc { start: before, turn });
             meter.rate(time + piece, &body.phase(time + piece).angular_velocity(problem));
         }
         marks.pass(k + 1, &body);

@@ -134,18 +134,12 @@ impl Smallest {
 /// Meets a motion node by node and arc by arc, and keeps the smallest margins.
 pub(crate) struct Meter<'a> {
     frame_rate: Vector3,
-    step: f64,
     entries: Vec<Entry<'a>>,
 }
 
 impl<'a> Meter<'a> {
-    /// For a motion that is met at the nodes of equal steps.
+    /// For a motion of a maneuver.
     pub(crate) fn new(problem: &'a Problem) -> Self {
-        Self::every(problem.step(), problem)
-    }
-
-    /// For a motion met every `step` \[s\].
-    pub(crate) fn every(step: f64, problem: &'a Problem) -> Self {
         let smallest = Smallest { margin: f64::INFINITY, scaled: f64::INFINITY, time: f64::NAN, index: 0 };
         let entry = |name: &str, unit, what| Entry { name: name.into(), unit, what, smallest };
         let inputs =
@@ -155,12 +149,11 @@ impl<'a> Meter<'a> {
             entry(name, unit, What::Rule(rule))
         });
         let entries = inputs.chain(rules).collect();
-        Self { frame_rate: problem.environment.frame_rate(), step, entries }
+        Self { frame_rate: problem.environment.frame_rate(), entries }
     }
 
-    /// A row of inputs at `time`, after the row `before` one step earlier.
-    pub(crate) fn inputs(&mut self, time: f64, row: &[f64], before: Option<&[f64]>) {
-        let step = self.step;
+    /// A row of inputs at `time`, after the row `before` one `step` \[s\] earlier.
+    pub(crate) fn inputs(&mut self, time: f64, row: &[f64], step: f64, before: Option<&[f64]>) {
         for Entry { what, smallest, .. } in &mut self.entries {
             let What::Input(InputLimit { kind, set, first, bounds, .. }) = what else { continue };
             let inputs = &row[*first..*first + set.count()];
@@ -204,9 +197,9 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// One step from `time` along `arc`, at its one rate.
-    pub(crate) fn arc(&mut self, time: f64, arc: &Arc) {
-        let (step, frame_rate) = (self.step, self.frame_rate);
+    /// One `step` \[s\] from `time` along `arc`, at its one rate.
+    pub(crate) fn arc(&mut self, time: f64, step: f64, arc: &Arc) {
+        let frame_rate = self.frame_rate;
         self.rate(time + 0.5 * step, &(arc.turn / step));
         for Entry { what, smallest, .. } in &mut self.entries {
             let What::Rule(Rule::Pointing(pointing)) = what else { continue };

@@ -114,14 +114,15 @@ impl Reached<'_> {
     /// Holds this node, and the arc that led here, against the limits.
     pub(super) fn measure(&self, meter: &mut Meter) {
         let (problem, time) = (self.inputs.problem, self.body.time());
+        let step = self.index.checked_sub(1).map_or(f64::NAN, |before| self.inputs.grid.step(before));
         if let Some(arc) = self.body.arc() {
-            meter.arc(time - self.inputs.grid.step(self.index - 1), arc);
+            meter.arc(time - step, step, arc);
         }
         meter.rate(time, &self.body.phase().angular_velocity(problem));
         meter.wheels(time, self.wheels);
         if let Some(row) = self.row() {
             let before = row.checked_sub(1).map(|row| self.inputs.numbers(row));
-            meter.inputs(time, self.inputs.numbers(row), before);
+            meter.inputs(time, self.inputs.numbers(row), step, before);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What the types cannot rule out: ranges, rotations, boundary values against steps and constraints.
 
-use super::{Motion, Path, Problem, ProblemError, Scheme, State, Unsuited};
+use super::{Motion, Path, Problem, ProblemError, Scheme, State, Stepping, Unsuited};
 use crate::Matrix3;
 use crate::Vector3;
 use crate::maneuver::constraint::{
@@ -254,8 +254,9 @@ impl Problem {
         let Some(aim) = self.aim() else { return Ok(()) };
         aim.check()?;
         let sought = self.duration.known().is_none() && aim.moves(&self.environment.frame_rate());
+        let on_equal_steps = self.stepping == Stepping::Equal;
         let effort_beyond_shooting =
-            self.has_shaping_limits() || self.motion == Motion::RigidBody || self.on_equal_steps;
+            self.has_shaping_limits() || self.motion == Motion::RigidBody || on_equal_steps;
         first_met([
             (self.path != Path::Best, Unsuited::WayToTarget),
             (sought && self.objective.fuel().is_some(), Unsuited::FuelToMovingTarget),
@@ -287,7 +288,7 @@ impl Problem {
             (limits.size.is_none() || limits.norm.is_some(), Unsuited::PulsesUnderNorm),
             (limits.rate.is_some(), Unsuited::PulsesOfLimitedRate),
             (!self.constraints.is_empty(), Unsuited::PulsesUnderConstraints),
-            (self.on_equal_steps, Unsuited::PulsesOnEqualSteps),
+            (self.stepping == Stepping::Equal, Unsuited::PulsesOnEqualSteps),
         ])?;
         if self.duration.at_most().or(self.duration.known()).is_some_and(|longest| shortest > longest) {
             return Err(out_of_range("shortest pulse", shortest, "must not be longer than the maneuver"));

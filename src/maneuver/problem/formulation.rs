@@ -2,6 +2,18 @@
 
 use super::{Motion, Problem};
 
+/// The steps that a plan of minimum time or fuel is to have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stepping {
+    /// Those of its formulation.
+    #[default]
+    Formulated,
+    /// Equal ones, by SCP, also where inputs could switch between them.
+    Equal,
+    /// Those of its arcs: none of its constraints acts.
+    Arcs,
+}
+
 /// The discrete problem that a maneuver is planned as.
 ///
 /// ```text
@@ -10,6 +22,11 @@ use super::{Motion, Problem};
 /// effort, T sought     OverDurations                  Chain
 /// time, fuel           Switching                      Chain
 /// ```
+///
+/// Time and fuel that are planned as a chain have the plan of [`Formulation::Switching`] where that meets every constraint: a
+/// constraint that does not act does not choose the formulation ([`Solution::on_grid`]).
+///
+/// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
 ///
 /// Only plans that are [`Formulation::Switching`] have steps of unequal lengths, with inputs that are held over them; all others
 /// have their inputs at the nodes of equal steps.
@@ -32,7 +49,12 @@ impl Formulation {
     pub fn of(problem: &Problem) -> Self {
         let given_end = !problem.ends_in_any_attitude();
         // The shooting differentiates by the duration what only turns, and knows arcs of a body that nothing acts on.
-        let taken = given_end && !problem.has_shaping_limits() && !problem.on_equal_steps;
+        let jumping = match problem.stepping {
+            Stepping::Formulated => !problem.has_shaping_limits(),
+            Stepping::Equal => false,
+            Stepping::Arcs => !problem.has_shaping_inputs(),
+        };
+        let taken = given_end && jumping;
         // Arcs are placed by conditions on all six states, which in a plane leave four of them undetermined.
         let whole = problem.actuation.torque.rank().0 == 3;
         match (problem.objective.switches(), problem.duration.known()) {

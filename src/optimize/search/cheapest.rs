@@ -78,9 +78,11 @@ use super::paths::shortest_way;
 use super::shares::SHARE;
 use super::switching;
 use crate::Vector3;
+use crate::flight::{Excess, Flight};
 use crate::lie;
+use crate::maneuver::constraint::Constraint;
 use crate::maneuver::objective::{Fuel, Objective};
-use crate::maneuver::problem::{Formulation, Motion, Problem, State};
+use crate::maneuver::problem::{Formulation, Motion, Problem, State, Stepping};
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Outcome, Solution, Trajectory};
@@ -133,7 +135,7 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let mut bare = Problem {
         constraints: Vec::new(),
         actuation: problem.actuation.of_jumping_inputs(),
-        on_equal_steps: false,
+        stepping: Stepping::Formulated,
         ..problem.clone()
     };
     // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.
@@ -144,8 +146,17 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     }
     // To any attitude there is none, unless the body has the rate that it should have.
     let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
+    let mut within = None;
     let quick = match problem.motion {
-        Motion::Attitude if !open || arrived => switching::solve_discrete(&without_field(bare), context),
+        Motion::Attitude if !open || arrived => {
+            let bare = without_field(bare);
+            let found = switching::solve_unconstrained(&bare, context, &|plan| keeps_all(problem, plan));
+            within = found.within;
+            let none = found.cheapest.outcome != Outcome::Converged;
+            // All of the time where no shorter one is sought in vain.
+            let bounded = none && bare.duration.at_most().is_some();
+            if bounded { switching::solve_discrete(&bare, context) } else { found.cheapest }
+        }
         _ => unsolved.clone(),
     };
     *context.ladder.borrow_mut() = if free { quick.ladder.clone() } else { Vec::new() };
@@ -154,6 +165,14 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
         let stored = problem.actuation.wheels.iter().flat_map(|wheels| wheels.momentum.clone()).collect();
         let trajectory = Trajectory { wheel_momentum: stored, ..quick.trajectory };
         return Solution { trajectory, ..quick };
+    }
+    // Nothing that keeps more is cheaper than the cheapest of all.
+    let unconstrained = |plan: &Solution| {
+        let cost = plan.landing.as_ref().map_or(plan.cost, |landing| landing.cost_before);
+        cost <= quick.cost * (1.0 + SAME_COST) && !switching::is_dear(plan)
+    };
+    if let Some(answer) = within.take_if(|plan| unconstrained(plan)) {
+        return answer;
     }
     let sought = problem.duration.known().is_none();
     let stated = quick.trajectory.time.last().copied().filter(|_| sought && free);
@@ -168,9 +187,38 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     if sought && let Some(cheaper) = by_its_duration(problem, context, &solution) {
         solution = cheaper;
     }
+    if let Some(within) = within
+        && !(solution.outcome == Outcome::Converged && solution.cost <= within.cost)
+    {
+        solution = within;
+    }
     solution.ladder = context.ladder.take();
     solution.solve_time = context.began.elapsed().as_secs_f64();
     solution
+}
+
+/// Whether a plan of arcs keeps all constraints of a maneuver that plans on arcs can be made for: the discrete motion at its nodes, and
+/// the true motion all along.
+fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
+    let planned = plan.on_grid(&problem.clone().planned_on_arcs());
+    if problem.stepping != Stepping::Formulated || !planned.switches() || plan.outcome != Outcome::Converged {
+        return false;
+    }
+    let found = &plan.trajectory;
+    let frame_rate = planned.environment.frame_rate();
+    let at_nodes = found.quaternion.iter().zip(&found.angular_velocity).zip(&found.time);
+    let keeps = |((quaternion, rate), time): ((&[f64; 4], &Vector3), &f64)| {
+        let attitude = lie::rotation_from_quaternion(quaternion);
+        let violated =
+            |rule: &Constraint| rule.violation(&attitude, rate, Some(*time), &frame_rate).is_some();
+        !planned.constraints.iter().any(violated)
+    };
+    let Some(mut excess) = Excess::of(&planned) else { return true };
+    let steps = Flight::of_plan(&planned, found);
+    let flown = Flight::new(&planned).fly(&steps, Some(&mut excess));
+    at_nodes.into_iter().all(|node| keeps(node))
+        && flown.is_some()
+        && excess.worst.iter().all(|worst| *worst <= 0.0)
 }
 
 /// The same maneuver of least fuel once more along what is cheaper in the duration that was found, where anything is: a search that

@@ -148,7 +148,7 @@ fn quickest(
 
 /// How long a plan takes \[s\]: that of inputs that switch in continuous time, which does not depend on the grid.
 fn takes(problem: &Problem, solution: &Solution) -> f64 {
-    let told = solution.switching.as_ref().filter(|_| problem.switches());
+    let told = solution.switching.as_ref().filter(|_| solution.on_grid(problem).switches());
     let continuous = told.map(|found| found.continuous_duration_s);
     let recorded = || solution.trajectory.time.last().copied();
     continuous.filter(|duration| duration.is_finite()).or_else(recorded).unwrap_or(f64::NAN)

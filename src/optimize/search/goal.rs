@@ -1,5 +1,6 @@
 //! The cheapest plan of a goal: of what the ladder finds, with as little of the effort in its cost as goes.
 
+use super::chains::carried_to;
 use super::coarse::chain_steps;
 use super::found::Found;
 use super::ladder::Search;
@@ -71,20 +72,64 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
     Some(Cheapest { duration, cost, attempt, share, rivals: plans.filter_map(price).collect(), landed })
 }
 
-/// A plan on the requested grid with less and less effort in its cost, as far as that goes, and its share. Other limits
-/// begin to act from share to share: a convex subproblem finds them sooner than Newton does, and the sooner the fewer.
+/// A plan with less and less effort in its cost, as far as that goes, and its share: on its own grid first, and where that ends
+/// early on one of half as many steps, from which a smaller share is carried back.
+fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, plan: Attempt) -> (Attempt, f64) {
+    let steps = plan.candidate.steps();
+    let (plan, share, left) = lowered(search, found, plan);
+    let half = steps.div_ceil(2);
+    if share <= LAST_SHARE || left <= SAME_COST || half < chain_steps(search.problem) || search.stopped() {
+        return (plan, share);
+    }
+    match sharpened_on(half, &search.with_effort(Some(share)), found, &plan) {
+        Some((back, less)) => {
+            let (back, less, _) = lowered(&search.with_effort(Some(less)), found, back);
+            (back, less)
+        }
+        None => (plan, share),
+    }
+}
+
+/// A cheaper plan with less effort in its cost on the same grid, by way of a coarser one.
+fn sharpened_on<const N: usize>(
+    steps: usize,
+    search: &Search<N>,
+    found: &mut Found<N>,
+    plan: &Attempt,
+) -> Option<(Attempt, f64)> {
+    let share = search.ask.goal.as_ref()?.share;
+    let grids = [plan.candidate.steps(), steps].map(|steps| search.chain(steps));
+    let coarse = carried_to(search, found, [&grids[0], &grids[1]], plan)?;
+    let (coarse, less) = sharpened(search, found, coarse);
+    if less >= share {
+        return None;
+    }
+    let search = search.with_effort(Some(less));
+    let grids = grids.map(|chain| search.chain(chain.model.steps));
+    let back = carried_to(&search, found, [&grids[1], &grids[0]], &coarse)?;
+    let cheaper = grids[0].price(&back.candidate) < grids[0].price(&plan.candidate);
+    cheaper.then_some((back, less))
+}
+
+/// A plan with less and less effort in its cost on its grid, the share with which that ends, and what a smaller one would gain at
+/// most, relative. Other limits begin to act from share to share: a convex subproblem finds them sooner than Newton does, and
+/// the sooner the fewer.
 ///
 /// With a share ε the optimum is dearer by `O(ε²)`: what the last step to a smaller one has gained tells what is left. Where that is
 /// too little for another plan, a step that fails is not tried again.
-fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan: Attempt) -> (Attempt, f64) {
+fn lowered<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    mut plan: Attempt,
+) -> (Attempt, f64, f64) {
     let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) };
     let Some(goal) = search.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
-        return (plan, 0.0);
+        return (plan, 0.0, 0.0);
     };
     let (mut last, mut factor, mut left) = (goal.share, LOWERED.0, f64::INFINITY);
     while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
         let share = (last * factor).max(LAST_SHARE);
-        let chain = Chain::with_goal(search.problem, search.problem.steps, &Goal { share, ..goal.clone() });
+        let chain = Chain::with_goal(search.problem, plan.candidate.steps(), &Goal { share, ..goal.clone() });
         let convex = ConvexIteration { chain: &chain, options: &options };
         let next = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
         found.add_work(&next);
@@ -99,5 +144,5 @@ fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, mut plan:
             factor = factor.sqrt();
         }
     }
-    (plan, last)
+    (plan, last, left)
 }

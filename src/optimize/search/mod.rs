@@ -345,12 +345,9 @@ const MOST_EQUAL_STEPS: usize = 1_000;
 /// that is cheaper: where inputs are singular no arcs that the grid can hold may be near, and a first path may lead nowhere.
 fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> Solution {
     let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
-    let dear = |solution: &Solution| {
-        let least = solution.switching.as_ref().map_or(f64::NAN, |found| found.continuous_cost - found.gap);
-        solution.cost > least * (1.0 + switching::OF_THE_GRID)
-    };
     // Arcs that miss the end by round-off alone are the plan, and in less time than the quickest extremal takes there is none.
-    let settled = if found.trajectory.time.is_empty() { found.shortest.is_some() } else { !dear(&found) };
+    let settled =
+        if found.trajectory.time.is_empty() { found.shortest.is_some() } else { !switching::is_dear(&found) };
     let settings = context.settings;
     let asked = settings.method == Method::Auto && settings.search != Thoroughness::Quick;
     let may = asked && problem.shortest_pulse().is_none() && problem.steps <= MOST_EQUAL_STEPS;

@@ -13,7 +13,7 @@ use super::illinois::Illinois;
 use super::transversality::{slope_of_roll, takes_a_guess};
 use super::{Guess, Observer, solve};
 use crate::maneuver::aim::Ends;
-use crate::maneuver::problem::{Motion, Problem};
+use crate::maneuver::problem::{Motion, Problem, Stepping};
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Rival, Solution};
@@ -375,7 +375,7 @@ fn with_rivals(mut found: Solution, best: &Known, minima: &[Known]) -> Solution 
 
 /// Whether the shooting plans a maneuver, and a neighbour's costates may be all that it needs.
 fn shoots(problem: &Problem) -> bool {
-    super::check_for_shooting(problem).is_ok() && !problem.on_equal_steps
+    super::check_for_shooting(problem).is_ok() && problem.stepping != Stepping::Equal
 }
 
 /// The lowest point of the parabola through three points, the middle one of which is lowest.

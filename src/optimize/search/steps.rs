@@ -126,7 +126,9 @@ fn cost_error(
     observer: &mut dyn Observer,
     began: Instant,
 ) -> Option<Estimate> {
-    let estimate = if let Some(switching) = found.switching.as_ref().filter(|_| problem.switches()) {
+    let estimate = if let Some(switching) =
+        found.switching.as_ref().filter(|_| found.on_grid(problem).switches())
+    {
         // The price of time is in both, where there is one.
         let (discrete, continuous) = if problem.objective.is_duration() {
             (found.duration(problem), switching.continuous_duration_s)

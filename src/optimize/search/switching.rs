@@ -37,7 +37,7 @@ const SAME: f64 = 1e-14;
 const DISTINCT: f64 = 1e-6;
 
 /// A plan of arcs on the grid costs more than its extremal by this part at most, as a rule: what `O(h²)` is on some ten steps an arc.
-pub(super) const OF_THE_GRID: f64 = 1e-3;
+const OF_THE_GRID: f64 = 1e-3;
 
 /// Multiples of the shortest duration that are tried for one of least fuel.
 const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];
@@ -100,68 +100,188 @@ pub(super) fn up_to(
 
 /// In a given duration, or in the best one of all.
 fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> Solution {
-    let tolerance = context.settings.tolerance;
-    let mut solution = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
-    let Some((extremal, units)) = scaled(problem) else {
-        solution.outcome = Outcome::NotFinite;
-        return solution;
+    let found = Extremals::of(problem, context, arcs)
+        .map_or_else(|ended| *ended, |extremals| extremals.cheapest(lands));
+    context.ladder.take();
+    found
+}
+
+/// What a maneuver without its constraints comes to.
+pub(super) struct Unconstrained {
+    /// The cheapest plan, which need not land.
+    pub cheapest: Solution,
+    /// The cheapest that keeps the constraints too, made to land where that is asked for.
+    pub within: Option<Solution>,
+}
+
+/// The plans of a maneuver without constraints: the cheapest, and the cheapest of those that are `kept`.
+///
+/// Mirror images and other extremals of one cost are plans of their own: one may keep what another does not.
+pub(super) fn solve_unconstrained(
+    problem: &Problem,
+    context: &Context,
+    kept: &dyn Fn(&Solution) -> bool,
+) -> Unconstrained {
+    let found = match Extremals::of(problem, context, true) {
+        Err(ended) => Unconstrained { cheapest: *ended, within: None },
+        Ok(extremals) => {
+            let within = extremals.cheapest_kept(context.lands(), kept);
+            Unconstrained { cheapest: extremals.cheapest(false), within }
+        }
     };
-    let apart = lie::log(&extremal.end_attitude).norm() + (extremal.end_rate - extremal.start_rate).norm();
-    let stays = match problem.path {
-        Path::Long => false,
-        Path::AsGiven(rotation) => rotation.norm() < SAME,
-        Path::Best | Path::Shortest => true,
-    };
-    if apart < SAME && stays {
-        let resting = problem.start.angular_velocity.norm() * units.time < SAME;
-        match extremal.given_duration {
-            None => return at_rest(problem, solution, 0),
-            Some(_) if resting => return at_rest(problem, solution, problem.steps),
-            Some(_) => {}
+    context.ladder.take();
+    found
+}
+
+/// Whether a plan is dearer than its certificate and the grid account for.
+pub(super) fn is_dear(plan: &Solution) -> bool {
+    let least = plan.switching.as_ref().map_or(f64::NAN, |found| found.continuous_cost - found.gap);
+    plan.cost > least * (1.0 + OF_THE_GRID)
+}
+
+/// The extremals of a maneuver, on their way to its grid.
+struct Extremals<'a, 'c> {
+    problem: &'a Problem,
+    context: &'a Context<'c>,
+    extremal: Extremal,
+    units: Units,
+    found: Found,
+    unsolved: Solution,
+}
+
+impl<'a, 'c> Extremals<'a, 'c> {
+    /// The search for them; what it ends with where there are none to take to the grid.
+    fn of(problem: &'a Problem, context: &'a Context<'c>, arcs: bool) -> Result<Self, Box<Solution>> {
+        let tolerance = context.settings.tolerance;
+        let mut unsolved = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
+        let Some((extremal, units)) = scaled(problem) else {
+            unsolved.outcome = Outcome::NotFinite;
+            return Err(unsolved.into());
+        };
+        let apart =
+            lie::log(&extremal.end_attitude).norm() + (extremal.end_rate - extremal.start_rate).norm();
+        let stays = match problem.path {
+            Path::Long => false,
+            Path::AsGiven(rotation) => rotation.norm() < SAME,
+            Path::Best | Path::Shortest => true,
+        };
+        if apart < SAME && stays {
+            let resting = problem.start.angular_velocity.norm() * units.time < SAME;
+            match extremal.given_duration {
+                None => return Err(at_rest(problem, unsolved, 0).into()),
+                Some(_) if resting => return Err(at_rest(problem, unsolved, problem.steps).into()),
+                Some(_) => {}
+            }
+        }
+        let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs };
+        context.enter(Rung::Smoothed, "best", 0);
+        let found = search(&extremal, &ask, &|| context.interrupt().is_some());
+        let report = |outcome, iterations| Report { outcome, iterations, residuals: Vec::new() };
+        let smoothed = if found.branches == 0 { Outcome::Stalled } else { Outcome::Converged };
+        context.note(Rung::Smoothed, "all", 0, report(smoothed, found.sweeps));
+        if found.branches > 0 {
+            let polished = if found.limits.is_empty() { Outcome::Stalled } else { Outcome::Converged };
+            context.note(Rung::Switches, "all", 0, report(polished, found.newtons));
+        }
+        match context.interrupt() {
+            Some(outcome) => Err(ended(unsolved, outcome, context).into()),
+            None => Ok(Self { problem, context, extremal, units, found, unsolved }),
         }
     }
-    let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs };
-    context.enter(Rung::Smoothed, "best", 0);
-    let found = search(&extremal, &ask, &|| context.interrupt().is_some());
-    let report = |outcome, iterations| Report { outcome, iterations, residuals: Vec::new() };
-    let smoothed = if found.branches == 0 { Outcome::Stalled } else { Outcome::Converged };
-    context.note(Rung::Smoothed, "all", 0, report(smoothed, found.sweeps));
-    if found.branches > 0 {
-        let polished = if found.limits.is_empty() { Outcome::Stalled } else { Outcome::Converged };
-        context.note(Rung::Switches, "all", 0, report(polished, found.newtons));
+
+    /// Those that last no longer than they may, the cheapest first. What is given has no bound.
+    fn allowed(&self) -> impl Iterator<Item = &Limit> {
+        let longest = self.problem.duration.at_most().filter(|_| self.extremal.given_duration.is_none());
+        let lasts = |limit: &Limit| limit.duration() * self.units.time;
+        self.found.limits.iter().filter(move |limit| longest.is_none_or(|longest| lasts(limit) <= longest))
     }
-    if let Some(outcome) = context.interrupt() {
-        return ended(solution, outcome, context);
-    }
-    if let Some(shortest) = problem.shortest_pulse() {
-        return pulses::solve(problem, (&extremal, &units), &found, shortest, context, solution, lands);
-    }
-    let (mut chosen, mut chosen_limit) = (None, None);
-    // A bound of what is sought; what is given has none.
-    let longest = problem.duration.at_most().filter(|_| extremal.given_duration.is_none());
-    let allowed = |limit: &&Limit| longest.is_none_or(|longest| limit.duration() * units.time <= longest);
-    for limit in found.limits.iter().filter(allowed) {
-        // Extremals come cheapest first: the next is of use where the plan of the last is dearer than its grid accounts for.
-        let beats = |plan: &Planned| limit.cost(&extremal) * units.cost() < plan.cost * (1.0 - OF_THE_GRID);
-        if !chosen.as_ref().is_none_or(beats) || context.interrupt().is_some() {
-            break;
-        }
+
+    /// The plan of one of them on the grid, where it goes the way that is asked for.
+    fn planned(&self, limit: &Limit) -> Option<Planned> {
+        let Self { problem, context, .. } = self;
         context.enter(Rung::Aligned, limit.name(), problem.steps);
-        let plan = cheapest(problem, &extremal, &units, limit);
+        let plan = cheapest(problem, &self.extremal, &self.units, limit);
         let grid = plan.as_ref().map(|plan| (plan.iterations, plan.residual));
         noted(context, limit.name(), problem.steps, grid);
-        if let Some(plan) = plan
-            && follows(problem, &plan)
-            && chosen.as_ref().is_none_or(|best: &Planned| plan.cost < best.cost)
-        {
-            (chosen, chosen_limit) = (Some(plan), Some(limit));
+        plan.filter(|plan| follows(problem, plan))
+    }
+
+    /// The cheapest plan.
+    fn cheapest(self, lands: bool) -> Solution {
+        let Self { problem, context, extremal, units, found, .. } = &self;
+        if let Some(shortest) = problem.shortest_pulse() {
+            return pulses::solve(
+                problem,
+                (extremal, units),
+                found,
+                shortest,
+                context,
+                self.unsolved.clone(),
+                lands,
+            );
+        }
+        let mut chosen: Option<(Planned, &Limit)> = None;
+        for limit in self.allowed() {
+            // Extremals come cheapest first: the next is of use where the plan of the last is dearer than its grid accounts for.
+            let beats = |(plan, _): &(Planned, &Limit)| {
+                limit.cost(extremal) * units.cost() < plan.cost * (1.0 - OF_THE_GRID)
+            };
+            if !chosen.as_ref().is_none_or(beats) || context.interrupt().is_some() {
+                break;
+            }
+            if let Some(plan) = self.planned(limit)
+                && chosen.as_ref().is_none_or(|(best, _)| plan.cost < best.cost)
+            {
+                chosen = Some((plan, limit));
+            }
+        }
+        match chosen {
+            Some((plan, limit)) => self.told(plan, limit, lands),
+            None => self.without_plan(),
         }
     }
-    let Some(mut plan) = chosen else {
+
+    /// The cheapest plan that is kept, with those for rivals that are kept as well.
+    fn cheapest_kept(&self, lands: bool, kept: &dyn Fn(&Solution) -> bool) -> Option<Solution> {
+        let stops = || self.context.interrupt().is_some();
+        let plan = |limit: &Limit, lands: bool| {
+            Some(self.told(self.planned(limit)?, limit, lands)).filter(|plan| kept(plan))
+        };
+        let mut limits = self.allowed().take_while(|_| !stops());
+        let (limit, found) = limits.find_map(|limit| Some((limit, plan(limit, lands)?)))?;
+        let dearer = limits.filter(|limit| plan(limit, false).is_some());
+        let rivals = rivals(dearer.map(|limit| self.named(limit)), self.named(limit).1, found.sense);
+        Some(Solution { rivals, ..found })
+    }
+
+    /// The name of an extremal, and what it costs.
+    fn named(&self, limit: &Limit) -> (&'static str, f64) {
+        (limit.name(), limit.cost(&self.extremal) * self.units.cost())
+    }
+
+    /// The solution that a plan is.
+    fn told(&self, mut plan: Planned, limit: &Limit, lands: bool) -> Solution {
+        let Self { problem, context, extremal, units, found, .. } = self;
+        if let Some(aim) = Aim::asked(problem, context.settings).filter(|_| lands) {
+            let afresh = |aimed: &Extremal| cheapest(problem, aimed, units, limit);
+            plan = landed(aim, extremal, units, plan, &afresh);
+        }
+        if problem.objective.is_duration() {
+            let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(extremal));
+            plan.switching.eigenaxis_s = eigenaxis.map(|duration| duration * units.time);
+        }
+        let all = found.limits.iter().map(|limit| self.named(limit));
+        let rivals = rivals(all, plan.switching.continuous_cost, plan.sense);
+        finished(Solution { rivals, ..self.unsolved.clone() }, plan, context)
+    }
+
+    /// What there is to say where none has a plan.
+    fn without_plan(self) -> Solution {
+        let Self { problem, context, found, mut unsolved, .. } = self;
         let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
         let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
-        if !shortest_told(problem, &found, context, &mut solution) {
-            solution.shortfall = Some(match arcs {
+        if !shortest_told(problem, &found, context, &mut unsolved) {
+            unsolved.shortfall = Some(match arcs {
                 Some(arcs) if arcs * LEAST_STEPS > problem.steps => {
                     Shortfall::FewSteps { arcs, steps: arcs * LEAST_STEPS }
                 }
@@ -169,19 +289,8 @@ fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> 
                 _ => Shortfall::NoDiscreteOptimum { steps: problem.steps },
             });
         }
-        return ended(solution, Outcome::Stalled, context);
-    };
-    if let Some(aim) = Aim::asked(problem, context.settings).filter(|_| lands) {
-        let afresh = |aimed: &Extremal| cheapest(problem, aimed, &units, chosen_limit?);
-        plan = landed(aim, &extremal, &units, plan, &afresh);
+        ended(unsolved, Outcome::Stalled, context)
     }
-    if problem.objective.is_duration() {
-        let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(&extremal));
-        plan.switching.eigenaxis_s = eigenaxis.map(|duration| duration * units.time);
-    }
-    let limits = found.limits.iter();
-    solution.rivals = rivals(limits.map(|limit| (limit.name(), limit.cost(&extremal) * units.cost())), &plan);
-    finished(solution, plan, context)
 }
 
 /// A plan whose true motion meets the end as nearly as corrections bring it: solved again, warm or else `afresh`, for the extremal
@@ -279,12 +388,12 @@ fn too_short(problem: &Problem, found: &Found, context: &Context) -> Option<(f64
     Some((shortest, longer))
 }
 
-/// What is dearer than a plan, by its name and cost, each cost once: mirror images cost the same.
-fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, plan: &Planned) -> Vec<Rival> {
-    let (mut rivals, mut last) = (Vec::new(), plan.switching.continuous_cost);
+/// What is dearer than a plan of this cost, by its name and cost, each cost once: mirror images cost the same.
+fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, cost: f64, sense: Sense) -> Vec<Rival> {
+    let (mut rivals, mut last) = (Vec::new(), cost);
     for (start, cost) in dearer {
         if cost > last * (1.0 + DISTINCT) {
-            let (start, sense) = (start.into(), plan.sense);
+            let start = start.into();
             rivals.push(Rival { start, sense, cost, conjugate_points: None, turned_deg: f64::NAN });
             last = cost;
         }
@@ -300,7 +409,7 @@ fn noted(context: &Context, name: &str, steps: usize, grid: Option<(usize, f64)>
 }
 
 fn ended(solution: Solution, outcome: Outcome, context: &Context) -> Solution {
-    let (ladder, solve_time) = (context.ladder.take(), context.began.elapsed().as_secs_f64());
+    let (ladder, solve_time) = (context.ladder.borrow().clone(), context.began.elapsed().as_secs_f64());
     Solution { outcome, ladder, solve_time, ..solution }
 }
 

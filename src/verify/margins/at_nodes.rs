@@ -69,7 +69,7 @@ pub fn margins_at_nodes(
     trajectory: &Trajectory,
     inputs: impl Fn(usize) -> Option<usize>,
 ) -> Vec<NodeMargins> {
-    let empty = Meter::every(0.0, problem);
+    let empty = Meter::new(problem);
     let mut found: Vec<NodeMargins> = (empty.entries.iter())
         .map(|entry| NodeMargins { name: entry.name.clone(), unit: entry.unit, values: Vec::new() })
         .collect();
@@ -78,9 +78,9 @@ pub fn margins_at_nodes(
     for (node, time) in trajectory.time.iter().copied().enumerate() {
         let before = node.checked_sub(1);
         let step = before.map_or(f64::NAN, |before| time - trajectory.time[before]);
-        let mut meter = Meter::every(step, problem);
+        let mut meter = Meter::new(problem);
         if let Some(now) = row(node) {
-            meter.inputs(time, now, before.and_then(row));
+            meter.inputs(time, now, step, before.and_then(row));
         }
         if let Some(momenta) = trajectory.wheel_momentum.get(node * wheels..(node + 1) * wheels) {
             meter.wheels(time, momenta);

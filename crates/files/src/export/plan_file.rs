@@ -308,9 +308,13 @@ impl<'a> PlanFile<'a> {
         if none {
             return Ok(problem.clone());
         }
-        let method = if self.method == Method::Scp.name() { Method::Scp } else { Method::Auto };
-        let found = self.trajectory.0.completed(&problem.clone().planned_by(method));
-        let problem = found.with_steps(steps).with_scheme(scheme);
+        let scp = self.method == Method::Scp.name();
+        let arcs = self.method == Method::Shooting.name() && self.switching.is_some();
+        let planned = match problem.clone() {
+            problem if arcs => problem.planned_on_arcs(),
+            problem => problem.planned_by(if scp { Method::Scp } else { Method::Auto }),
+        };
+        let problem = self.trajectory.0.completed(&planned).with_steps(steps).with_scheme(scheme);
         check_trajectory(&self.trajectory.0, &problem)?;
         Ok(problem)
     }

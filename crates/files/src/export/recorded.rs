@@ -19,7 +19,7 @@ use crate::spec::Difference;
 use serde::Serialize;
 use serde_json::Value;
 use slewkit::maneuver::{
-    Duration, Method, Objective, Problem, Structure, Switching, SwitchingArc, Trajectory,
+    Duration, Method, Objective, Problem, Stepping, Structure, Switching, SwitchingArc, Trajectory,
 };
 use slewkit::verify::{self, Accuracy, Verification};
 
@@ -309,7 +309,8 @@ impl Apart<'_> {
         along.input = arcs.iter().flat_map(|arc| arc.input.iter().copied()).collect();
         along.input_count = self.trajectory.input_count;
         // What is held over arcs, whatever else limits the maneuver.
-        let bare = Problem { constraints: Vec::new(), on_equal_steps: false, ..self.problem.clone() };
+        let bare =
+            Problem { constraints: Vec::new(), stepping: Stepping::Formulated, ..self.problem.clone() };
         verify::cost(&bare, &along)
     }
 

@@ -10,7 +10,7 @@ use crate::identity::Identity;
 use slewkit::lie::{exp, minus};
 use slewkit::maneuver::{
     Constraint, Duration, EndCondition, Fuel, Method, Motion, Objective, Path, Problem, ProblemError, Rule,
-    Settings, State, Weights,
+    Settings, State, Stepping, Weights,
 };
 use slewkit::maneuver::{Reserve, Unsuited};
 use slewkit::mechanics::{Body, Inertia};
@@ -167,7 +167,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         steps,
         chooses_steps: !section.has("steps") && !section.has("step_s"),
         scheme,
-        on_equal_steps: settings.method == Method::Scp,
+        stepping: if settings.method == Method::Scp { Stepping::Equal } else { Stepping::Formulated },
         path,
         constraints,
         alternatives,

@@ -10,7 +10,7 @@ use serde_json::Map;
 use slewkit::assured::{Feedback, Kept, Over};
 use slewkit::closed_loop::Plant;
 use slewkit::feedback::{Kind, RegulatorWeights, SwitchingGains};
-use slewkit::maneuver::{Motion, Problem};
+use slewkit::maneuver::{Motion, Problem, Stepping};
 use slewkit::mechanics::AxisFrame;
 use slewkit::optimize::linear_plan::{PosedPlan, Unlinearised};
 use slewkit::uncertainty::Uncertainty;
@@ -78,6 +78,10 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     let uncertainty = root.section("uncertainty").map(|section| uncertain::uncertainty(section, problem));
     let chances = chances::chances(root, problem, uncertainty.is_some());
     chances::hold(root, problem);
+    // Gains, ticks and covariances are those of equal steps, where any constraint may shape the plan.
+    if problem.is_shaped() && (root.has("feedback") || root.has("uncertainty")) {
+        problem.stepping = Stepping::Equal;
+    }
     let mut written = Map::new();
     for name in sections {
         if let (true, Some(entry)) = (root.has(name), tree.entry(name)) {

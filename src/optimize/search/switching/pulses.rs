@@ -93,7 +93,7 @@ pub(super) fn solve(
         plan = landed(aim, extremal, units, plan, &afresh);
     }
     let dearer = found.best.iter().skip(index + 1).map(|best| ("pulses", best.cost * units.cost()));
-    solution.rivals = rivals(dearer, &plan);
+    solution.rivals = rivals(dearer, plan.switching.continuous_cost, plan.sense);
     solution.rivals.truncate(RIVALS);
     finished(solution, plan, context)
 }
