@@ -12,7 +12,7 @@ use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
+use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration};
 
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
@@ -130,13 +130,21 @@ fn lowered<const N: usize>(
     while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
         let share = (last * factor).max(LAST_SHARE);
         let chain = Chain::with_goal(search.problem, plan.candidate.steps(), &Goal { share, ..goal.clone() });
+        let newton = ActiveSetNewton { chain: &chain, options: &options };
         let convex = ConvexIteration { chain: &chain, options: &options };
-        let next = search.context.attempt(Rung::Scp, &convex, plan.candidate.clone());
-        found.add_work(&next);
-        let [before, after] = [&plan, &next].map(|attempt| chain.price(&attempt.candidate));
+        let before = chain.price(&plan.candidate);
         let near = last.clamp(NEAR[0], NEAR[1]);
-        if next.converged() && (before - after).abs() <= near * before {
-            left = (before - after).abs() / before / ((last / share).powi(2) - 1.0);
+        let change = |next: &Attempt| (before - chain.price(&next.candidate)).abs() / before;
+        let is_near = |next: &Attempt| next.converged() && change(next) <= near;
+        let quick = search.context.tried(Rung::Scp, &newton, plan.candidate.clone());
+        let next = if is_near(&quick) {
+            search.context.noted(Rung::Scp, quick)
+        } else {
+            search.context.attempt(Rung::Scp, &convex, plan.candidate.clone())
+        };
+        found.add_work(&next);
+        if is_near(&next) {
+            left = change(&next) / ((last / share).powi(2) - 1.0);
             (plan, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
         } else if left <= SAME_COST {
             break;

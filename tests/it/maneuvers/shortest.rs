@@ -5,7 +5,7 @@ use super::minimum_time::{CUBE, at, body, solved, torques};
 use slewkit::maneuver::problem::{Problem, State};
 use slewkit::maneuver::{Constraint, Direction, Method, Objective, Pointing, Rule, Settings, Side};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
-use slewkit::plan::{Guess, PlanError, Silent, Status, plan};
+use slewkit::plan::{Guess, Plan, PlanError, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
 /// Most that arcs whose every sign is right may leave to be gained, as a part of their cost: what differences of the flow and the rule
@@ -184,6 +184,54 @@ fn what_limits_more_takes_longer_and_what_does_not_act_as_long() {
     // A cone beside the way costs nothing but round-off.
     let durations = [loose, duration(&tight, 60), duration(&around, 60)];
     assert!(durations.windows(2).all(|pair| pair[1] > pair[0] * (1.0 - 1e-9)), "{durations:?}");
+}
+
+/// The largest rate at the nodes of a plan [rad/s].
+fn peak(plan: &Plan) -> f64 {
+    plan.solution.trajectory.angular_velocity.iter().map(Vector3::norm).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_limit_that_does_not_act_leaves_the_arcs_of_the_turn_without_it() {
+    for (end, duration) in [(turn([1.0, 2.0, 3.0], 120.0), None), (turn([3.0, -1.0, 2.0], 75.0), Some(6.0))] {
+        let free = slew([1.0, 2.0, 3.0], end);
+        let free = match duration {
+            None => free,
+            Some(duration) => {
+                Problem::minimum_fuel(free.body, free.start, free.end, duration).with_actuation(free.actuation)
+            }
+        };
+        let alone = solved(&free);
+        let within = |share: f64| solved(&rate(free.clone(), Rule::RateNorm(share * peak(&alone))));
+        let loose = within(1.001);
+        assert_eq!(loose.solution.trajectory, alone.solution.trajectory);
+        assert_eq!(loose.solution.switching, alone.solution.switching);
+        if duration.is_some() {
+            continue;
+        }
+        let tight = within(0.9);
+        assert!(tight.solution.cost > alone.solution.cost * (1.0 + 1e-4), "{}", tight.solution.cost);
+        // On equal steps, and never beyond the limit.
+        assert!(tight.solution.method == Method::Scp && peak(&tight) <= 0.9 * peak(&alone) * (1.0 + 1e-9));
+    }
+}
+
+#[test]
+fn of_mirror_images_that_last_as_long_the_one_beside_the_cone_is_the_answer() {
+    // A sphere turns about an axis of its torques faster on a way beside it, to either side.
+    let free = slew([1.0; 3], turn([0.0, 0.0, 1.0], 135.0));
+    let alone = solved(&free);
+    let middle = |plan: &Plan| {
+        let nodes = &plan.solution.trajectory.quaternion;
+        lie::rotation_from_quaternion(&nodes[nodes.len() / 2]) * Vector3::z()
+    };
+    let bent = middle(&alone);
+    assert!(bent.z < 0.99, "{bent}");
+    let around = cone(free, Side::KeepOut, [0.0, 0.0, 1.0], bent.into(), 5.0);
+    let beside = solved(&around);
+    assert!((beside.solution.cost / alone.solution.cost - 1.0).abs() < 1e-9, "{}", beside.solution.cost);
+    assert!(middle(&beside).angle(&bent) > 5.0_f64.to_radians());
+    assert_eq!(beside.solution.method, Method::Shooting);
 }
 
 #[test]
