@@ -267,7 +267,7 @@ fn of_dimension<const N: usize>(
     context: &Context,
     quick: &Trajectory,
 ) -> Solution {
-    let goal = Goal { objective: objective.clone(), share: SHARE };
+    let goal = Goal { objective: objective.clone(), share: SHARE, about: None };
     let advise = !objective.counts_time();
     let lands = context.lands() || stated.met().is_some();
     let ask = Ask { advise, lands, ..Ask::of_goal(Some(goal), context.settings) };

@@ -1,6 +1,5 @@
 //! The cheapest plan of a goal: of what the ladder finds, with as little of the effort in its cost as goes.
 
-use super::chains::carried_to;
 use super::coarse::chain_steps;
 use super::found::Found;
 use super::ladder::Search;
@@ -13,6 +12,7 @@ use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration};
+use std::sync::Arc;
 
 /// Costs of one plan with two shares of the effort differ by less, relative: by the larger share, from the one to the other.
 const NEAR: [f64; 2] = [0.01, 0.1];
@@ -20,6 +20,10 @@ const NEAR: [f64; 2] = [0.01, 0.1];
 pub(super) const SAME_COST: f64 = 1e-6;
 /// Most subproblems from one share to the next.
 const FEW: usize = 12;
+/// Least part of the inputs of a plan from which effort is counted.
+const LEAST_PART: f64 = 0.1;
+/// Most problems whose effort is counted from the plan of the one before: costs that fall end sooner.
+const MOST_ROUNDS: usize = 60;
 
 /// The cheapest plan that was found.
 pub(super) struct Cheapest {
@@ -49,14 +53,16 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
     let stated = search.problem.seconds();
     let mut plans = found.take_plans().into_iter();
     let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
-    let (mut first, mut share) = sharpened(search, found, first);
+    let (mut first, goal) = sharpened(search, found, first)?;
+    let mut share = if goal.objective.switches() { told_share(&goal, &first) } else { 0.0 };
     let before = search.chain(search.problem.steps).price(&first.candidate);
     let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
     let before = if of_duration { stated * first.candidate.grid.duration() } else { before };
-    let landed = landed_with_goal(search, &first, share).map(|(landed, least)| {
+    let landed = landed_with_goal(search, &first, &goal).map(|(landed, eased)| {
         let Landed { attempt, target, landing } = landed;
         let landing = Landing { cost_before: before, ..landing };
-        (first, share) = (attempt, least);
+        first = attempt;
+        share = if eased > goal.share { eased } else { share };
         (target, landing)
     });
     let duration = stated * first.candidate.grid.duration();
@@ -72,43 +78,92 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
     Some(Cheapest { duration, cost, attempt, share, rivals: plans.filter_map(price).collect(), landed })
 }
 
-/// A plan with less and less effort in its cost, as far as that goes, and its share: on its own grid first, and where that ends
-/// early on one of half as many steps, from which a smaller share is carried back.
-fn sharpened<const N: usize>(search: &Search<N>, found: &mut Found<N>, plan: Attempt) -> (Attempt, f64) {
-    let steps = plan.candidate.steps();
-    let (plan, share, left) = lowered(search, found, plan);
-    let half = steps.div_ceil(2);
-    if share <= LAST_SHARE || left <= SAME_COST || half < chain_steps(search.problem) || search.stopped() {
-        return (plan, share);
-    }
-    match sharpened_on(half, &search.with_effort(Some(share)), found, &plan) {
-        Some((back, less)) => {
-            let (back, less, _) = lowered(&search.with_effort(Some(less)), found, back);
-            (back, less)
-        }
-        None => (plan, share),
-    }
-}
-
-/// A cheaper plan with less effort in its cost on the same grid, by way of a coarser one.
-fn sharpened_on<const N: usize>(
-    steps: usize,
+/// A plan with as little of the effort in its cost as goes, and the goal whose optimum it is.
+fn sharpened<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
-    plan: &Attempt,
-) -> Option<(Attempt, f64)> {
-    let share = search.ask.goal.as_ref()?.share;
-    let grids = [plan.candidate.steps(), steps].map(|steps| search.chain(steps));
-    let coarse = carried_to(search, found, [&grids[0], &grids[1]], plan)?;
-    let (coarse, less) = sharpened(search, found, coarse);
-    if less >= share {
-        return None;
+    plan: Attempt,
+) -> Option<(Attempt, Goal)> {
+    let goal = search.ask.goal.clone()?;
+    if !goal.objective.switches() {
+        return Some((plan, goal));
     }
-    let search = search.with_effort(Some(less));
-    let grids = grids.map(|chain| search.chain(chain.model.steps));
-    let back = carried_to(&search, found, [&grids[1], &grids[0]], &coarse)?;
-    let cheaper = grids[0].price(&back.candidate) < grids[0].price(&plan.candidate);
-    cheaper.then_some((back, less))
+    let (plan, share, left) = lowered(search, found, plan, &goal);
+    let goal = Goal { share, ..goal };
+    Some(if left <= SAME_COST { (plan, goal) } else { settled(search, found, plan, goal) })
+}
+
+/// A plan whose effort is counted from its own inputs, again and again, where its share can be lowered no further.
+///
+/// That is the proximal point method (Rockafellar, *Monotone Operators and the Proximal Point Algorithm*, SIAM J. Control and
+/// Optimization 14(5), 1976): every problem has the curvature of the share, none costs more than the one before, and where inputs
+/// change no more, effort is no part of the cost. Where that is too much at once effort is counted from a part of its inputs.
+fn settled<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    mut plan: Attempt,
+    mut goal: Goal,
+) -> (Attempt, Goal) {
+    let options = sharp(search);
+    let mut part = 1.0;
+    for _ in 0..MOST_ROUNDS {
+        if search.stopped() {
+            break;
+        }
+        let from = plan.candidate.inputs.iter().map(|inputs| inputs.iter().map(|u| part * u).collect());
+        let about = Goal { about: Some(Arc::new(from.collect())), ..goal.clone() };
+        let chain = Chain::with_goal(search.problem, plan.candidate.steps(), &about);
+        let before = chain.price(&plan.candidate);
+        let cheaper = |next: &Attempt| next.converged() && chain.price(&next.candidate) <= before;
+        match improved(search, found, (&chain, &options), &plan, &cheaper) {
+            Some(next) => {
+                let gained = 1.0 - chain.price(&next.candidate) / before;
+                (plan, goal) = (next, about);
+                if part == 1.0 && gained <= SAME_COST {
+                    break;
+                }
+                part = f64::min(2.0 * part, 1.0);
+            }
+            None if part > LEAST_PART => part *= 0.5,
+            None => break,
+        }
+    }
+    (plan, goal)
+}
+
+/// What is told of the share of the effort in the cost of a plan: that of the change of its inputs, where effort is counted from others.
+fn told_share(goal: &Goal, plan: &Attempt) -> f64 {
+    let Some(about) = &goal.about else { return goal.share };
+    let largest = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(f64::abs).fold(0.0, f64::max);
+    let inputs = &plan.candidate.inputs;
+    let mut changes = inputs.iter().flatten().zip(about.iter().flatten()).map(|(u, r)| u - r);
+    let part = largest(&mut changes) / largest(&mut inputs.iter().flatten().copied()).max(f64::MIN_POSITIVE);
+    goal.share * part.min(1.0)
+}
+
+/// How a plan of the requested grid is improved: multipliers tell which inputs are off, the less clearly the smaller the share.
+fn sharp<const N: usize>(search: &Search<N>) -> ScpOptions {
+    ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) }
+}
+
+/// What Newton or, where that does not do, the convex iteration makes of a plan, if it `is_one`.
+fn improved<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    (chain, options): (&Chain, &ScpOptions),
+    plan: &Attempt,
+    is_one: &dyn Fn(&Attempt) -> bool,
+) -> Option<Attempt> {
+    let newton = ActiveSetNewton { chain, options };
+    let quick = search.context.tried(Rung::Scp, &newton, plan.candidate.clone());
+    let next = if is_one(&quick) {
+        search.context.noted(Rung::Scp, quick)
+    } else {
+        let convex = ConvexIteration { chain, options };
+        search.context.attempt(Rung::Scp, &convex, plan.candidate.clone())
+    };
+    found.add_work(&next);
+    is_one(&next).then_some(next)
 }
 
 /// A plan with less and less effort in its cost on its grid, the share with which that ends, and what a smaller one would gain at
@@ -121,36 +176,25 @@ fn lowered<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     mut plan: Attempt,
+    goal: &Goal,
 ) -> (Attempt, f64, f64) {
-    let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) };
-    let Some(goal) = search.ask.goal.clone().filter(|goal| goal.objective.switches()) else {
-        return (plan, 0.0, 0.0);
-    };
+    let options = sharp(search);
     let (mut last, mut factor, mut left) = (goal.share, LOWERED.0, f64::INFINITY);
     while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
         let share = (last * factor).max(LAST_SHARE);
         let chain = Chain::with_goal(search.problem, plan.candidate.steps(), &Goal { share, ..goal.clone() });
-        let newton = ActiveSetNewton { chain: &chain, options: &options };
-        let convex = ConvexIteration { chain: &chain, options: &options };
         let before = chain.price(&plan.candidate);
         let near = last.clamp(NEAR[0], NEAR[1]);
         let change = |next: &Attempt| (before - chain.price(&next.candidate)).abs() / before;
         let is_near = |next: &Attempt| next.converged() && change(next) <= near;
-        let quick = search.context.tried(Rung::Scp, &newton, plan.candidate.clone());
-        let next = if is_near(&quick) {
-            search.context.noted(Rung::Scp, quick)
-        } else {
-            search.context.attempt(Rung::Scp, &convex, plan.candidate.clone())
-        };
-        found.add_work(&next);
-        if is_near(&next) {
-            left = change(&next) / ((last / share).powi(2) - 1.0);
-            (plan, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
-        } else if left <= SAME_COST {
-            break;
-        } else {
-            factor = factor.sqrt();
+        match improved(search, found, (&chain, &options), &plan, &is_near) {
+            Some(next) => {
+                left = change(&next) / ((last / share).powi(2) - 1.0);
+                (plan, last, factor) = (next, share, (factor * factor).max(LOWERED.0));
+            }
+            None if left <= SAME_COST => break,
+            None => factor = factor.sqrt(),
         }
     }
-    (plan, last, left)
+    (plan, last, if last > LAST_SHARE { left } else { 0.0 })
 }

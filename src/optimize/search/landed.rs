@@ -85,17 +85,14 @@ fn warm<const N: usize>(
 pub(super) fn landed_with_goal<const N: usize>(
     search: &Search<N>,
     found: &Attempt,
-    share: f64,
+    goal: &Goal,
 ) -> Option<(Landed, f64)> {
     if !found.converged() || search.stopped() {
         return None;
     }
     let aim = Aim::asked(search.problem, search.context.settings).filter(|_| search.ask.lands)?;
     let (problem, steps) = (search.problem, search.problem.steps);
-    let goal = search.ask.goal.as_ref()?;
-    let share = if goal.objective.switches() { share } else { goal.share };
-    let goal = Goal { share, ..goal.clone() };
-    let mut chain = Chain::with_goal(problem, steps, &goal);
+    let mut chain = Chain::with_goal(problem, steps, goal);
     let record = |chain: &Chain, attempt: &Attempt| {
         let duration = problem.seconds() * attempt.candidate.grid.duration();
         let planned = problem.clone().lasting(duration);
@@ -109,7 +106,7 @@ pub(super) fn landed_with_goal<const N: usize>(
     };
     // Multipliers tell which inputs are off, the less clearly the smaller the share.
     let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone() };
-    let mut least = share;
+    let mut least = goal.share;
     let solve = |chain: &Chain, attempt: &Attempt| {
         let sharp = warm(search, chain, attempt, &options);
         if sharp.is_some() || !goal.objective.switches() {

@@ -197,9 +197,8 @@ fn a_limit_that_does_not_act_leaves_the_arcs_of_the_turn_without_it() {
         let free = slew([1.0, 2.0, 3.0], end);
         let free = match duration {
             None => free,
-            Some(duration) => {
-                Problem::minimum_fuel(free.body, free.start, free.end, duration).with_actuation(free.actuation)
-            }
+            Some(duration) => Problem::minimum_fuel(free.body, free.start, free.end, duration)
+                .with_actuation(free.actuation),
         };
         let alone = solved(&free);
         let within = |share: f64| solved(&rate(free.clone(), Rule::RateNorm(share * peak(&alone))));

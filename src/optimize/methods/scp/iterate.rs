@@ -102,7 +102,8 @@ impl Iterate {
 
     /// What the inputs of a stage cost as effort.
     pub fn effort(&self, model: &Model, stage: usize) -> f64 {
-        model.effort_weight(stage, self.states[stage].stretch) * goal::effort(model, &self.inputs[stage])
+        model.effort_weight(stage, self.states[stage].stretch)
+            * goal::effort(model, stage, &self.inputs[stage])
     }
 
     /// What fuel and time cost.

@@ -446,7 +446,7 @@ impl Residuals {
             if stage < model.first_input() {
                 return DVector::zeros(model.m);
             }
-            let u = DVector::from_column_slice(&at.iterate.inputs[stage]);
+            let u = model.beside(stage, &at.iterate.inputs[stage]);
             let costate = &multipliers.costates[stage];
             let weight = model.effort_weight(stage, at.iterate.states[stage].stretch);
             &model.weight * u * weight + at.input_slope(stage).tr_mul(costate)

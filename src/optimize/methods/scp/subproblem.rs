@@ -314,7 +314,7 @@ impl<'a> Subproblem<'a> {
             upper(layout.state(stage), curvature);
             let stretch = at.iterate.states[stage].stretch;
             upper(layout.inputs(stage), &model.input_weight(stage, stretch));
-            let inputs = DVector::from_column_slice(&at.iterate.inputs[stage]);
+            let inputs = model.beside(stage, &at.iterate.inputs[stage]);
             let slope = &model.weight * inputs * model.effort_weight(stage, stretch);
             linear[layout.inputs(stage)..][..layout.m].copy_from_slice(slope.as_slice());
             if let Some(duration) = model.duration {
@@ -524,7 +524,8 @@ impl Move {
             let stretched = model.duration.map_or(0.0, |duration| {
                 f64::from(model.effort_power) * at.iterate.effort(model, stage) * self.states[stage][duration]
             });
-            model.effort_weight(stage, at.iterate.states[stage].stretch) * goal::effort(model, &u) + stretched
+            model.effort_weight(stage, at.iterate.states[stage].stretch) * goal::effort(model, stage, &u)
+                + stretched
         };
         let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();
         let bend: f64 = self.states.iter().zip(curvature).map(|(z, p)| 0.5 * z.dot(&(p * z))).sum();

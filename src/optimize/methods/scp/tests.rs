@@ -122,7 +122,11 @@ fn chains() -> impl Iterator<Item = (Problem, Model)> {
         let grid = graded(problem.scheme, problem.steps);
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
         let fuel = Fuel { time_price: Some(0.1), ..Fuel::default() };
-        let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal { objective, share: 1e-2 });
+        let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal {
+            objective,
+            share: 1e-2,
+            about: None,
+        });
         let seeking = goals.map(|goal| goal::with_goal(&problem, problem.steps, &goal));
         models.into_iter().chain(seeking).map(move |model| (problem.clone(), model))
     })

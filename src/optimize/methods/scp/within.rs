@@ -33,7 +33,7 @@ use nalgebra::DMatrix;
 use std::collections::VecDeque;
 
 /// An iterate with the inputs that are optimal for its costates within these limits, and their multipliers; `None` where inputs
-/// of a stage are tied together, by the weight or by a limit of their norm, where the duration is sought, and where fuel counts.
+/// of a stage are tied together, by the weight or by a limit of their norm, where the duration is sought, and where fuel or a change counts.
 pub(super) fn optimal_inputs(
     model: &Model,
     rows: &LimitRows,
@@ -43,7 +43,12 @@ pub(super) fn optimal_inputs(
 ) -> Option<(Iterate, Multipliers)> {
     let diagonal = DMatrix::from_diagonal(&model.weight.diagonal()) == model.weight;
     let together = |row: &LimitRow| matches!(row.what, What::InputNorm { .. });
-    if !diagonal || model.duration.is_some() || !rows.kinks.is_empty() || rows.rows.iter().any(together) {
+    if !diagonal
+        || model.about.is_some()
+        || model.duration.is_some()
+        || !rows.kinks.is_empty()
+        || rows.rows.iter().any(together)
+    {
         return None;
     }
     let (mut start, mut multipliers) = (start.clone(), multipliers.clone());

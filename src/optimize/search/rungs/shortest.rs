@@ -26,7 +26,7 @@ impl<const N: usize> Climb<N> for Shortest {
     }
 
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
-        let goal = Goal { objective: Objective::Time, share: SHARE };
+        let goal = Goal { objective: Objective::Time, share: SHARE, about: None };
         let of_time = Ask::of_goal(Some(goal), search.context.settings);
         let trial = search.of(search.problem, of_time.clone());
         let paths = unlimited_paths(&trial, &trial.chain(chain_steps(search.problem)));

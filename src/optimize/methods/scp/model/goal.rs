@@ -5,6 +5,7 @@ use crate::maneuver::objective::{self, Fuel, Objective};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::methods::scp::tuning::{FUEL_PRICE, TIME_PRICE, TYPICAL_EFFORT};
+use std::sync::Arc;
 
 /// What a chain minimises in place of the effort.
 #[derive(Clone, Debug)]
@@ -13,6 +14,8 @@ pub(crate) struct Goal {
     pub objective: Objective,
     /// Share of the effort beside time or fuel.
     pub share: f64,
+    /// Inputs on the nodes of a grid from which that effort is counted; from none where there are none, and on other grids.
+    pub about: Option<Arc<Vec<Vec<f64>>>>,
 }
 
 impl Goal {
@@ -20,7 +23,7 @@ impl Goal {
     pub fn in_given_duration(&self) -> Option<Self> {
         let fuel = self.objective.fuel()?;
         let objective = Objective::Fuel(Fuel { time_price: None, ..fuel.clone() });
-        Some(Self { objective, ..self.clone() })
+        Some(Self { objective, about: None, ..self.clone() })
     }
 }
 
@@ -63,6 +66,7 @@ pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
         inputs: prices.iter().map(|price| price * model.cost_scale).collect(),
         of_norm: [Fuel::is_of_norm(&model.torque), model.force.as_ref().is_some_and(Fuel::is_of_norm)],
     });
+    model.about = goal.about.clone().filter(|inputs| inputs.len() == steps + 1);
     let limits = model.input_bounds(problem);
     let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
     model.weight *= goal.share * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
@@ -94,7 +98,10 @@ pub fn fuel_rate(model: &Model, inputs: &[f64]) -> f64 {
         + burnt(&model.torque, fuel.is_of_norm(false), of_torques, torques)
 }
 
-/// `½ uᵀ W u`.
-pub fn effort(model: &Model, inputs: &[f64]) -> f64 {
-    objective::effort(&model.weight, inputs)
+/// `½ (u − r)ᵀ W (u − r)` of the inputs of a stage, from those that effort is counted from.
+pub fn effort(model: &Model, stage: usize, inputs: &[f64]) -> f64 {
+    match &model.about {
+        None => objective::effort(&model.weight, inputs),
+        Some(_) => objective::effort(&model.weight, model.beside(stage, inputs).as_slice()),
+    }
 }

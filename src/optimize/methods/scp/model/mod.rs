@@ -50,6 +50,7 @@ use crate::optimize::terminal::TerminalCondition;
 pub(crate) use goal::{FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
+use std::sync;
 pub(crate) use step::{Arc, Opening, Step};
 
 /// The chain.
@@ -81,6 +82,8 @@ pub(crate) struct Model {
     terminal: TerminalCondition,
     /// `W`, m×m, scaled.
     pub weight: DMatrix<f64>,
+    /// Inputs of every stage from which effort is counted ([`Goal::about`]).
+    pub about: Option<sync::Arc<Vec<Vec<f64>>>>,
     /// Power of the duration with which the effort goes: 0 where that is a share beside another cost.
     pub effort_power: i32,
     /// Units of the inputs [N or N·m].
@@ -143,6 +146,7 @@ impl Model {
             target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
             terminal: TerminalCondition::of(&problem.end_condition, dynamics.point(&problem.end)),
             weight,
+            about: None,
             effort_power: 0,
             input_unit,
             forces,
@@ -222,6 +226,15 @@ impl Model {
     /// What a stage's effort is multiplied by in a maneuver that takes `stretch` times the stated duration.
     pub fn effort_weight(&self, stage: usize, stretch: f64) -> f64 {
         self.kick_weight(stage) * stretch.powi(self.effort_power)
+    }
+
+    /// `u − r`, the inputs of a stage from those that effort is counted from.
+    pub fn beside(&self, stage: usize, inputs: &[f64]) -> DVector<f64> {
+        let inputs = DVector::from_column_slice(inputs);
+        match &self.about {
+            None => inputs,
+            Some(about) => inputs - DVector::from_column_slice(&about[stage]),
+        }
     }
 
     /// `κ_k W`, the curvature of the cost of a stage's inputs. Lie–Euler has no `u_0`: any weight keeps it where it is.
