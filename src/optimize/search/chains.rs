@@ -240,7 +240,7 @@ pub(super) fn relaxed(problem: &Problem) -> Problem {
 
 /// Grids between, each twice as fine as the one before: the nodes of one are nodes of the next wherever the requested number
 /// divides, so that what acts at a node acts there again.
-fn grids_between(coarse: usize, fine: usize) -> Vec<usize> {
+pub(super) fn grids_between(coarse: usize, fine: usize) -> Vec<usize> {
     let parts = std::iter::successors(Some(2_usize), |parts| parts.checked_mul(2));
     let mut grids: Vec<usize> =
         parts.map(|parts| fine.div_ceil(parts)).take_while(|steps| *steps >= 2 * coarse).collect();

@@ -89,7 +89,7 @@ use crate::maneuver::solution::{ConvexWork, Outcome, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
 use crate::optimize::candidate::Candidate;
-use crate::optimize::methods::scp::model::Goal;
+use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::{Chain, path};
 use std::f64::consts::PI;
 
@@ -267,7 +267,7 @@ fn of_dimension<const N: usize>(
     context: &Context,
     quick: &Trajectory,
 ) -> Solution {
-    let goal = Goal { objective: objective.clone(), share: SHARE, about: None };
+    let goal = Goal { objective: objective.clone(), effort: Effort::of_share(SHARE) };
     let advise = !objective.counts_time();
     let lands = context.lands() || stated.met().is_some();
     let ask = Ask { advise, lands, ..Ask::of_goal(Some(goal), context.settings) };
@@ -300,7 +300,7 @@ fn of_dimension<const N: usize>(
         return unsolved;
     };
     let planned = stated.clone().with_duration(duration);
-    let written = search.of(&planned, search.with_effort(found.share).ask);
+    let written = search.of(&planned, search.with_effort(found.effort.clone()).ask);
     let work = ConvexWork { effort_share: share, ..found.work };
     let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
     match landed {

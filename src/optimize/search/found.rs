@@ -6,6 +6,7 @@ use crate::maneuver::settings::Method as Road;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Solution};
 use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::model::Effort;
 
 /// Costs of one optimum of SCP differ by less, relative.
 pub(super) const SAME_COST: f64 = 1e-9;
@@ -21,8 +22,8 @@ pub(super) struct Found<const N: usize> {
     pub pool: Pool<N>,
     /// What the convex subproblems of all seeds took.
     pub work: ConvexWork,
-    /// The share of the effort in the cost with which the plans of a goal were found.
-    pub share: Option<f64>,
+    /// The effort in the cost with which the plans of a goal were found.
+    pub effort: Option<Effort>,
     /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
     pub answer: Option<Solution>,
     /// The answer as it is written, where a rung had to read it.

@@ -10,7 +10,7 @@ use crate::maneuver::solution::{Landing, Rung};
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::Goal;
+use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration};
 use std::sync::Arc;
 
@@ -44,7 +44,7 @@ pub(super) struct Cheapest {
 /// The cheapest of the local minima that SCP finds along the paths of a search with a goal, and what else it knows.
 pub(super) fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
     let mut found = search.climb();
-    let cheapest = made_cheap(&search.with_effort(found.share), &mut found);
+    let cheapest = made_cheap(&search.with_effort(found.effort.clone()), &mut found);
     (found, cheapest)
 }
 
@@ -62,7 +62,7 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
         let Landed { attempt, target, landing } = landed;
         let landing = Landing { cost_before: before, ..landing };
         first = attempt;
-        share = if eased > goal.share { eased } else { share };
+        share = if eased > goal.effort.share { eased } else { share };
         (target, landing)
     });
     let duration = stated * first.candidate.grid.duration();
@@ -88,8 +88,11 @@ fn sharpened<const N: usize>(
     if !goal.objective.switches() {
         return Some((plan, goal));
     }
+    if goal.effort.about.is_some() {
+        return Some(settled(search, found, plan, goal));
+    }
     let (plan, share, left) = lowered(search, found, plan, &goal);
-    let goal = Goal { share, ..goal };
+    let goal = Goal { effort: Effort::of_share(share), ..goal };
     Some(if left <= SAME_COST { (plan, goal) } else { settled(search, found, plan, goal) })
 }
 
@@ -111,7 +114,8 @@ fn settled<const N: usize>(
             break;
         }
         let from = plan.candidate.inputs.iter().map(|inputs| inputs.iter().map(|u| part * u).collect());
-        let about = Goal { about: Some(Arc::new(from.collect())), ..goal.clone() };
+        let effort = Effort { about: Some(Arc::new(from.collect())), ..goal.effort };
+        let about = Goal { effort, ..goal.clone() };
         let chain = Chain::with_goal(search.problem, plan.candidate.steps(), &about);
         let before = chain.price(&plan.candidate);
         let cheaper = |next: &Attempt| next.converged() && chain.price(&next.candidate) <= before;
@@ -133,12 +137,12 @@ fn settled<const N: usize>(
 
 /// What is told of the share of the effort in the cost of a plan: that of the change of its inputs, where effort is counted from others.
 fn told_share(goal: &Goal, plan: &Attempt) -> f64 {
-    let Some(about) = &goal.about else { return goal.share };
+    let Effort { share, about: Some(about) } = &goal.effort else { return goal.effort.share };
     let largest = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(f64::abs).fold(0.0, f64::max);
     let inputs = &plan.candidate.inputs;
     let mut changes = inputs.iter().flatten().zip(about.iter().flatten()).map(|(u, r)| u - r);
     let part = largest(&mut changes) / largest(&mut inputs.iter().flatten().copied()).max(f64::MIN_POSITIVE);
-    goal.share * part.min(1.0)
+    share * part.min(1.0)
 }
 
 /// How a plan of the requested grid is improved: multipliers tell which inputs are off, the less clearly the smaller the share.
@@ -179,10 +183,14 @@ fn lowered<const N: usize>(
     goal: &Goal,
 ) -> (Attempt, f64, f64) {
     let options = sharp(search);
-    let (mut last, mut factor, mut left) = (goal.share, LOWERED.0, f64::INFINITY);
+    let (mut last, mut factor, mut left) = (goal.effort.share, LOWERED.0, f64::INFINITY);
     while last > LAST_SHARE && factor <= LOWERED.1 && !search.stopped() {
         let share = (last * factor).max(LAST_SHARE);
-        let chain = Chain::with_goal(search.problem, plan.candidate.steps(), &Goal { share, ..goal.clone() });
+        let chain = Chain::with_goal(
+            search.problem,
+            plan.candidate.steps(),
+            &Goal { effort: Effort::of_share(share), ..goal.clone() },
+        );
         let before = chain.price(&plan.candidate);
         let near = last.clamp(NEAR[0], NEAR[1]);
         let change = |next: &Attempt| (before - chain.price(&next.candidate)).abs() / before;

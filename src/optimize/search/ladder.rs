@@ -13,7 +13,7 @@ use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Trajectory;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::Goal;
+use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::Chain;
 use crate::optimize::sweep::BoundaryValueProblem;
 
@@ -115,9 +115,9 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         Search::new(problem, self.context, ask, self.ladder)
     }
 
-    /// The same with another share of the effort beside its goal.
-    pub fn with_effort(&self, share: Option<f64>) -> Self {
-        let goal = self.ask.goal.clone().map(|goal| Goal { share: share.unwrap_or(goal.share), ..goal });
+    /// The same with another effort beside its goal.
+    pub fn with_effort(&self, effort: Option<Effort>) -> Self {
+        let goal = self.ask.goal.clone().map(|goal| Goal { effort: effort.unwrap_or(goal.effort), ..goal });
         let ask = Ask { goal, ..self.ask.clone() };
         let (turns, fine, coarse) = (self.turns.clone(), self.fine.clone(), self.coarse.clone());
         Self { ask, turns, fine, coarse, ..*self }

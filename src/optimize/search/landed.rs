@@ -8,7 +8,7 @@ use crate::optimize::candidate::Candidate;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate};
 use crate::optimize::methods::method::{Attempt, Method, Swept};
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::Goal;
+use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration};
 use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::{DVector, SVector};
@@ -106,17 +106,18 @@ pub(super) fn landed_with_goal<const N: usize>(
     };
     // Multipliers tell which inputs are off, the less clearly the smaller the share.
     let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone() };
-    let mut least = goal.share;
+    let mut least = goal.effort.share;
     let solve = |chain: &Chain, attempt: &Attempt| {
         let sharp = warm(search, chain, attempt, &options);
         if sharp.is_some() || !goal.objective.switches() {
             return sharp;
         }
         // Other limits act for the new target: with more of the effort in the cost they are found, and with less again kept.
-        let mut eased = goal.share;
+        let mut eased = goal.effort.share;
         while eased < SHARE && !search.stopped() {
             eased = (eased / EASED).min(SHARE);
-            let goal = Goal { share: eased, ..goal.clone() };
+            let effort = Effort { share: eased, ..goal.effort.clone() };
+            let goal = Goal { effort, ..goal.clone() };
             let mut easier = Chain { rows: chain.rows.clone(), ..Chain::with_goal(problem, steps, &goal) };
             easier.model.aim_with(&chain.model);
             if let Some(found) = warm(search, &easier, attempt, &options) {

@@ -7,6 +7,8 @@ pub(super) const LAST_SHARE: f64 = 1e-6;
 pub(super) const LOWERED: (f64, f64) = (0.1, 0.5);
 /// Shares with which the requested grid is reached, the next where the one before finds nothing there.
 pub(super) const FIRST_SHARES: [f64; 3] = [SHARE, 1e-1, 1.0];
+/// The same where effort is counted from the inputs of a plan, which it holds together.
+pub(super) const FOLLOWED: f64 = 1.0;
 /// By what the share of the effort is raised where a plan of time or fuel does not settle for a shifted target.
 pub(super) const EASED: f64 = 0.1;
 /// Accuracy of the subproblems: multipliers tell which inputs are off, the less clearly the smaller the share.

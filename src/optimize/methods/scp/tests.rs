@@ -11,7 +11,7 @@ use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{GravityGradient, Pose, SecondOrderGravity, UniformGravity};
-use crate::optimize::methods::scp::model::{goal, state, step};
+use crate::optimize::methods::scp::model::{Effort, goal, state, step};
 use crate::optimize::step::Dynamics;
 use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends};
 use crate::{Matrix3, Vector3, lie};
@@ -122,11 +122,8 @@ fn chains() -> impl Iterator<Item = (Problem, Model)> {
         let grid = graded(problem.scheme, problem.steps);
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
         let fuel = Fuel { time_price: Some(0.1), ..Fuel::default() };
-        let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal {
-            objective,
-            share: 1e-2,
-            about: None,
-        });
+        let goals = [Objective::Time, Objective::Fuel(fuel)]
+            .map(|objective| Goal { objective, effort: Effort::of_share(1e-2) });
         let seeking = goals.map(|goal| goal::with_goal(&problem, problem.steps, &goal));
         models.into_iter().chain(seeking).map(move |model| (problem.clone(), model))
     })

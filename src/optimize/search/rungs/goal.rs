@@ -4,13 +4,16 @@ use crate::maneuver::solution::Rung;
 use crate::optimize::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::methods::scp::model::Effort;
 use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
-use crate::optimize::search::chains::{CARRIED, CLOSE, carried_to, descend};
+use crate::optimize::search::chains::{CARRIED, CLOSE, carried_to, descend, grids_between};
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::detour::detours;
 use crate::optimize::search::found::{Found, cheapest_first, same};
 use crate::optimize::search::ladder::{Climb, Search};
-use crate::optimize::search::shares::{FIRST_SHARES, SHARE};
+use crate::optimize::search::shares::{FIRST_SHARES, FOLLOWED, SHARE};
+use crate::optimize::search::transfer::transfer;
+use std::sync::Arc;
 
 /// The local minima of a goal, the cheapest on the requested grid.
 pub(super) struct OfGoal;
@@ -34,8 +37,8 @@ fn coarse_minima<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Ch
     let detours = |path: &Candidate| detours(search.problem, path.clone());
     let seeds: Vec<Candidate> = search.ask.paths.iter().flat_map(detours).collect();
     for share in shares(search, found) {
-        found.share = Some(share);
-        let search = search.with_effort(found.share);
+        found.effort = Some(Effort::of_share(share));
+        let search = search.with_effort(found.effort.clone());
         coarse = search.chain(coarse.model.steps);
         for seed in &seeds {
             if !search.stopped() {
@@ -52,7 +55,7 @@ fn coarse_minima<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Ch
 /// Shares to try one after the other, from the one that there is; of effort alone that one.
 fn shares<const N: usize>(search: &Search<N>, found: &Found<N>) -> Vec<f64> {
     let goal = search.ask.goal.as_ref();
-    let least = found.share.or(goal.map(|goal| goal.share)).unwrap_or(SHARE);
+    let least = found.effort.as_ref().or(goal.map(|goal| &goal.effort)).map_or(SHARE, |effort| effort.share);
     let several = goal.is_some_and(|goal| goal.objective.switches());
     let from_least = FIRST_SHARES.into_iter().filter(|share| *share >= least);
     from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
@@ -68,7 +71,7 @@ fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, c
     }
     let shares = shares(search, found);
     let plans = found.take_plans();
-    let (mut carried, mut rivals) = (Vec::<(f64, f64, Attempt)>::new(), Vec::new());
+    let (mut carried, mut rivals) = (Vec::<(f64, Effort, Attempt)>::new(), Vec::new());
     let mut best_coarse = None;
     for (index, plan) in plans.iter().enumerate() {
         // On the fine grid the order of costs may be another.
@@ -78,14 +81,15 @@ fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, c
             break;
         }
         let fine = shares.iter().find_map(|share| {
-            found.share = Some(*share);
-            let search = &search.with_effort(found.share);
+            found.effort = Some(Effort::of_share(*share));
+            let search = &search.with_effort(found.effort.clone());
             let grids = [search.chain(few), search.chain(many)];
             let eased =
                 if *share == shares[0] { Some(plan.clone()) } else { eased(search, found, &grids[0], plan) };
             let fine = carried_to(search, found, [&grids[0], &grids[1]], &eased?)?;
-            Some((grids[1].price(&fine.candidate), *share, fine))
+            Some((grids[1].price(&fine.candidate), Effort::of_share(*share), fine))
         });
+        let fine = fine.or_else(|| followed(search, found, shares[0], plan));
         match fine {
             Some((.., fine)) if carried.iter().any(|(.., other)| same::<N>(other, &fine)) => {}
             Some(fine) => {
@@ -96,10 +100,39 @@ fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, c
         }
     }
     carried.sort_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((_, share, _)) = carried.first() {
-        found.share = Some(*share);
+    if let Some((_, effort, _)) = carried.first() {
+        found.effort = Some(effort.clone());
         found.reorder(|_| carried.into_iter().map(|(.., fine)| fine).chain(rivals).collect());
     }
+}
+
+/// The plan of the requested grid that is near a coarse one, by way of grids twice as fine each: on each of them effort is counted from
+/// the inputs of the plan on the one before. Where several limits act along arcs that keeps a plan together that no share of the effort
+/// leads to; what it costs then is little more than the coarse one.
+fn followed<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    share: f64,
+    plan: &Attempt,
+) -> Option<(f64, Effort, Attempt)> {
+    let options = ScpOptions::default().within(search.context.settings.max_iterations);
+    let mut from = search.with_effort(Some(Effort::of_share(share))).chain(plan.candidate.steps());
+    let mut reached = plan.clone();
+    let mut effort = Effort::of_share(share);
+    let between = grids_between(from.model.steps, search.problem.steps);
+    for steps in between.into_iter().chain([search.problem.steps]) {
+        let start = transfer([&from, &search.chain(steps)], &reached.candidate);
+        effort = Effort { share: FOLLOWED, about: Some(Arc::new(start.inputs.clone())) };
+        let chain = search.with_effort(Some(effort.clone())).chain(steps);
+        let convex = ConvexIteration { chain: &chain, options: &options };
+        let next = search.context.attempt(Rung::Scp, &convex, start);
+        found.add_work(&next);
+        if !next.converged() || search.stopped() {
+            return None;
+        }
+        (from, reached) = (chain, next);
+    }
+    Some((from.price(&reached.candidate), effort, reached))
 }
 
 /// A plan of the coarse grid as it is with the share of effort that the goal has now.

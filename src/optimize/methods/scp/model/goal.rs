@@ -12,10 +12,24 @@ use std::sync::Arc;
 pub(crate) struct Goal {
     /// Time or fuel, or effort with a price of time. The duration is sought where time counts.
     pub objective: Objective,
-    /// Share of the effort beside time or fuel.
+    /// The effort beside time or fuel.
+    pub effort: Effort,
+}
+
+/// What of the effort is in the cost of time or fuel.
+#[derive(Clone, Debug)]
+pub(crate) struct Effort {
+    /// Its share, as a part of what the inputs would cost at their limits throughout.
     pub share: f64,
-    /// Inputs on the nodes of a grid from which that effort is counted; from none where there are none, and on other grids.
+    /// Inputs on the nodes of a grid from which it is counted; from none where there are none, and on other grids.
     pub about: Option<Arc<Vec<Vec<f64>>>>,
+}
+
+impl Effort {
+    /// A share of the effort.
+    pub fn of_share(share: f64) -> Self {
+        Self { share, about: None }
+    }
 }
 
 impl Goal {
@@ -23,7 +37,7 @@ impl Goal {
     pub fn in_given_duration(&self) -> Option<Self> {
         let fuel = self.objective.fuel()?;
         let objective = Objective::Fuel(Fuel { time_price: None, ..fuel.clone() });
-        Some(Self { objective, about: None, ..self.clone() })
+        Some(Self { objective, effort: Effort::of_share(self.effort.share) })
     }
 }
 
@@ -66,10 +80,10 @@ pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
         inputs: prices.iter().map(|price| price * model.cost_scale).collect(),
         of_norm: [Fuel::is_of_norm(&model.torque), model.force.as_ref().is_some_and(Fuel::is_of_norm)],
     });
-    model.about = goal.about.clone().filter(|inputs| inputs.len() == steps + 1);
+    model.about = goal.effort.about.clone().filter(|inputs| inputs.len() == steps + 1);
     let limits = model.input_bounds(problem);
     let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
-    model.weight *= goal.share * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
+    model.weight *= goal.effort.share * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
     model
 }
 

@@ -47,7 +47,7 @@ use crate::maneuver::problem::{Motion, Problem, State};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
 use crate::optimize::step::{Costate, Dynamics};
 use crate::optimize::terminal::TerminalCondition;
-pub(crate) use goal::{FuelPrice, Goal};
+pub(crate) use goal::{Effort, FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
 use std::sync;
@@ -82,7 +82,7 @@ pub(crate) struct Model {
     terminal: TerminalCondition,
     /// `W`, m×m, scaled.
     pub weight: DMatrix<f64>,
-    /// Inputs of every stage from which effort is counted ([`Goal::about`]).
+    /// Inputs of every stage from which effort is counted ([`Effort::about`]).
     pub about: Option<sync::Arc<Vec<Vec<f64>>>>,
     /// Power of the duration with which the effort goes: 0 where that is a share beside another cost.
     pub effort_power: i32,
