@@ -7,6 +7,12 @@
 //! is lowered until the cost does not feel it: with a share ε the optimum is dearer by `O(ε²)` where inputs are free on arcs,
 //! and by nothing where each is at a limit, or off, but for as many as the terminal conditions ask for.
 //!
+//! Where a share can be lowered no further, as where several limits act along arcs of a fine grid, the same share is counted from the
+//! inputs of the plan itself, again and again (`search/goal`): the curvature stays, and the cost forgets the effort.
+//!
+//! A constraint that does not act does not choose the plan: where the cheapest plan of arcs without constraints, or one of its images,
+//! keeps them all in its true motion, nothing that keeps them is cheaper, and it is the answer, with its arcs and its gap.
+//!
 //! Seeds are the paths of least effort without limits, that of minimum time or fuel under torque limits alone, straight and
 //! bent, and their detours around the cones they cross; of fuel also what is of least effort within all limits. What is found
 //! is a local minimum; how far the cheapest of them is the cheapest of all nobody knows.
@@ -216,9 +222,7 @@ fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     let Some(mut excess) = Excess::of(&planned) else { return true };
     let steps = Flight::of_plan(&planned, found);
     let flown = Flight::new(&planned).fly(&steps, Some(&mut excess));
-    at_nodes.into_iter().all(|node| keeps(node))
-        && flown.is_some()
-        && excess.worst.iter().all(|worst| *worst <= 0.0)
+    at_nodes.into_iter().all(keeps) && flown.is_some() && excess.worst.iter().all(|worst| *worst <= 0.0)
 }
 
 /// The same maneuver of least fuel once more along what is cheaper in the duration that was found, where anything is: a search that

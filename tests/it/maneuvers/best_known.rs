@@ -60,6 +60,13 @@ fn a_cheap_plan_of_the_coarse_grid_is_carried_with_more_effort_in_its_cost() {
     }
 }
 
+/// Where no smaller share of the effort leads to a plan on the grid effort is counted from the plan itself.
+#[test]
+fn effort_that_stays_in_the_cost_is_counted_from_the_plan() {
+    let over = over_the_best("time_rate_and_cone");
+    assert!(over < 1.001, "{over}");
+}
+
 #[test]
 fn long_durations_are_followed_from_moderate_ones() {
     let long = ["fuel_in_20_shortest", "fuel_in_50_shortest", "fuel_in_100_shortest", "fuel_in_300_shortest"];

@@ -378,6 +378,47 @@ fn converge(problem: &Problem, options: &ScpOptions) -> (Model, Convex) {
     (model, convex)
 }
 
+/// A sphere turns about an axis by θ under a torque of one, no faster than ω: it takes θ/ω + ω. With the effort in its cost it takes
+/// longer; effort that is counted from the inputs of the plan before is no part of the cost where these change no more.
+#[test]
+fn effort_that_is_counted_from_the_plan_itself_costs_no_time() {
+    let (angle, fastest) = (2.1, 0.8);
+    let inertia = crate::mechanics::body::Inertia::diagonal(Vector3::repeat(1.0)).unwrap();
+    let (body, end) = (Body { inertia, mass: None }, lie::exp(&(Vector3::z() * angle)));
+    let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+    let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let rate = Constraint { name: "rate".into(), rule: Rule::RateNorm(fastest) };
+    let problem = Problem::minimum_time(body, State::at_rest(Matrix3::identity()), State::at_rest(end))
+        .with_actuation(Actuation::torques(torques))
+        .with_constraint(rate)
+        .with_duration(4.0)
+        .with_steps(60);
+    let options = ScpOptions::default();
+    let solved = |effort: Effort, from: Option<(Iterate, Multipliers)>| {
+        let model = goal::with_goal(&problem, 60, &Goal { objective: Objective::Time, effort });
+        let rows = LimitRows::of(&problem, &model);
+        let (start, multipliers) = match from {
+            Some((start, multipliers)) => (start, Some(multipliers)),
+            None => (first_iterate::along(&model, &rows, &straight(&model), 1.0, &Watch::NONE), None),
+        };
+        let found = run(&model, &rows, start, multipliers, &options, &Watch::NONE).unwrap();
+        let polished = found.polished.expect("an optimum");
+        (polished.iterate.stretch() * 4.0, polished.iterate, polished.multipliers)
+    };
+    let shortest = angle / fastest + fastest;
+    let (mut last, mut iterate, mut multipliers) = solved(Effort::of_share(1.0), None);
+    assert!(last > 1.01 * shortest, "{last} {shortest}");
+    for _ in 0..30 {
+        let about = Effort { share: 1.0, about: Some(Arc::new(iterate.inputs.clone())) };
+        let next;
+        (next, iterate, multipliers) = solved(about, Some((iterate, multipliers)));
+        assert!(next <= last * (1.0 + 1e-12), "{next} after {last}");
+        last = next;
+    }
+    // But for the grid, on which a switch is no instant.
+    assert!((last / shortest - 1.0).abs() < 1e-3, "{last} {shortest}");
+}
+
 /// Nobody is asked within the cone solver, which looks at the flag.
 #[test]
 fn a_flag_stops_the_convex_iteration_inside_of_a_subproblem() {
