@@ -407,7 +407,7 @@ fn effort_that_is_counted_from_the_plan_itself_costs_no_time() {
     };
     let shortest = angle / fastest + fastest;
     let (mut last, mut iterate, mut multipliers) = solved(Effort::of_share(1.0), None);
-    assert!(last > 1.01 * shortest, "{last} {shortest}");
+    assert!(last > 1.001 * shortest, "{last} {shortest}");
     for _ in 0..30 {
         let about = Effort { share: 1.0, about: Some(Arc::new(iterate.inputs.clone())) };
         let next;
@@ -415,8 +415,10 @@ fn effort_that_is_counted_from_the_plan_itself_costs_no_time() {
         assert!(next <= last * (1.0 + 1e-12), "{next} after {last}");
         last = next;
     }
-    // But for the grid, on which a switch is no instant.
-    assert!((last / shortest - 1.0).abs() < 1e-3, "{last} {shortest}");
+    // But for the grid, on which a switch is no instant: as long as with hardly any effort in the cost.
+    assert!((last / shortest - 1.0).abs() < 3e-4, "{last} {shortest}");
+    let (least, ..) = solved(Effort::of_share(1e-6), Some((iterate, multipliers)));
+    assert!((last / least - 1.0).abs() < 1e-6, "{last} {least}");
 }
 
 /// Nobody is asked within the cone solver, which looks at the flag.
