@@ -156,12 +156,14 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let quick = match problem.motion {
         Motion::Attitude if !open || arrived => {
             let bare = without_field(bare);
-            let found = switching::solve_unconstrained(&bare, context, &|plan| keeps_all(problem, plan));
-            within = found.within;
-            let none = found.cheapest.outcome != Outcome::Converged;
-            // All of the time where no shorter one is sought in vain.
-            let bounded = none && bare.duration.at_most().is_some();
-            if bounded { switching::solve_discrete(&bare, context) } else { found.cheapest }
+            let unconstrained = may_be_unconstrained(problem)
+                .then(|| switching::solve_unconstrained(&bare, context, &|plan| keeps_all(problem, plan)));
+            let cheapest = unconstrained.and_then(|found| {
+                within = found.within;
+                Some(found.cheapest).filter(|plan| plan.outcome == Outcome::Converged)
+            });
+            // Where a shorter duration is sought in vain it is all of the time.
+            cheapest.unwrap_or_else(|| switching::solve_discrete(&bare, context))
         }
         _ => unsolved.clone(),
     };
@@ -203,11 +205,15 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     solution
 }
 
-/// Whether a plan of arcs keeps all constraints of a maneuver that plans on arcs can be made for: the discrete motion at its nodes, and
-/// the true motion all along.
+/// Whether a maneuver without its constraints is one of arcs, so that these may be its plan.
+fn may_be_unconstrained(problem: &Problem) -> bool {
+    problem.stepping == Stepping::Formulated && problem.clone().planned_on_arcs().switches()
+}
+
+/// Whether a plan of arcs keeps all constraints of a maneuver: the discrete motion at its nodes, and the true motion all along.
 fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     let planned = plan.on_grid(&problem.clone().planned_on_arcs());
-    if problem.stepping != Stepping::Formulated || !planned.switches() || plan.outcome != Outcome::Converged {
+    if plan.outcome != Outcome::Converged {
         return false;
     }
     let found = &plan.trajectory;

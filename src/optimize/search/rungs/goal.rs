@@ -70,6 +70,7 @@ fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, c
         return;
     }
     let shares = shares(search, found);
+    let switches = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.switches());
     let plans = found.take_plans();
     let (mut carried, mut rivals) = (Vec::<(f64, Effort, Attempt)>::new(), Vec::new());
     let mut best_coarse = None;
@@ -89,7 +90,11 @@ fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, c
             let fine = carried_to(search, found, [&grids[0], &grids[1]], &eased?)?;
             Some((grids[1].price(&fine.candidate), Effort::of_share(*share), fine))
         });
-        let fine = fine.or_else(|| followed(search, found, shares[0], plan));
+        let fine = match fine {
+            // What costs effort alone is not counted from anything.
+            None if switches => followed(search, found, shares[0], plan),
+            fine => fine,
+        };
         match fine {
             Some((.., fine)) if carried.iter().any(|(.., other)| same::<N>(other, &fine)) => {}
             Some(fine) => {
