@@ -16,6 +16,7 @@ pub mod motions;
 pub mod process;
 mod random;
 pub mod random_specs;
+pub mod switching;
 mod turning;
 
 pub use random::Random;

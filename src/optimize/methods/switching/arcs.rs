@@ -16,6 +16,7 @@ use crate::Vector3;
 use crate::numerics::least_squares::shortest;
 use crate::numerics::widest::widest;
 use nalgebra::DVector;
+use std::f64::consts::TAU;
 
 /// One input goes to its other limit.
 #[derive(Clone, Copy, Debug)]
@@ -121,7 +122,7 @@ impl Arcs {
         for (index, (from, start, end, signs)) in arcs.iter().enumerate() {
             let law = extremal.on_arc(signs);
             let reached =
-                over_arc(extremal, &self.m, from, &law, end - start, longest * self.duration, &mut lanes);
+                over_arc(extremal, &self.m, from, &law, (end - start, self.duration), longest, &mut lanes);
             let rate = extremal.rate(&self.m, &reached, &law.at(&reached.e).torque);
             lanes.add(if index < count { 6 + index } else { time_lane }, &rate, 1.0);
             if index > 0 {
@@ -315,17 +316,23 @@ pub(super) fn between(a: &Node, b: &Node, part: f64) -> Node {
     a.plus(&b.minus(a), part)
 }
 
-/// Integrates one arc in steps of at most `longest`.
+/// How many steps of at most a part of the duration, and of a revolution at the rate of a node, cover a length.
+pub(super) fn steps(extremal: &Extremal, from: &Node, (length, duration): (f64, f64), longest: f64) -> usize {
+    let turns = (extremal.j_inverse * from.pi).norm() * length / TAU;
+    ((length / duration).max(turns) / longest).ceil().clamp(1.0, MOST_STEPS) as usize
+}
+
+/// Integrates one arc in steps of at most a part `longest` of the duration each, and of a revolution at the rate with which it begins.
 pub(super) fn over_arc<const L: usize>(
     extremal: &Extremal,
     m: &Vector3,
     from: &Node,
     law: &ArcLaw,
-    length: f64,
+    (length, duration): (f64, f64),
     longest: f64,
     lanes: &mut Lanes<L>,
 ) -> Node {
-    let steps = (length.abs() / longest).ceil().clamp(1.0, MOST_STEPS) as usize;
+    let steps = steps(extremal, from, (length.abs(), duration), longest);
     let (course, step) = (Course::of(extremal, m), length / steps as f64);
     widest(
         #[inline(always)]

@@ -16,12 +16,12 @@
 //! nothing of other branches: how often the answer is the best known is counted (`cargo run --release -p evidence --bin
 //! minimum_time`).
 
-use super::arcs::{Arcs, Switch, between};
+use super::arcs::{Arcs, Switch, steps};
 use super::extremal::Extremal;
 use super::flow::{Course, Node};
-use super::tuning::arcs::{MOST_STEPS, TOGETHER, ZERO};
+use super::tuning::arcs::{TOGETHER, ZERO};
 use super::tuning::{FINE, POINTS};
-use crate::numerics::hermite::hermite;
+use std::f64::consts::PI;
 
 /// What is found along a maneuver of arcs.
 #[derive(Clone, Debug)]
@@ -57,44 +57,36 @@ impl Certificate {
         let last = all.len() - 1;
         for (index, (from, start, stop, signs)) in all.iter().enumerate() {
             let law = extremal.on_arc(signs);
-            let steps = ((stop - start) / (FINE * arcs.duration)).ceil().clamp(1.0, MOST_STEPS) as usize;
-            let length = (stop - start) / steps as f64;
-            let mut node = *from;
-            for step in 0..steps {
-                let next = course.reached(&node, length, |_, e| law.at(e));
-                let rates =
-                    [&node, &next].map(|node| extremal.rate(&arcs.m, node, &law.at(&node.e).torque)[2]);
-                for point in 0..POINTS {
-                    let x = (point as f64 + 0.5) / POINTS as f64;
-                    let e = hermite(x, length, [&node.e, &next.e], [&rates[0], &rates[1]]);
-                    let time = start + (step as f64 + x) * length;
-                    for input in 0..inputs {
-                        let s = extremal.switching(input, &e) * signs[input];
-                        let half = 0.5 * length / POINTS as f64;
-                        if s > ZERO {
-                            let here = between(&node, &next, x);
-                            let run = open[input].get_or_insert(Wrong {
-                                input,
-                                from: (time - half, here),
-                                to: (time, here),
-                                peak: (time, here),
-                                largest: 0.0,
-                                at_start: index == 0 && step == 0 && point == 0,
-                                at_end: false,
-                                gap: 0.0,
-                            });
-                            run.gap += 4.0 * half * s;
-                            run.to = (time + half, here);
-                            if s > run.largest {
-                                (run.peak, run.largest) = ((time, here), s);
-                            }
-                            run.at_end = index == last && step + 1 == steps && point + 1 == POINTS;
-                        } else if let Some(run) = open[input].take() {
-                            wrong.push(run);
+            let (mut node, mut at) = (*from, 0.0);
+            let looks = looks(extremal, from, (stop - start, arcs.duration));
+            let most = looks.len() - 1;
+            for (look, (past, half)) in looks.into_iter().enumerate() {
+                node = course.reached(&node, past - at, |_, e| law.at(e));
+                at = past;
+                let time = start + past;
+                for input in 0..inputs {
+                    let s = extremal.switching(input, &node.e) * signs[input];
+                    if s > ZERO {
+                        let run = open[input].get_or_insert(Wrong {
+                            input,
+                            from: (time - half, node),
+                            to: (time, node),
+                            peak: (time, node),
+                            largest: 0.0,
+                            at_start: index == 0 && look == 0,
+                            at_end: false,
+                            gap: 0.0,
+                        });
+                        run.gap += 4.0 * half * s;
+                        run.to = (time + half, node);
+                        if s > run.largest {
+                            (run.peak, run.largest) = ((time, node), s);
                         }
+                        run.at_end = index == last && look == most;
+                    } else if let Some(run) = open[input].take() {
+                        wrong.push(run);
                     }
                 }
-                node = next;
             }
             // A switch ends a run of the input that switches.
             if let Some(switch) = arcs.switches.get(index)
@@ -109,13 +101,11 @@ impl Certificate {
         Self { gap, wrong, least: None }
     }
 
-    /// Takes the gap of the same maneuver with other costates, where that is smaller. Their switching functions vanish a little beside
-    /// the switches, where the points of a certificate are too far apart to tell: `sampled` is the gap by closer ones.
-    pub fn bound_by(&mut self, extremal: &Extremal, moved: Arcs, sampled: f64) {
+    /// Takes the gap of the same maneuver with other costates, where that is smaller.
+    pub fn bound_by(&mut self, extremal: &Extremal, moved: Arcs) {
         let least = Self::of(extremal, &moved);
-        let gap = least.gap.max(sampled);
-        if gap < self.gap {
-            self.gap = gap;
+        if least.gap < self.gap {
+            self.gap = least.gap;
             self.least = Some((moved, least.wrong));
         }
     }
@@ -157,6 +147,14 @@ impl Certificate {
         }
         (!worst.is_empty()).then(|| put_right(arcs, &worst, part))
     }
+}
+
+/// When an arc of this length is looked at, and half of the time for which each look stands: close together towards its ends, as
+/// costates that do not vanish at a switch do so a little beside it.
+pub(super) fn looks(extremal: &Extremal, from: &Node, (length, duration): (f64, f64)) -> Vec<(f64, f64)> {
+    let count = 2 * POINTS * steps(extremal, from, (length, duration), 2.0 * FINE);
+    let edge = |k: usize| 0.5 * length * (1.0 - (PI * k as f64 / count as f64).cos());
+    (0..count).map(|k| (0.5 * (edge(k) + edge(k + 1)), 0.5 * (edge(k + 1) - edge(k)))).collect()
 }
 
 /// The worst first.

@@ -68,14 +68,23 @@ pub(super) fn fuel_limit(
     let best = best.filter(|(arcs, _)| of_branch(arcs));
     let mut looser = Vec::from_iter(train(extremal, &settled, best, &of_branch, work));
     if let Some(best) = looser.pop_if(|best| !is_small(extremal, best)) {
-        let more = if extremal.times_pulses() { laid_out } else { refined };
-        looser.extend(more(extremal, best, work));
+        looser.extend(mended(extremal, best, work));
     }
     looser.retain(|(arcs, _)| of_branch(arcs));
     match looser.pop_if(|best| is_small(extremal, best)) {
         Some(arcs) => Limit { looser, ..Limit::of_arcs(rival, settled, arcs) },
         None => Limit { branch: rival.clone(), smooth: settled, arcs: None, looser },
     }
+}
+
+/// Arcs with a gap that is not small, and what corrections make of them, the best last.
+pub(super) fn mended(
+    extremal: &Extremal,
+    arcs: (Arcs, Certificate),
+    work: &Work,
+) -> Vec<(Arcs, Certificate)> {
+    let more = if extremal.times_pulses() { laid_out } else { refined };
+    more(extremal, arcs, work)
 }
 
 /// The smoothed extremal of a branch at the smallest ε that it is found for, on intervals that follow its inputs.
@@ -161,7 +170,7 @@ fn laid_out(extremal: &Extremal, first: (Arcs, Certificate), work: &Work) -> Vec
 }
 
 /// Arcs with the best times of their pulses, and to the last digits where Newton keeps all of them.
-fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<(Arcs, Certificate)> {
+pub(super) fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<(Arcs, Certificate)> {
     if !extremal.times_pulses() {
         return None;
     }

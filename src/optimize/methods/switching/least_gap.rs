@@ -16,12 +16,11 @@
 //! the start as along all of the way, which leaves five numbers.
 
 use super::arcs::Arcs;
+use super::certificate::looks;
 use super::extremal::Extremal;
-use super::flow::{Course, Lanes, Node};
+use super::flow::{Course, Lanes};
 use super::tuning::arcs::*;
-use super::tuning::{FINE, POINTS};
-use crate::Vector3;
-use crate::numerics::hermite::hermite;
+use super::tuning::{FAR_ITERATIONS, GAINED};
 use nalgebra::{SMatrix, SVector};
 
 /// A change of `M` and of the costate at the start.
@@ -36,23 +35,29 @@ struct Piece {
     slope: Change,
 }
 
-/// The same maneuver with the costates of the least gap, and that gap, of points that stand close together at the ends of arcs;
-/// `None` where its inputs are not held.
-pub(crate) fn with_least_gap(extremal: &Extremal, arcs: &Arcs) -> Option<(Arcs, f64)> {
+/// The same maneuver with the costates of the least gap and, in a given duration, with those that are smaller by what an input lacks of
+/// being off. None where its inputs are not held.
+pub(crate) fn with_less_gap(extremal: &Extremal, arcs: &Arcs) -> Vec<Arcs> {
     if !extremal.times_pulses() {
-        return None;
+        return Vec::new();
     }
     let (pieces, lanes) = pieces(extremal, arcs);
     let law = extremal.on_arc(&arcs.signs);
     let at_start = || extremal.hamiltonian_at_start(&arcs.m, &arcs.first, &law);
-    let change = least(&pieces, extremal.given_duration.is_none().then(at_start));
-    let mut moved = arcs.clone();
-    moved.m += change.fixed_rows::<3>(0);
-    moved.first.e += change.fixed_rows::<3>(3);
-    for (switch, lanes) in moved.switches.iter_mut().zip(&lanes) {
-        switch.node.e += lanes.times(change.as_slice())[2];
-    }
-    Some((moved, gap(&pieces, &change, 0.0)))
+    let given = extremal.given_duration.is_some();
+    let change = least(&pieces, (!given).then(at_start));
+    let own = Change::from_iterator(arcs.m.iter().chain(arcs.first.e.iter()).copied());
+    let changes = if given { vec![change, without_excess(&pieces, &own, &change)] } else { vec![change] };
+    let moved = |change: Change| {
+        let mut moved = arcs.clone();
+        moved.m += change.fixed_rows::<3>(0);
+        moved.first.e += change.fixed_rows::<3>(3);
+        for (switch, lanes) in moved.switches.iter_mut().zip(&lanes) {
+            switch.node.e += lanes.times(change.as_slice())[2];
+        }
+        moved
+    };
+    changes.into_iter().map(moved).collect()
 }
 
 /// All switching functions along the way, and how the nodes answer at the end of each arc.
@@ -60,82 +65,25 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
     let (mut pieces, mut at_ends) = (Vec::new(), Vec::new());
     let mut lanes = Lanes::<8>::of_costate();
     for (from, start, end, signs) in arcs.arcs() {
-        let law = extremal.on_arc(&signs);
-        let steps = ((end - start) / (2.0 * FINE * arcs.duration)).ceil().clamp(1.0, MOST_STEPS) as usize;
-        let length = (end - start) / steps as f64;
-        let (course, torque) = (Course::of(extremal, &arcs.m), law.at(&from.e).torque);
-        let mut node = from;
-        let mut before = Costates::at(extremal, &arcs.m, &node, &lanes, &torque);
-        for step in 0..steps {
-            node = course.carried(&node, length, &mut lanes, |_, e| law.at(e));
-            let after = Costates::at(extremal, &arcs.m, &node, &lanes, &torque);
-            for (x, part) in points(step == 0, step + 1 == steps) {
-                let costates = before.between(&after, length, x);
-                for (input, sign) in signs.iter().enumerate() {
-                    let along = extremal.switching_slope(input, &costates[6]);
-                    pieces.push(Piece {
-                        length: part * length,
-                        sign: *sign,
-                        value: extremal.switching(input, &costates[6]),
-                        slope: Change::from_fn(|lane, _| along.dot(&costates[lane])),
-                    });
-                }
+        let (law, course) = (extremal.on_arc(&signs), Course::of(extremal, &arcs.m));
+        let (mut node, mut at) = (from, 0.0);
+        for (past, half) in looks(extremal, &from, (end - start, arcs.duration)) {
+            node = course.carried(&node, past - at, &mut lanes, |_, e| law.at(e));
+            at = past;
+            for (input, sign) in signs.iter().enumerate() {
+                let along = extremal.switching_slope(input, &node.e);
+                pieces.push(Piece {
+                    length: 2.0 * half,
+                    sign: *sign,
+                    value: extremal.switching(input, &node.e),
+                    slope: Change::from_fn(|lane, _| along.dot(&lanes.block(2, lane))),
+                });
             }
-            before = after;
         }
+        course.carried(&node, end - start - at, &mut lanes, |_, e| law.at(e));
         at_ends.push(lanes);
     }
     (pieces, at_ends)
-}
-
-/// Where a step is looked at and for what part of it, close together towards the ends of an arc: there a crossing is a little
-/// beside the switch.
-fn points(first: bool, last: bool) -> impl Iterator<Item = (f64, f64)> {
-    let edge = move |k: usize| {
-        let x = k as f64 / (2 * POINTS) as f64;
-        match (first, last) {
-            (true, true) => 0.5 - 0.5 * (std::f64::consts::PI * x).cos(),
-            (true, false) => x * x,
-            (false, true) => x * (2.0 - x),
-            (false, false) => x,
-        }
-    };
-    (0..(2 * POINTS)).map(move |k| (0.5 * (edge(k) + edge(k + 1)), edge(k + 1) - edge(k)))
-}
-
-/// What the six costates at the start make of the costate `e` at a node, and that itself, with their time derivatives.
-struct Costates {
-    values: [Vector3; 7],
-    rates: [Vector3; 7],
-}
-
-impl Costates {
-    fn at(extremal: &Extremal, m: &Vector3, node: &Node, lanes: &Lanes<8>, torque: &Vector3) -> Self {
-        let rate = |m: &Vector3, e: &Vector3| extremal.rate(m, &Node { e: *e, ..*node }, torque)[2];
-        let own = rate(m, &node.e);
-        // Costates follow linear equations.
-        let of_lane = |lane: usize| {
-            let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
-            rate(&unit, &lanes.block(2, lane))
-        };
-        let value = |lane: usize| if lane < 6 { lanes.block(2, lane) } else { node.e };
-        Self {
-            values: std::array::from_fn(value),
-            rates: std::array::from_fn(|lane| if lane < 6 { of_lane(lane) } else { own }),
-        }
-    }
-
-    /// By the cubic with these values and derivatives.
-    fn between(&self, next: &Self, length: f64, x: f64) -> [Vector3; 7] {
-        std::array::from_fn(|lane| {
-            hermite(
-                x,
-                length,
-                [&self.values[lane], &next.values[lane]],
-                [&self.rates[lane], &next.rates[lane]],
-            )
-        })
-    }
 }
 
 /// The change of the costates that makes the gap least, where a number that is linear in it, given by its value and slope, vanishes.
@@ -148,7 +96,7 @@ fn least(pieces: &[Piece], vanishing: Option<(f64, Change)>) -> Change {
     let first = dependent.map_or_else(Change::zeros, nearest);
     let (mut best, mut least) = (first, gap(pieces, &first, 0.0));
     let (mut change, mut mu) = (best, FIRST);
-    while mu > LAST && mu * total > ADDED * least {
+    while mu > f64::EPSILON && mu * total > ADDED * least {
         change = newton(pieces, change, along.as_ref(), mu);
         let found = gap(pieces, &change, 0.0);
         if found < least {
@@ -157,6 +105,21 @@ fn least(pieces: &[Piece], vanishing: Option<(f64, Change)>) -> Change {
         mu *= REDUCED;
     }
     best
+}
+
+/// Changes after which all costates are smaller by one factor, by which no input that is off should be on; `own` are those without a
+/// change.
+///
+/// In a long duration nearly all is coast, and an input that should be on for all of it, by however little, is worth more than the
+/// plan costs. What smaller costates add along the burns is as little of their cost.
+fn without_excess(pieces: &[Piece], own: &Change, change: &Change) -> Change {
+    let excess = |piece: &Piece| {
+        let price = piece.value - piece.slope.dot(own);
+        let lacks = -(piece.value + piece.slope.dot(change));
+        if piece.sign < 0.0 && lacks > 0.0 { lacks / (price + lacks) } else { 0.0 }
+    };
+    let largest = pieces.iter().map(excess).fold(0.0, f64::max);
+    change - largest * (own + change)
 }
 
 /// The gap, with the absolute values smoothed.
@@ -172,7 +135,7 @@ fn gap(pieces: &[Piece], change: &Change, mu: f64) -> f64 {
 fn newton(pieces: &[Piece], from: Change, across: Option<&Change>, mu: f64) -> Change {
     let mut change = from;
     let mut last = gap(pieces, &change, mu);
-    for _ in 0..MOST_STEPS_OF_GAP {
+    for _ in 0..FAR_ITERATIONS {
         let (mut gradient, mut hessian) = (Change::zeros(), SMatrix::<f64, 6, 6>::zeros());
         for piece in pieces {
             let s = piece.value + piece.slope.dot(&change);
@@ -186,20 +149,19 @@ fn newton(pieces: &[Piece], from: Change, across: Option<&Change>, mu: f64) -> C
             let flat = SMatrix::<f64, 6, 6>::identity() - along;
             (gradient, hessian) = (flat * gradient, flat * hessian * flat + hessian.trace() * along);
         }
-        let open = OPEN * hessian.trace();
-        hessian += SMatrix::<f64, 6, 6>::identity() * open;
+        // A maneuver of few inputs leaves costates open.
+        hessian += SMatrix::from_diagonal(&(OPEN * hessian.diagonal()));
         let Some(step) = hessian.lu().solve(&-gradient) else { break };
-        let mut factor = 1.0;
-        let better = (0..=MOST_HALVINGS).find_map(|_| {
+        let halved = std::iter::successors(Some(1.0), |factor| Some(0.5 * factor));
+        let better = halved.take_while(|factor| *factor > GAINED).find_map(|factor| {
             let next = change + factor * step;
             let found = gap(pieces, &next, mu);
-            factor *= 0.5;
             (found < last).then_some((next, found))
         });
         let Some((next, found)) = better else { break };
         let gained = last - found;
         (change, last) = (next, found);
-        if gained <= NO_GAIN * found {
+        if gained <= GAINED * found {
             break;
         }
     }

@@ -15,7 +15,7 @@ use super::arcs::Arcs;
 use super::branches::tips;
 use super::certificate::Certificate;
 use super::extremal::Extremal;
-use super::least_gap::with_least_gap;
+use super::least_gap::with_less_gap;
 use super::smooth::{Smooth, Smoothed, descend};
 use super::tuning::limits::*;
 use super::tuning::smooth::ON_THE_WAY;
@@ -131,10 +131,10 @@ fn certified(extremal: &Extremal, arcs: Arcs, work: &Work) -> Option<(Arcs, Cert
 /// Arcs with their certificate, by the costates of the least gap where their own leave more.
 pub(super) fn measured(extremal: &Extremal, arcs: Arcs) -> (Arcs, Certificate) {
     let mut certificate = Certificate::of(extremal, &arcs);
-    if certificate.gap > NO_GAP * arcs.cost(extremal)
-        && let Some((moved, sampled)) = with_least_gap(extremal, &arcs)
-    {
-        certificate.bound_by(extremal, moved, sampled);
+    if certificate.gap > NO_GAP * arcs.cost(extremal) {
+        for moved in with_less_gap(extremal, &arcs) {
+            certificate.bound_by(extremal, moved);
+        }
     }
     (arcs, certificate)
 }

@@ -30,6 +30,7 @@ pub(crate) mod extremal;
 pub(crate) mod flow;
 pub(crate) mod fuel;
 pub(crate) mod grid_step;
+mod impulses;
 pub(crate) mod least_gap;
 pub(crate) mod limit;
 pub(crate) mod long;

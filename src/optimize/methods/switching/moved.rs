@@ -25,16 +25,10 @@
 use super::arcs::{Arcs, over_arc};
 use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
-use super::tuning::VANISHED;
+use super::tuning::{FINE, UNDETERMINED, VANISHED};
 use crate::numerics::matrix_inertia::MatrixInertia;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector};
-
-/// Longest part of the duration that one step of the integration covers.
-const LONGEST: f64 = 0.02;
-
-/// Singular values below this part of the largest leave something undetermined: twice the digits of a double are not spent on it.
-const UNDETERMINED: f64 = 1e-9;
 
 /// An arc under a torque that is held, scaled.
 #[derive(Clone, Copy, Debug)]
@@ -188,7 +182,7 @@ fn derived<const L: usize>(
                 of_m + lanes.block(0, lane).dot(&turning.cross(m)) + pi_rate.dot(&lanes.block(2, lane))
                     - e_rate.dot(&lanes.block(1, lane));
         }
-        node = over_arc(extremal, m, &node, &law, arc.length, LONGEST * duration, &mut lanes);
+        node = over_arc(extremal, m, &node, &law, (arc.length, duration), FINE, &mut lanes);
         let rate = extremal.rate(m, &node, &arc.torque);
         lanes.add(LENGTHS + index, &rate, 1.0);
     }

@@ -5,7 +5,8 @@ use super::branches::{Ask, branches};
 use super::certificate::Certificate;
 use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
-use super::fuel::fuel_limit;
+use super::fuel::{fuel_limit, mended};
+use super::impulses;
 use super::limit::{Found, Limit, bounded, is_small, polish, refined, tipped};
 use super::long;
 use super::moved::is_saddle;
@@ -55,10 +56,23 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
         found = Found { limits: Vec::new(), ..of_shorter };
         let limits = of_shorter.limits.iter();
         found.limits = limits.filter_map(|limit| long::followed(extremal, limit, work)).collect();
-        found.limits.retain(|limit| limit.arcs.as_ref().is_some_and(|arcs| is_small(extremal, arcs)));
+        for limit in &mut found.limits {
+            let arcs = limit.arcs.take_if(|arcs| !is_small(extremal, arcs));
+            if let Some(arcs) = arcs {
+                limit.looser = mended(extremal, arcs, work);
+                limit.arcs = limit.looser.pop();
+            }
+        }
         found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
         // From rest to rest one path is the best in all long durations, and what is smoothed there of no use.
         if !found.limits.is_empty() {
+            return found;
+        }
+    }
+    if ask.arcs && found.branches == 0 {
+        found.limits = impulses::limits(extremal, work);
+        if !found.limits.is_empty() {
+            found.branches = found.limits.len();
             return found;
         }
     }

@@ -217,25 +217,18 @@ pub(super) mod arcs {
     pub const BETWEEN: f64 = 0.7;
 
     /// A switching function of this size is zero: the cubic between two nodes is as good as that.
-    pub const ZERO: f64 = 1e-6;
+    pub const ZERO: f64 = 1e-12;
 
     /// Runs of wrong signs whose gap is this part of the largest are put right with it.
     pub const TOGETHER: f64 = 0.2;
 
-    /// Of the least gap: first μ, by what factor it is made smaller, what it may add to the gap in the end, as a part of that, and the
-    /// least of all, a switching function that is zero for the certificate too.
+    /// Of the least gap: first μ, by what factor it is made smaller, and what it may add to the gap in the end, as a part of that.
     pub const FIRST: f64 = 0.1;
     pub const REDUCED: f64 = 0.2;
     pub const ADDED: f64 = 0.05;
-    pub const LAST: f64 = 1e-7;
 
-    /// Newton for one μ: steps, halvings of a step, and the part of the sum below which one gains nothing.
-    pub const MOST_STEPS_OF_GAP: usize = 8;
-    pub const MOST_HALVINGS: usize = 6;
-    pub const NO_GAIN: f64 = 1e-3;
-
-    /// What is added to the diagonal of its matrix, as a part of the trace: a maneuver of few inputs leaves costates open.
-    pub const OPEN: f64 = 1e-10;
+    /// What is added to the diagonal of its matrix, as a part of that: a maneuver of few inputs leaves costates open.
+    pub const OPEN: f64 = 1e-13;
 }
 
 /// Limits of branches (`limit`, `search`, `fuel`): how many are brought to arcs, and how hard that is tried.
@@ -288,6 +281,18 @@ pub(crate) mod limits {
 
     /// Parts into which the angle of a turn about a fixed axis is cut.
     pub const EIGENAXIS_PARTS: usize = 4000;
+}
+
+/// Long durations between rates (`impulses`): how many coasts are known, and laid out.
+pub(super) mod impulses {
+    /// Momenta at random that coasts are sought from, how far they are from the motion at the start and from none, over the largest
+    /// of its momenta; and how many of the cheapest transfers become plans.
+    pub const RANDOM: usize = 48;
+    pub const SPREAD: f64 = 1.2;
+    pub const TRIED: usize = 6;
+
+    /// A coast ends this near \[rad\]: its burns move it by more.
+    pub const NEAR: f64 = 1e-6;
 }
 
 /// The grid (`discretize`, `on_grid`, `grid_step`): whether arcs have a discrete optimum.

@@ -41,7 +41,7 @@ struct Event {
 }
 
 /// The motion under pulses.
-pub(super) struct Motion<'a> {
+pub(crate) struct Motion<'a> {
     extremal: &'a Extremal,
     schedule: &'a Schedule,
     m: Vector3,
@@ -56,7 +56,7 @@ pub(super) struct Motion<'a> {
 
 /// The end of the motion against the terminal conditions.
 #[derive(Clone, Debug)]
-pub(super) struct Miss {
+pub(crate) struct Miss {
     /// Attitude and momentum.
     pub residual: Vector6<f64>,
     /// With respect to the times, 6×n.
@@ -65,7 +65,7 @@ pub(super) struct Miss {
 
 /// How the switching functions answer.
 #[derive(Clone, Debug)]
-pub(super) struct Curvature {
+pub(crate) struct Curvature {
     /// Derivative of the terminal conditions, in the measure of `ℓ`: `∂L/∂t = g + S ℓ`, n×6.
     pub of_costates: DMatrix<f64>,
     /// Second derivative of the Lagrangian at given `ℓ`, n×n: symmetric where the end does not move.
@@ -98,13 +98,12 @@ impl<'a> Motion<'a> {
         let mut torque = idle(extremal);
         let (mut node, mut now) = (first, 0.0);
         let mut events = Vec::with_capacity(order.len());
-        let longest = longest * schedule.duration;
         // Pulses that touch leave nothing between them.
         let over = |from: &Node, torque: &Vector3, length: f64, flow: &mut Lanes<LANES>| {
             if length <= 0.0 {
                 return *from;
             }
-            over_arc(extremal, &m, from, &Extremal::holding(torque), length, longest, flow)
+            over_arc(extremal, &m, from, &Extremal::holding(torque), (length, schedule.duration), longest, flow)
         };
         for time in order {
             let at = times[time];

@@ -154,7 +154,7 @@ fn about_the_axis(extremal: &Extremal, duration: f64, ask: &Ask) -> Vec<Vec<Puls
 }
 
 /// The levels that together push along `push`, at least cost, and for how long each is on a unit of time.
-fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
+pub(crate) fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
     let axes = extremal.axes();
     let count = axes.len().min(MOST_COMBINED);
     let mut best: Option<(f64, Vec<(usize, f64)>)> = None;

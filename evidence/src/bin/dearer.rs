@@ -1,0 +1,126 @@
+//! Whether a change of the search makes plans of least time and fuel dearer, one by one: what its numbers are measured by.
+//!
+//! `cargo run --release -p evidence --bin dearer -- COUNT FILE [KIND ...]` plans COUNT maneuvers of each kind without cones, or of those
+//! that are named, by the laws of `evidence::switching`, one after the other. Where FILE is not there yet it keeps their costs. Otherwise
+//! each plan is compared with the one that is kept there: how many are dearer or cheaper by more than 1e-5 and the gaps that both tell,
+//! the worst of each, how many are not solved any more or now are, the gaps beyond 1e-4 of the cost, and the time over what it took.
+//!
+//! `cargo run --release -p evidence --bin dearer -- spec KIND INDEX` writes one of the maneuvers as a spec in JSON.
+
+use evidence::median;
+use evidence::switching::{KINDS, Kind, cost_and_gap, maneuver};
+use slewkit::maneuver::{Settings, Target};
+use slewkit::plan::{Silent, Status, plan};
+use slewkit_files::spec::SpecDocument;
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::fs;
+use std::time::Instant;
+
+/// Costs that differ by this part are those of two plans; a gap of that many of them is large.
+const SAME: f64 = 1e-5;
+const LARGE: f64 = 1e-4;
+
+/// A plan: its cost and its gap as a part of that, infinite where there is none; and its time \[ms\].
+#[derive(Clone, Copy)]
+struct Found {
+    cost: f64,
+    gap: f64,
+    milliseconds: f64,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    if let [word, name, index] = words.as_slice()
+        && word == "spec"
+    {
+        let (_, kind) = KINDS.into_iter().find(|(known, _)| known == name).ok_or("no such kind")?;
+        let problem = maneuver(kind, index.parse()?).ok_or("no such maneuver")?;
+        println!("{}", serde_json::to_string(&SpecDocument::new(&problem, &Settings::default())?)?);
+        return Ok(());
+    }
+    let [count, file, asked @ ..] = words.as_slice() else { return Err("COUNT FILE [KIND ...]".into()) };
+    let count: u64 = count.parse()?;
+    let kept = fs::read_to_string(file).ok().map(|text| read(&text)).transpose()?;
+    let mut written = String::new();
+    for (name, kind) in KINDS {
+        let is_asked = asked.iter().any(|asked| asked == name);
+        if !(is_asked || asked.is_empty() && !matches!(kind, Kind::Cones | Kind::ConeFuel)) {
+            continue;
+        }
+        let mut pairs = Vec::new();
+        for index in 0..count {
+            let Some(found) = found(kind, index) else { continue };
+            writeln!(written, "{name} {index} {} {} {}", found.cost, found.gap, found.milliseconds)?;
+            let before = kept.as_ref().and_then(|kept| kept.get(&(name.to_string(), index)));
+            pairs.extend(before.map(|before| (index, *before, found)));
+        }
+        tell(name, &pairs);
+    }
+    if kept.is_none() {
+        fs::write(file, written)?;
+    }
+    Ok(())
+}
+
+fn found(kind: Kind, index: u64) -> Option<Found> {
+    let problem = maneuver(kind, index)?;
+    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    let began = Instant::now();
+    let planned = plan(&problem, &settings, None, &mut Silent).ok();
+    let milliseconds = 1e3 * began.elapsed().as_secs_f64();
+    let solved = planned.filter(|plan| plan.status == Status::Solved);
+    let (cost, gap) = solved.as_ref().map_or((f64::INFINITY, f64::INFINITY), cost_and_gap);
+    Some(Found { cost, gap, milliseconds })
+}
+
+fn read(text: &str) -> Result<BTreeMap<(String, u64), Found>, Box<dyn Error>> {
+    let line = |line: &str| {
+        let [name, index, cost, gap, milliseconds] = line.split(' ').collect::<Vec<_>>()[..] else {
+            return Err(format!("not a plan: {line}").into());
+        };
+        let found = Found { cost: cost.parse()?, gap: gap.parse()?, milliseconds: milliseconds.parse()? };
+        Ok(((name.to_string(), index.parse()?), found))
+    };
+    text.lines().map(line).collect()
+}
+
+fn tell(name: &str, pairs: &[(u64, Found, Found)]) {
+    let (mut dearer, mut cheaper, mut lost, mut gained, mut large) = (vec![], vec![], vec![], 0, [0, 0]);
+    for (index, before, after) in pairs {
+        large[0] += usize::from(before.gap > LARGE);
+        large[1] += usize::from(after.gap > LARGE);
+        match (before.cost.is_finite(), after.cost.is_finite()) {
+            (true, false) => lost.push(*index),
+            (false, true) => gained += 1,
+            (false, false) => {}
+            (true, true) => {
+                let change = after.cost / before.cost - 1.0;
+                if change.abs() > SAME.max(before.gap).max(after.gap) {
+                    if change > 0.0 { dearer.push((*index, change)) } else { cheaper.push((*index, change)) }
+                }
+            }
+        }
+    }
+    let worst = |all: &[(u64, f64)]| {
+        let worst = all.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        worst.map_or(String::new(), |(index, change)| format!(" (at most {:.3} %, {index})", 100.0 * change.abs()))
+    };
+    let times = |of: fn(&(u64, Found, Found)) -> f64| pairs.iter().map(of).collect::<Vec<f64>>();
+    let [mut before, mut after] = [times(|pair| pair.1.milliseconds), times(|pair| pair.2.milliseconds)];
+    let over = after.iter().sum::<f64>() / before.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    println!(
+        "{name:<14} {:>4}: dearer {}{}, cheaper {}{}, lost {lost:?}, gained {gained}, gaps {} then {}; \
+         median {:.1} then {:.1} ms, all {over:.2} times",
+        pairs.len(),
+        dearer.len(),
+        worst(&dearer),
+        cheaper.len(),
+        worst(&cheaper),
+        large[0],
+        large[1],
+        median(&mut before),
+        median(&mut after),
+    );
+}
