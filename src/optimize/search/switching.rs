@@ -221,16 +221,21 @@ impl<'a, 'c> Extremals<'a, 'c> {
             );
         }
         let mut chosen: Option<(Planned, &Limit)> = None;
+        let arrives = |plan: &Planned| plan.terminal.largest() <= context.settings.tolerance;
         for limit in self.allowed() {
-            // Extremals come cheapest first: the next is of use where the plan of the last is dearer than its grid accounts for.
+            // Extremals come cheapest first: the next is of use where the plan of the last is dearer than its grid accounts for, or
+            // misses the end.
             let beats = |(plan, _): &(Planned, &Limit)| {
-                limit.cost(extremal) * units.cost() < plan.cost * (1.0 - OF_THE_GRID)
+                !arrives(plan) || limit.cost(extremal) * units.cost() < plan.cost * (1.0 - OF_THE_GRID)
             };
             if !chosen.as_ref().is_none_or(beats) || context.interrupt().is_some() {
                 break;
             }
+            let better = |plan: &Planned, best: &Planned| {
+                arrives(plan) && !arrives(best) || arrives(plan) == arrives(best) && plan.cost < best.cost
+            };
             if let Some(plan) = self.planned(limit)
-                && chosen.as_ref().is_none_or(|(best, _)| plan.cost < best.cost)
+                && chosen.as_ref().is_none_or(|(best, _)| better(&plan, best))
             {
                 chosen = Some((plan, limit));
             }

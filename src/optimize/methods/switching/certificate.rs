@@ -152,7 +152,7 @@ impl Certificate {
 /// When an arc of this length is looked at, and half of the time for which each look stands: close together towards its ends, as
 /// costates that do not vanish at a switch do so a little beside it.
 pub(super) fn looks(extremal: &Extremal, from: &Node, (length, duration): (f64, f64)) -> Vec<(f64, f64)> {
-    let count = 2 * POINTS * steps(extremal, from, (length, duration), 2.0 * FINE);
+    let count = POINTS * steps(extremal, from, (length, duration), 2.0 * FINE);
     let edge = |k: usize| 0.5 * length * (1.0 - (PI * k as f64 / count as f64).cos());
     (0..count).map(|k| (0.5 * (edge(k) + edge(k + 1)), 0.5 * (edge(k + 1) - edge(k)))).collect()
 }

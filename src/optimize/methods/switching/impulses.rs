@@ -7,7 +7,8 @@
 //! added where the certificate lacks them.
 
 use super::arcs::{Arcs, over_arc};
-use super::extremal::{ArcLaw, Extremal};
+use super::certificate::Certificate;
+use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
 use super::fuel::{laid, mended};
 use super::limit::Limit;
@@ -18,11 +19,11 @@ use super::smooth::{Path, Smoothed};
 use super::tuning::impulses::*;
 use super::tuning::limits::LAST;
 use super::tuning::paths::LONG;
-use super::tuning::{COARSER, FAR_ITERATIONS, FINE, SAME};
+use super::tuning::{COARSER, FAR_ITERATIONS, FINE, GAINED, SAME};
 use super::work::{Work, count};
 use crate::numerics::random::Stream;
 use crate::{Matrix3, Vector3, lie};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Two impulses, at the start and at the end: the levels that are on for each, and for how long.
 struct Transfer {
@@ -31,22 +32,36 @@ struct Transfer {
     cost: f64,
 }
 
-/// The duration of a maneuver whose burns are impulses as good as: long beside the time that a turn takes and what moves takes to stop.
-fn long_duration(extremal: &Extremal) -> Option<f64> {
+/// Whether the body moves at an end and has a duration that is long beside the time that a turn takes and what moves takes to stop.
+fn is_long(extremal: &Extremal) -> bool {
     let moves = (extremal.j * extremal.start_rate).norm() + (extremal.j * extremal.end_rate).norm();
     let quick = 2.0 * lie::log(&extremal.end_attitude).norm().sqrt() + moves;
-    extremal.given_duration.filter(|given| extremal.times_pulses() && moves > 0.0 && *given > LONG * quick)
+    extremal.given_duration.is_some_and(|given| moves > 0.0 && given > LONG * quick)
 }
 
-/// What two impulses and those that are added to them come to, the cheapest first; none where the duration is not long or the body rests
-/// at both ends.
+/// Whether impulses may lead to what is cheaper than the best that is known: where the body moves for long, or where two of them cost
+/// less than half of it. About one axis burns of any length cost at most twice as much as impulses in the same duration,
+/// `2 √(J θ u)` in the shortest one.
+pub(super) fn are_of_use(extremal: &Extremal, best: Option<&Limit>, work: &Work) -> bool {
+    let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else { return false };
+    if is_long(extremal) {
+        return true;
+    }
+    let slow = slow_momenta(extremal, duration).into_iter();
+    let costs = slow.filter_map(|momentum| Some(transfer(extremal, momentum, duration, work)?.cost));
+    let least = costs.fold(f64::INFINITY, f64::min);
+    least.is_finite() && best.is_none_or(|best| best.cost(extremal) > 2.0 * least)
+}
+
+/// What two impulses and those that are added to them come to, the cheapest first.
 pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<Limit> {
-    let Some(duration) = long_duration(extremal) else { return Vec::new() };
-    let coast = extremal.on_arc(&vec![-1.0; extremal.switching_count()]);
+    let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else {
+        return Vec::new();
+    };
     let momenta = first_momenta(extremal, duration);
     let found = momenta.into_iter().take_while(|_| !work.stopped());
     let mut transfers: Vec<Transfer> =
-        found.filter_map(|momentum| transfer(extremal, &coast, momentum, duration, work)).collect();
+        found.filter_map(|momentum| transfer(extremal, momentum, duration, work)).collect();
     transfers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     transfers.dedup_by(|a, b| (a.momentum - b.momentum).norm() <= SAME.sqrt() * b.momentum.norm());
     let ask = Ask::free(extremal);
@@ -56,28 +71,40 @@ pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<Limit> {
         let end = last.iter();
         let end = end.map(|(level, length)| Pulse { level: *level, on: duration - length, off: duration });
         let schedule = Schedule::kept(begin.chain(end).collect(), duration, &ask)?;
-        let arcs = Motion::of(extremal, &schedule, &[0.0; 6]).arcs();
-        let mut looser = mended(extremal, laid(extremal, &arcs, work)?, work);
+        laid(extremal, &Motion::of(extremal, &schedule, &[0.0; 6]).arcs(), work)
+    };
+    let mut burns: Vec<(Arcs, Certificate)> =
+        transfers.iter().take(TRIED).take_while(|_| !work.stopped()).filter_map(burnt).collect();
+    burns.sort_by(|(a, _), (b, _)| a.cost(extremal).total_cmp(&b.cost(extremal)));
+    burns.dedup_by(|(a, _), (b, _)| (a.cost(extremal) / b.cost(extremal) - 1.0).abs() < GAINED);
+    burns.truncate(MENDED);
+    let limit = |burns: (Arcs, Certificate)| {
+        let mut looser = mended(extremal, burns, work);
         let best = looser.pop()?;
         let smooth = Smoothed { path: path_of(extremal, &best.0), epsilon: LAST };
         Some(Limit { looser, ..Limit::of_arcs(&smooth, smooth.clone(), best) })
     };
     let mut limits: Vec<Limit> =
-        transfers.iter().take(TRIED).take_while(|_| !work.stopped()).filter_map(burnt).collect();
+        burns.into_iter().take_while(|_| !work.stopped()).filter_map(limit).collect();
     limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     limits
 }
 
+/// The momenta of a slow turn to the end, either way round.
+fn slow_momenta(extremal: &Extremal, duration: f64) -> [Vector3; 2] {
+    let phi = lie::log(&extremal.end_attitude);
+    let back = phi - TAU * phi.try_normalize(SAME).unwrap_or_else(Vector3::x);
+    [phi, back].map(|turn| extremal.j * turn / duration)
+}
+
 /// Momenta to begin with: of a slow turn either way round, of the motion at the start and, at random, about it and about none.
 fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
-    let phi = lie::log(&extremal.end_attitude);
-    let back = phi - std::f64::consts::TAU * phi.try_normalize(SAME).unwrap_or_else(Vector3::x);
-    let slow = |turn: Vector3| extremal.j * turn / duration;
     let start = extremal.j * extremal.start_rate;
     let ends = [start.norm(), (extremal.j * extremal.end_rate).norm(), PI * extremal.j.trace() / (3.0 * duration)];
     let size = SPREAD * ends.into_iter().fold(0.0, f64::max);
     let mut random = Stream::new(0, 0, 0);
-    let mut momenta = vec![slow(phi), slow(back), start];
+    let mut momenta = slow_momenta(extremal, duration).to_vec();
+    momenta.push(start);
     for index in 0..RANDOM {
         let about = if index % 2 == 0 { start } else { Vector3::zeros() };
         momenta.push(about + size * Vector3::from_column_slice(&random.in_ball(3)));
@@ -86,14 +113,9 @@ fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
 }
 
 /// The transfer to which Newton leads from a momentum.
-fn transfer(
-    extremal: &Extremal,
-    coast: &ArcLaw,
-    mut momentum: Vector3,
-    duration: f64,
-    work: &Work,
-) -> Option<Transfer> {
+fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Work) -> Option<Transfer> {
     count(&work.newtons);
+    let coast = extremal.on_arc(&vec![-1.0; extremal.switching_count()]);
     // A step turns the end by about a radian at most: beyond that the coast says nothing of another.
     let longest = extremal.j.trace() / (3.0 * duration);
     for _ in 0..FAR_ITERATIONS {
@@ -104,13 +126,13 @@ fn transfer(
         let first = Node { r: Matrix3::identity(), pi: momentum, e: Vector3::zeros() };
         let none = Vector3::zeros();
         let end =
-            over_arc(extremal, &none, &first, coast, (duration, duration), COARSER * FINE, &mut lanes);
+            over_arc(extremal, &none, &first, &coast, (duration, duration), COARSER * FINE, &mut lanes);
         let miss = lie::log(&(end.r * extremal.end_attitude.transpose()));
         if miss.norm() < NEAR {
             let start = momentum - extremal.j * extremal.start_rate;
             let stop = extremal.j * extremal.end_rate - end.pi;
             let burns = [cheapest(extremal, &start)?, cheapest(extremal, &stop)?];
-            let price = |(level, length): &(usize, f64)| extremal.costs[*level] * length;
+            let price = |(level, length): &(usize, f64)| 2.0 * extremal.costs[*level] * length;
             let cost = burns.iter().flatten().map(price).sum();
             return Some(Transfer { momentum, burns, cost });
         }

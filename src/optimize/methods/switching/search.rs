@@ -69,13 +69,6 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
             return found;
         }
     }
-    if ask.arcs && found.branches == 0 {
-        found.limits = impulses::limits(extremal, work);
-        if !found.limits.is_empty() {
-            found.branches = found.limits.len();
-            return found;
-        }
-    }
     let rivals = branches(extremal, ask, work);
     found.branches += rivals.len();
     let best = rivals.first().map_or(f64::NAN, |first| first.cost(extremal));
@@ -96,6 +89,11 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
         }
     }
     found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+    if ask.arcs && impulses::are_of_use(extremal, found.limits.first(), work) {
+        found.limits.extend(impulses::limits(extremal, work));
+        found.branches = found.branches.max(found.limits.len());
+        found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+    }
     found
 }
 

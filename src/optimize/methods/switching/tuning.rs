@@ -286,10 +286,11 @@ pub(crate) mod limits {
 /// Long durations between rates (`impulses`): how many coasts are known, and laid out.
 pub(super) mod impulses {
     /// Momenta at random that coasts are sought from, how far they are from the motion at the start and from none, over the largest
-    /// of its momenta; and how many of the cheapest transfers become plans.
+    /// of its momenta; how many of the cheapest transfers are given burns, and how many of the cheapest of these more of them.
     pub const RANDOM: usize = 48;
     pub const SPREAD: f64 = 1.2;
-    pub const TRIED: usize = 6;
+    pub const TRIED: usize = 24;
+    pub const MENDED: usize = 4;
 
     /// A coast ends this near \[rad\]: its burns move it by more.
     pub const NEAR: f64 = 1e-6;
