@@ -11,9 +11,7 @@
 //! 5 times that duration. `pulses`: three torques off or at a limit in the same, with a shortest pulse of 1 to 10 % of it.
 
 use crate::Random;
-use slewkit::maneuver::{
-    Constraint, Direction, Fuel, Objective, Path, Pointing, Problem, Rule, Side, State,
-};
+use slewkit::maneuver::{Constraint, Direction, Fuel, Objective, Path, Pointing, Problem, Rule, Side, State};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::Plan;
 use slewkit::{Matrix3, Vector3, lie};

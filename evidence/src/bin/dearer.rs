@@ -105,7 +105,9 @@ fn tell(name: &str, pairs: &[(u64, Found, Found)]) {
     }
     let worst = |all: &[(u64, f64)]| {
         let worst = all.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        worst.map_or(String::new(), |(index, change)| format!(" (at most {:.3} %, {index})", 100.0 * change.abs()))
+        worst.map_or(String::new(), |(index, change)| {
+            format!(" (at most {:.3} %, {index})", 100.0 * change.abs())
+        })
     };
     let times = |of: fn(&(u64, Found, Found)) -> f64| pairs.iter().map(of).collect::<Vec<f64>>();
     let [mut before, mut after] = [times(|pair| pair.1.milliseconds), times(|pair| pair.2.milliseconds)];

@@ -82,7 +82,8 @@ fn tell(name: &str, all: &[Compared]) {
     seconds.sort_by(f64::total_cmp);
     let slowest = |one: &Compared| one.seconds.iter().copied().fold(0.0, f64::max);
     let slow = all.iter().max_by(|a, b| slowest(a).total_cmp(&slowest(b))).map_or(0, |one| one.index);
-    let at = |part: f64| seconds.get((seconds.len().saturating_sub(1) as f64 * part) as usize).map_or(0.0, |s| *s);
+    let at =
+        |part: f64| seconds.get((seconds.len().saturating_sub(1) as f64 * part) as usize).map_or(0.0, |s| *s);
     println!(
         "{name:<14} {:>5} maneuvers: one answer {same}, the first is the best {best_first}, solved in some images only {partly}, \
          worst {:.2} %; median {:.3} s, 99 % {:.2} s, most {:.2} s ({slow})",
@@ -110,4 +111,3 @@ fn compared(index: u64, problem: &Problem) -> Compared {
     costs.extend(images(problem).iter().map(|(name, image)| (*name, cost_of(image))));
     Compared { index, costs, gap, seconds }
 }
-

@@ -17,10 +17,11 @@
 //! minimum_time`).
 
 use super::arcs::{Arcs, Switch, steps};
-use super::extremal::Extremal;
+use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Node};
 use super::tuning::arcs::{TOGETHER, ZERO};
 use super::tuning::{FINE, POINTS};
+use crate::numerics::widest::widest;
 use std::f64::consts::PI;
 
 /// What is found along a maneuver of arcs.
@@ -57,12 +58,10 @@ impl Certificate {
         let last = all.len() - 1;
         for (index, (from, start, stop, signs)) in all.iter().enumerate() {
             let law = extremal.on_arc(signs);
-            let (mut node, mut at) = (*from, 0.0);
             let looks = looks(extremal, from, (stop - start, arcs.duration));
             let most = looks.len() - 1;
-            for (look, (past, half)) in looks.into_iter().enumerate() {
-                node = course.reached(&node, past - at, |_, e| law.at(e));
-                at = past;
+            let nodes = seen(&course, from, &law, &looks);
+            for (look, ((past, half), node)) in looks.into_iter().zip(nodes).enumerate() {
                 let time = start + past;
                 for input in 0..inputs {
                     let s = extremal.switching(input, &node.e) * signs[input];
@@ -155,6 +154,28 @@ pub(super) fn looks(extremal: &Extremal, from: &Node, (length, duration): (f64, 
     let count = POINTS * steps(extremal, from, (length, duration), 2.0 * FINE);
     let edge = |k: usize| 0.5 * length * (1.0 - (PI * k as f64 / count as f64).cos());
     (0..count).map(|k| (0.5 * (edge(k) + edge(k + 1)), 0.5 * (edge(k + 1) - edge(k)))).collect()
+}
+
+/// The nodes of an arc when it is looked at.
+fn seen(course: &Course, from: &Node, law: &ArcLaw, looks: &[(f64, f64)]) -> Vec<Node> {
+    widest(
+        #[inline(always)]
+        || {
+            let (mut node, mut at) = (*from, 0.0);
+            let mut nodes = Vec::with_capacity(looks.len());
+            for (past, _) in looks {
+                node = course.reached(
+                    &node,
+                    past - at,
+                    #[inline(always)]
+                    |_, e| law.at(e),
+                );
+                at = *past;
+                nodes.push(node);
+            }
+            nodes
+        },
+    )
 }
 
 /// The worst first.

@@ -100,7 +100,8 @@ fn slow_momenta(extremal: &Extremal, duration: f64) -> [Vector3; 2] {
 /// Momenta to begin with: of a slow turn either way round, of the motion at the start and, at random, about it and about none.
 fn first_momenta(extremal: &Extremal, duration: f64) -> Vec<Vector3> {
     let start = extremal.j * extremal.start_rate;
-    let ends = [start.norm(), (extremal.j * extremal.end_rate).norm(), PI * extremal.j.trace() / (3.0 * duration)];
+    let ends =
+        [start.norm(), (extremal.j * extremal.end_rate).norm(), PI * extremal.j.trace() / (3.0 * duration)];
     let size = SPREAD * ends.into_iter().fold(0.0, f64::max);
     let mut random = Stream::new(0, 0, 0);
     let mut momenta = slow_momenta(extremal, duration).to_vec();
@@ -125,8 +126,7 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
         }
         let first = Node { r: Matrix3::identity(), pi: momentum, e: Vector3::zeros() };
         let none = Vector3::zeros();
-        let end =
-            over_arc(extremal, &none, &first, &coast, (duration, duration), COARSER * FINE, &mut lanes);
+        let end = over_arc(extremal, &none, &first, &coast, (duration, duration), COARSER * FINE, &mut lanes);
         let miss = lie::log(&(end.r * extremal.end_attitude.transpose()));
         if miss.norm() < NEAR {
             let start = momentum - extremal.j * extremal.start_rate;

@@ -103,7 +103,15 @@ impl<'a> Motion<'a> {
             if length <= 0.0 {
                 return *from;
             }
-            over_arc(extremal, &m, from, &Extremal::holding(torque), (length, schedule.duration), longest, flow)
+            over_arc(
+                extremal,
+                &m,
+                from,
+                &Extremal::holding(torque),
+                (length, schedule.duration),
+                longest,
+                flow,
+            )
         };
         for time in order {
             let at = times[time];
