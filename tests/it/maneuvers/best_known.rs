@@ -1,19 +1,30 @@
 //! Maneuvers that a search from their start alone, or on their own grid alone, has missed: each as cheap as the best that is known.
 
 use slewkit::maneuver::{Settings, Target};
-use slewkit::plan::{Silent, Status, plan};
+use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
 use std::path::Path;
 
-/// The cost of a file of `evidence/best_known` over the best known, which stands in its first line with its source.
-fn over_the_best(name: &str) -> f64 {
+/// The plan of a file of `evidence/best_known`, in another duration where one is given \[s\], and the best known cost, which stands in
+/// its first line with its source.
+fn planned(name: &str, duration: Option<f64>) -> (Plan, f64) {
     let path = Path::new(evidence::ROOT).join("evidence/best_known").join(format!("{name}.toml"));
     let text = std::fs::read_to_string(path).unwrap();
     let best: f64 = text.split_whitespace().nth(3).unwrap().parse().unwrap();
     let loaded = from_str(&text, name, Format::Toml, &[]).unwrap();
     let settings = Settings { target: Target::Discrete, ..loaded.settings };
-    let found = plan(&loaded.problem, &settings, None, &mut Silent).unwrap();
+    let problem = match duration {
+        Some(duration) => loaded.problem.with_duration(duration),
+        None => loaded.problem,
+    };
+    let found = plan(&problem, &settings, None, &mut Silent).unwrap();
     assert_eq!(found.status, Status::Solved, "{name}");
+    (found, best)
+}
+
+/// The cost of a file over the best known.
+fn over_the_best(name: &str) -> f64 {
+    let (found, best) = planned(name, None);
     found.solution.cost / best
 }
 
@@ -81,4 +92,29 @@ fn long_durations_are_followed_from_moderate_ones() {
 fn plans_that_switch_meet_their_end_on_ten_thousand_steps() {
     let over = over_the_best("time_xte");
     assert!(over < 1.001, "{over}");
+}
+
+/// Nearly all of a long duration is coast, where costates that are off by little say that much is to be gained.
+#[test]
+fn the_gap_of_a_slow_motion_is_as_small_as_that_of_a_quick_one_along_the_same_path() {
+    let gap = |duration: f64| {
+        let (found, _) = planned("fuel_in_1000_shortest", Some(duration));
+        let cost = found.solution.cost;
+        found.solution.switching.expect("arcs").gap / cost
+    };
+    let quick = gap(100.0);
+    assert!((1e-5..1e-4).contains(&quick), "{quick:e}");
+    for slow in [1000.0, 4000.0].map(gap) {
+        assert!((slow / quick - 1.0).abs() < 0.1, "{quick:e} {slow:e}");
+    }
+}
+
+/// A body that moves at an end of a long duration coasts for nearly all of it, turning as often as it comes.
+#[test]
+fn arcs_of_a_long_duration_between_rates_begin_from_impulses() {
+    for name in ["fuel_long_between_rates", "fuel_thrusters_spin"] {
+        let (found, best) = planned(name, None);
+        let cost = found.solution.cost;
+        assert!(found.solution.switching.is_some() && cost < 1.001 * best, "{name}: {cost} {best}");
+    }
 }
