@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let Some(found) = found(kind, index) else { continue };
             writeln!(written, "{name} {index} {} {} {}", found.cost, found.gap, found.milliseconds)?;
             let before = kept.as_ref().and_then(|kept| kept.get(&(name.to_string(), index)));
-            pairs.extend(before.map(|before| (index, *before, found)));
+            pairs.push((index, *before.unwrap_or(&found), found));
         }
         tell(name, &pairs);
     }
@@ -109,11 +109,12 @@ fn tell(name: &str, pairs: &[(u64, Found, Found)]) {
             format!(" (at most {:.3} %, {index})", 100.0 * change.abs())
         })
     };
+    let solved = pairs.iter().filter(|(.., after)| after.cost.is_finite()).count();
     let times = |of: fn(&(u64, Found, Found)) -> f64| pairs.iter().map(of).collect::<Vec<f64>>();
     let [mut before, mut after] = [times(|pair| pair.1.milliseconds), times(|pair| pair.2.milliseconds)];
     let over = after.iter().sum::<f64>() / before.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     println!(
-        "{name:<14} {:>4}: dearer {}{}, cheaper {}{}, lost {lost:?}, gained {gained}, gaps {} then {}; \
+        "{name:<14} {:>4}, solved {solved}: dearer {}{}, cheaper {}{}, lost {lost:?}, gained {gained}, gaps {} then {}; \
          median {:.1} then {:.1} ms, all {over:.2} times",
         pairs.len(),
         dearer.len(),
