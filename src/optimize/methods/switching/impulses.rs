@@ -4,7 +4,7 @@
 //! it the free motion has to come to the attitude at the end. The longer the duration the more such coasts there are, as the body may turn
 //! any number of times on the way; a smoothed law, whose inputs never rest, comes near none of them. Newton finds one from each of
 //! many momenta. The cheapest are given burns as long as limits ask for, all times are laid out for the least fuel, and burns are
-//! added where the certificate lacks them.
+//! added where the certificate lacks them. It is asked too where a smoothed law has led to a spin that burns far more than two impulses.
 
 use super::arcs::{Arcs, over_arc};
 use super::certificate::Certificate;
