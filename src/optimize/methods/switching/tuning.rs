@@ -35,7 +35,8 @@ pub(super) const FAR_ITERATIONS: usize = 20;
 pub(super) const FINE: f64 = 0.03;
 pub(super) const COARSER: f64 = 4.0;
 
-/// Points of the cubic over such a step, or over an interval, at which an integral looks: more see shorter runs of wrong signs.
+/// Points of two such steps, or of the cubic over an interval, at which an integral looks: more see shorter runs of wrong signs, and
+/// take longer.
 pub(super) const POINTS: usize = 4;
 
 /// ε over the one before where every one of them is of use: larger finds more, in more time.
@@ -216,7 +217,7 @@ pub(super) mod arcs {
     /// An input that is on for less than this part of a run is between its limits.
     pub const BETWEEN: f64 = 0.7;
 
-    /// A switching function of this size is zero: the cubic between two nodes is as good as that.
+    /// A switching function of this size is zero: the flow along an arc is as good as that.
     pub const ZERO: f64 = 1e-12;
 
     /// Runs of wrong signs whose gap is this part of the largest are put right with it.
