@@ -5,11 +5,13 @@
 //! each plan is compared with the one that is kept there: how many are dearer or cheaper by more than 1e-5 and the gaps that both tell,
 //! the worst of each, how many are not solved any more or now are, the gaps beyond 1e-4 of the cost, and the time over what it took.
 //!
+//! `… --bin dearer -- thorough COUNT FILE [KIND ...]` does so by the thorough search: kept so, FILE tells what the default one misses.
+//!
 //! `cargo run --release -p evidence --bin dearer -- spec KIND INDEX` writes one of the maneuvers as a spec in JSON.
 
 use evidence::median;
 use evidence::switching::{KINDS, Kind, cost_and_gap, maneuver};
-use slewkit::maneuver::{Settings, Target};
+use slewkit::maneuver::{Settings, Target, Thoroughness};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::SpecDocument;
 use std::collections::BTreeMap;
@@ -40,7 +42,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{}", serde_json::to_string(&SpecDocument::new(&problem, &Settings::default())?)?);
         return Ok(());
     }
-    let [count, file, asked @ ..] = words.as_slice() else { return Err("COUNT FILE [KIND ...]".into()) };
+    let thorough = words.first().is_some_and(|word| word == "thorough");
+    let [count, file, asked @ ..] = &words[usize::from(thorough)..] else {
+        return Err("[thorough] COUNT FILE [KIND ...]".into());
+    };
+    let search = if thorough { Thoroughness::Thorough } else { Thoroughness::Default };
     let count: u64 = count.parse()?;
     let kept = fs::read_to_string(file).ok().map(|text| read(&text)).transpose()?;
     let mut written = String::new();
@@ -51,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let mut pairs = Vec::new();
         for index in 0..count {
-            let Some(found) = found(kind, index) else { continue };
+            let Some(found) = found(kind, index, search) else { continue };
             writeln!(written, "{name} {index} {} {} {}", found.cost, found.gap, found.milliseconds)?;
             let before = kept.as_ref().and_then(|kept| kept.get(&(name.to_string(), index)));
             pairs.push((index, *before.unwrap_or(&found), found));
@@ -64,9 +70,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn found(kind: Kind, index: u64) -> Option<Found> {
+fn found(kind: Kind, index: u64, search: Thoroughness) -> Option<Found> {
     let problem = maneuver(kind, index)?;
-    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    let settings = Settings { target: Target::Discrete, search, ..Settings::default() };
     let began = Instant::now();
     let planned = plan(&problem, &settings, None, &mut Silent).ok();
     let milliseconds = 1e3 * began.elapsed().as_secs_f64();

@@ -330,8 +330,8 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     relaxed(extremal, &sought, work)
 }
 
-/// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time another by way of
-/// a short duration; one for each first path that leads to it where fuel counts and the duration is sought, where thrusters push
+/// Smoothed extremals for a turn, at the ε where branches are told apart: one, and for least time without whole turns another by way
+/// of a short duration; one for each first path that leads to it where fuel counts and the duration is sought, where thrusters push
 /// unequally, which have extremals that no single path is near, and where `all` are asked for.
 pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) -> Vec<Smoothed> {
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
@@ -345,9 +345,10 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
         }
     }
     // Where there is none, all durations are tried in the end.
-    if extremal.seeks_time() && !found.is_empty() {
-        let (parts, scaled): (&[f64], &[bool]) =
-            if all { (&DURATIONS, &[false, true]) } else { (&DURATIONS[..1], &[false]) };
+    if extremal.seeks_time() && !found.is_empty() && (all || turn.whole == Vector3::zeros()) {
+        let parts = if all { &DURATIONS[..] } else { &DURATIONS[..1] };
+        let moves = extremal.start_rate.norm() + extremal.end_rate.norm() > 0.0;
+        let scaled: &[bool] = if all && moves { &[false, true] } else { &[false] };
         found.extend(by_durations(extremal, turn, parts, scaled, work));
     }
     found

@@ -103,9 +103,8 @@ fn is_fast(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > FAST
 }
 
-/// Turns to the target: those that are asked for; of the best the short way, and the other where it may be shorter in time. Thrusters may
-/// be far stronger about one axis, and to one side of it, than another: theirs begin about other axes as well, and so does a thorough
-/// search.
+/// Turns to the target: those that are asked for; of the best the short way, and where it may be shorter in time the other, which about
+/// an axis of its own can take a fifth less than about that of the short one.
 fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
@@ -123,13 +122,17 @@ fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
             }
             ways
         }
-        Way::Best if ask.thoroughness == Thoroughness::Thorough || extremal.middle != Vector3::zeros() => {
+        Way::Best => {
+            let thorough = ask.thoroughness == Thoroughness::Thorough;
+            if !(thorough || fast || angle > OTHER_SENSE || extremal.middle != Vector3::zeros()) {
+                return straight(&[phi]);
+            }
             let mut ways: Vec<Turn> = straight(&[phi, other]);
-            ways.extend(rounded(extremal, &phi, 1.0));
+            if thorough || extremal.seeks_time() && ask.thoroughness != Thoroughness::Quick {
+                ways.extend(rounded(extremal, &phi, 1.0));
+            }
             ways
         }
-        Way::Best if angle > OTHER_SENSE || fast => straight(&[phi, other]),
-        Way::Best => straight(&[phi]),
         // Against the motion without inputs; where that turns far, either may be it.
         Way::Shortest if !fast => straight(&[phi]),
         Way::Long if !fast => {
@@ -243,7 +246,9 @@ fn branches_of(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
             from.push(found);
         }
     };
-    let all = ask.thoroughness == Thoroughness::Thorough;
+    // A turn that is asked for may be far, and has many extremals.
+    let all = ask.thoroughness == Thoroughness::Thorough
+        || extremal.seeks_time() && !matches!(ask.path, Way::Best | Way::Shortest);
     for turn in ways(extremal, ask).iter().take_while(|_| !work.stopped()) {
         let mut of_way = bases(extremal, turn, all, work);
         if of_way.iter().any(|base| wanders(extremal, turn, base)) {
@@ -311,8 +316,12 @@ fn descended(
     let target =
         if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(SMALLEST_ANGLE, 1.0) };
     let (mut found, mut folded) = (Vec::new(), Vec::new());
-    for from in from {
-        for bias in biases(extremal, ask.thoroughness) {
+    let least = from.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min);
+    for (index, from) in from.iter().enumerate() {
+        // Of many bases the first and the cheapest are tipped: that tells nearly all branches apart, and takes the most time.
+        let one_of_few = index == 0 || from.cost(extremal) <= least;
+        let tips = one_of_few || !extremal.seeks_time() || ask.thoroughness == Thoroughness::Thorough;
+        for bias in biases(extremal, ask.thoroughness).into_iter().take_while(|bias| tips || !bias.tips()) {
             if work.stopped() {
                 break;
             }

@@ -374,14 +374,8 @@ pub(super) mod pulses {
     /// A bound that is violated by less than this part of the duration is kept.
     pub const KEPT: f64 = 1e-13;
 
-    /// Of quadratic programs: iterations; complementarity and residuals, over the size of the gradient, at which one is solved, and at which
-    /// it still is where nothing is gained any more; residuals of the equations of an optimum at its bounds, and by how much others may
-    /// be violated; part of the way to the nearest bound that a step goes.
-    pub const MOST_ITERATIONS: usize = 40;
-    pub const SOLVED: f64 = 1e-10;
-    pub const NEARLY: f64 = 1e-5;
+    /// Residuals of the equations of a quadratic program's optimum at its bounds, and by how much others may be violated.
     pub const EXACT: f64 = 1e-11;
-    pub const TO_BOUNDS: f64 = 0.995;
 
     /// Pulses of one input with a gap below this many of the shortest are joined, and those below this part of it dropped.
     pub const JOINED: [f64; 3] = [0.0, 1.0, 4.0];

@@ -8,7 +8,7 @@ use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
 use super::super::tuning::pulses::*;
 use super::super::tuning::{MET, UNDETERMINED, VANISHED};
-use super::motion::{Miss, Motion, gradient};
+use super::motion::{Motion, gradient};
 use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Best, Schedule};
 use super::ties::settled;
@@ -37,6 +37,7 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
     let mut schedule = first.clone();
     let mut trust = TRUST * schedule.duration;
     let mut miss = Motion::of(extremal, &schedule, &[0.0; 6]).miss()?;
+    let mut acting = vec![false; bounds.len() + 2 * schedule.times().len()];
     let mut slow = 0;
     for _ in 0..iterations {
         let size = miss.residual.norm();
@@ -44,17 +45,31 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
             return Some(schedule);
         }
         let times = schedule.times();
-        let Miss { residual, jacobian } = &miss;
-        let residual = DVector::from_column_slice(residual.as_slice());
-        let mut hessian = STIFF * jacobian.tr_mul(jacobian);
-        for time in 0..times.len() {
-            hessian[(time, time)] += 1.0;
-        }
-        let gradient = STIFF * jacobian.tr_mul(&residual);
+        // What a step leaves of the residual is unknown too.
+        let count = times.len();
+        let weights = DVector::from_fn(count + 6, |row, _| if row < count { 1.0 } else { STIFF });
+        let (hessian, gradient) = (DMatrix::from_diagonal(&weights), DVector::zeros(count + 6));
+        let rows = DMatrix::from_fn(6, count + 6, |row, column| {
+            if column < count {
+                miss.jacobian[(row, column)]
+            } else if column - count == row {
+                -1.0
+            } else {
+                0.0
+            }
+        });
+        let right = DVector::from_column_slice((-miss.residual).as_slice());
         let limits = bounds_of_step(&bounds, &times, trust);
-        let program = Quadratic { hessian: &hessian, gradient: &gradient, equations: None, bounds: &limits };
-        let step = program.solve()?;
-        let next = schedule.at(&(times + &step.p));
+        let program = Quadratic {
+            hessian: &hessian,
+            gradient: &gradient,
+            equations: Some((&rows, &right)),
+            bounds: &limits,
+        };
+        let step = program.solve(&acting)?;
+        acting = step.acting;
+        let moved = step.p.rows(0, count);
+        let next = schedule.at(&(times + &moved));
         let after = Motion::of(extremal, &next, &[0.0; 6]).miss();
         match after {
             Some(after) if after.residual.norm() < size => {
@@ -63,7 +78,7 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
                 (schedule, miss) = (next, after);
             }
             _ => {
-                trust = LESS_TRUST * step.p.amax();
+                trust = LESS_TRUST * moved.amax();
                 slow += 1;
             }
         }
@@ -108,6 +123,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
     let gradient = gradient(extremal, &schedule);
     let bounds = schedule.bounds(ask);
     let mut trust = TRUST * schedule.duration;
+    let mut acting = vec![false; bounds.len() + 2 * schedule.times().len()];
     let mut costates = None;
     for _ in 0..MOST_STEPS {
         let cost = schedule.cost(extremal);
@@ -132,9 +148,10 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
             equations: Some((&rows, &right)),
             bounds: &limits,
         };
-        let Some(step) = program.solve() else {
+        let Some(step) = program.solve(&acting) else {
             return Some(Best { schedule, costates: own, cost });
         };
+        acting = step.acting;
         let mut pull = &hessian * &step.p + &gradient;
         for (bound, multiplier) in limits.iter().zip(&step.multipliers) {
             bound.add_to(&mut pull, -multiplier);

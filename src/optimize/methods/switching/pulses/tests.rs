@@ -155,7 +155,7 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
             equations: Some((&equations, &right)),
             bounds: &bounds,
         };
-        let found = program.solve().unwrap_or_else(|| panic!("case {case}"));
+        let found = program.solve(&vec![false; bounds.len()]).unwrap_or_else(|| panic!("case {case}"));
         assert!((&equations * &found.p).amax() < 1e-9, "case {case}");
         let mut pull = &hessian * &found.p + &gradient;
         for (bound, multiplier) in bounds.iter().zip(&found.multipliers) {
@@ -177,7 +177,7 @@ fn a_program_without_room_has_no_solution() {
     let (hessian, gradient) = (DMatrix::identity(2, 2), DVector::zeros(2));
     let bounds = [Bound { a: None, b: Some(0), least: 1.0 }, Bound { a: Some(0), b: None, least: 0.5 }];
     let program = Quadratic { hessian: &hessian, gradient: &gradient, equations: None, bounds: &bounds };
-    assert!(program.solve().is_none());
+    assert!(program.solve(&[false; 2]).is_none());
 }
 
 #[test]
