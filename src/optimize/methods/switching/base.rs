@@ -225,6 +225,11 @@ pub(super) fn stretched(extremal: &Extremal, from: &Smoothed, work: &Work) -> Op
     reached.ok()
 }
 
+/// Whether rates can be scaled at all.
+fn moves(extremal: &Extremal) -> bool {
+    extremal.start_rate.norm() + extremal.end_rate.norm() > 0.0
+}
+
 /// The body at the part `s` of the way from the isotropic one, with its rates scaled by `rates`.
 fn between(extremal: &Extremal, s: f64, rates: f64) -> Option<Extremal> {
     let eigen = extremal.j.symmetric_eigen();
@@ -347,8 +352,7 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
     // Where there is none, all durations are tried in the end.
     if extremal.seeks_time() && !found.is_empty() && (all || turn.whole == Vector3::zeros()) {
         let parts = if all { &DURATIONS[..] } else { &DURATIONS[..1] };
-        let moves = extremal.start_rate.norm() + extremal.end_rate.norm() > 0.0;
-        let scaled: &[bool] = if all && moves { &[false, true] } else { &[false] };
+        let scaled: &[bool] = if all && moves(extremal) { &[false, true] } else { &[false] };
         found.extend(by_durations(extremal, turn, parts, scaled, work));
     }
     found
@@ -362,7 +366,9 @@ fn base(extremal: &Extremal, turn: &Turn, try_index: usize, work: &Work) -> Opti
         direct(work)
     } else {
         through_bodies(extremal, turn, try_index, false, work)
-            .or_else(|| through_bodies(extremal, turn, try_index, true, work))
+            .or_else(|| {
+                if moves(extremal) { through_bodies(extremal, turn, try_index, true, work) } else { None }
+            })
             .or_else(|| direct(work))
     }?;
     descend(extremal, &found, BRANCHING.min(found.epsilon), &Bias::default(), work).ok()

@@ -104,7 +104,8 @@ fn is_fast(extremal: &Extremal) -> bool {
 }
 
 /// Turns to the target: those that are asked for; of the best the short way, and where it may be shorter in time the other, which about
-/// an axis of its own can take a fifth less than about that of the short one.
+/// an axis of its own can take a fifth less than about that of the short one. Thrusters may be far stronger about one axis, and to one side
+/// of it, than another: theirs begin about all of them, and so does a thorough search.
 fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
@@ -123,13 +124,14 @@ fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
             ways
         }
         Way::Best => {
-            let thorough = ask.thoroughness == Thoroughness::Thorough;
-            if !(thorough || fast || angle > OTHER_SENSE || extremal.middle != Vector3::zeros()) {
+            let all = ask.thoroughness == Thoroughness::Thorough || extremal.middle != Vector3::zeros();
+            if !(all || fast || angle > OTHER_SENSE) {
                 return straight(&[phi]);
             }
             let mut ways: Vec<Turn> = straight(&[phi, other]);
-            if thorough || extremal.seeks_time() && ask.thoroughness != Thoroughness::Quick {
-                ways.extend(rounded(extremal, &phi, 1.0));
+            if all || extremal.seeks_time() && ask.thoroughness != Thoroughness::Quick {
+                // As a rule the fastest axis is the one.
+                ways.extend(rounded(extremal, &phi, 1.0).take(if all { 6 } else { 2 }));
             }
             ways
         }
@@ -144,15 +146,16 @@ fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
     }
 }
 
-/// The rotation vector `phi` beside whole turns about other axes than its own, to either side: those about which the inputs turn the
-/// body the fastest, and those across. All are of one class, and a turn that is nearly whole anyway is one about any axis.
+/// The rotation vector `phi` beside whole turns about other axes than its own, to either side: first those about which the inputs turn
+/// the body the fastest, then those across. All are of one class, and a turn that is nearly whole anyway is one about any axis.
 fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Item = Turn> {
-    let axes =
-        (extremal.j_inverse * extremal.authority() * extremal.j_inverse).symmetric_eigen().eigenvectors;
+    let eigen = (extremal.j_inverse * extremal.authority() * extremal.j_inverse).symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     let phi = *phi;
     (0..6).map(move |index| {
         let side = if index % 2 == 0 { rounds * TAU } else { -rounds * TAU };
-        Turn { phi, whole: side * axes.column(index / 2) }
+        Turn { phi, whole: side * eigen.eigenvectors.column(order[index / 2]) }
     })
 }
 
