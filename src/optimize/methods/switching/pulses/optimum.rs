@@ -69,7 +69,7 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
         let step = program.solve(&acting)?;
         acting = step.acting;
         let moved = step.p.rows(0, count);
-        let next = schedule.at(&(times + &moved));
+        let next = schedule.at(&(times + moved));
         let after = Motion::of(extremal, &next, &[0.0; 6]).miss();
         match after {
             Some(after) if after.residual.norm() < size => {
