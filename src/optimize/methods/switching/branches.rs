@@ -130,7 +130,8 @@ fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
             }
             let mut ways: Vec<Turn> = straight(&[phi, other]);
             if all || extremal.seeks_time() && ask.thoroughness != Thoroughness::Quick {
-                ways.extend(rounded(extremal, &phi, 1.0));
+                // About the slowest axis nothing is short.
+                ways.extend(rounded(extremal, &phi, 1.0).take(if all { 6 } else { 4 }));
             }
             ways
         }
@@ -145,15 +146,16 @@ fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
     }
 }
 
-/// The rotation vector `phi` beside whole turns about other axes than its own, to either side: those about which the inputs turn the
-/// body the fastest, and those across. All are of one class, and a turn that is nearly whole anyway is one about any axis.
+/// The rotation vector `phi` beside whole turns about other axes than its own, to either side: first those about which the inputs turn
+/// the body the fastest, then those across. All are of one class, and a turn that is nearly whole anyway is one about any axis.
 fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Item = Turn> {
-    let axes =
-        (extremal.j_inverse * extremal.authority() * extremal.j_inverse).symmetric_eigen().eigenvectors;
+    let eigen = (extremal.j_inverse * extremal.authority() * extremal.j_inverse).symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     let phi = *phi;
     (0..6).map(move |index| {
         let side = if index % 2 == 0 { rounds * TAU } else { -rounds * TAU };
-        Turn { phi, whole: side * axes.column(index / 2) }
+        Turn { phi, whole: side * eigen.eigenvectors.column(order[index / 2]) }
     })
 }
 
