@@ -46,6 +46,13 @@ fn a_search_backwards_finds_what_one_forwards_misses() {
     }
 }
 
+/// About the axis of the rotation the way round that is quicker about another axis takes a quarter longer.
+#[test]
+fn the_other_way_round_is_quicker_about_an_axis_of_its_own() {
+    let over = over_the_best("time_other_axis");
+    assert!(over < 1.001, "{over}");
+}
+
 /// An extremal along whose arcs the cost falls is none to stay at, and long durations begin from moderate ones.
 #[test]
 fn thrusters_forwards_find_what_they_find_backwards() {
