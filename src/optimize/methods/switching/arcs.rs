@@ -11,6 +11,7 @@ use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Lanes, Node};
 use super::smooth::Path;
 use super::tuning::arcs::*;
+use super::tuning::smooth::{COSTATE_STEP, TIME_STEP};
 use super::tuning::{COARSER, FINE, SAME, UNDETERMINED};
 use crate::Vector3;
 use crate::numerics::least_squares::shortest;
@@ -201,7 +202,7 @@ impl Arcs {
         let mut factor = (COSTATE_STEP * costate / step.rows(0, 6).norm()).min(1.0);
         factor = factor.min(TIME_STEP * self.duration / step[6 + count].abs());
         for j in 0..count {
-            factor = factor.min(SWITCH_STEP * self.duration / step[6 + j].abs());
+            factor = factor.min(TIME_STEP * self.duration / step[6 + j].abs());
         }
         if !factor.is_finite() {
             return None;

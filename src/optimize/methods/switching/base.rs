@@ -13,11 +13,8 @@
 //! Hamiltonian, and on the grid the means of the discrete Hamiltonians of all arcs are equal instead of zero. Two things
 //! differ. Between pulses every switching function is positive, so a short pulse may leave no crossing in the smoothed law:
 //! pulses are read off by area and centroid. And a turn about one axis has two switches, which do not determine the costates
-//! of the other axes: the Newton step is then the shortest one. Where a long duration has no first smoothed extremal, those
-//! of 0.7, 0.5 or 0.35 of it are stretched: thrusters that push unequally turn the body for as long as they are smoothed, and
-//! in a long time too far. One that turns a quarter further than it has to gets another beside it in the same way, from 0.7
-//! of the duration: under wider limits one maneuver of thrusters went once more round, for a fifth more fuel. Where there is
-//! none in any time, sought or given, that of inputs which give no torque in the middle of their limits is brought to them.
+//! of the other axes: the Newton step is then the shortest one. Where thrusters push unequally and there is none in any time,
+//! sought or given, that of inputs which give no torque in the middle of their limits is brought to them.
 //!
 //! Under a limit of the norm alone fuel is `∫ c|τ| dt`, as of one motor that points anywhere. The size of the torque is then
 //! one more one-sided input with `s = ½U(c − |e|)`, and its direction follows the costate, so that an arc on which it burns
@@ -28,10 +25,10 @@
 use super::extremal::{Bias, Extremal, Law};
 use super::flow::Node;
 use super::smooth::{Path, Smooth, Smoothed, descend};
-use super::tuning::FAR_ITERATIONS;
 use super::tuning::branches::BRANCHING;
 use super::tuning::paths::*;
-use super::tuning::smooth::INTERVALS;
+use super::tuning::smooth::{INTERVALS, INTERVALS_NEAR};
+use super::tuning::{FAR_ITERATIONS, VANISHED};
 use super::work::Work;
 use crate::optimize::methods::continuation::{Step, follow};
 use crate::{Matrix3, Vector3, lie};
@@ -139,7 +136,7 @@ fn least(first: f64, largest: f64, holds: impl Fn(f64) -> bool) -> f64 {
 }
 
 /// A path for a turn, of the given duration or by one of the levels.
-fn guess(extremal: &Extremal, turn: &Turn, try_index: usize) -> Option<Smoothed> {
+fn guess(extremal: &Extremal, turn: &Turn, intervals: usize, try_index: usize) -> Option<Smoothed> {
     let inverse = extremal.authority().try_inverse()?;
     let start = extremal.start_rate;
     let (duration, mut epsilon) = match extremal.given_duration {
@@ -148,13 +145,13 @@ fn guess(extremal: &Extremal, turn: &Turn, try_index: usize) -> Option<Smoothed>
     };
     let node = |k: usize| {
         let (r, rate, acceleration) =
-            turn.at([&start, &extremal.end_rate], duration, k as f64 / INTERVALS as f64);
+            turn.at([&start, &extremal.end_rate], duration, k as f64 / intervals as f64);
         let e = costate(extremal, &inverse, &(extremal.j * acceleration), epsilon);
         Node { r, pi: extremal.j * rate, e }
     };
-    let mut nodes: Vec<Node> = (0..=INTERVALS).map(node).collect();
+    let mut nodes: Vec<Node> = (0..=intervals).map(node).collect();
     nodes[0].pi = extremal.j * start;
-    let e_rate = (nodes[INTERVALS].e - nodes[0].e) / duration;
+    let e_rate = (nodes[intervals].e - nodes[0].e) / duration;
     let m = -(extremal.j * e_rate);
     if extremal.given_duration.is_none() {
         // H(0) = p + ε (…) = 0 gives ε.
@@ -211,20 +208,6 @@ pub(super) fn unbalanced(extremal: &Extremal, from: &Smoothed, work: &Work) -> O
     by_way_of(pushing, from.clone(), |_, _, _| {}, work)
 }
 
-/// A smoothed extremal of a shorter duration to the duration itself, at the same ε.
-pub(super) fn stretched(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
-    let given = extremal.given_duration?;
-    let arrived = |at: &Smoothed| at.path.duration >= given;
-    let reached = follow(&STRETCHING, from.clone(), arrived, |at, length| {
-        let duration = (STRETCH.powf(length) * at.path.duration).min(given);
-        let mut trial = Smoothed { path: at.path.slower(duration / at.path.duration), ..*at };
-        trial.path.duration = duration;
-        trial.path.nodes[0].pi = extremal.j * extremal.start_rate;
-        relaxed(&extremal.lasting(Some(duration)), &trial, work).into()
-    });
-    reached.ok()
-}
-
 /// Whether rates can be scaled at all.
 fn moves(extremal: &Extremal) -> bool {
     extremal.start_rate.norm() + extremal.end_rate.norm() > 0.0
@@ -242,13 +225,14 @@ fn between(extremal: &Extremal, s: f64, rates: f64) -> Option<Extremal> {
 fn through_bodies(
     extremal: &Extremal,
     turn: &Turn,
+    intervals: usize,
     try_index: usize,
     rates: bool,
     work: &Work,
 ) -> Option<Smoothed> {
     let body = |s: f64| between(extremal, s, if rates { s } else { 1.0 });
     let sphere = body(0.0)?;
-    let at = relaxed(&sphere, &guess(&sphere, turn, try_index)?, work)?;
+    let at = relaxed(&sphere, &guess(&sphere, turn, intervals, try_index)?, work)?;
     // The momenta go with the inertia; rates and attitudes stay.
     let carried = |path: &mut Path, there: &Extremal, part: f64| {
         let Some(here) = body(part) else { return };
@@ -264,7 +248,7 @@ fn through_bodies(
 /// Smoothed extremals of minimum time for a turn by way of all given durations, where the levels lead nowhere:
 /// fast bodies whose gyroscopic torques are of the size of the limits.
 pub(super) fn by_all_durations(extremal: &Extremal, turn: &Turn, work: &Work) -> Vec<Smoothed> {
-    by_durations(extremal, turn, &DURATIONS, &[false, true], work)
+    by_durations(extremal, turn, INTERVALS, &DURATIONS, &[false, true], work)
 }
 
 /// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one, with the rates
@@ -276,6 +260,7 @@ pub(super) fn by_all_durations(extremal: &Extremal, turn: &Turn, work: &Work) ->
 fn by_durations(
     extremal: &Extremal,
     turn: &Turn,
+    intervals: usize,
     parts: &[f64],
     scaled: &[bool],
     work: &Work,
@@ -287,11 +272,9 @@ fn by_durations(
     let mut found = Vec::new();
     for (part, rates) in parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled))) {
         let given = extremal.lasting(Some(part * usual));
-        let of_given = through_bodies(&given, turn, 0, rates, work);
+        let of_given = through_bodies(&given, turn, intervals, 0, rates, work);
         let sought = of_given.and_then(|path| sought(extremal, path, work));
-        let at_branching =
-            sought.map(|one| descend(extremal, &one, BRANCHING.min(one.epsilon), &Bias::default(), work));
-        found.extend(at_branching.and_then(Result::ok));
+        found.extend(sought.and_then(|one| at_branching(extremal, one, work)));
     }
     found
 }
@@ -301,7 +284,7 @@ fn by_durations(
 /// Times a factor for its costates and ε it stays one of that duration, as no input costs anything but by smoothing. So the factor is
 /// taken at which the Hamiltonian vanishes; where more time would need more effort there is none, and the duration is cut.
 fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> {
-    let shortest = SHORTEST * from.path.duration;
+    let shortest = VANISHED * from.path.duration;
     let mut found = scaled(extremal, &from, work);
     let ended = |at: &Smoothed| at.path.duration <= shortest;
     let _ = follow(&STRETCHING, from, ended, |at, length| {
@@ -309,7 +292,7 @@ fn sought(extremal: &Extremal, from: Smoothed, work: &Work) -> Option<Smoothed> 
             return Step::Stopped;
         }
         let mut shorter = at.clone();
-        shorter.path.duration *= CUT.powf(length);
+        shorter.path.duration /= STRETCH.powf(length);
         let next = relaxed(&extremal.lasting(Some(shorter.path.duration)), &shorter, work);
         found = next.as_ref().and_then(|next| scaled(extremal, next, work));
         next.into()
@@ -323,7 +306,7 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
     let minimum = extremal.smooth(&end.e, at.epsilon, &Vector3::zeros()).minimum;
     let price = extremal.time_price;
     let factor = price / (price - extremal.hamiltonian(&at.path.m, &end, minimum));
-    if !(factor > 0.0 && factor * at.epsilon < LARGEST_EPSILON) {
+    if !(factor > 0.0 && factor.is_finite()) {
         return None;
     }
     let mut sought = at.clone();
@@ -341,10 +324,11 @@ fn scaled(extremal: &Extremal, at: &Smoothed, work: &Work) -> Option<Smoothed> {
 pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) -> Vec<Smoothed> {
     let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
     let several = all || sought_fuel || extremal.middle != Vector3::zeros();
+    let intervals = if several { INTERVALS } else { INTERVALS_NEAR };
     let tries = if extremal.given_duration.is_some() { EASY.len() } else { levels(extremal).len() };
     let mut found = Vec::new();
     for try_index in 0..tries {
-        found.extend(base(extremal, turn, try_index, work));
+        found.extend(base(extremal, turn, intervals, try_index, work));
         if !several && !found.is_empty() {
             break;
         }
@@ -353,23 +337,38 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
     if extremal.seeks_time() && !found.is_empty() && (all || turn.whole == Vector3::zeros()) {
         let parts = if all { &DURATIONS[..] } else { &DURATIONS[..1] };
         let scaled: &[bool] = if all && moves(extremal) { &[false, true] } else { &[false] };
-        found.extend(by_durations(extremal, turn, parts, scaled, work));
+        found.extend(by_durations(extremal, turn, intervals, parts, scaled, work));
     }
     found
 }
 
 /// The same from one first path.
-fn base(extremal: &Extremal, turn: &Turn, try_index: usize, work: &Work) -> Option<Smoothed> {
+fn base(
+    extremal: &Extremal,
+    turn: &Turn,
+    intervals: usize,
+    try_index: usize,
+    work: &Work,
+) -> Option<Smoothed> {
     let isotropic = (extremal.j - Matrix3::identity() * (extremal.j.trace() / 3.0)).amax() < 1e-9;
-    let direct = |work: &Work| relaxed(extremal, &guess(extremal, turn, try_index)?, work);
+    let direct = |work: &Work| relaxed(extremal, &guess(extremal, turn, intervals, try_index)?, work);
     let found = if isotropic {
         direct(work)
     } else {
-        through_bodies(extremal, turn, try_index, false, work)
+        through_bodies(extremal, turn, intervals, try_index, false, work)
             .or_else(|| {
-                if moves(extremal) { through_bodies(extremal, turn, try_index, true, work) } else { None }
+                let scaled = || through_bodies(extremal, turn, intervals, try_index, true, work);
+                moves(extremal).then(scaled).flatten()
             })
             .or_else(|| direct(work))
     }?;
+    at_branching(extremal, found, work)
+}
+
+/// A first extremal on the intervals of those that are continued, at the ε where branches are told apart.
+fn at_branching(extremal: &Extremal, mut found: Smoothed, work: &Work) -> Option<Smoothed> {
+    while found.path.intervals() < INTERVALS {
+        found.path = Smooth::of(extremal, found.epsilon).doubled(&found.path);
+    }
     descend(extremal, &found, BRANCHING.min(found.epsilon), &Bias::default(), work).ok()
 }

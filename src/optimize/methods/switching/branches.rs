@@ -30,7 +30,7 @@
 //! even in the step. Where two inputs switch together the arc between them stays in the equations without length: five
 //! lengths could not meet six conditions.
 
-use super::base::{Turn, bases, by_all_durations, relaxed, stretched, unbalanced};
+use super::base::{Turn, bases, by_all_durations, relaxed, unbalanced};
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
 use super::tuning::FAR_ITERATIONS;
@@ -209,44 +209,8 @@ pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoot
     found
 }
 
-/// The same of the maneuver alone. Where there are none for a long duration, those of shorter ones are stretched:
-/// smoothed inputs never rest, and what they do meanwhile may lead nowhere.
+/// The same of the maneuver alone.
 fn branches_forward(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
-    let found = branches_of(extremal, ask, work);
-    let Some(given) = extremal.given_duration.filter(|_| found.is_empty() && extremal.counts_fuel()) else {
-        return found;
-    };
-    for part in SHORTER {
-        let shorter = extremal.lasting(Some(part * given));
-        let of_shorter = branches_of(&shorter, ask, work);
-        let mut found: Vec<Smoothed> = of_shorter
-            .iter()
-            .take_while(|_| !work.stopped())
-            .filter_map(|one| stretched(extremal, one, work))
-            .collect();
-        found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
-        found.dedup_by(|a, b| same(extremal, a, b));
-        if !found.is_empty() || work.stopped() {
-            return found;
-        }
-    }
-    found
-}
-
-/// Whether a base of fuel in a given duration turns much further than it has to: where limits are wide for the duration the first
-/// path, whose inputs are smoothed, may go astray.
-fn wanders(extremal: &Extremal, turn: &Turn, base: &Smoothed) -> bool {
-    let path = &base.path;
-    let rate = |node: usize| (extremal.j_inverse * path.nodes[node].pi).norm();
-    let turned = |k: usize| 0.5 * (path.parts[k + 1] - path.parts[k]) * (rate(k) + rate(k + 1));
-    let turned = path.duration * (0..path.intervals()).map(turned).sum::<f64>();
-    let carried = path.duration * (extremal.start_rate.norm() + extremal.end_rate.norm());
-    let given = extremal.counts_fuel() && extremal.given_duration.is_some();
-    given && turned > WANDERING * (turn.phi.norm() + turn.whole.norm() + carried)
-}
-
-/// The same for this duration alone.
-fn branches_of(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
     let mut from: Vec<Smoothed> = Vec::new();
     let add = |found: Smoothed, from: &mut Vec<Smoothed>| {
         if !from.iter().any(|known| same(extremal, known, &found)) {
@@ -257,14 +221,7 @@ fn branches_of(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
     let all = ask.thoroughness == Thoroughness::Thorough
         || extremal.seeks_time() && !matches!(ask.path, Way::Best | Way::Shortest);
     for turn in ways(extremal, ask).iter().take_while(|_| !work.stopped()) {
-        let mut of_way = bases(extremal, turn, all, work);
-        if of_way.iter().any(|base| wanders(extremal, turn, base)) {
-            let shorter = extremal.lasting(extremal.given_duration.map(|given| SHORTER[0] * given));
-            let near = bases(&shorter, turn, all, work);
-            let stretched: Vec<_> = near.iter().filter_map(|near| stretched(extremal, near, work)).collect();
-            of_way.extend(stretched);
-        }
-        of_way.into_iter().for_each(|found| add(found, &mut from));
+        bases(extremal, turn, all, work).into_iter().for_each(|found| add(found, &mut from));
     }
     // In less time than a turn about the axis of a symmetry takes there is no extremal that has the symmetry.
     for tilt in TILTS.iter().take_while(|_| !work.stopped()) {
@@ -289,8 +246,7 @@ fn branches_of(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
         }
     }
     let least = |found: &[Smoothed]| found.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min);
-    let sought_fuel = extremal.counts_fuel() && extremal.given_duration.is_none();
-    let limit = if sought_fuel { RIVAL_BASE_FUEL } else { RIVAL_BASE } * least(&from);
+    let limit = RIVAL_BASE * least(&from);
     from.retain(|one| one.cost(extremal) <= limit);
     let (mut found, mut folded) = descended(extremal, ask, &from, work);
     if found.is_empty() && !extremal.counts_fuel() && extremal.given_duration.is_none() {
@@ -353,7 +309,7 @@ fn descended(
                         unbiased(extremal, &Smoothed { epsilon: target.min(BRANCHING), ..reached }, work);
                     found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
                 }
-                Err(last) => folded.extend(Some(last).filter(|last| last.epsilon <= FOLDED)),
+                Err(last) => folded.push(last),
             }
         }
     }

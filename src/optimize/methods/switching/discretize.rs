@@ -7,6 +7,7 @@ use super::grid_step::Torque;
 use super::on_grid::{OnGrid, Step};
 use super::smooth::Smoothed;
 use super::tuning::grid::*;
+use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{NEAR_ITERATIONS, SMALLER, VANISHED};
 use crate::Vector3;
 

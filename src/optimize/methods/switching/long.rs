@@ -12,7 +12,7 @@ use super::certificate::Certificate;
 use super::extremal::Extremal;
 use super::limit::{Limit, polish};
 use super::smooth::Smoothed;
-use super::tuning::paths::{LONG, STRETCH_OF_ARCS, STRETCHING};
+use super::tuning::paths::{LONG, STRETCH, STRETCHING};
 use super::work::Work;
 use crate::lie;
 use crate::optimize::methods::continuation::{Step, follow};
@@ -45,7 +45,7 @@ pub(super) fn followed(extremal: &Extremal, limit: &Limit, work: &Work) -> Optio
                 if work.stopped() {
                     return Step::Stopped;
                 }
-                let duration = (STRETCH_OF_ARCS.powf(length) * at.duration).min(given);
+                let duration = (STRETCH.powf(length) * at.duration).min(given);
                 let there = extremal.lasting(Some(duration));
                 let next = polish(&there, stretched(at, extremal, duration / at.duration), work);
                 next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)).into()
@@ -60,7 +60,7 @@ pub(super) fn followed(extremal: &Extremal, limit: &Limit, work: &Work) -> Optio
                 if work.stopped() {
                     return Step::Stopped;
                 }
-                let next_price = (price * STRETCH_OF_ARCS.powf(-2.0 * length)).max(least);
+                let next_price = (price * STRETCH.powf(-2.0 * length)).max(least);
                 let (here, there) = (extremal.priced(*price), extremal.priced(next_price));
                 let next = polish(&there, stretched(at, extremal, (price / next_price).sqrt()), work);
                 let cheaper = next.filter(|(next, _)| next.cost(&there) <= at.cost(&here));

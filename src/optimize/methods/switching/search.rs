@@ -72,8 +72,7 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
     let rivals = branches(extremal, ask, work);
     found.branches += rivals.len();
     let best = rivals.first().map_or(f64::NAN, |first| first.cost(extremal));
-    let limit = best * if extremal.counts_fuel() { RIVAL_FUEL } else { RIVAL };
-    for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= limit) {
+    for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= RIVAL * best) {
         if work.stopped() {
             break;
         }

@@ -455,11 +455,11 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, work: &Wo
     let mut epsilon = at.epsilon;
     loop {
         let smooth = Smooth::of(extremal, epsilon);
-        let mut next = smooth.solve(at.path.clone(), SETTLED, NEAR_ITERATIONS, work);
+        let mut next = smooth.solve(at.path.clone(), SAME, NEAR_ITERATIONS, work);
         while let Some(path) = &next
             && let Some(finer) = smooth.finer(path)
         {
-            next = smooth.solve(finer, SETTLED, NEAR_ITERATIONS, work);
+            next = smooth.solve(finer, SAME, NEAR_ITERATIONS, work);
         }
         let Some(path) = next else { return at };
         at = Smoothed { path, epsilon };

@@ -54,9 +54,8 @@ pub(super) mod paths {
     /// The least that a level leaves to the motion, where the inputs work without any.
     pub const ABOVE_IDLE: f64 = 0.25;
 
-    /// ε of a first path where the duration is given: so large that fuel hardly counts. And the largest that is tried.
+    /// ε of a first path where the duration is given: so large that fuel hardly counts.
     pub const EASY: [f64; 3] = [4.0, 12.0, 1.5];
-    pub const LARGEST_EPSILON: f64 = 100.0;
 
     /// How often a bracket is halved.
     pub const HALVINGS: usize = 40;
@@ -74,11 +73,6 @@ pub(super) mod paths {
     /// shorter, of arcs longer.
     pub const STRETCHING: Pace = Pace { first: 1.0, least: 0.03, most: 1.0, longer: 2.0, shorter: 0.5 };
     pub const STRETCH: f64 = 1.3;
-    pub const CUT: f64 = 0.8;
-    pub const STRETCH_OF_ARCS: f64 = 2.0;
-
-    /// A duration that is cut ends at this part of what it was first: without a turn every duration is enough, and none the shortest.
-    pub const SHORTEST: f64 = 1e-3;
 
     /// Parts of the duration of the first level that are given on the way to one that is sought.
     pub const DURATIONS: [f64; 5] = [0.5, 0.7, 1.0, 1.5, 2.2];
@@ -103,22 +97,12 @@ pub(super) mod branches {
     pub const COMPARED_FUEL: f64 = 0.02;
     pub const PARTED: f64 = 7.0;
 
-    /// ε at and below which a branch that turns back is still of use.
-    pub const FOLDED: f64 = 0.05;
-
     /// Turns below this are small \[rad\]: their branches hardly differ. And the angle below which ε falls no further with it.
     pub const SMALL: f64 = 0.1;
     pub const SMALLEST_ANGLE: f64 = 0.03;
 
-    /// A base that costs more than the best by this is no rival; and where fuel counts and the duration is sought.
+    /// A base that costs more than the best by this is no rival.
     pub const RIVAL_BASE: f64 = 1.15;
-    pub const RIVAL_BASE_FUEL: f64 = 2.0;
-
-    /// Parts of a duration whose extremals are stretched to it.
-    pub const SHORTER: [f64; 3] = [0.7, 0.5, 0.35];
-
-    /// A base that turns this many times as far as it has to does not go straight to the end.
-    pub const WANDERING: f64 = 1.25;
 
     /// How the end is turned for first paths where there are none without \[rad\].
     pub const TILTS: [Vector3; 4] = [
@@ -160,19 +144,23 @@ pub(super) mod smooth {
     /// ε over the one before of an extremal that is known to all digits.
     pub const SETTLING: f64 = 0.2;
 
-    /// Residual over ε of an extremal on the way to a smaller ε, and within what bounds; and that of one to all digits.
+    /// Residual over ε of an extremal on the way to a smaller ε, and within what bounds.
     pub const ON_THE_WAY: f64 = 0.1;
     pub const ON_THE_WAY_WITHIN: (f64, f64) = (1e-4, 1e-2);
-    pub const SETTLED: f64 = 1e-8;
 
-    /// Longest step of the costates, relative to them, and of the duration.
+    /// Longest step of the costates, relative to them, and of the duration and of switching times, relative to the duration.
     pub const COSTATE_STEP: f64 = 1.0;
     pub const TIME_STEP: f64 = 0.4;
 
-    /// A step of Newton leaves out so much of the residual times its length, or is made shorter by this factor, so often.
+    /// A step of Newton leaves out so much of the residual times its length, or is made shorter by this factor, so often: what does not
+    /// come then rarely does with more.
     pub const DECREASE: f64 = 0.1;
     pub const SHORTENED: f64 = 0.4;
     pub const MOST_TRIALS: usize = 6;
+
+    /// Intervals of the one first path of a turn, where ε is large: on half of them other extremals are found now and then. Where there
+    /// are several such paths, some of them far, they have as many as what is continued.
+    pub const INTERVALS_NEAR: usize = 16;
 
     /// Intervals of a path at the start of a continuation, those that are enough where no input changes fast, and at most: equal
     /// ones, and others; and what equal ones that would do are, times ε.
@@ -194,11 +182,6 @@ pub(super) mod arcs {
     pub const NEAR: f64 = 1e-6;
     pub const CONVERGED: f64 = 1e-12;
     pub const LOST: f64 = 1e3;
-
-    /// Longest steps: of the costates relative to them, of the duration and of switching times relative to the duration.
-    pub const COSTATE_STEP: f64 = 0.5;
-    pub const TIME_STEP: f64 = 0.1;
-    pub const SWITCH_STEP: f64 = 0.15;
 
     pub const MOST_ITERATIONS: usize = 16;
 
@@ -238,9 +221,8 @@ pub(crate) mod limits {
     pub const NO_GAP: f64 = 1e-7;
     pub const SMALL_GAP: f64 = 1e-4;
 
-    /// A branch that costs more than the best by this is no rival, in time and in fuel.
-    pub const RIVAL: f64 = 1.015;
-    pub const RIVAL_FUEL: f64 = 1.1;
+    /// A branch that costs more than the best by this is no rival.
+    pub const RIVAL: f64 = 1.1;
 
     /// Switching functions of this part of the largest are those of inputs that are not used.
     pub const UNUSED: f64 = 1e-6;
@@ -320,9 +302,6 @@ pub(crate) mod grid {
     pub const FOLLOWED: f64 = 0.3;
     pub const LEAST_SMOOTHING: f64 = 1e-4;
     pub const MOST_LARGER: usize = 4;
-
-    /// Residual over ε of a grid on the way to a smaller ε.
-    pub const ON_THE_WAY: f64 = 1e-2;
 
     /// A change of the torque of a step after which the next one would be round-off, as Newton squares it; and its iterations.
     pub const LAST_CHANGE: f64 = 1e-9;
