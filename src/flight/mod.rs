@@ -133,9 +133,10 @@ impl<'a> Flight<'a> {
         };
         let steps = plan.time.len().saturating_sub(1);
         let equal = plan.time.last().copied().unwrap_or(f64::NAN) / steps as f64;
+        let switches = problem.switches();
         (0..steps)
             .map(|k| {
-                if problem.switches() {
+                if switches {
                     (output(k), plan.time[k + 1] - plan.time[k])
                 } else {
                     let (from, to) = (output(k), output(k + 1 - problem.scheme.first_input()));
@@ -197,10 +198,10 @@ impl<'a> Flight<'a> {
                 (flown.position[node], flown.velocity[node]) = (state.position, state.velocity);
             }
         }
-        let first = plan.time.len() - plan.torque.len();
+        // Inputs that switch have the row of the step that begins at a node, Lie–Euler none at the first.
+        let first = if problem.switches() { 0 } else { plan.time.len() - plan.torque.len() };
         for row in 0..plan.torque.len() {
-            // Inputs that switch have the row of the step that begins at a node, Lie–Euler none at the first.
-            let node = if problem.switches() { row } else { row + first };
+            let node = row + first;
             let attitude = lie::rotation_from_quaternion(&flown.quaternion[node]);
             let (force, torque) = problem.actuation.split(plan.inputs(row));
             let set = &problem.actuation.torque;

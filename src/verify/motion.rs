@@ -122,6 +122,8 @@ pub(crate) struct Inputs<'a> {
     pub(super) problem: &'a Problem,
     pub(super) grid: Grid,
     rows: &'a [f64],
+    /// [`Problem::switches`], asked once for all steps.
+    switches: bool,
 }
 
 impl<'a> Inputs<'a> {
@@ -132,7 +134,7 @@ impl<'a> Inputs<'a> {
 
     /// The same on a grid of another kind.
     pub(super) fn on(problem: &'a Problem, grid: Grid, rows: &'a [f64]) -> Self {
-        Self { problem, grid, rows }
+        Self { problem, grid, rows, switches: problem.switches() }
     }
 
     /// The same, once the number of rows is checked.
@@ -156,7 +158,7 @@ impl<'a> Inputs<'a> {
 
     /// The row that belongs to a node, if it has one: Lie–Euler has none at the start, held inputs none at the end.
     pub(super) fn row_at(&self, node: usize) -> Option<usize> {
-        if self.problem.switches() {
+        if self.switches {
             return Some(node).filter(|node| *node < self.problem.steps);
         }
         node.checked_sub(self.problem.scheme.first_input())
@@ -170,7 +172,7 @@ impl<'a> Inputs<'a> {
 
     /// The rows of these.
     fn end_rows(&self, k: usize) -> (usize, usize) {
-        if self.problem.switches() {
+        if self.switches {
             return (k, k);
         }
         let first = self.problem.scheme.first_input();
@@ -180,7 +182,7 @@ impl<'a> Inputs<'a> {
     /// The rows whose mean the plan holds over step k: `u_{k+1}` alone, or `u_k` and `u_{k+1}` for Verlet; or that of
     /// the step.
     pub(super) fn held_rows(&self, k: usize) -> (usize, usize) {
-        if self.problem.switches() {
+        if self.switches {
             return (k, k);
         }
         (k, k + 1 - self.problem.scheme.first_input())

@@ -56,9 +56,9 @@ impl Formulation {
         };
         let taken = given_end && jumping;
         // Arcs are placed by conditions on all six states, which in a plane leave four of them undetermined.
-        let whole = problem.actuation.torque.rank().0 == 3;
+        let whole = || problem.actuation.torque.rank().0 == 3;
         match (problem.objective.switches(), problem.duration.known()) {
-            (true, _) if taken && whole && problem.is_free_turn() => Self::Switching,
+            (true, _) if taken && problem.is_free_turn() && whole() => Self::Switching,
             (false, None) if taken && problem.motion == Motion::Attitude => Self::OverDurations,
             (true, _) | (false, None) => Self::Chain,
             (false, Some(_)) => Self::Extremal,
