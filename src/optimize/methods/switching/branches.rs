@@ -209,7 +209,7 @@ pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoot
     found
 }
 
-/// The same of the maneuver alone.
+/// Distinct extremals at a small ε of the maneuver alone, the best first.
 fn branches_forward(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
     let mut from: Vec<Smoothed> = Vec::new();
     let add = |found: Smoothed, from: &mut Vec<Smoothed>| {
