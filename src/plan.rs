@@ -12,7 +12,7 @@
 //! Results do not depend on features: sums are taken in one order whether one thread evaluates or many.
 
 pub use crate::feedback::replan::{Left, NotReplanned, Replanner};
-pub use crate::optimize::memory::PeakMemory;
+pub use crate::optimize::search::memory::PeakMemory;
 pub use crate::optimize::search::{Control, Guess, Observer, PlanError, Progress, Silent};
 
 use crate::maneuver::solution::Rung;

@@ -5,7 +5,7 @@ use crate::maneuver::objective::{Objective, Weights};
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use crate::mechanics::body::{Body, Inertia};
-use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use serde_json::Value;
@@ -155,7 +155,7 @@ pub fn limited<const N: usize>(
         problem.actuation.force = Some(within(&force, !norm, limit));
     }
     problem.actuation.torque = within(&torque, norm, limit);
-    assert_eq!(crate::optimize::control_law::obstacle(&problem), None);
+    assert_eq!(crate::optimize::discrete::control_law::obstacle(&problem), None);
     problem
 }
 

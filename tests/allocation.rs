@@ -12,8 +12,8 @@ use slewkit::mechanics::full_body::{
     Attractor, Dumbbell, Dumbbells, HomogeneousPolyhedron, MassPoint, MutualGravity, PointCloud, Polyhedron,
     Potential, Threads,
 };
-use slewkit::optimize::step::Dynamics;
-use slewkit::optimize::sweep::BoundaryValueProblem;
+use slewkit::optimize::discrete::step::Dynamics;
+use slewkit::optimize::discrete::sweep::BoundaryValueProblem;
 use slewkit::propagate::integrator::{self, EulerPoincare, Input, Kind, Quadrature};
 use slewkit::{Matrix3, Vector3, lie};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -106,15 +106,18 @@ fn forces_allocate_nothing() {
     let at =
         |x: f64| Pose { position: Vector3::new(x, 0.0, 0.0), attitude: lie::exp(&Vector3::new(x, 0.2, 0.3)) };
     let (poses, mut wrenches) = ([at(0.0), at(4.0)], [Wrench::zero(); 2]);
-    // Inside a pool of threads: a call from outside hands over a job, which now and then allocates.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-    pool.install(|| {
+    let count = || {
         for potential in potentials {
             potential.wrenches(&poses, &mut wrenches);
             let count = allocations(|| (0..100).for_each(|_| potential.wrenches(&poses, &mut wrenches)));
             assert_eq!(count, 0, "{potential:?}");
         }
-    });
+    };
+    // Inside a pool of threads: a call from outside hands over a job, which now and then allocates.
+    #[cfg(feature = "threads")]
+    rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap().install(count);
+    #[cfg(not(feature = "threads"))]
+    count();
 }
 
 /// A step of every method, for one body and for two, with and without inputs. The references of another

@@ -9,8 +9,8 @@
 use evidence::measured;
 use slewkit::maneuver::{Outcome, Problem, Settings, Solution, State};
 use slewkit::mechanics::{Body, Inertia};
+use slewkit::optimize::discrete::step::Dynamics;
 use slewkit::optimize::search::solve;
-use slewkit::optimize::step::Dynamics;
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::verify::verify;
 use slewkit::{Matrix3, Vector3, lie};

@@ -8,8 +8,8 @@ use divan::{Bencher, black_box};
 use evidence::measured;
 use nalgebra::SVector;
 use slewkit::maneuver::problem::Problem;
-use slewkit::optimize::step::Dynamics;
-use slewkit::optimize::sweep::BoundaryValueProblem;
+use slewkit::optimize::discrete::step::Dynamics;
+use slewkit::optimize::discrete::sweep::BoundaryValueProblem;
 
 const STEPS: usize = 1000;
 

@@ -30,7 +30,7 @@ fn maneuver() -> (serde_json::Value, Problem, Uncertainty) {
         parameters: parameters(&given["sigma_p"]),
         torque_noise: matrix(&given["Sw"]),
         sensor_noise: {
-            let mut map = crate::optimize::linear_plan::Matrix6::identity();
+            let mut map = crate::optimize::discrete::linear_plan::Matrix6::identity();
             map.fixed_view_mut::<3, 3>(3, 3).copy_from(problem.body.inertia.j_inverse());
             map * matrix::<6, 6>(&given["Rs"]) * map.transpose()
         },
@@ -41,7 +41,7 @@ fn maneuver() -> (serde_json::Value, Problem, Uncertainty) {
 /// The iteration of cl04, with torques at nodes as it has them: margin, chance and deviation of each plan.
 #[test]
 fn margins_of_torques_at_nodes_are_those_of_the_reference() {
-    use crate::optimize::linear_plan::Timing;
+    use crate::optimize::discrete::linear_plan::Timing;
     let (file, mut problem, uncertainty) = maneuver();
     let craft = problem.clone();
     for expected in file["iterations"].as_array().unwrap() {

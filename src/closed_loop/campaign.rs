@@ -11,7 +11,7 @@ use crate::mechanics::actuators::ActuatorSet;
 use crate::mechanics::body::{Body, Inertia};
 use crate::numerics::parallel;
 use crate::numerics::random::Stream;
-use crate::optimize::linear_plan::{LinearPlan, Vector6};
+use crate::optimize::discrete::linear_plan::{LinearPlan, Vector6};
 use crate::uncertainty::Uncertainty;
 use crate::{Vector3, lie};
 

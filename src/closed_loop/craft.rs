@@ -1,7 +1,7 @@
 //! What a craft differs by, and what its actuators make of a command: limits, then the delay.
 
 use crate::mechanics::actuators::ActuatorSet;
-use crate::optimize::linear_plan::Parameter;
+use crate::optimize::discrete::linear_plan::Parameter;
 use crate::{Matrix3, Vector3, lie};
 use std::collections::VecDeque;
 

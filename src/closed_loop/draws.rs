@@ -7,7 +7,7 @@ use super::Lost;
 use crate::Matrix3;
 use crate::mechanics::body::Inertia;
 use crate::numerics::random::Stream;
-use crate::optimize::linear_plan::{Matrix6, Parameter, Vector6};
+use crate::optimize::discrete::linear_plan::{Matrix6, Parameter, Vector6};
 use crate::uncertainty::Uncertainty;
 use nalgebra::{Const, DefaultAllocator, DimDiff, DimSub, SMatrix, ToTypenum, U1, allocator::Allocator};
 

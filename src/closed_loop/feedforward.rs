@@ -5,7 +5,7 @@
 //! `c = (u* − m v)/(1 − m)`.
 
 use super::Plant;
-use crate::optimize::linear_plan::LinearPlan;
+use crate::optimize::discrete::linear_plan::LinearPlan;
 
 /// Part of a tick by which two times may differ and be one.
 pub(super) const SAME_TIME: f64 = 1e-6;

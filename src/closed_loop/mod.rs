@@ -21,7 +21,7 @@ mod statistics;
 pub use campaign::Campaign;
 pub use statistics::{Proportion, Sampled, quantile};
 
-use crate::optimize::linear_plan::Vector6;
+use crate::optimize::discrete::linear_plan::Vector6;
 use crate::{Matrix3, Vector3};
 
 /// How the actuators follow what they are told; by default at once, within the limits of the plan.

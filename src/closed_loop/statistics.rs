@@ -1,6 +1,6 @@
 //! What many cases say: counts with their intervals, quantiles, and covariances beside the linear prediction.
 
-use crate::optimize::linear_plan::{Matrix6, Vector6};
+use crate::optimize::discrete::linear_plan::{Matrix6, Vector6};
 use nalgebra::DMatrix;
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 

@@ -33,8 +33,10 @@ mod switching;
 pub use switching::{Arc, NotCorrected, Reversed, SwitchingGains};
 
 use crate::Matrix3;
-use crate::optimize::linear_plan::{LinearPlan, Matrix6, Matrix9, PosedPlan, Stage, Stages, Timing, kick};
-use crate::optimize::step::Units;
+use crate::optimize::discrete::linear_plan::{
+    LinearPlan, Matrix6, Matrix9, PosedPlan, Stage, Stages, Timing, kick,
+};
+use crate::optimize::discrete::step::Units;
 use nalgebra::{DMatrix, SMatrix};
 use sweep::{Swept, neighbouring, regulator};
 use thiserror::Error;

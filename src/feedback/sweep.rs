@@ -1,7 +1,7 @@
 //! Backward sweeps along the steps beside a plan, whatever states and inputs they have (`linear_plan::stage`).
 
 use super::{Kind, NoGains};
-use crate::optimize::linear_plan::Stage;
+use crate::optimize::discrete::linear_plan::Stage;
 use nalgebra::{DMatrix, SMatrix};
 
 type Square<const N: usize> = SMatrix<f64, N, N>;

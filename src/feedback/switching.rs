@@ -19,7 +19,7 @@ use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{EndCondition, Motion, Problem, State};
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::actuators::AxisFrame;
-use crate::optimize::linear_plan::Vector6;
+use crate::optimize::discrete::linear_plan::Vector6;
 use crate::optimize::methods::switching::moved::{HeldArc, lengths_by_start};
 use crate::optimize::methods::switching::scaled::scaled;
 use thiserror::Error;

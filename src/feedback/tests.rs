@@ -11,10 +11,10 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::environment::UniformGravity;
 use crate::numerics::compensated::Sum;
-use crate::optimize::linear_plan::Vector6;
-use crate::optimize::linear_plan::ticks::{of_posed_ticks, of_ticks};
-use crate::optimize::step::{Dynamics, Point};
-use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::discrete::linear_plan::Vector6;
+use crate::optimize::discrete::linear_plan::ticks::{of_posed_ticks, of_ticks};
+use crate::optimize::discrete::step::{Dynamics, Point};
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::testing::{Random, matrix, planned, planned_reference};
 
 const WHOLE: Kind = Kind::Neighbouring { freeze: 0.0 };
@@ -367,7 +367,7 @@ fn what_cannot_be_corrected_is_said() {
     let refused = |problem: &Problem, plan: &Trajectory| {
         LinearPlan::new(problem, plan, Timing::AtNodes).map(|_| ()).unwrap_err()
     };
-    use crate::optimize::linear_plan::Unlinearised;
+    use crate::optimize::discrete::linear_plan::Unlinearised;
     assert_eq!(refused(&translating, &plan), Unlinearised::Translation);
     assert_eq!(refused(&problem, &Trajectory::default()), Unlinearised::Trajectory);
     let fuel = Problem { objective: Objective::Fuel(Default::default()), ..problem.clone() };

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
-//! actuators. Which inputs are optimal follows in `optimize/control_law`. Minimum time makes the duration `T` the cost,
+//! actuators. Which inputs are optimal follows in `optimize/discrete/control_law`. Minimum time makes the duration `T` the cost,
 //! and fuel `∫ Σ c_j |u_j| dt`, of torques and forces, or `c ∫ |τ| dt` where the norm of the torque alone is limited (of the force
 //! likewise), with a price of time where the duration is sought: inputs are held over steps whose lengths are part of the
 //! answer (`optimize/methods/switching`), or stand at the nodes of equal steps where more than limits of the torques shapes

@@ -16,7 +16,7 @@ use crate::lie::hat;
 use crate::maneuver::Problem;
 use crate::maneuver::constraint::{Constraint, Pointing, Rule, Side};
 use crate::mechanics::actuators::LimitKind;
-use crate::optimize::linear_plan::LinearPlan;
+use crate::optimize::discrete::linear_plan::LinearPlan;
 use crate::{Matrix3, Vector3};
 use statrs::distribution::{ContinuousCDF, Normal};
 

@@ -2,7 +2,7 @@
 
 use super::{Bounded, Covariance, Uncertainty};
 use crate::feedback::Gains;
-use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
+use crate::optimize::discrete::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use crate::{Matrix3, Vector3};
 use nalgebra::{Const, Dyn, OMatrix, RowSVector, SMatrix};
 

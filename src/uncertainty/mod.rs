@@ -17,7 +17,7 @@
 //! ```
 //!
 //! A constant error of a parameter acts at every step with the same sign: as noise of each step it would come out several times too
-//! small. `E_k` and `C_k` are those of `optimize::linear_plan`.
+//! small. `E_k` and `C_k` are those of `optimize::discrete::linear_plan`.
 //!
 //! [`Bounded`] is the set-valued version, of errors that stay within bounds and have no distribution: an ellipsoid that holds every
 //! motion beside the plan, to first order. Sets add up as `⊕`, of which the ellipsoid of least trace about it is
@@ -36,7 +36,7 @@ pub use pointing::Radius;
 
 use crate::Matrix3;
 use crate::feedback::Gains;
-use crate::optimize::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
+use crate::optimize::discrete::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use flow::Flow;
 
 /// What is not known of a craft: one standard deviation each, SI units, body axes.

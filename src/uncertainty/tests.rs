@@ -6,7 +6,7 @@ use crate::Vector3;
 use crate::feedback::Kind;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::problem::Problem;
-use crate::optimize::linear_plan::Timing;
+use crate::optimize::discrete::linear_plan::Timing;
 use crate::testing::{matrix, planned_reference, reference, vector};
 use nalgebra::SMatrix;
 use serde_json::Value;

@@ -10,7 +10,7 @@ use super::{Shown, Subject, line};
 use crate::draw::{Axis, Chart, Curve, SkyRing};
 use slewkit::mechanics::actuators::LimitKind;
 use slewkit::numerics::figures::significant;
-use slewkit::optimize::linear_plan::Matrix6;
+use slewkit::optimize::discrete::linear_plan::Matrix6;
 use slewkit::uncertainty::chance::Chance;
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit::{Matrix3, Vector3};

@@ -42,7 +42,7 @@ use crate::draw::{Curve, Picture, Shape, thinned};
 use crate::studies::integrators::figures::FIGURES;
 use slewkit::assured::{Beside, NotKnown};
 use slewkit::maneuver::{Outcome, Problem, Trajectory};
-use slewkit::optimize::linear_plan::PosedPlan;
+use slewkit::optimize::discrete::linear_plan::PosedPlan;
 use slewkit::plan::Plan;
 use slewkit::verify::{Course, WitnessError, course};
 use slewkit_files::identity::Identity;

@@ -19,7 +19,7 @@ use slewkit::feedback::{Gains, Kind};
 use slewkit::maneuver::constraint::angle_between;
 use slewkit::maneuver::{Rule, Side};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
-use slewkit::optimize::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
+use slewkit::optimize::discrete::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::uncertainty::chance::{Chance, Worst};
 use slewkit::uncertainty::{Covariance, Uncertainty};

@@ -3,7 +3,7 @@
 use super::*;
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{CentralGravity, PointMass, Wrench};
-use crate::optimize::linear_plan::{PosedPlan, Stages};
+use crate::optimize::discrete::linear_plan::{PosedPlan, Stages};
 use crate::testing::{attitude_only, moving_ends};
 use nalgebra::SVector;
 
@@ -82,7 +82,7 @@ fn a<const N: usize>(linear: &PosedPlan, step: usize) -> SMatrix<f64, N, N> {
 }
 
 fn moved<const N: usize>(point: &Point, z: &SVector<f64, N>) -> Point {
-    let z = crate::optimize::step::Costate::from_vector(z);
+    let z = crate::optimize::discrete::step::Costate::from_vector(z);
     Point {
         position: Sum::new(point.position.value + z.x),
         linear_momentum: Sum::new(point.linear_momentum.value + z.gamma),

@@ -10,8 +10,8 @@ use crate::flight::Held;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::solution::Landing;
 use crate::numerics::factor::Factor;
-use crate::optimize::step::Point;
-use crate::optimize::sweep::{BoundaryValueProblem, Node};
+use crate::optimize::discrete::step::Point;
+use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
 use crate::{Matrix3, Vector3};
 use nalgebra::{SMatrix, SVector};
 

@@ -20,13 +20,13 @@ use crate::lie;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::compensated::Sum;
 use crate::numerics::factor::Factor;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::{Costate, Dynamics, Linearization, Point, StepError};
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::ARMIJO;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::{Attempt, Budget, Method};
 use crate::optimize::methods::shooting::newton::outcome_of;
-use crate::optimize::step::{Costate, Dynamics, Linearization, Point, StepError};
-use crate::optimize::sweep::BoundaryValueProblem;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DVector, SMatrix, SVector};
 

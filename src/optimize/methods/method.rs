@@ -3,8 +3,8 @@
 use super::driver::{Interrupt, Report};
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
-use crate::optimize::candidate::Candidate;
-use crate::optimize::sweep::Node;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::sweep::Node;
 use nalgebra::DVector;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

@@ -15,16 +15,16 @@ use crate::maneuver::problem::State;
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::{ConvexWork, Landing, Optimality, Outcome, Rival, Solution, Trajectory};
 use crate::numerics::parallel;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::second_order;
+use crate::optimize::discrete::step::StepError;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Method, Watch};
 use crate::optimize::methods::scp::road::{Chain, ConvexIteration, iterate, multipliers};
 use crate::optimize::methods::scp::second_order::descents;
 use crate::optimize::methods::shooting::newton::outcome_of;
-use crate::optimize::second_order;
-use crate::optimize::step::StepError;
-use crate::optimize::sweep::BoundaryValueProblem;
 
 /// Steps from which a second thread takes less time than waking it.
 const WORTH_A_THREAD: usize = 400;

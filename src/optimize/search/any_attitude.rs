@@ -16,7 +16,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::environment::Pose;
 use crate::numerics::random::Stream;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::path;
 use crate::{Matrix3, Vector3};

@@ -10,7 +10,7 @@
 //! grid and go on on one twice as fine, hop from the lowest minima to others near them by random bends until that finds none
 //! lower for a while, and compare what they know there: on the rough grid costs are wrong by half.
 
-use crate::optimize::step::Dynamics;
+use crate::optimize::discrete::step::Dynamics;
 
 /// Authority about the axes without inputs, from the first descent to the last, relative to that of the others.
 pub(super) const WIDENED: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];

@@ -34,12 +34,12 @@ use crate::lie;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Rung, Trajectory};
 use crate::mechanics::environment::Pose;
-use crate::optimize::candidate::{Candidate, Provenance};
+use crate::optimize::discrete::candidate::{Candidate, Provenance};
+use crate::optimize::discrete::step::{Dynamics, Point};
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
-use crate::optimize::step::{Dynamics, Point};
-use crate::optimize::sweep::BoundaryValueProblem;
 
 /// Costs of one plan on two grids differ by less, relative.
 const NEAR: f64 = 0.05;

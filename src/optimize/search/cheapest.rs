@@ -94,7 +94,7 @@ use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Outcome, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::{Chain, path};
 use std::f64::consts::PI;

@@ -4,7 +4,7 @@ use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::{Motion, Path, Problem, Scheme, State};
 use crate::mechanics::environment::Pose;
-use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use std::f64::consts::{PI, TAU};
 
 /// How coarse a grid may be.

@@ -2,10 +2,10 @@
 
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::sweep::Listener;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
-use crate::optimize::sweep::Listener;
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

@@ -1,12 +1,12 @@
 //! Continuation in the limits of the inputs.
 
 use crate::maneuver::solution::Outcome;
+use crate::optimize::discrete::step::StepError;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::continuation::{Pace, Step, follow};
 use crate::optimize::methods::driver::{Interrupt, Report, run};
 use crate::optimize::methods::lifted::Nodes;
 use crate::optimize::methods::shooting::newton::Newton;
-use crate::optimize::step::StepError;
-use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 
 /// Residual to which an intermediate problem is solved.

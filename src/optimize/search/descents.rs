@@ -19,12 +19,12 @@ use super::shots::shoot;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::solution::Rung;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Dynamics;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::descent::Descent;
 use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::step::Dynamics;
-use crate::optimize::sweep::BoundaryValueProblem;
 
 /// Tolerance of the lifted Newton, which the shooting polishes.
 pub(super) const LIFTED_TOLERANCE: f64 = 1e-10;

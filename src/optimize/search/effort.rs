@@ -4,8 +4,8 @@ use super::paths::{self, Paces};
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Path, Problem};
 use crate::maneuver::settings::Thoroughness;
-use crate::optimize::candidate::Candidate;
-use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 
 /// A body that turns by less than this without inputs takes few starts \[rad\].
 const SLOW: f64 = 1e-3;

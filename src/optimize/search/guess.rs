@@ -4,7 +4,7 @@ use super::starts::GUESS;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Solution;
 use crate::mechanics::environment::Pose;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::path;
 use crate::{Vector3, lie};

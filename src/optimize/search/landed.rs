@@ -4,13 +4,13 @@ use super::ladder::Search;
 use super::record;
 use super::shares::{EASED, SHARE, SHARP};
 use crate::maneuver::settings::Method as Road;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate};
 use crate::optimize::methods::method::{Attempt, Method, Swept};
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration};
-use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::{DVector, SVector};
 
 /// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.

@@ -1,9 +1,9 @@
 //! The minima that descents have ended at, each once.
 
 use crate::lie;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::step::Point;
 
 /// Minima whose costs differ by less, relative, are one.
 pub(super) const SAME_MINIMUM: f64 = 1e-7;

@@ -5,7 +5,7 @@ use super::ladder::Search;
 use super::pool::Pool;
 use super::starts;
 use crate::maneuver::solution::Rung;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::shooting::Shooting;

@@ -16,10 +16,10 @@ use crate::lie;
 use crate::maneuver::problem::{Path, Problem, Scheme};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::StepError;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::shooting::newton::outcome_of;
-use crate::optimize::step::StepError;
-use crate::optimize::sweep::BoundaryValueProblem;
 use nalgebra::SVector;
 use std::f64::consts::TAU;
 

@@ -3,7 +3,7 @@
 use crate::Vector3;
 use crate::lie;
 use crate::mechanics::environment::Pose;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::ChainState;
 use crate::optimize::methods::scp::road::{Chain, iterate, multipliers, with_iterate};

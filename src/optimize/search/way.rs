@@ -9,9 +9,9 @@
 
 use crate::lie::{self, continued};
 use crate::maneuver::solution::Sense;
-use crate::optimize::step::StepError;
-use crate::optimize::sweep::BoundaryValueProblem;
-use crate::optimize::terminal::TerminalCondition;
+use crate::optimize::discrete::step::StepError;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::discrete::terminal::TerminalCondition;
 use crate::{Matrix3, Vector3};
 use nalgebra::SVector;
 

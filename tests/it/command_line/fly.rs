@@ -369,8 +369,14 @@ fn covariances_are_those_of_their_deviations_and_of_their_principal_errors() {
     let places = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     for (row, of) in places.iter().enumerate() {
         for (column, with) in places.iter().enumerate() {
-            let part = |(_, parameter, sigma): &(String, slewkit::optimize::linear_plan::Parameter, f64)| {
-                let slewkit::optimize::linear_plan::Parameter::Inertia(delta) = parameter else { panic!() };
+            let part = |(_, parameter, sigma): &(
+                String,
+                slewkit::optimize::discrete::linear_plan::Parameter,
+                f64,
+            )| {
+                let slewkit::optimize::discrete::linear_plan::Parameter::Inertia(delta) = parameter else {
+                    panic!()
+                };
                 delta[*of] * delta[*with] * sigma * sigma
             };
             let sum: f64 = found.parameters.iter().map(part).sum();

@@ -9,7 +9,7 @@ use slewkit::closed_loop::{Flown, Lost, Moment, Proportion, Sampled, quantile};
 use slewkit::lie;
 use slewkit::maneuver::Problem;
 use slewkit::mechanics::LimitKind;
-use slewkit::optimize::linear_plan::Vector6;
+use slewkit::optimize::discrete::linear_plan::Vector6;
 use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use std::io::Write;
 

@@ -8,7 +8,7 @@ use slewkit::assured::{Beside, Margins, NotKnown};
 use slewkit::closed_loop::Proportion;
 use slewkit::feedback::{Arc, Gains, Kind};
 use slewkit::maneuver::{Problem, Rule, Trajectory};
-use slewkit::optimize::linear_plan::{Matrix6, PosedPlan, Vector6};
+use slewkit::optimize::discrete::linear_plan::{Matrix6, PosedPlan, Vector6};
 use slewkit::uncertainty::chance::{Chance, Quantity};
 use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 

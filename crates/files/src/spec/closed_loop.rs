@@ -12,7 +12,7 @@ use slewkit::closed_loop::Plant;
 use slewkit::feedback::{Kind, RegulatorWeights, SwitchingGains};
 use slewkit::maneuver::{Motion, Problem, Stepping};
 use slewkit::mechanics::AxisFrame;
-use slewkit::optimize::linear_plan::{PosedPlan, Unlinearised};
+use slewkit::optimize::discrete::linear_plan::{PosedPlan, Unlinearised};
 use slewkit::uncertainty::Uncertainty;
 
 /// What a plan is flown with; nothing where the spec says nothing.

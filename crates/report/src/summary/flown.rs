@@ -163,11 +163,13 @@ fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) 
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<String> {
     let all: f64 = (0..3).map(|row| covariance.end[(row, row)]).sum();
     let of_parameters: f64 = (0..3).map(|row| covariance.end_of_parameters[(row, row)]).sum();
-    let share =
-        |(column, (name, _, sigma)): (&slewkit::optimize::linear_plan::Vector6, &(String, _, f64))| {
-            let part = column.fixed_rows::<3>(0).norm_squared() * sigma * sigma / all;
-            (name.clone(), part)
-        };
+    let share = |(column, (name, _, sigma)): (
+        &slewkit::optimize::discrete::linear_plan::Vector6,
+        &(String, _, f64),
+    )| {
+        let part = column.fixed_rows::<3>(0).norm_squared() * sigma * sigma / all;
+        (name.clone(), part)
+    };
     let mut shares: Vec<(String, f64)> =
         covariance.end_by_parameter.iter().zip(&uncertainty.parameters).map(share).collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -21,10 +21,10 @@
 use super::{Block, Half, half, moved, point, stored};
 use crate::lie::vee;
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
-use crate::optimize::candidate::Candidate;
-use crate::optimize::step::drift::Drift;
-use crate::optimize::step::inputs::InputMatrices;
-use crate::optimize::step::{Costate, Dynamics, Point, StepError};
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::drift::Drift;
+use crate::optimize::discrete::step::inputs::InputMatrices;
+use crate::optimize::discrete::step::{Costate, Dynamics, Point, StepError};
 use crate::{Matrix3, Vector3};
 
 /// A step turns by less than a right angle: the physical branch of the implicit equation.

@@ -21,7 +21,7 @@
 use super::path::{Direction, Path, Setting, block};
 use super::{Block, Half};
 use crate::numerics::widest::widest;
-use crate::optimize::step::{Costate, Dynamics};
+use crate::optimize::discrete::step::{Costate, Dynamics};
 use nalgebra::SymmetricEigen;
 
 /// A pivot below this fraction of its weight is a flat direction: a symmetry, no saddle.

@@ -7,9 +7,9 @@ use crate::Vector3;
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::settings::Method as Road;
 use crate::mechanics::actuators::AxisFrame;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::shooting::newton::Newton;
-use crate::optimize::sweep::BoundaryValueProblem;
 use crate::testing::{Random, attitude_only, moving_ends};
 use nalgebra::DMatrix;
 

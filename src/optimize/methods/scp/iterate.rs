@@ -2,9 +2,9 @@
 
 use super::model::{ChainState, Model, Opening, Step};
 use super::rows::{LimitRows, Place, RowValue};
+use crate::optimize::discrete::step::StepError;
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::model::{goal, state, step};
-use crate::optimize::step::StepError;
 use nalgebra::{DMatrix, DVector};
 
 /// States `y_0 … y_N` and inputs `u_0 … u_N` (`u_0` is unused by Lie–Euler).

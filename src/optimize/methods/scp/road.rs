@@ -13,12 +13,12 @@ use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::{Point, Units};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
 use crate::optimize::methods::scp::model::{goal, step};
 use crate::optimize::methods::scp::tuning::VIOLATED;
-use crate::optimize::step::{Point, Units};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 

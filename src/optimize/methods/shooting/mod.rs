@@ -7,9 +7,9 @@ use super::driver::run;
 use super::method::{Attempt, Budget, Method};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
-use crate::optimize::candidate::Candidate;
-use crate::optimize::step::StepError;
-use crate::optimize::sweep::{BoundaryValueProblem, End};
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::StepError;
+use crate::optimize::discrete::sweep::{BoundaryValueProblem, End};
 use nalgebra::{DMatrix, SVector};
 use newton::{Newton, outcome_of};
 
@@ -105,8 +105,8 @@ mod tests {
     use super::*;
     use crate::maneuver::problem::{Problem, State};
     use crate::mechanics::body::Body;
+    use crate::optimize::discrete::sweep::Node;
     use crate::optimize::methods::method::Watch;
-    use crate::optimize::sweep::Node;
     use crate::testing::{Random, full_inertia};
     use crate::{Matrix3, lie};
 

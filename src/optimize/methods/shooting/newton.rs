@@ -12,11 +12,11 @@
 use crate::lie;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
+use crate::optimize::discrete::step::StepError;
+use crate::optimize::discrete::sweep::{BoundaryValueProblem, End, Node};
 use crate::optimize::methods::ARMIJO;
 use crate::optimize::methods::driver::Iteration;
 use crate::optimize::methods::method::Swept;
-use crate::optimize::step::StepError;
-use crate::optimize::sweep::{BoundaryValueProblem, End, Node};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// A step that shrinks the error to less than this fraction keeps its factor.

@@ -22,10 +22,10 @@ use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::factor::Factor;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::sweep::{BoundaryValueProblem, End};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method};
-use crate::optimize::sweep::{BoundaryValueProblem, End};
 use nalgebra::{SMatrix, SVector};
 
 /// Residual from which one chord step with an extrapolated factor reaches the polish unseen.

@@ -24,8 +24,8 @@ use super::extremal::{ArcLaw, Extremal, Response};
 use super::tuning::grid::{LAST_CHANGE, MOST_OF_TORQUE};
 use crate::mechanics::drift_equation;
 use crate::numerics::widest::widest;
-use crate::optimize::step::Costate;
-use crate::optimize::step::drift::{Drift, LinearDrift};
+use crate::optimize::discrete::step::Costate;
+use crate::optimize::discrete::step::drift::{Drift, LinearDrift};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::SMatrix;
 

@@ -4,7 +4,9 @@ use crate::Vector3;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::{Method, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution};
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::road::{Chain, path};
@@ -17,8 +19,6 @@ use crate::optimize::search::effort::Starts;
 use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::paths;
-use crate::optimize::step::Point;
-use crate::optimize::sweep::BoundaryValueProblem;
 
 /// A violation on the coarse grid that spares the fine solve of the relaxed maneuver.
 const CLEAR_VIOLATION: f64 = 0.05;

@@ -11,7 +11,8 @@
 use crate::lie;
 use crate::maneuver::problem::Path;
 use crate::maneuver::solution::Rung;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::sweep::Node;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::shooting::newton::outcome_of;
@@ -24,7 +25,6 @@ use crate::optimize::search::pool::Pool;
 use crate::optimize::search::requested::{MOST_STEPS, descend_on_requested_grid};
 use crate::optimize::search::shots::{finish, shoot};
 use crate::optimize::search::{paths, starts};
-use crate::optimize::sweep::Node;
 
 /// Nodes of one extremal on two grids are nearer than this \[rad\]; on the coarsest they differ by up to 0.4.
 const SAME_PATH: f64 = 1.0;

@@ -4,7 +4,7 @@ use super::extremals::carry_extremals;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method;
 use crate::maneuver::solution::Solution;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::search::answer::conclude;
 use crate::optimize::search::asked::satisfies;
 use crate::optimize::search::descents::descents;

@@ -1,7 +1,7 @@
 //! The rung of time, of fuel, and of a duration that is sought: SCP along the paths that are given.
 
 use crate::maneuver::solution::Rung;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Effort;

@@ -10,7 +10,8 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::Rung;
-use crate::optimize::candidate::Candidate;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
@@ -21,7 +22,6 @@ use crate::optimize::search::descents::LIFTED_TOLERANCE;
 use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::shots::shoot_fine;
-use crate::optimize::sweep::BoundaryValueProblem;
 
 /// Limits that many times as large do not act.
 const LIMITLESS: f64 = 1e12;

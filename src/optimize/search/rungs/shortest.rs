@@ -2,6 +2,7 @@
 
 use crate::maneuver::objective::Objective;
 use crate::maneuver::solution::Outcome;
+use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::path;
 use crate::optimize::search::chains::{carry, descend, unlimited_paths};
@@ -11,7 +12,6 @@ use crate::optimize::search::goal::{Cheapest, cheapest};
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::shares::SHARE;
 use crate::optimize::search::transfer::Interpolant;
-use crate::optimize::step::Point;
 
 /// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a way that
 /// the seeds have missed.

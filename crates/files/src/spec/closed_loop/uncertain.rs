@@ -3,7 +3,7 @@
 use crate::spec::{Limits, Section, short, show};
 use nalgebra::{DMatrix, SMatrix};
 use slewkit::maneuver::Problem;
-use slewkit::optimize::linear_plan::{Matrix6, Parameter};
+use slewkit::optimize::discrete::linear_plan::{Matrix6, Parameter};
 use slewkit::uncertainty::Uncertainty;
 use slewkit::{Matrix3, Vector3};
 

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 use slewkit::maneuver::{Motion, Outcome, Problem, Rung, Settings, Solution};
+use slewkit::optimize::discrete::step::Units;
 use slewkit::optimize::search::{self, Guess, Observer, PlanError};
-use slewkit::optimize::step::Units;
 use std::collections::BTreeSet;
 
 /// Whether the answers agree.

@@ -32,7 +32,7 @@
 //!
 //! # Where do step and kick of the chain come from?
 //!
-//! From `optimize/step`, as those of the shooting do: the drift and the gyrostat's drift, their derivative ξ, the kick of
+//! From `optimize/discrete/step`, as those of the shooting do: the drift and the gyrostat's drift, their derivative ξ, the kick of
 //! given inputs with its gradient. What differs is where force and moment come from, an optimal law or an input that is a
 //! variable, and that wheels are states. Both run on grids whose steps have their own lengths. The kick of the optimal law
 //! keeps a gradient of its own, in which the answer of the inputs is added before the field is: the same sum, other last
@@ -45,8 +45,8 @@ pub(crate) mod step;
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
-use crate::optimize::step::{Costate, Dynamics};
-use crate::optimize::terminal::TerminalCondition;
+use crate::optimize::discrete::step::{Costate, Dynamics};
+use crate::optimize::discrete::terminal::TerminalCondition;
 pub(crate) use goal::{Effort, FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};

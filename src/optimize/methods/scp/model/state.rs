@@ -4,8 +4,8 @@ use super::Model;
 use crate::lie;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
+use crate::optimize::discrete::step::{Costate, Point};
 use crate::optimize::methods::scp::tuning::STRETCHED;
-use crate::optimize::step::{Costate, Point};
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 

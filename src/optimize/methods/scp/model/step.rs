@@ -3,7 +3,7 @@
 use super::{ChainState, Model, state};
 use crate::lie::{self, hat};
 use crate::mechanics::environment::{Blocks, Wrench};
-use crate::optimize::step::StepError;
+use crate::optimize::discrete::step::StepError;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 

@@ -3,7 +3,7 @@
 //! Nothing is taken from the code under test but its scaled constants. The implicit equation is solved
 //! by Newton in the number type itself, so that dual numbers carry exact derivatives through it.
 
-use crate::optimize::step::Dynamics;
+use crate::optimize::discrete::step::Dynamics;
 use crate::{Matrix3, Vector3};
 use nalgebra as na;
 use num_dual::{Dual, Dual64, DualNum};
@@ -89,7 +89,7 @@ pub struct State<D: Number> {
 }
 
 impl<D: Number> State<D> {
-    pub fn of(point: &crate::optimize::step::Point) -> Self {
+    pub fn of(point: &crate::optimize::discrete::step::Point) -> Self {
         Self {
             x: vector(&point.position.value),
             gamma: vector(&point.linear_momentum.value),
@@ -231,7 +231,7 @@ impl Twin<'_> {
     /// `A`: derivative of [`Twin::step`].
     pub fn a<const N: usize>(
         &self,
-        point: &crate::optimize::step::Point,
+        point: &crate::optimize::discrete::step::Point,
         costate: &na::SVector<f64, N>,
     ) -> na::SMatrix<f64, N, N> {
         let mut a = na::SMatrix::<f64, N, N>::zeros();
@@ -273,7 +273,7 @@ impl Twin<'_> {
     /// `λ_{k−1}` and `H`.
     pub fn h<const N: usize>(
         &self,
-        point: &crate::optimize::step::Point,
+        point: &crate::optimize::discrete::step::Point,
         costate: &na::SVector<f64, N>,
     ) -> (na::SVector<f64, N>, na::SMatrix<f64, N, N>) {
         let mut h = na::SMatrix::<f64, N, N>::zeros();

@@ -7,7 +7,7 @@ use crate::mechanics::body::Inertia;
 use crate::mechanics::environment::{
     CentralGravity, GravityGradient, PointMass, SecondOrderGravity, UniformGravity,
 };
-use crate::optimize::step::Dynamics;
+use crate::optimize::discrete::step::Dynamics;
 use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends, random_vector};
 use crate::{Matrix3, Vector3};
 

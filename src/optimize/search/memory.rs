@@ -7,7 +7,7 @@
 //!
 //! # How does a plan know what memory it takes?
 //!
-//! By a measured rule (`optimize/memory.rs`): so many bytes a step, for each unknown and each row of a limit where the convex
+//! By a measured rule (`optimize/search/memory.rs`): so many bytes a step, for each unknown and each row of a limit where the convex
 //! road may be taken. `slew check` tells two figures, because Newton on the active set takes a fraction of what the convex
 //! iteration takes, and which of them finds the way on a fine grid is known afterwards only. A plan of which even the smaller
 //! does not fit into what the system gives (free memory, its group, `ulimit -v`) is refused with 6 and the steps that would
@@ -22,7 +22,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::{Motion, Rule};
 use crate::mechanics::actuators::{ActuatorSet, LimitKind};
-use crate::optimize::control_law;
+use crate::optimize::discrete::control_law;
 use crate::optimize::methods::scp::subproblem::BALL;
 
 /// The program itself, its threads and small grids \[bytes\].

@@ -11,8 +11,8 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
-use crate::optimize::step::drift::Drift;
-use crate::optimize::step::{Costate, Dynamics, Point, Units};
+use crate::optimize::discrete::step::drift::Drift;
+use crate::optimize::discrete::step::{Costate, Dynamics, Point, Units};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{Matrix3xX, SMatrix};
 

@@ -19,9 +19,9 @@ mod kernel;
 use crate::Matrix3;
 use crate::maneuver::solution::Optimality;
 use crate::numerics::factor::rank_and_condition;
-use crate::optimize::step::Costate;
-use crate::optimize::step::inputs::InputMatrices;
-use crate::optimize::sweep::{BoundaryValueProblem, Step};
+use crate::optimize::discrete::step::Costate;
+use crate::optimize::discrete::step::inputs::InputMatrices;
+use crate::optimize::discrete::sweep::{BoundaryValueProblem, Step};
 use nalgebra::{SMatrix, SVector};
 
 /// First- and second-order optimality of the extremal from `costate`.

@@ -19,7 +19,7 @@ use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::solution::Trajectory;
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Blocks, Pose, Wrench};
-use crate::optimize::step::{Costate, Dynamics, Units};
+use crate::optimize::discrete::step::{Costate, Dynamics, Units};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 

@@ -2,7 +2,7 @@
 
 use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::Problem;
-use crate::optimize::step::Units;
+use crate::optimize::discrete::step::Units;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, Matrix3xX};
 

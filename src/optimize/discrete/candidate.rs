@@ -15,7 +15,7 @@
 
 use crate::maneuver::grid::Grid;
 use crate::maneuver::settings::Method;
-use crate::optimize::step::Point;
+use crate::optimize::discrete::step::Point;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// A maneuver that a method may improve.

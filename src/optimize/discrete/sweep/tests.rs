@@ -401,7 +401,7 @@ fn check_matrices<const N: usize>(problem: &Problem, grid: Grid, random: &mut Ra
     }
 }
 
-use crate::optimize::step::Linearization as Linear;
+use crate::optimize::discrete::step::Linearization as Linear;
 
 #[test]
 fn matrices_and_lanes_are_one_linearisation() {

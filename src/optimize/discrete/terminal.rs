@@ -12,7 +12,7 @@
 //! the motions v that it allows: a variant of its own here. Where any attitude will do, `e = [x − x_d; γ − γ_d; μ^R; Π − Π_d]`.
 
 use crate::maneuver::problem::EndCondition;
-use crate::optimize::step::{Costate, Point, Sensitivity};
+use crate::optimize::discrete::step::{Costate, Point, Sensitivity};
 use nalgebra::{SMatrix, SVector};
 
 /// What is given at the end.

@@ -8,8 +8,8 @@ use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::UniformGravity;
-use crate::optimize::step::{Costate, Linearization, Sensitivity};
-use crate::optimize::sweep::Node;
+use crate::optimize::discrete::step::{Costate, Linearization, Sensitivity};
+use crate::optimize::discrete::sweep::Node;
 use crate::testing::{
     Random, attitude_only, full_inertia, graded, limited, moving_ends, random_vector, reference, vector,
 };

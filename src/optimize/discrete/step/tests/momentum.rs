@@ -5,7 +5,7 @@ use crate::maneuver::objective::Weights;
 use crate::maneuver::problem::Scheme;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame};
 use crate::mechanics::environment::UniformGravity;
-use crate::optimize::sweep::BoundaryValueProblem;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::testing::{Random, attitude_only, moving_ends, random_vector};
 use nalgebra::{DMatrix, SVector};
 
@@ -29,12 +29,12 @@ fn torques_without_vertical_component_keep_the_vertical_momentum() {
         bvp.sweep_observed(&costate, |node| nodes.push(node)).unwrap();
         let end = nodes[problem.steps].physical();
         let (_, psi) = bvp.sweep_linearized(&costate).unwrap();
-        let null = |point: &crate::optimize::step::Point| {
+        let null = |point: &crate::optimize::discrete::step::Point| {
             let vertical = point.attitude.value.tr_mul(&Vector3::z());
             let turn = point.momentum.value.cross(&vertical);
             SVector::<f64, 6>::from_iterator(turn.iter().chain(vertical.iter()).copied())
         };
-        let map = |point: &crate::optimize::step::Point| {
+        let map = |point: &crate::optimize::discrete::step::Point| {
             point.attitude.value.tr_mul(&Vector3::z()).dot(&point.momentum.value)
         };
         assert!((map(&end) - map(&bvp.start)).abs() < 1e-15);

@@ -3,7 +3,7 @@
 use super::{Authority, ControlLaws, Costate, Dynamics};
 use crate::mechanics::actuators::AxisFrame;
 use crate::mechanics::environment::{Pose, Wrench};
-use crate::optimize::control_law::ControlLaw;
+use crate::optimize::discrete::control_law::ControlLaw;
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
 

@@ -7,7 +7,7 @@ use crate::mechanics::body::{Body, Inertia};
 use crate::mechanics::environment::{
     CentralGravity, GravityGradient, PointMass, Pose, UniformGravity, Wrench,
 };
-use crate::optimize::step::{Costate, Dynamics, Linearization};
+use crate::optimize::discrete::step::{Costate, Dynamics, Linearization};
 use crate::testing::{matrix, reference, vector, weight, with_torques};
 use nalgebra::{SMatrix, SVector};
 use serde_json::Value;

@@ -4,7 +4,7 @@ use super::second_order::zoo;
 use crate::lie::hat;
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::mechanics::actuators::AxisFrame;
-use crate::optimize::step::{Dynamics, Linearization, Point};
+use crate::optimize::discrete::step::{Dynamics, Linearization, Point};
 use crate::testing::{Random, random_vector};
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -120,7 +120,7 @@ fn inverse<const N: usize>(
 ) {
     let mut drifted = *start;
     let drift = dynamics.drift::<N>(0, &mut drifted).unwrap();
-    let costate = crate::optimize::step::Costate::from_vector(costate);
+    let costate = crate::optimize::discrete::step::Costate::from_vector(costate);
     let kick = dynamics.linear_kick::<N>(&end.pose(), &costate);
     let b: Matrix3 = a.fixed_view::<3, 3>(N - 6, N - 3).into_owned();
     let mut free = SMatrix::<f64, N, N>::identity();

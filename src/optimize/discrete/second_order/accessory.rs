@@ -23,8 +23,8 @@
 
 use crate::numerics::factor::{Factor, RANK_TOLERANCE};
 use crate::numerics::matrix_inertia::MatrixInertia;
-use crate::optimize::step::{Linearization, Sensitivity};
-use crate::optimize::sweep::{BoundaryValueProblem, Node};
+use crate::optimize::discrete::step::{Linearization, Sensitivity};
+use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Number of independent directions in which the cost decreases; `None` where the sweep fails, and where the cost decreases in
