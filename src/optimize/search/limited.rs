@@ -25,14 +25,14 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
 
 fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let maneuver = Maneuver::of(problem)?;
-    let first = structure::arcs(problem, &maneuver, plan)?;
+    let first = structure::arcs(&maneuver, plan)?;
     let Optimum { stationary: found, gap } =
         improved(&maneuver, &first, first.duration() / plan.steps as f64, &|| context.interrupt().is_some())?;
     let cost = found.followed.cost * maneuver.units.cost();
     if (cost - plan.cost).abs() > OF_THE_PLAN * plan.cost {
         return None;
     }
-    let arcs = told_arcs(problem, &maneuver, &found.arcs);
+    let arcs = told_arcs(&maneuver, &found.arcs);
     let switched = |pair: &[SwitchingArc]| {
         pair[0].input.iter().zip(&pair[1].input).filter(|(before, after)| before != after).count()
     };
@@ -57,11 +57,9 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
 }
 
 /// Arcs with the inputs of the maneuver, in seconds.
-fn told_arcs(problem: &Problem, maneuver: &Maneuver, arcs: &Arcs) -> Vec<SwitchingArc> {
-    let sizes = problem.actuation.torque.limits().size.clone().unwrap_or_default();
+fn told_arcs(maneuver: &Maneuver, arcs: &Arcs) -> Vec<SwitchingArc> {
     let names = |limits: &[usize]| -> Vec<String> {
-        let constraint = |limit: &usize| problem.constraints[maneuver.limits[*limit].constraint].name.clone();
-        limits.iter().map(constraint).collect()
+        limits.iter().map(|limit| maneuver.limits[*limit].name.clone()).collect()
     };
     let least = NO_LENGTH * arcs.duration();
     let mut told: Vec<SwitchingArc> = Vec::new();
@@ -69,8 +67,8 @@ fn told_arcs(problem: &Problem, maneuver: &Maneuver, arcs: &Arcs) -> Vec<Switchi
     for (index, (law, length)) in arcs.laws.iter().zip(&arcs.lengths).enumerate() {
         let start_s = told.last().map_or(0.0, |last| last.end_s);
         end += length;
-        let input = law.levels.iter().zip(&sizes).map(|(level, size)| match level {
-            Level::At(level) => Some(level * size),
+        let input = law.levels.iter().zip(&maneuver.inputs).map(|(level, input)| match level {
+            Level::At(level) => Some(level * input.size),
             Level::Free => None,
         });
         let arc = SwitchingArc {

@@ -1,23 +1,23 @@
 //! Whether stationary arcs satisfy the maximum principle, and by how much they fail it.
 //!
-//! The multipliers of the equations are what the costates `p` of attitude and rate begin with at the end, and by what they jump at
+//! The multipliers of the equations are what the costates `p` begin with at the end, and by what they jump at
 //! contacts; along an arc `p` goes backwards by the transposed flow of the closed loop. An input must minimise
 //!
 //! ```text
-//! s_i v_i + c_i |v_i| ,     s_i = p_Ω · J⁻¹(a_i + Σ_f a_f ∂v_f/∂v_i) + Σ_f c_f sign(v_f) ∂v_f/∂v_i
+//! s_i v_i + c_i |v_i| ,     s_i = p · (E_i + Σ_f E_f ∂v_f/∂v_i) + Σ_f c_f sign(v_f) ∂v_f/∂v_i
 //! ```
 //!
-//! with the free inputs `f` making up for it. A free input is what
-//! `S = (p_Ω·J⁻¹a_f + c_f sign v_f)/(ν·J⁻¹a_f)` says of its limit: the multiplier of a limit of order one is `Ṡ`, of order two `−S̈`, and
+//! with what inputs do to the derivative of the state, `E`, and the free inputs `f` making up for it. A free input is what
+//! `S = (p·E_f + c_f sign v_f)/(ν·E_f)` says of its limit: the multiplier of a limit of order one is `Ṡ`, of order two `−S̈`, and
 //! must not be negative; nor must that of a contact, which is that of its equation.
 
 use super::constraint::Limit;
-use super::motion::{Driven, Law, Level, Maneuver};
+use super::motion::{Driven, Input, Law, Level, Maneuver};
 use super::newton::Stationary;
-use super::state::State;
+use super::state::{CHANGES, Change, State};
 use crate::Vector3;
 use crate::numerics::hermite::hermite;
-use nalgebra::{DMatrix, DVector, Vector6};
+use nalgebra::{DMatrix, DVector, SVector};
 
 /// Least number of samples of an arc.
 const SAMPLES: usize = 8;
@@ -59,15 +59,15 @@ pub(crate) struct Certificate {
 struct Sample {
     time: f64,
     state: State,
-    costate: Vector6<f64>,
+    costate: Change,
 }
 
 impl Certificate {
     pub fn of(maneuver: &Maneuver, found: &Stationary) -> Option<Self> {
         let Stationary { arcs, followed, multipliers, .. } = found;
         let last = followed.nodes.last()?;
-        let mut costate = Vector6::zeros();
-        for row in 0..6 {
+        let (ends, mut costate) = (maneuver.ends(), Change::zeros());
+        for row in 0..ends {
             costate += multipliers[row] * last.gradient(&|state| state.minus(&maneuver.end)[row]);
         }
         let mut sampled = Vec::with_capacity(arcs.laws.len());
@@ -78,7 +78,7 @@ impl Certificate {
             for (row, contact) in followed.contacts.iter().enumerate() {
                 if contact.arc == arc {
                     let slope = followed.nodes[arc].gradient(&|state| contact.missed(maneuver, state));
-                    costate += multipliers[6 + row] * slope;
+                    costate += multipliers[ends + row] * slope;
                 }
             }
             sampled.push(samples);
@@ -86,16 +86,16 @@ impl Certificate {
         sampled.reverse();
         let mut scale: f64 = 0.0;
         for sample in sampled.iter().flatten() {
-            let pull = |answer: &Vector3| pull(sample, answer).abs();
-            scale = maneuver.answers.iter().map(pull).fold(scale, f64::max);
+            let pull = |input: &Input| pull(maneuver, sample, input).abs();
+            scale = maneuver.inputs.iter().map(pull).fold(scale, f64::max);
         }
         let zero = ZERO * scale;
         let mut wrong = Vec::new();
         for (row, contact) in followed.contacts.iter().enumerate() {
             let touched = !arcs.laws[contact.arc].holds.contains(&contact.limit);
-            if touched && !contact.slope && multipliers[6 + row] < -zero {
+            if touched && !contact.slope && multipliers[ends + row] < -zero {
                 let repelled = Wrong::Repelled { arc: contact.arc, limit: contact.limit };
-                wrong.push((-multipliers[6 + row], repelled));
+                wrong.push((-multipliers[ends + row], repelled));
             }
         }
         let (mut exceeded, mut levels, mut gap) = (Vec::new(), Vec::new(), 0.0);
@@ -122,7 +122,7 @@ impl Certificate {
 }
 
 /// Samples along an arc, the costate at whose end is given.
-fn sampled_back(driven: &Driven, from: &State, length: f64, costate: Vector6<f64>) -> Vec<Sample> {
+fn sampled_back(driven: &Driven, from: &State, length: f64, costate: Change) -> Vec<Sample> {
     let count = driven.steps(from, length).max(SAMPLES);
     let (mut state, mut pieces) = (*from, Vec::with_capacity(count));
     for _ in 0..count {
@@ -133,9 +133,9 @@ fn sampled_back(driven: &Driven, from: &State, length: f64, costate: Vector6<f64
     let mut samples = vec![Sample { time: length, state, costate }];
     let mut costate = costate;
     for (index, (state, slope)) in pieces.iter().enumerate().rev() {
-        let mut after = nalgebra::SVector::<f64, 7>::zeros();
-        after.fixed_rows_mut::<6>(0).copy_from(&costate);
-        after[6] = 1.0;
+        let mut after = SVector::<f64, { CHANGES + 1 }>::zeros();
+        after.fixed_rows_mut::<CHANGES>(0).copy_from(&costate);
+        after[CHANGES] = 1.0;
         costate = slope.tr_mul(&after);
         samples.push(Sample { time: length * index as f64 / count as f64, state: *state, costate });
     }
@@ -143,9 +143,9 @@ fn sampled_back(driven: &Driven, from: &State, length: f64, costate: Vector6<f64
     samples
 }
 
-/// `p_Ω · J⁻¹a`.
-fn pull(sample: &Sample, answer: &Vector3) -> f64 {
-    sample.costate.fixed_rows::<3>(3).dot(answer)
+/// `p · E_i`: what an input does to the derivative of the state, by the costates.
+fn pull(maneuver: &Maneuver, sample: &Sample, input: &Input) -> f64 {
+    sample.costate.dot(&maneuver.effect(input, &sample.state))
 }
 
 /// The free inputs of a law, in their order.
@@ -155,14 +155,15 @@ fn free(law: &Law) -> Vec<usize> {
 
 /// `s_i` of an input at a level.
 fn switching(maneuver: &Maneuver, driven: &Driven, law_free: &[usize], input: usize, sample: &Sample) -> f64 {
-    let answer = maneuver.answers[input];
-    let mut sum = pull(sample, &answer);
+    let input = &maneuver.inputs[input];
+    let mut sum = pull(maneuver, sample, input);
     if !law_free.is_empty() {
-        let makes_up = driven.compensation(&sample.state, &answer);
+        let makes_up = driven.compensation(&sample.state, &maneuver.effect(input, &sample.state));
         let levels = driven.free_levels(&sample.state);
         for (index, other) in law_free.iter().enumerate() {
-            let price = maneuver.prices[*other] * levels[index].signum();
-            sum += makes_up[index] * (pull(sample, &maneuver.answers[*other]) + price);
+            let other = &maneuver.inputs[*other];
+            let price = other.price * levels[index].signum();
+            sum += makes_up[index] * (pull(maneuver, sample, other) + price);
         }
     }
     sum
@@ -180,8 +181,7 @@ fn stretches(
     found: &mut Vec<(f64, Wrong)>,
 ) -> f64 {
     let law_free = &free(law);
-    let price = maneuver.prices[input];
-    let lowest = if maneuver.one_sided { 0.0 } else { -1.0 };
+    let Input { price, lowest, .. } = maneuver.inputs[input];
     let cost = |s: f64, level: f64| s * level + price * level.abs();
     let missing = |sample: &Sample| {
         let s = switching(maneuver, driven, law_free, input, sample);
@@ -281,9 +281,9 @@ fn beyond(
     law: &Law,
     samples: &[Sample],
 ) -> Vec<(f64, Wrong)> {
-    let lowest = if maneuver.one_sided { 0.0 } else { -1.0 };
     let mut found = Vec::new();
     for (index, input) in free(law).into_iter().enumerate() {
+        let lowest = maneuver.inputs[input].lowest;
         let level = |sample: &Sample| driven.free_levels(&sample.state)[index];
         for (limit, side) in [(1.0, 1.0), (lowest, -1.0)] {
             let excess = |sample: &Sample| side * (level(sample) - limit);
@@ -320,11 +320,12 @@ fn released(
             let levels = driven.free_levels(&sample.state);
             let matrix = DMatrix::from_fn(count, count, |row, column| {
                 let limit = &maneuver.limits[law.holds[column]];
-                limit.held(&sample.state).0.dot(&maneuver.answers[free[row]])
+                let effect = maneuver.effect(&maneuver.inputs[free[row]], &sample.state);
+                limit.held(&sample.state).0.dot(&effect)
             });
             let pulls = DVector::from_fn(count, |row, _| {
-                let price = maneuver.prices[free[row]] * levels[row].signum();
-                pull(sample, &maneuver.answers[free[row]]) + price
+                let input = &maneuver.inputs[free[row]];
+                pull(maneuver, sample, input) + input.price * levels[row].signum()
             });
             matrix.lu().solve(&pulls)
         })

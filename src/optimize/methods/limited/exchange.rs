@@ -190,7 +190,7 @@ impl Exchange for Arcs {
         let (normal, _) = maneuver.limits[limit].held(&state);
         let pushes = |(input, level): (usize, &Level)| match level {
             Level::At(level) => {
-                let gain = normal.dot(&maneuver.answers[input]);
+                let gain = normal.dot(&maneuver.effect(&maneuver.inputs[input], &state));
                 Some((if *level == 0.0 { gain.abs() } else { gain * level }, input))
             }
             Level::Free => None,
@@ -217,7 +217,7 @@ impl Exchange for Arcs {
         let [limit] = law.holds[..] else { return None };
         let state = self.state(maneuver, arc, 0.5 * (from + to))?;
         let (normal, _) = maneuver.limits[limit].held(&state);
-        let gain = |other: &usize| normal.dot(&maneuver.answers[*other]).abs();
+        let gain = |other: &usize| normal.dot(&maneuver.effect(&maneuver.inputs[*other], &state)).abs();
         let others = (0..law.levels.len()).filter(|other| law.levels[*other] != Level::Free);
         let other = others.max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
         let mut held = law.clone();

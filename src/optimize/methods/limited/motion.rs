@@ -1,19 +1,24 @@
 //! The motion along arcs, in continuous time.
 //!
 //! ```text
-//! q̇ = ½ q ∘ (0, Ω) ,   J Ω̇ = JΩ × Ω + A v ,   ḃ = Σ c_j |v_j|
+//! q̇ = ½ q ∘ (0, Ω − Rᵀn) ,   J Ω̇ = (JΩ + Σ a_i h_i) × Ω + M(x, R) + A v ,   ḣ_i = −u_i v_i ,   ḃ = Σ c_j |v_j|
+//! ẋ = γ ,   m γ̇ = f(x, R) + F v
 //! ```
 //!
-//! with the inputs `v` as parts of their limits, and `b` what they have burnt. Inputs that hold limits are those for which the last
-//! derivative of these vanishes, `N J⁻¹A_f v_f = −N Ω̇_0 − r`. The flow is that of [`EIGHTH`].
+//! with the inputs `v` as parts of their limits `u`, what they have burnt `b`, a reference frame that turns at `n`, and what wheels store.
+//! Inputs that hold limits are those for which the last derivative of these vanishes, `N E_f v_f = −N ẏ_0 − r`, where `E` says what inputs do
+//! to the derivative `ẏ` of the state. The flow is that of [`EIGHTH`].
 
 use super::constraint::Limit;
-use super::state::{DISTURBANCE, Numbers, State};
-use crate::maneuver::problem::Problem;
+use super::state::{CHANGES, Change, DISTURBANCE, MOST_WHEELS, Numbers, State, at};
+use crate::maneuver::duration::Duration;
+use crate::maneuver::problem::{self as planned, Motion, Problem};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
+use crate::mechanics::environment::{Environment, Pose};
 use crate::numerics::tableau::EIGHTH;
-use crate::optimize::methods::switching::scaled::{Units, scaled};
 use crate::{Matrix3, Vector3};
-use nalgebra::{SMatrix, Vector6};
+use nalgebra::SMatrix;
+use std::sync::Arc;
 
 /// Longest step, in the unit of time and in turns by the present rate \[rad\]: halves of it lead to the same end within 1e-13
 /// (`cargo test --lib -- limited::tests::steps`).
@@ -39,32 +44,79 @@ pub(crate) struct Law {
     pub holds: Vec<usize>,
 }
 
+/// An input, by what it gives at its limit.
+#[derive(Clone, Debug)]
+pub(crate) struct Input {
+    /// The limit itself [N·m or N].
+    pub size: f64,
+    /// `J⁻¹` times the torque, where torques are fixed to the body; else the torque.
+    torque: Vector3,
+    /// What a force does to the velocity, in the axes in which forces are fixed.
+    force: Vector3,
+    /// The wheel behind it, with what that takes up.
+    wheel: Option<(usize, f64)>,
+    /// What it costs.
+    pub price: f64,
+    /// Its least level: 0 of a thruster, or else −1.
+    pub lowest: f64,
+}
+
 /// A law with what its inputs give, so that a step of the flow asks for no memory.
 pub(crate) struct Driven<'a> {
     maneuver: &'a Maneuver,
-    /// `J⁻¹` times what is given whatever the state.
-    given: Vector3,
+    /// What is given whatever the state, as [`Input`] says.
+    torque: Vector3,
+    force: Vector3,
+    wheels: [f64; MOST_WHEELS],
     /// What inputs at a level burn.
     burning: f64,
-    free: usize,
-    /// `J⁻¹ a` and price of free inputs.
-    answers: [Vector3; MOST_FREE],
-    prices: [f64; MOST_FREE],
+    free: [Option<&'a Input>; MOST_FREE],
     held: [Option<&'a Limit>; MOST_FREE],
+}
+
+/// Units of a maneuver: of time, torque, length, and what a unit of time costs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Units {
+    pub time: f64,
+    torque: f64,
+    length: f64,
+    rate: f64,
+}
+
+impl Units {
+    /// Unit of the cost.
+    pub fn cost(&self) -> f64 {
+        self.rate * self.time
+    }
+
+    fn state(&self, of: &planned::State, moves: bool, stored: &[f64], time: f64) -> State {
+        let momentum = self.torque * self.time;
+        let state = State::of(&of.attitude, &(of.angular_velocity * self.time));
+        let state = state.storing(stored.iter().map(|stored| stored / momentum)).at_time(time / self.time);
+        if !moves {
+            return state;
+        }
+        state.moving(&(of.position / self.length), &(of.velocity * (self.time / self.length)))
+    }
 }
 
 /// A scaled maneuver.
 pub(crate) struct Maneuver {
     j: Matrix3,
     j_inverse: Matrix3,
-    /// `J⁻¹` times what each input gives at its limit.
-    pub answers: Vec<Vector3>,
-    /// What each costs at its limit.
-    pub prices: Vec<f64>,
+    pub inputs: Vec<Input>,
+    torque_frame: AxisFrame,
+    force_frame: AxisFrame,
+    wheel_axes: Vec<Vector3>,
+    /// What acts on the body, with the mass that it moves.
+    field: Option<(Arc<dyn Environment>, f64)>,
+    /// Of the reference frame.
+    frame_rate: Vector3,
+    moves: bool,
+    timed: bool,
     /// What a unit of time costs.
     pub time_price: f64,
     pub given_duration: Option<f64>,
-    pub one_sided: bool,
     pub limits: Vec<Limit>,
     pub start: State,
     pub end: State,
@@ -74,94 +126,254 @@ pub(crate) struct Maneuver {
 impl Maneuver {
     /// That of a problem; `None` where arcs of this kind do not describe it.
     pub fn of(problem: &Problem) -> Option<Self> {
-        let torque = problem.actuation.torque.limits();
-        let only_size = torque.size.is_some() && torque.norm.is_none() && torque.rate.is_none();
+        let (torques, forces) = (&problem.actuation.torque, problem.actuation.force.as_ref());
+        let moves = problem.motion == Motion::RigidBody;
+        let forces = forces.filter(|_| moves);
+        let only_size = |set: &ActuatorSet| {
+            let limits = set.limits();
+            limits.size.is_some() && limits.norm.is_none() && limits.rate.is_none()
+        };
+        // What limits of the torques alone shape has arcs of its own (`switching`).
+        let shaped = !problem.is_free_turn() || problem.has_shaping_limits();
+        let frame_rate = problem.environment.frame_rate();
+        let wheels = problem.actuation.wheels.as_ref();
         let taken = problem.objective.switches()
-            && problem.is_free_turn()
+            && shaped
             && !problem.ends_in_any_attitude()
-            && only_size
-            && problem.actuation.wheels.is_none()
-            && !problem.constraints.is_empty()
-            && problem.shortest_pulse().is_none();
+            && only_size(torques)
+            && forces.is_none_or(only_size)
+            && problem.shortest_pulse().is_none()
+            && !(moves && frame_rate != Vector3::zeros())
+            && wheels.is_none_or(|wheels| wheels.momentum.len() <= MOST_WHEELS);
         if !taken {
             return None;
         }
-        let (extremal, units) = scaled(problem)?;
-        let limits = Limit::all(problem, units.time)?;
-        let sizes = torque.size.as_ref()?;
-        let answers = problem.actuation.torque.axes().iter().zip(sizes);
-        let answers = answers.map(|(axis, size)| extremal.j_inverse * axis * (size / units.torque)).collect();
-        let price = |(input, size): (usize, &f64)| {
-            problem.objective.fuel().map_or(0.0, |fuel| fuel.price(input) * size / units.rate)
-        };
+        let units = units(problem)?;
+        let inertia = units.torque * units.time * units.time;
+        let j = problem.body.inertia.j() / inertia;
+        let j_inverse = j.try_inverse()?;
+        let mass = problem.body.mass.unwrap_or(f64::NAN);
+        let inputs = inputs(problem, &units, &j_inverse, mass);
+        let limits = Limit::all(problem, units.time, units.torque)?;
+        let stored = wheels.map_or(&[][..], |wheels| &wheels.momentum);
+        let acts = !problem.environment.is_free();
         Some(Self {
-            answers,
-            prices: sizes.iter().enumerate().map(price).collect(),
+            inputs,
+            torque_frame: torques.frame(),
+            force_frame: forces.map_or(AxisFrame::Reference, ActuatorSet::frame),
+            wheel_axes: wheels.map_or(Vec::new(), |_| torques.axes().to_vec()),
+            field: acts.then(|| (Arc::clone(&problem.environment), mass)),
+            frame_rate: frame_rate * units.time,
+            moves,
+            timed: limits.iter().any(Limit::moves),
             time_price: problem.objective.time_price() / units.rate,
-            given_duration: extremal.given_duration,
-            one_sided: torque.one_sided,
+            given_duration: match problem.duration {
+                Duration::Given(duration) => Some(duration / units.time),
+                Duration::Sought { .. } | Duration::Found { .. } => None,
+            },
             limits,
-            start: State::of(&Matrix3::identity(), &extremal.start_rate),
-            end: State::of(&extremal.end_attitude, &extremal.end_rate),
-            j: extremal.j,
-            j_inverse: extremal.j_inverse,
+            start: units.state(&problem.start, moves, stored, 0.0),
+            end: units.state(&problem.end, moves, &[], 0.0),
+            j,
+            j_inverse,
             units,
         })
     }
 
-    pub fn counts_fuel(&self) -> bool {
-        self.prices.iter().any(|price| *price != 0.0)
+    /// A state of a plan, with what its wheels store, at a time \[s\].
+    pub fn scaled(&self, state: &planned::State, stored: &[f64], time: f64) -> State {
+        self.units.state(state, self.moves, stored, time)
+    }
+
+    /// How many of the first parts of a change are given at the end.
+    pub fn ends(&self) -> usize {
+        if self.moves { at::TIME } else { at::POSITION }
+    }
+
+    /// The parts of a change that it has.
+    pub fn parts(&self) -> impl Iterator<Item = usize> {
+        let time = if self.timed { at::TIME..at::WHEELS } else { 0..0 };
+        (0..self.ends()).chain(time).chain(at::WHEELS..at::WHEELS + self.wheel_axes.len())
+    }
+
+    /// What an input at its limit does to the derivative of a state.
+    pub fn effect(&self, input: &Input, state: &State) -> Change {
+        let mut effect = Change::zeros();
+        effect.fixed_rows_mut::<3>(at::RATE).copy_from(&self.answer(&input.torque, state));
+        if self.moves {
+            effect.fixed_rows_mut::<3>(at::VELOCITY).copy_from(&self.push(&input.force, state));
+        }
+        if let Some((wheel, size)) = input.wheel {
+            effect[at::WHEELS + wheel] = -size;
+        }
+        effect
+    }
+
+    /// `J⁻¹` times a torque as [`Input`] has it.
+    fn answer(&self, torque: &Vector3, state: &State) -> Vector3 {
+        match self.torque_frame {
+            AxisFrame::Body => *torque,
+            AxisFrame::Reference => self.j_inverse * state.in_body_axes(torque),
+        }
+    }
+
+    /// What a force as [`Input`] has it does to the velocity.
+    fn push(&self, force: &Vector3, state: &State) -> Vector3 {
+        match self.force_frame {
+            AxisFrame::Body => state.in_reference_axes(force),
+            AxisFrame::Reference => *force,
+        }
     }
 
     /// A law, ready to be followed; `None` where too many or too few inputs are free.
     pub fn driven<'a>(&'a self, law: &'a Law) -> Option<Driven<'a>> {
         let mut driven = Driven {
             maneuver: self,
-            given: Vector3::zeros(),
+            torque: Vector3::zeros(),
+            force: Vector3::zeros(),
+            wheels: [0.0; MOST_WHEELS],
             burning: 0.0,
-            free: 0,
-            answers: [Vector3::zeros(); MOST_FREE],
-            prices: [0.0; MOST_FREE],
+            free: [None; MOST_FREE],
             held: [None; MOST_FREE],
         };
-        for ((level, answer), price) in law.levels.iter().zip(&self.answers).zip(&self.prices) {
+        let mut free = 0;
+        for (level, input) in law.levels.iter().zip(&self.inputs) {
             match level {
                 Level::At(level) => {
-                    driven.given += *level * answer;
-                    driven.burning += price * level.abs();
+                    driven.torque += *level * input.torque;
+                    driven.force += *level * input.force;
+                    driven.burning += input.price * level.abs();
+                    if let Some((wheel, size)) = input.wheel {
+                        driven.wheels[wheel] -= level * size;
+                    }
                 }
                 Level::Free => {
-                    *driven.answers.get_mut(driven.free)? = *answer;
-                    driven.prices[driven.free] = *price;
-                    driven.free += 1;
+                    *driven.free.get_mut(free)? = Some(input);
+                    free += 1;
                 }
             }
         }
         for (held, limit) in driven.held.iter_mut().zip(&law.holds) {
             *held = Some(&self.limits[*limit]);
         }
-        (driven.free == law.holds.len()).then_some(driven)
+        (free == law.holds.len()).then_some(driven)
     }
 }
 
+/// The units of a maneuver; `None` where a number is out of range.
+fn units(problem: &Problem) -> Option<Units> {
+    let torques = &problem.actuation.torque;
+    let sizes = torques.limits().size.as_ref()?;
+    let squared: f64 =
+        torques.axes().iter().zip(sizes).map(|(axis, size)| (*size * axis).norm_squared()).sum();
+    let torque = (squared / 3.0).sqrt();
+    let time = (problem.body.inertia.j().determinant().cbrt() / torque).sqrt();
+    let forces = problem.actuation.force.as_ref().zip(problem.body.mass);
+    let pushed = forces.and_then(|(set, mass)| {
+        let sizes = set.limits().size.as_ref()?;
+        let push = set.axes().iter().zip(sizes).map(|(axis, size)| (*size * axis).norm());
+        Some(push.fold(0.0, f64::max) / mass * time * time)
+    });
+    let way = (problem.end.position - problem.start.position).norm();
+    let length = pushed.into_iter().chain([way, 1.0]).find(|length| *length > 0.0)?;
+    let fuel = problem.objective.fuel();
+    let of_torques =
+        sizes.iter().enumerate().map(|(input, size)| fuel.map_or(0.0, |fuel| fuel.price(input)) * size);
+    let of_forces =
+        problem.actuation.force.iter().flat_map(|set| set.limits().size.iter().flatten()).enumerate();
+    let of_forces = of_forces.map(|(input, size)| fuel.map_or(0.0, |fuel| fuel.force_price(input)) * size);
+    let dearest = of_torques.chain(of_forces).fold(0.0, f64::max);
+    let rate = if dearest > 0.0 { dearest } else { 1.0 };
+    let usable = [time, torque, length, rate].iter().all(|unit| unit.is_finite() && *unit > 0.0);
+    usable.then_some(Units { time, torque, length, rate })
+}
+
+/// The inputs, in their order.
+fn inputs(problem: &Problem, units: &Units, j_inverse: &Matrix3, mass: f64) -> Vec<Input> {
+    let actuation = &problem.actuation;
+    let torques = &actuation.torque;
+    let force_unit = mass * units.length / (units.time * units.time);
+    let fuel = problem.objective.fuel();
+    (0..actuation.count())
+        .map(|index| {
+            let of_torque = index.checked_sub(actuation.first_torque());
+            let forces = actuation.force.as_ref().filter(|set| index < set.count());
+            let size_of = |set: &ActuatorSet, input: usize| {
+                set.limits().size.as_ref().map_or(f64::NAN, |size| size[input])
+            };
+            let size = match (forces, of_torque) {
+                (Some(set), _) => size_of(set, index),
+                (None, Some(input)) => size_of(torques, input),
+                (None, None) => f64::NAN,
+            };
+            let torque = of_torque.map_or_else(Vector3::zeros, |input| {
+                let torque = torques.axes()[input] * (size / units.torque);
+                if torques.frame() == AxisFrame::Body { j_inverse * torque } else { torque }
+            });
+            let price = fuel.map_or(0.0, |fuel| match (forces, of_torque) {
+                (Some(_), _) => fuel.force_price(index),
+                (None, input) => fuel.price(input.unwrap_or(0)),
+            });
+            let one_sided = forces.unwrap_or(torques).limits().one_sided;
+            let wheel = of_torque.filter(|_| actuation.wheels.is_some());
+            Input {
+                size,
+                torque,
+                force: forces.map_or_else(Vector3::zeros, |set| set.axes()[index] * (size / force_unit)),
+                wheel: wheel.map(|wheel| (wheel, size / units.torque)),
+                price: price * size / units.rate,
+                lowest: if one_sided { 0.0 } else { -1.0 },
+            }
+        })
+        .collect()
+}
+
 impl Driven<'_> {
-    /// `Ω̇` without the free inputs.
-    fn unheld(&self, rate: &Vector3) -> Vector3 {
-        let Maneuver { j, j_inverse, .. } = self.maneuver;
-        j_inverse * (j * rate).cross(rate) + self.given
+    /// The derivative of a state without the free inputs.
+    fn unheld(&self, state: &State) -> Change {
+        let maneuver = self.maneuver;
+        let rate = state.rate();
+        let mut total = maneuver.j * rate;
+        for (wheel, axis) in maneuver.wheel_axes.iter().enumerate() {
+            total += state.stored(wheel) * axis;
+        }
+        let mut moment = total.cross(&rate);
+        let mut change = Change::zeros();
+        let mut push = if maneuver.moves { maneuver.push(&self.force, state) } else { Vector3::zeros() };
+        if let Some((field, mass)) = &maneuver.field {
+            let Units { time, torque, length, .. } = maneuver.units;
+            let pose = Pose { position: length * state.position(), attitude: state.attitude() };
+            let wrench = field.wrench(&pose);
+            moment += wrench.moment / torque;
+            push += wrench.force * (time * time / (mass * length));
+        }
+        let turning = rate - state.in_body_axes(&maneuver.frame_rate);
+        change.fixed_rows_mut::<3>(0).copy_from(&turning);
+        let answer = maneuver.j_inverse * moment + maneuver.answer(&self.torque, state);
+        change.fixed_rows_mut::<3>(at::RATE).copy_from(&answer);
+        if maneuver.moves {
+            change.fixed_rows_mut::<3>(at::POSITION).copy_from(&state.velocity());
+            change.fixed_rows_mut::<3>(at::VELOCITY).copy_from(&push);
+        }
+        if maneuver.timed {
+            change[at::TIME] = 1.0;
+        }
+        change.fixed_rows_mut::<MOST_WHEELS>(at::WHEELS).copy_from_slice(&self.wheels);
+        change
     }
 
-    /// The free inputs, in their order, that make up for a change of `Ω̇` and for so much of `r`; NaN where they cannot.
-    fn making_up_for(&self, state: &State, change: &Vector3, rests: f64) -> [f64; MOST_FREE] {
-        if self.free == 0 {
+    /// The free inputs, in their order, that make up for a change of the derivative and for so much of `r`; NaN where they cannot.
+    fn making_up_for(&self, state: &State, change: &Change, rests: f64) -> [f64; MOST_FREE] {
+        if self.free[0].is_none() {
             return [0.0; MOST_FREE];
         }
+        let effects = self.free.map(|input| input.map(|input| self.maneuver.effect(input, state)));
         let mut matrix = Matrix3::identity();
         let mut wanted = Vector3::zeros();
         for (row, limit) in self.held.iter().flatten().enumerate() {
             let (normal, rest) = limit.held(state);
-            for column in 0..self.free {
-                matrix[(row, column)] = normal.dot(&self.answers[column]);
+            for (column, effect) in effects.iter().flatten().enumerate() {
+                matrix[(row, column)] = normal.dot(effect);
             }
             wanted[row] = -(normal.dot(change) + rests * rest);
         }
@@ -170,41 +382,30 @@ impl Driven<'_> {
 
     /// The free inputs, in their order; NaN where they cannot hold what they should.
     pub fn free_levels(&self, state: &State) -> [f64; MOST_FREE] {
-        self.making_up_for(state, &self.unheld(&state.rate()), 1.0)
+        self.making_up_for(state, &self.unheld(state), 1.0)
     }
 
-    /// How the free inputs answer to a change of `Ω̇`, so that what is held stays held.
-    pub fn compensation(&self, state: &State, change: &Vector3) -> [f64; MOST_FREE] {
+    /// How the free inputs answer to a change of the derivative, so that what is held stays held.
+    pub fn compensation(&self, state: &State, change: &Change) -> [f64; MOST_FREE] {
         self.making_up_for(state, change, 0.0)
     }
 
-    /// What burns and `Ω̇`.
-    pub fn rates(&self, state: &State) -> (f64, Vector3) {
-        let mut change = self.unheld(&state.rate());
+    /// What burns, and the derivative of a state: what one more unit of time does to it.
+    pub fn rates(&self, state: &State) -> (f64, Change) {
+        let mut change = self.unheld(state);
         let mut burning = self.burning;
-        if self.free > 0 {
-            let levels = self.free_levels(state);
-            for (column, level) in levels.iter().enumerate().take(self.free) {
-                change += *level * self.answers[column];
-                burning += self.prices[column] * level.abs();
-            }
+        let levels = self.making_up_for(state, &change, 1.0);
+        for (input, level) in self.free.iter().flatten().zip(levels) {
+            change += level * self.maneuver.effect(input, state);
+            burning += input.price * level.abs();
         }
         (burning, change)
     }
 
-    /// How the state changes, by turn and rate: what one more unit of time does to it.
-    pub fn velocity(&self, state: &State) -> Vector6<f64> {
-        let (rate, (_, change)) = (state.rate(), self.rates(state));
-        Vector6::new(rate.x, rate.y, rate.z, change.x, change.y, change.z)
-    }
-
     fn derivative(&self, numbers: &Numbers) -> Numbers {
         let state = State(*numbers);
-        let (rate, (burning, change)) = (state.rate(), self.rates(&state));
-        let v = Vector3::new(numbers[1], numbers[2], numbers[3]);
-        let turned = 0.5 * (numbers[0] * rate + v.cross(&rate));
-        let scalar = -0.5 * v.dot(&rate);
-        Numbers::from([scalar, turned.x, turned.y, turned.z, change.x, change.y, change.z, burning])
+        let (burning, change) = self.rates(&state);
+        state.along(&change, burning)
     }
 
     /// One step of the flow.
@@ -237,15 +438,20 @@ impl Driven<'_> {
     }
 
     /// The same with the derivative of where it comes to, and of what is burnt in the last row, by the state it comes from.
-    pub fn linearised(&self, from: &State, length: f64, steps: usize) -> (State, SMatrix<f64, 7, 6>) {
+    pub fn linearised(
+        &self,
+        from: &State,
+        length: f64,
+        steps: usize,
+    ) -> (State, SMatrix<f64, { CHANGES + 1 }, CHANGES>) {
         let to = self.flow(from, length, steps);
-        let mut slope = SMatrix::<f64, 7, 6>::zeros();
-        for column in 0..6 {
+        let mut slope = SMatrix::<f64, { CHANGES + 1 }, CHANGES>::zeros();
+        for column in self.maneuver.parts() {
             let [ahead, behind] = [DISTURBANCE, -DISTURBANCE]
-                .map(|size| self.flow(&from.plus(&Vector6::ith(column, size)), length, steps));
+                .map(|size| self.flow(&from.plus(&Change::ith(column, size)), length, steps));
             let change = (ahead.minus(&to) - behind.minus(&to)) / (2.0 * DISTURBANCE);
-            slope.fixed_view_mut::<6, 1>(0, column).copy_from(&change);
-            slope[(6, column)] = (ahead.burnt() - behind.burnt()) / (2.0 * DISTURBANCE);
+            slope.fixed_view_mut::<CHANGES, 1>(0, column).copy_from(&change);
+            slope[(CHANGES, column)] = (ahead.burnt() - behind.burnt()) / (2.0 * DISTURBANCE);
         }
         (to, slope)
     }

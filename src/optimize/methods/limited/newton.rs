@@ -11,8 +11,8 @@
 //! not touch what they converge to. Where `ZᵀHZ` is not positive its eigenvalues are taken by their size.
 
 use super::motion::{Law, Maneuver};
-use super::state::State;
-use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen, Vector6};
+use super::state::{CHANGES, Change, State};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Largest of the equations that counts as met, scaled.
 const MET: f64 = 1e-12;
@@ -129,7 +129,8 @@ impl Arcs {
     fn followed_from(&self, maneuver: &Maneuver, begun: usize, mut state: State) -> Option<Followed> {
         let (count, contacts) = (self.laws.len(), self.contacts(maneuver));
         let given = maneuver.given_duration;
-        let rows = 6 + contacts.len() + usize::from(given.is_some());
+        let ends = maneuver.ends();
+        let rows = ends + contacts.len() + usize::from(given.is_some());
         let mut followed = Followed {
             nodes: vec![state],
             cost: maneuver.time_price * self.duration(),
@@ -139,33 +140,34 @@ impl Arcs {
             contacts,
         };
         // What one more unit of time of each arc has changed so far.
-        let mut changes = vec![Vector6::zeros(); count];
+        let mut changes = vec![Change::zeros(); count];
         for (arc, (law, length)) in self.laws.iter().zip(&self.lengths).enumerate().skip(begun) {
             for (row, contact) in followed.contacts.iter().enumerate() {
                 if contact.arc == arc {
-                    followed.equations[6 + row] = contact.missed(maneuver, &state);
+                    followed.equations[ends + row] = contact.missed(maneuver, &state);
                     let slope = state.gradient(&|state| contact.missed(maneuver, state));
                     for (column, change) in changes.iter().enumerate().take(arc).skip(begun) {
-                        followed.jacobian[(6 + row, column)] = slope.dot(change);
+                        followed.jacobian[(ends + row, column)] = slope.dot(change);
                     }
                 }
             }
             let driven = maneuver.driven(law)?;
-            let (to, slope): (State, SMatrix<f64, 7, 6>) =
-                driven.linearised(&state, *length, driven.steps(&state, *length));
+            let (to, slope) = driven.linearised(&state, *length, driven.steps(&state, *length));
             for (column, change) in changes.iter_mut().enumerate().take(arc).skip(begun) {
                 let moved = slope * *change;
-                followed.gradient[column] += moved[6];
-                *change = moved.fixed_rows::<6>(0).into();
+                followed.gradient[column] += moved[CHANGES];
+                *change = moved.fixed_rows::<CHANGES>(0).into();
             }
-            changes[arc] = driven.velocity(&to);
-            followed.gradient[arc] += driven.rates(&to).0;
+            let (burning, change) = driven.rates(&to);
+            changes[arc] = change;
+            followed.gradient[arc] += burning;
             state = to;
             followed.nodes.push(state);
         }
         followed.cost += state.burnt();
-        followed.equations.fixed_rows_mut::<6>(0).copy_from(&state.minus(&maneuver.end));
-        for row in 0..6 {
+        let missed = state.minus(&maneuver.end);
+        followed.equations.rows_mut(0, ends).copy_from(&missed.rows(0, ends));
+        for row in 0..ends {
             let end = |state: &State| state.minus(&maneuver.end)[row];
             let slope = state.gradient(&end);
             for (column, change) in changes.iter().enumerate() {

@@ -1,22 +1,72 @@
 //! A state of the motion, and small changes of it.
 
 use crate::{Matrix3, Vector3, lie};
-use nalgebra::{SVector, Vector6};
+use nalgebra::SVector;
 
-/// Numbers of a state: quaternion, angular velocity, what was burnt.
-pub(crate) type Numbers = SVector<f64, 8>;
+/// Most wheels that a maneuver of arcs may have.
+pub(crate) const MOST_WHEELS: usize = 6;
+
+const NUMBERS: usize = 15 + MOST_WHEELS;
+
+/// Of a change, as many less one: of the quaternion's four numbers three are free, and what was burnt stands apart.
+pub(crate) const CHANGES: usize = NUMBERS - 2;
+
+/// Numbers of a state: quaternion, angular velocity, what was burnt, position, velocity, time, what wheels store.
+pub(crate) type Numbers = SVector<f64, NUMBERS>;
+
+/// A change of a state: turn and rate in body axes, position, velocity, time, what wheels store.
+pub(crate) type Change = SVector<f64, CHANGES>;
+
+/// Where numbers of a state that are changed as they are begin, among its numbers and among those of a change.
+const PLAIN: [usize; 2] = [8, 6];
+
+/// Where parts of a change begin.
+pub(crate) mod at {
+    pub(crate) const RATE: usize = 3;
+    pub(crate) const POSITION: usize = 6;
+    pub(crate) const VELOCITY: usize = 9;
+    pub(crate) const TIME: usize = 12;
+    pub(crate) const WHEELS: usize = 13;
+}
 
 /// Half of what a state is disturbed by to difference the flow: what is left of it is its square, and round-off over it.
 pub(crate) const DISTURBANCE: f64 = 3e-5;
 
-/// Attitude relative to the start, angular velocity in body axes, and what was burnt, scaled.
+/// Attitude, angular velocity in body axes, what was burnt, position and velocity in the reference frame, the time, and the momenta of the
+/// wheels, scaled. What a maneuver has nothing of stays zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State(pub Numbers);
 
 impl State {
     pub fn of(attitude: &Matrix3, rate: &Vector3) -> Self {
-        let [w, x, y, z] = lie::quaternion_from_rotation(attitude);
-        Self(Numbers::from([w, x, y, z, rate.x, rate.y, rate.z, 0.0]))
+        let mut numbers = Numbers::zeros();
+        numbers.fixed_rows_mut::<4>(0).copy_from_slice(&lie::quaternion_from_rotation(attitude));
+        numbers.fixed_rows_mut::<3>(4).copy_from(rate);
+        Self(numbers)
+    }
+
+    /// The same elsewhere, and moving.
+    #[must_use]
+    pub fn moving(mut self, position: &Vector3, velocity: &Vector3) -> Self {
+        self.0.fixed_rows_mut::<3>(8).copy_from(position);
+        self.0.fixed_rows_mut::<3>(11).copy_from(velocity);
+        self
+    }
+
+    /// The same with what wheels store.
+    #[must_use]
+    pub fn storing(mut self, momenta: impl Iterator<Item = f64>) -> Self {
+        for (own, momentum) in self.0.iter_mut().skip(15).zip(momenta) {
+            *own = momentum;
+        }
+        self
+    }
+
+    /// The same at a time.
+    #[must_use]
+    pub fn at_time(mut self, time: f64) -> Self {
+        self.0[14] = time;
+        self
     }
 
     pub fn rate(&self) -> Vector3 {
@@ -27,44 +77,106 @@ impl State {
         self.0[7]
     }
 
-    /// A vector of the axes of the start in those of the body.
+    pub fn position(&self) -> Vector3 {
+        self.0.fixed_rows::<3>(8).into()
+    }
+
+    pub fn velocity(&self) -> Vector3 {
+        self.0.fixed_rows::<3>(11).into()
+    }
+
+    pub fn time(&self) -> f64 {
+        self.0[14]
+    }
+
+    /// What a wheel stores.
+    pub fn stored(&self, wheel: usize) -> f64 {
+        self.0[15 + wheel]
+    }
+
+    /// A vector of the reference frame in body axes.
     pub fn in_body_axes(&self, vector: &Vector3) -> Vector3 {
         let (w, q) = (self.0[0], Vector3::new(self.0[1], self.0[2], self.0[3]));
         let across = 2.0 * vector.cross(&q);
         vector + w * across + across.cross(&q)
     }
 
-    /// Attitude and rate relative to others, body axes.
-    pub fn minus(&self, other: &Self) -> Vector6<f64> {
+    /// A vector of body axes in those of the reference frame.
+    pub fn in_reference_axes(&self, vector: &Vector3) -> Vector3 {
+        let (w, q) = (self.0[0], Vector3::new(self.0[1], self.0[2], self.0[3]));
+        let across = 2.0 * q.cross(vector);
+        vector + w * across + q.cross(&across)
+    }
+
+    /// Body → reference.
+    pub fn attitude(&self) -> Matrix3 {
+        lie::rotation_from_quaternion(&[self.0[0], self.0[1], self.0[2], self.0[3]])
+    }
+
+    /// Relative to another, body axes.
+    pub fn minus(&self, other: &Self) -> Change {
         let (a, b) = (&other.0, &self.0);
         let (va, vb) = (Vector3::new(a[1], a[2], a[3]), Vector3::new(b[1], b[2], b[3]));
         let scalar = a[0] * b[0] + va.dot(&vb);
         let vector = a[0] * vb - b[0] * va - va.cross(&vb);
         let turn = if scalar < 0.0 { -2.0 } else { 2.0 } * vector;
-        let rate = self.rate() - other.rate();
-        Vector6::new(turn.x, turn.y, turn.z, rate.x, rate.y, rate.z)
+        let mut change = Change::zeros();
+        change.fixed_rows_mut::<3>(0).copy_from(&turn);
+        change.fixed_rows_mut::<3>(at::RATE).copy_from(&(self.rate() - other.rate()));
+        let [of_numbers, of_change] = PLAIN;
+        for index in 0..CHANGES - of_change {
+            change[of_change + index] = b[of_numbers + index] - a[of_numbers + index];
+        }
+        change
     }
 
-    /// Disturbed by a small turn and a change of the rate, body axes.
-    pub fn plus(&self, change: &Vector6<f64>) -> Self {
-        let half = 0.5 * change.fixed_rows::<3>(0);
+    /// Disturbed by a small change.
+    pub fn plus(&self, change: &Change) -> Self {
+        let half: Vector3 = 0.5 * change.fixed_rows::<3>(0);
         let q = &self.0;
         let v = Vector3::new(q[1], q[2], q[3]);
         let w = q[0] - v.dot(&half);
         let v = v + q[0] * half + v.cross(&half);
         let size = (w * w + v.norm_squared()).sqrt();
-        let rate = self.rate() + change.fixed_rows::<3>(3);
-        Self(Numbers::from([w / size, v.x / size, v.y / size, v.z / size, rate.x, rate.y, rate.z, q[7]]))
+        let mut numbers = self.0;
+        for (number, part) in numbers.iter_mut().zip([w, v.x, v.y, v.z]) {
+            *number = part / size;
+        }
+        for index in 0..3 {
+            numbers[4 + index] += change[at::RATE + index];
+        }
+        let [of_numbers, of_change] = PLAIN;
+        for index in 0..CHANGES - of_change {
+            numbers[of_numbers + index] += change[of_change + index];
+        }
+        Self(numbers)
+    }
+
+    /// The derivative of its numbers where it changes so, per unit of time, and burns so much.
+    pub fn along(&self, change: &Change, burning: f64) -> Numbers {
+        let turning: Vector3 = change.fixed_rows::<3>(0).into();
+        let v = Vector3::new(self.0[1], self.0[2], self.0[3]);
+        let turned = 0.5 * (self.0[0] * turning + v.cross(&turning));
+        let mut numbers = Numbers::zeros();
+        numbers[0] = -0.5 * v.dot(&turning);
+        numbers.fixed_rows_mut::<3>(1).copy_from(&turned);
+        numbers.fixed_rows_mut::<3>(4).copy_from(&change.fixed_rows::<3>(at::RATE));
+        numbers[7] = burning;
+        let [of_numbers, of_change] = PLAIN;
+        numbers
+            .fixed_rows_mut::<{ CHANGES - 6 }>(of_numbers)
+            .copy_from(&change.fixed_rows::<{ CHANGES - 6 }>(of_change));
+        numbers
     }
 
     pub fn is_finite(&self) -> bool {
         self.0.iter().all(|number| number.is_finite())
     }
 
-    /// The derivative of a function of it by turn and rate.
-    pub fn gradient(&self, of: &dyn Fn(&Self) -> f64) -> Vector6<f64> {
-        Vector6::from_fn(|row, _| {
-            let disturbed = |size: f64| of(&self.plus(&Vector6::ith(row, size)));
+    /// The derivative of a function of it by changes.
+    pub fn gradient(&self, of: &dyn Fn(&Self) -> f64) -> Change {
+        Change::from_fn(|row, _| {
+            let disturbed = |size: f64| of(&self.plus(&Change::ith(row, size)));
             (disturbed(DISTURBANCE) - disturbed(-DISTURBANCE)) / (2.0 * DISTURBANCE)
         })
     }

@@ -4,12 +4,12 @@
 //! and divides the cell so that its impulse is kept. A limit of the state that acts at some nodes in a row is held along an arc, by as
 //! many inputs as are within their limits; one of second order that acts at one or two is touched.
 
-use super::motion::{Law, Level, Maneuver};
+use super::motion::{Input, Law, Level, Maneuver};
 use super::newton::Arcs;
 use super::state::State;
-use crate::lie;
-use crate::maneuver::problem::Problem;
+use crate::maneuver::problem as planned;
 use crate::maneuver::solution::{Solution, Trajectory};
+use crate::{Vector3, lie};
 
 /// An input is at a limit within this part of it.
 const AT_LIMIT: f64 = 1e-3;
@@ -63,26 +63,32 @@ struct Read<'a> {
 }
 
 /// The order of arcs that a plan may stand for; none where it has no rows of inputs at its nodes.
-pub(crate) fn arcs(problem: &Problem, maneuver: &Maneuver, plan: &Solution) -> Option<Arcs> {
-    let read = Read::of(problem, maneuver, &plan.trajectory)?;
-    let (held, touched) = read.acting(problem, plan);
+pub(crate) fn arcs(maneuver: &Maneuver, plan: &Solution) -> Option<Arcs> {
+    let read = Read::of(maneuver, &plan.trajectory)?;
+    let (held, touched) = read.acting(plan);
     Some(read.arcs(&read.stretches(&held), &touched))
 }
 
 impl<'a> Read<'a> {
-    fn of(problem: &Problem, maneuver: &'a Maneuver, plan: &Trajectory) -> Option<Self> {
+    fn of(maneuver: &'a Maneuver, plan: &Trajectory) -> Option<Self> {
         let (nodes, count) = (plan.time.len(), plan.input_count);
         if nodes < 3 || count == 0 || plan.input.len() != nodes * count {
             return None;
         }
         let unit = maneuver.units.time;
+        let zero = Vector3::zeros();
+        let at = |of: &[Vector3], node: usize| of.get(node).copied().unwrap_or(zero);
+        let wheels = plan.wheel_momentum.len() / nodes;
         let state = |node: usize| {
             let attitude = lie::rotation_from_quaternion(&plan.quaternion[node]);
-            State::of(&problem.start.attitude.tr_mul(&attitude), &(plan.angular_velocity[node] * unit))
+            let angular_velocity = plan.angular_velocity[node];
+            let (position, velocity) = (at(&plan.position, node), at(&plan.velocity, node));
+            let stored = &plan.wheel_momentum[wheels * node..wheels * (node + 1)];
+            let state = planned::State { position, velocity, attitude, angular_velocity };
+            maneuver.scaled(&state, stored, plan.time[node])
         };
-        let sizes = problem.actuation.torque.limits().size.clone()?;
-        let row =
-            |node: usize| plan.inputs(node).iter().zip(&sizes).map(|(input, size)| input / size).collect();
+        let part = |(input, own): (&f64, &Input)| input / own.size;
+        let row = |node: usize| plan.inputs(node).iter().zip(&maneuver.inputs).map(part).collect();
         Some(Self {
             maneuver,
             step: plan.time.last()? / unit / (nodes - 1) as f64,
@@ -96,12 +102,9 @@ impl<'a> Read<'a> {
     }
 
     /// The limits that are held, and those touched at a time.
-    fn acting(&self, problem: &Problem, plan: &Solution) -> (Vec<Held>, Vec<(usize, f64)>) {
+    fn acting(&self, plan: &Solution) -> (Vec<Held>, Vec<(usize, f64)>) {
         let mut at_nodes = vec![vec![false; self.states.len()]; self.maneuver.limits.len()];
         for active in &plan.active {
-            let Some(constraint) = problem.constraints.iter().position(|own| own.name == active.name) else {
-                continue;
-            };
             let largest = active.multiplier.iter().copied().fold(0.0, f64::max);
             for (time, multiplier) in active.time_s.iter().zip(&active.multiplier) {
                 if *multiplier <= PRESSES * largest {
@@ -110,7 +113,7 @@ impl<'a> Read<'a> {
                 let stage = (time / (self.step * self.maneuver.units.time)).round() as usize;
                 let of = |limit: usize, node: usize| self.maneuver.limits[limit].value(&self.states[node]);
                 let own =
-                    (0..at_nodes.len()).filter(|limit| self.maneuver.limits[*limit].constraint == constraint);
+                    (0..at_nodes.len()).filter(|limit| self.maneuver.limits[*limit].name == active.name);
                 let places =
                     own.flat_map(|limit| [stage, stage + 1].map(|node| (limit, node.min(self.last()))));
                 let nearest = places.max_by(|a, b| of(a.0, a.1).total_cmp(&of(b.0, b.1)));
@@ -143,7 +146,7 @@ impl<'a> Read<'a> {
         let [first, last] = [(from / self.step).ceil(), (to / self.step).floor()].map(|node| node as usize);
         let inner = if last > first + 2 { first + 1..=last - 1 } else { first.min(last)..=last };
         let count = inner.clone().count().max(1);
-        let levels = self.choices();
+        let levels = self.choices(input);
         let off = |node: usize| {
             let level = self.levels[node.min(self.last())][input];
             levels.iter().map(|at| (level - at).abs()).fold(f64::INFINITY, f64::min)
@@ -152,8 +155,9 @@ impl<'a> Read<'a> {
     }
 
     /// The levels that an input may have for long.
-    fn choices(&self) -> Vec<f64> {
-        match (self.maneuver.one_sided, self.maneuver.counts_fuel()) {
+    fn choices(&self, input: usize) -> Vec<f64> {
+        let Input { lowest, price, .. } = self.maneuver.inputs[input];
+        match (lowest == 0.0, price != 0.0) {
             (true, _) => vec![0.0, 1.0],
             (false, true) => vec![-1.0, 0.0, 1.0],
             (false, false) => vec![-1.0, 1.0],
@@ -194,7 +198,7 @@ impl<'a> Read<'a> {
 
     /// The inputs that hold limits from one time to another: those with most room that have something to say.
     fn holding(&self, holds: &[usize], from: f64, to: f64) -> Vec<usize> {
-        let inputs = self.maneuver.answers.len();
+        let inputs = self.maneuver.inputs.len();
         let mut by_room: Vec<(f64, usize)> =
             (0..inputs).map(|input| (self.within(input, from, to), input)).collect();
         by_room.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -203,7 +207,8 @@ impl<'a> Read<'a> {
         let mut free = Vec::new();
         for limit in holds {
             let (normal, _) = self.maneuver.limits[*limit].held(state);
-            let gain = |input: usize| normal.dot(&self.maneuver.answers[input]).abs();
+            let effect = |input: usize| self.maneuver.effect(&self.maneuver.inputs[input], state);
+            let gain = |input: usize| normal.dot(&effect(input)).abs();
             let most = (0..inputs).map(gain).fold(0.0, f64::max);
             let says = |(_, input): &&(f64, usize)| gain(*input) > SAYS * most && !free.contains(input);
             free.extend(by_room.iter().find(says).map(|(_, input)| *input));
@@ -216,7 +221,7 @@ impl<'a> Read<'a> {
     fn arcs(&self, stretches: &[Stretch], touched: &[(usize, f64)]) -> Arcs {
         let end = self.step * self.last() as f64;
         let segments: Vec<Vec<(f64, f64)>> =
-            (0..self.maneuver.answers.len()).map(|input| self.segments(input, stretches)).collect();
+            (0..self.maneuver.inputs.len()).map(|input| self.segments(input, stretches)).collect();
         let mut times: Vec<f64> = segments.iter().flatten().map(|(from, _)| *from).collect();
         times.extend(stretches.iter().flat_map(|stretch| [stretch.from, stretch.to]));
         times.extend(touched.iter().map(|(_, time)| *time));
@@ -249,7 +254,7 @@ impl<'a> Read<'a> {
 
     /// The levels of an input, each from a time on.
     fn segments(&self, input: usize, stretches: &[Stretch]) -> Vec<(f64, f64)> {
-        let choices = self.choices();
+        let choices = self.choices(input);
         let decided = |node: usize| {
             let level = self.levels[node][input];
             choices.iter().copied().find(|at| (level - at).abs() < AT_LIMIT)
@@ -307,7 +312,7 @@ impl<'a> Read<'a> {
         let mean = nodes.clone().map(|node| weight(node) * self.levels[node][input]).sum::<f64>() * self.step
             / length;
         let begin = self.begin(nodes.start);
-        let choices = self.choices();
+        let choices = self.choices(input);
         // The level on the other side of the mean.
         let beyond = |level: f64| {
             let above = choices.iter().copied().find(|at| *at > level.max(mean - AT_LIMIT) && *at > level);
