@@ -26,10 +26,12 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
 fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let maneuver = Maneuver::of(problem)?;
     let first = structure::arcs(&maneuver, plan)?;
-    let Optimum { stationary: found, gap } =
+    let Optimum { stationary: found, gap, chattering } =
         improved(&maneuver, &first, first.duration() / plan.steps as f64, &|| context.interrupt().is_some())?;
-    let cost = found.followed.cost * maneuver.units.cost();
-    if (cost - plan.cost).abs() > OF_THE_PLAN * plan.cost {
+    let [cost, gap] = [found.followed.cost, gap].map(|scaled| scaled * maneuver.units.cost());
+    let off = (cost - plan.cost).abs();
+    // Arcs that chatter and have more to gain than they differ from the plan say less than that does.
+    if off > OF_THE_PLAN * plan.cost || !chattering.is_empty() && gap > off {
         return None;
     }
     let arcs = told_arcs(&maneuver, &found.arcs);
@@ -37,6 +39,7 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
         pair[0].input.iter().zip(&pair[1].input).filter(|(before, after)| before != after).count()
     };
     let structure = match problem.objective.fuel() {
+        _ if !chattering.is_empty() => Structure::TruncatedChattering,
         _ if arcs.iter().any(|arc| !arc.holds.is_empty()) => Structure::AlongLimits,
         None => Structure::BangBang,
         Some(_) => Structure::BangOffBang,
@@ -45,10 +48,10 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
         structure,
         continuous_duration_s: found.arcs.duration() * maneuver.units.time,
         continuous_cost: cost,
-        gap: gap * maneuver.units.cost(),
+        gap,
         eigenaxis_s: None,
         switches: arcs.windows(2).map(switched).sum(),
-        singular_inputs: Vec::new(),
+        singular_inputs: chattering,
         smoothing: None,
         beside_optimum: false,
         arcs,

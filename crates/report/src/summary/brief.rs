@@ -307,6 +307,10 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
                     - 1.0;
                 format!("{} % above the best found without a shortest pulse", significant(100.0 * more, 2))
             }
+            Structure::TruncatedChattering if problem.is_shaped() => {
+                let unit = if problem.objective == Objective::Time { " s" } else { "" };
+                format!("{}{unit} in continuous time, {gap}", significant(switching.continuous_cost, 7))
+            }
             Structure::TruncatedChattering | Structure::Singular | Structure::Norm => {
                 format!("{gap}, to first order; others may be better")
             }

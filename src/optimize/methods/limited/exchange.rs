@@ -1,8 +1,8 @@
 //! From one order of arcs to the next, until the maximum principle holds.
 //!
 //! Every round solves for stationary arcs, looks where these fail, and puts the worst right: limits that are exceeded first, as what
-//! exceeds them is no plan, and then signs. Only an order in which nothing is wrong is an answer: what is left over of a singular arc
-//! chatters at its ends, and no finite list of arcs is exact then.
+//! exceeds them is no plan, and then signs. An order in which nothing is wrong is an answer. Along a singular arc inputs chatter, and no
+//! finite list of arcs is exact: then it is the order with the least gap of those that fail by signs alone.
 
 use super::certificate::{Certificate, Wrong};
 use super::motion::{Law, Level, Maneuver};
@@ -26,39 +26,79 @@ pub(crate) struct Optimum {
     pub stationary: Stationary,
     /// What plans near by may gain, to first order, in the unit of cost.
     pub gap: f64,
+    /// Inputs whose sign is not the right one somewhere.
+    pub chattering: Vec<usize>,
 }
 
 /// The arcs that satisfy the maximum principle and come of a first order of them, or of the same without what is shorter than some
-/// part of `step`; `None` where none do.
+/// part of `step`; where none do, those that come nearest to it; `None` where there are none of these either.
 pub(crate) fn improved(
     maneuver: &Maneuver,
     first: &Arcs,
     step: f64,
     stop: &dyn Fn() -> bool,
 ) -> Option<Optimum> {
-    WITHOUT.iter().find_map(|part| {
+    let mut nearest: Option<Optimum> = None;
+    for part in WITHOUT {
         let mut left = MOST_ITERATIONS;
-        from(maneuver, first.without_shorter(part * step), &mut left, stop)
-    })
+        let found = from(maneuver, first.without_shorter(part * step), &mut left, stop);
+        match found {
+            Some(found) if found.chattering.is_empty() => return Some(found),
+            found => nearest = nearer(nearest, found),
+        }
+    }
+    nearest
+}
+
+/// The one with less of a gap.
+fn nearer(one: Option<Optimum>, other: Option<Optimum>) -> Option<Optimum> {
+    one.into_iter().chain(other).min_by(|a, b| a.gap.total_cmp(&b.gap))
 }
 
 fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> bool) -> Option<Optimum> {
     let mut found = first.solve(maneuver, left)?;
+    let mut nearest: Option<Optimum> = None;
     // Every round takes some of the iterations that are left.
     while !stop() {
         let Certificate { wrong, gap } = Certificate::of(maneuver, &found)?;
-        if wrong.is_empty() {
-            // Stationary is a saddle too.
-            return Some(Optimum { stationary: found, gap }).filter(|found| found.stationary.curvature > 0.0);
+        let chattering = chattering(&wrong);
+        let arcs = found.arcs.clone();
+        // Stationary is a saddle too.
+        if found.curvature > 0.0
+            && let Some(chattering) = chattering
+        {
+            let optimum = Optimum { stationary: found, gap, chattering };
+            if wrong.is_empty() {
+                return Some(optimum);
+            }
+            nearest = nearer(nearest, Some(optimum));
+        } else if wrong.is_empty() {
+            break;
         }
         // The worst that can be put right.
-        let arcs = &found.arcs;
-        found = wrong
+        let next = wrong
             .iter()
             .take(MOST_TRIED)
-            .find_map(|worst| arcs.exchanged(maneuver, worst, &wrong)?.solve(maneuver, left))?;
+            .find_map(|worst| arcs.exchanged(maneuver, worst, &wrong)?.solve(maneuver, left));
+        match next {
+            // What leads back to where it came from does so again.
+            Some(next) if next.arcs.laws != arcs.laws || next.arcs.contacts != arcs.contacts => found = next,
+            _ => break,
+        }
     }
-    None
+    nearest
+}
+
+/// The inputs that are wrong, where only signs of inputs are.
+fn chattering(wrong: &[Wrong]) -> Option<Vec<usize>> {
+    let inputs = wrong.iter().map(|wrong| match wrong {
+        Wrong::Level { input, .. } => Some(*input),
+        _ => None,
+    });
+    let mut inputs = inputs.collect::<Option<Vec<_>>>()?;
+    inputs.sort_unstable();
+    inputs.dedup();
+    Some(inputs)
 }
 
 /// What is done to an order of arcs.
