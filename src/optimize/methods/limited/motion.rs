@@ -89,8 +89,13 @@ impl Units {
         self.rate * self.time
     }
 
+    /// Unit of momentum [N·m·s].
+    pub fn momentum(&self) -> f64 {
+        self.torque * self.time
+    }
+
     fn state(&self, of: &planned::State, moves: bool, stored: &[f64], time: f64) -> State {
-        let momentum = self.torque * self.time;
+        let momentum = self.momentum();
         let state = State::of(&of.attitude, &(of.angular_velocity * self.time));
         let state = state.storing(stored.iter().map(|stored| stored / momentum)).at_time(time / self.time);
         if !moves {
