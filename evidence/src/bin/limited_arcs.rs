@@ -1,12 +1,14 @@
-//! How many plans of least time and fuel within cones and rate limits end as arcs, and whether these depend on the grid.
+//! How many plans of least time and fuel that more than limits of the torques shapes end as arcs, and whether these depend on the grid.
 //!
-//! `cargo run --release -p evidence --bin limited_arcs [-- CASES [FIRST]]`, 300 cases by default. Every case is planned on 100 and on
-//! 400 steps. The law is printed before the figures.
+//! `cargo run --release -p evidence --bin limited_arcs [-- CASES [FIRST [KIND]]]`, 300 cases by default. Every case is planned on 100
+//! and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and
+//! of least fuel; all in turns without one. The law is printed before the figures.
 
 use slewkit::maneuver::{
-    Constraint, Direction, Duration, Fuel, Objective, Pointing, Problem, Rule, Settings, Side, State, Target,
+    Constraint, Direction, Duration, Fuel, Motion, Objective, Pointing, Problem, Rule, Settings, Side, State,
+    Target,
 };
-use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, GravityGradient, Inertia, Limits, Wheels};
 use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
@@ -15,62 +17,86 @@ use std::collections::BTreeMap;
 
 const LAW: &str = "\
 law: moments in a ratio up to 5 that bodies have, along the axes of three torques; their limits 0.4 to 1.6; start of a uniform
-     attitude, rotation by 30 to 180 deg about a uniform axis, from rest to rest; in turns a limit of each rate, of the norm of
-     the rate (0.3 to 0.9 of the largest without it), or one to three keep-out cones of 10 to 30 deg that hold neither end, the
-     first of them on the way of a turn about the fixed axis; least time, and least fuel in 1.2 to 3 times the shortest duration";
+     attitude, rotation by 30 to 180 deg about a uniform axis, from rest to rest. Shaped by a limit of each rate, of the norm of the
+     rate (0.3 to 0.9 of the largest without it); one to three keep-out cones of 10 to 30 deg that hold neither end, the first of
+     them on the way of a turn about the fixed axis; one such cone that turns by 20 deg in the time of the turn; three wheels that
+     hold 0.3 to 0.9 of what they would be given; an orbit in a fiftieth to a fifth of which the turn is done, from rest to rest
+     in its frame; or three forces of 0.4 to 1.6 fixed to the body of mass 1, over a way of 0.1 to 1. Least time, and least fuel in
+     1.2 to 3 times the shortest duration";
 
 /// Durations on both grids are one if they differ by this part.
 const SAME: f64 = 1e-6;
 
-const KINDS: [&str; 6] = [
-    "time, axis rates",
-    "time, norm of rate",
-    "time, cones",
-    "fuel, axis rates",
-    "fuel, norm of rate",
-    "fuel, cones",
-];
+const KINDS: [&str; 7] = ["axis-rates", "rate-norm", "cones", "moving-cone", "wheels", "orbit", "flight"];
 
-fn case(seed: usize) -> Option<Problem> {
+/// A maneuver of a kind, by its number.
+fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
     let mut random = Random::of_case(39, seed);
-    let kind = seed % KINDS.len();
     let moments = loop {
         let m = Vector3::from_fn(|_, _| 5.0_f64.powf(random.unit()));
         if m.x + m.y > 1.02 * m.z && m.y + m.z > 1.02 * m.x && m.z + m.x > 1.02 * m.y {
             break m;
         }
     };
-    let body = Body { inertia: Inertia::diagonal(moments).ok()?, mass: None };
-    let size = (0..3).map(|_| random.within(0.4, 1.6)).collect();
+    let body = Body { inertia: Inertia::diagonal(moments).ok()?, mass: Some(1.0) };
+    let size: Vec<f64> = (0..3).map(|_| random.within(0.4, 1.6)).collect();
     let torques = ActuatorSet::three_axes(AxisFrame::Body);
-    let torques = torques.with_limits(Limits { size: Some(size), ..Limits::default() }).ok()?;
+    let torques = torques.with_limits(Limits { size: Some(size.clone()), ..Limits::default() }).ok()?;
     let start = lie::exp(&(random.direction() * random.within(0.0, 3.0)));
     let turn = random.direction() * random.within(30.0, 180.0).to_radians();
     let end = start * lie::exp(&turn);
     let free = Problem::attitude(body, State::at_rest(start), State::at_rest(end), 1.0);
-    let free = free.with_actuation(Actuation::torques(torques)).with_objective(Objective::Time);
+    let free = free.with_actuation(Actuation::torques(torques.clone())).with_objective(Objective::Time);
     let mut free = free.with_duration(Duration::SOUGHT);
-    free.name = format!("case {seed}: {}", KINDS[kind]);
+    free.name = format!("case {seed}: {kind}");
     let settings = Settings::discrete();
-    let quickest = plan(&free, &settings, None, &mut Silent).ok()?;
-    let rates = &quickest.solution.trajectory.angular_velocity;
+    let quickest = plan(&free, &settings, None, &mut Silent).ok()?.solution.trajectory;
+    let (rates, shortest) = (&quickest.angular_velocity, *quickest.time.last()?);
     let peak = |of: &dyn Fn(&Vector3) -> f64| rates.iter().map(of).fold(0.0, f64::max);
     let share = random.within(0.3, 0.9);
     let mut limited = free;
     let rate_limit = |rule: Rule| Constraint { name: "rate".into(), rule };
-    match kind % 3 {
-        0 => {
+    match kind {
+        "axis-rates" => {
             let limits = Vector3::from_fn(|axis, _| share * peak(&|rate| rate[axis].abs()));
             limited = limited.with_constraint(rate_limit(Rule::RateAxes(limits)));
         }
-        1 => limited = limited.with_constraint(rate_limit(Rule::RateNorm(share * peak(&|rate| rate.norm())))),
-        _ => {
+        "rate-norm" => {
+            limited = limited.with_constraint(rate_limit(Rule::RateNorm(share * peak(&|rate| rate.norm()))));
+        }
+        "cones" => {
             for index in 0..1 + random.below(3) {
-                limited = with_cone(limited, index, &turn, &mut random);
+                limited = with_cone(limited, index, &turn, &mut random, Vector3::zeros());
             }
         }
+        "moving-cone" => {
+            let rate = random.direction() * (20.0_f64.to_radians() / shortest);
+            limited = with_cone(limited, 0, &turn, &mut random, rate);
+        }
+        "wheels" => {
+            let held = |axis: usize| share * moments[axis] * peak(&|rate| rate[axis].abs());
+            let wheels = Wheels { momentum: vec![0.0; 3], momentum_limit: (0..3).map(held).collect() };
+            let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
+            limited = limited.with_actuation(Actuation::of_wheels(axes, size, wheels).ok()?);
+        }
+        "orbit" => {
+            let rate = std::f64::consts::TAU / shortest * random.within(0.02, 0.2);
+            limited =
+                limited.clone().with_environment(GravityGradient::new(rate, &limited.body.inertia).ok()?);
+            for state in [&mut limited.start, &mut limited.end] {
+                state.angular_velocity = state.attitude.tr_mul(&(rate * Vector3::y()));
+            }
+        }
+        _ => {
+            limited.motion = Motion::RigidBody;
+            limited.end.position = random.direction() * random.within(0.1, 1.0);
+            let size = (0..3).map(|_| random.within(0.4, 1.6)).collect();
+            let limits = Limits { size: Some(size), ..Limits::default() };
+            let forces = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).ok()?;
+            limited = limited.with_actuation(Actuation::torques_and_forces(torques, forces));
+        }
     }
-    if kind < 3 {
+    if !fuel {
         return Some(limited);
     }
     let shortest = plan(&limited, &settings, None, &mut Silent).ok()?;
@@ -79,7 +105,8 @@ fn case(seed: usize) -> Option<Problem> {
     Some(limited.with_objective(Objective::Fuel(fuel)).with_duration(duration))
 }
 
-fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random) -> Problem {
+/// With a cone about a direction that turns at `rate`, in the way of a turn if it is the first.
+fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random, rate: Vector3) -> Problem {
     let (start, end) = (problem.start.attitude, problem.end.attitude);
     loop {
         let boresight = random.direction();
@@ -88,7 +115,10 @@ fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random
         let direction = if index == 0 { passed * boresight } else { random.direction() };
         let away = |r: &Matrix3| (r * boresight).angle(&direction) > half_angle + 0.02;
         if away(&start) && away(&end) {
-            let directions = vec![Direction::Fixed(direction.normalize())];
+            let direction = direction.normalize();
+            let turning = || Direction::turning(direction, rate, 1e3).expect("a direction that turns");
+            let still = rate == Vector3::zeros();
+            let directions = vec![if still { Direction::Fixed(direction) } else { turning() }];
             let pointing = Pointing::new(Side::KeepOut, vec![boresight], directions, half_angle);
             let rule = Rule::Pointing(pointing);
             return problem.with_constraint(Constraint { name: format!("cone {index}"), rule });
@@ -106,13 +136,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let count: usize = arguments.next().map_or(Ok(300), |text| text.parse())?;
     let first: usize = arguments.next().map_or(Ok(0), |text| text.parse())?;
+    let only = arguments.next();
+    if let Some(only) = only.as_ref().filter(|only| !KINDS.contains(&only.as_str())) {
+        return Err(format!("{only} is none of the kinds {}", KINDS.join(", ")).into());
+    }
     println!("{LAW}");
     let settings = Settings { target: Target::Discrete, ..Settings::default() };
-    let mut tally = BTreeMap::<&str, [usize; 6]>::new();
+    let mut tally = BTreeMap::<String, [usize; 6]>::new();
     for seed in first..first + count {
-        let kind = KINDS[seed % KINDS.len()];
-        let own = tally.entry(kind).or_default();
-        let Some(problem) = case(seed) else { continue };
+        let shape = only.as_deref().unwrap_or(KINDS[seed / 2 % KINDS.len()]);
+        let fuel = seed % 2 == 1;
+        let kind = format!("{}, {shape}", if fuel { "fuel" } else { "time" });
+        let own = tally.entry(kind.clone()).or_default();
+        let Some(problem) = case(seed, shape, fuel) else { continue };
         let mut costs = Vec::new();
         for steps in [100, 400] {
             let problem = problem.clone().with_steps(steps);
