@@ -5,9 +5,9 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::optimize::methods::limited::exchange::{Optimum, improved};
-use crate::optimize::methods::limited::motion::{Level, Maneuver};
+use crate::optimize::methods::limited::motion::Maneuver;
 use crate::optimize::methods::limited::newton::{Arcs, NO_LENGTH};
-use crate::optimize::methods::limited::structure;
+use crate::optimize::methods::limited::structure::{self, Between};
 
 /// Arcs whose cost differs from that of the plan by more than this part are those of another plan: a grid of some ten steps an arc is off
 /// by less.
@@ -25,9 +25,12 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
 
 fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let maneuver = Maneuver::of(problem)?;
-    let first = structure::arcs(&maneuver, plan)?;
+    let between = [Between::Pulses, Between::Means];
+    let firsts: Vec<Arcs> =
+        between.iter().filter_map(|between| structure::arcs(&maneuver, plan, *between)).collect();
+    let step = firsts.first()?.duration() / plan.steps as f64;
     let Optimum { stationary: found, gap, chattering } =
-        improved(&maneuver, &first, first.duration() / plan.steps as f64, &|| context.interrupt().is_some())?;
+        improved(&maneuver, &firsts, step, &|| context.interrupt().is_some())?;
     let [cost, gap] = [found.followed.cost, gap].map(|scaled| scaled * maneuver.units.cost());
     let off = (cost - plan.cost).abs();
     // Arcs that chatter and have more to gain than they differ from the plan say less than that does.
@@ -70,10 +73,8 @@ fn told_arcs(maneuver: &Maneuver, arcs: &Arcs) -> Vec<SwitchingArc> {
     for (index, (law, length)) in arcs.laws.iter().zip(&arcs.lengths).enumerate() {
         let start_s = told.last().map_or(0.0, |last| last.end_s);
         end += length;
-        let input = law.levels.iter().zip(&maneuver.inputs).map(|(level, input)| match level {
-            Level::At(level) => Some(level * input.size),
-            Level::Free => None,
-        });
+        let input = law.levels.iter().zip(&maneuver.inputs);
+        let input = input.map(|(level, input)| Some(level.part()? * input.size));
         let arc = SwitchingArc {
             start_s,
             end_s: end * maneuver.units.time,

@@ -36,6 +36,8 @@ const ZERO: f64 = 1e-6;
 pub(crate) enum Wrong {
     /// An input should be at another level on a stretch of an arc, from one time of it to another.
     Level { arc: usize, input: usize, wanted: f64, from: f64, to: f64 },
+    /// A loose input should be at a limit somewhere, or off.
+    Loose { input: usize },
     /// A limit is exceeded within an arc, most at this time of it; from and to.
     Exceeded { arc: usize, limit: usize, at: f64, from: f64, to: f64 },
     /// A contact holds the motion to a limit that it would leave inwards.
@@ -98,21 +100,26 @@ impl Certificate {
                 wrong.push((-multipliers[ends + row], repelled));
             }
         }
-        let (mut exceeded, mut levels, mut gap) = (Vec::new(), Vec::new(), 0.0);
+        let (mut exceeded, mut levels, mut loose, mut gap) = (Vec::new(), Vec::new(), Vec::new(), 0.0);
         for (arc, (law, samples)) in arcs.laws.iter().zip(&sampled).enumerate() {
             let driven = maneuver.driven(law)?;
             exceeded.extend(exceeding(maneuver, &driven, arc, law, samples));
             wrong.extend(beyond(maneuver, &driven, arc, law, samples));
             wrong.extend(released(maneuver, &driven, arc, law, samples, zero));
             for (input, level) in law.levels.iter().enumerate() {
-                if let Level::At(level) = level {
-                    gap +=
-                        stretches(maneuver, &driven, (arc, law), (input, *level), samples, zero, &mut levels);
+                let Some(part) = level.part() else { continue };
+                let mut own = Vec::new();
+                gap += stretches(maneuver, &driven, (arc, law), (input, part), samples, zero, &mut own);
+                match level {
+                    Level::Loose(_) => {
+                        loose.extend(own.iter().map(|(size, _)| (*size, Wrong::Loose { input })))
+                    }
+                    _ => levels.extend(own),
                 }
             }
         }
         let mut all = Vec::new();
-        for mut kind in [exceeded, wrong, levels] {
+        for mut kind in [exceeded, wrong, levels, loose] {
             kind.sort_by(|a: &(f64, Wrong), b| b.0.total_cmp(&a.0));
             all.extend(kind.into_iter().map(|(_, wrong)| wrong));
         }

@@ -21,6 +21,10 @@ const MOST_TRIED: usize = 3;
 /// Part of a stretch with the wrong level that gets the other one at first: Newton finds how long it should be.
 const FIRST_PART: f64 = 0.5;
 
+/// Curvature below which there is none, scaled: what differences of gradients leave of it where an input has more than it needs, so that
+/// it may do this or that at no cost.
+const FLAT: f64 = 1e-4;
+
 /// Arcs that satisfy the maximum principle.
 pub(crate) struct Optimum {
     pub stationary: Stationary,
@@ -30,16 +34,16 @@ pub(crate) struct Optimum {
     pub chattering: Vec<usize>,
 }
 
-/// The arcs that satisfy the maximum principle and come of a first order of them, or of the same without what is shorter than some
-/// part of `step`; where none do, those that come nearest to it; `None` where there are none of these either.
+/// The arcs that satisfy the maximum principle and come of one of the first orders of them, or of the same without what is shorter than
+/// some part of `step`; where none do, those that come nearest to it; `None` where there are none of these either.
 pub(crate) fn improved(
     maneuver: &Maneuver,
-    first: &Arcs,
+    firsts: &[Arcs],
     step: f64,
     stop: &dyn Fn() -> bool,
 ) -> Option<Optimum> {
     let mut nearest: Option<Optimum> = None;
-    for part in WITHOUT {
+    for (first, part) in firsts.iter().flat_map(|first| WITHOUT.map(|part| (first, part))) {
         let mut left = MOST_ITERATIONS;
         let found = from(maneuver, first.without_shorter(part * step), &mut left, stop);
         match found {
@@ -64,7 +68,7 @@ fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> b
         let chattering = chattering(&wrong);
         let arcs = found.arcs.clone();
         // Stationary is a saddle too.
-        if found.curvature > 0.0
+        if found.curvature > -FLAT
             && let Some(chattering) = chattering
         {
             let optimum = Optimum { stationary: found, gap, chattering };
@@ -92,7 +96,7 @@ fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> b
 /// The inputs that are wrong, where only signs of inputs are.
 fn chattering(wrong: &[Wrong]) -> Option<Vec<usize>> {
     let inputs = wrong.iter().map(|wrong| match wrong {
-        Wrong::Level { input, .. } => Some(*input),
+        Wrong::Level { input, .. } | Wrong::Loose { input } => Some(*input),
         _ => None,
     });
     let mut inputs = inputs.collect::<Option<Vec<_>>>()?;
@@ -171,6 +175,8 @@ impl Exchange for Arcs {
                     arcs.holding(maneuver, *arc, limit, *from, *to)
                 })
             }
+            // Newton has its level already.
+            Wrong::Loose { .. } => None,
             Wrong::Repelled { arc, limit } => {
                 let mut left = self.clone();
                 left.contacts[arc - 1].retain(|own| *own != limit);
@@ -228,12 +234,10 @@ impl Exchange for Arcs {
         let law = &self.laws[arc];
         let state = self.state(maneuver, arc, 0.5 * (from + to))?;
         let (normal, _) = maneuver.limits[limit].held(&state);
-        let pushes = |(input, level): (usize, &Level)| match level {
-            Level::At(level) => {
-                let gain = normal.dot(&maneuver.effect(&maneuver.inputs[input], &state));
-                Some((if *level == 0.0 { gain.abs() } else { gain * level }, input))
-            }
-            Level::Free => None,
+        let pushes = |(input, level): (usize, &Level)| {
+            let level = level.part()?;
+            let gain = normal.dot(&maneuver.effect(&maneuver.inputs[input], &state));
+            Some((if level == 0.0 { gain.abs() } else { gain * level }, input))
         };
         let pushing = law.levels.iter().enumerate().filter_map(pushes).max_by(|a, b| a.0.total_cmp(&b.0));
         let (_, input) = pushing.filter(|(push, _)| *push > 0.0)?;

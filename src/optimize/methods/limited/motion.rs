@@ -30,10 +30,22 @@ const MOST_FREE: usize = 3;
 /// What an input does on an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Level {
-    /// This part of its limit.
+    /// This part of its limit, one that the maximum principle may ask for.
     At(f64),
+    /// This part of its limit for the time being: of a singular input, or of one that has more than it needs.
+    Loose(f64),
     /// What holds the limits of the arc.
     Free,
+}
+
+impl Level {
+    /// Its part of the limit, where it has one.
+    pub fn part(self) -> Option<f64> {
+        match self {
+            Self::At(level) | Self::Loose(level) => Some(level),
+            Self::Free => None,
+        }
+    }
 }
 
 /// What the inputs do on an arc, and what it holds.
@@ -243,16 +255,16 @@ impl Maneuver {
         };
         let mut free = 0;
         for (level, input) in law.levels.iter().zip(&self.inputs) {
-            match level {
-                Level::At(level) => {
-                    driven.torque += *level * input.torque;
-                    driven.force += *level * input.force;
+            match level.part() {
+                Some(level) => {
+                    driven.torque += level * input.torque;
+                    driven.force += level * input.force;
                     driven.burning += input.price * level.abs();
                     if let Some((wheel, size)) = input.wheel {
                         driven.wheels[wheel] -= level * size;
                     }
                 }
-                Level::Free => {
+                None => {
                     *driven.free.get_mut(free)? = Some(input);
                     free += 1;
                 }

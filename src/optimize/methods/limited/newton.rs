@@ -1,6 +1,6 @@
-//! Newton on the lengths of arcs.
+//! Newton on the lengths of arcs, and on the levels of loose inputs.
 //!
-//! With `s` the change of the lengths, `Z` the null space of `G`, and the Lagrangian `L = J + λᵀg`,
+//! With `s` the change of these unknowns, `Z` the null space of `G`, and the Lagrangian `L = J + λᵀg`,
 //!
 //! ```text
 //! s = s_y + Z s_z ,    G s_y = −g (the shortest) ,    ZᵀHZ s_z = −Zᵀ(∇J + H s_y) ,    Gᵀλ = −∇J (least squares)
@@ -10,8 +10,8 @@
 //! end, carried on. `H` is a difference of gradients of `L`: Newton's last steps are nearly quadratic, and its error does
 //! not touch what they converge to. Where `ZᵀHZ` is not positive its eigenvalues are taken by their size.
 
-use super::motion::{Law, Maneuver};
-use super::state::{CHANGES, Change, State};
+use super::motion::{Input, Law, Level, Maneuver};
+use super::state::{CHANGES, Change, DISTURBANCE, State};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Largest of the equations that counts as met, scaled.
@@ -48,6 +48,30 @@ const MERIT: f64 = 2.0;
 /// Halvings of a step.
 const MOST_HALVINGS: usize = 10;
 
+/// A level is where it ends within this.
+const AT_END: f64 = 1e-9;
+
+impl Law {
+    /// Changes the level of a loose input.
+    fn disturb(&mut self, input: usize, change: f64) {
+        if let Level::Loose(level) = &mut self.levels[input] {
+            *level += change;
+        }
+    }
+}
+
+impl Input {
+    /// Where a level that changes in this direction ends: at a limit, or off where that is what costs least.
+    fn end_of_level(&self, level: f64, step: f64) -> f64 {
+        let [lowest, highest] = match (self.price > 0.0, level) {
+            (true, level) if level < 0.0 || level == 0.0 && step < 0.0 => [self.lowest, 0.0],
+            (true, _) => [0.0, 1.0],
+            (false, _) => [self.lowest, 1.0],
+        };
+        if step < 0.0 { lowest } else { highest }
+    }
+}
+
 /// A maneuver of arcs.
 #[derive(Clone, Debug)]
 pub(crate) struct Arcs {
@@ -55,6 +79,14 @@ pub(crate) struct Arcs {
     pub lengths: Vec<f64>,
     /// Limits that the motion touches where arc k ends.
     pub contacts: Vec<Vec<usize>>,
+}
+
+/// A number that Newton finds, those of earlier arcs first.
+#[derive(Clone, Copy, Debug)]
+struct Unknown {
+    arc: usize,
+    /// Of the level of this input, or else of the length of the arc.
+    input: Option<usize>,
 }
 
 /// A limit is met where an arc begins.
@@ -72,7 +104,7 @@ pub(crate) struct Followed {
     /// At the ends of all arcs, and the start first.
     pub nodes: Vec<State>,
     pub cost: f64,
-    /// Of the cost, by the lengths.
+    /// Of the cost, by the unknowns.
     pub gradient: DVector<f64>,
     /// `g` and `G`: the end, contacts, the duration where it is given.
     pub equations: DVector<f64>,
@@ -120,6 +152,26 @@ impl Arcs {
         contacts
     }
 
+    fn unknowns(&self) -> Vec<Unknown> {
+        let of_arc = |(arc, law): (usize, &Law)| {
+            let loose = |input: &usize| matches!(law.levels[*input], Level::Loose(_));
+            let levels: Vec<usize> = (0..law.levels.len()).filter(loose).collect();
+            let all = std::iter::once(None).chain(levels.into_iter().map(Some));
+            all.map(move |input| Unknown { arc, input })
+        };
+        self.laws.iter().enumerate().flat_map(of_arc).collect()
+    }
+
+    /// With one unknown changed.
+    fn disturbed(&self, unknown: &Unknown, change: f64) -> Self {
+        let mut disturbed = self.clone();
+        match unknown.input {
+            None => disturbed.lengths[unknown.arc] += change,
+            Some(input) => disturbed.laws[unknown.arc].disturb(input, change),
+        }
+        disturbed
+    }
+
     /// Follows the arcs; `None` where a law cannot be followed.
     pub fn followed(&self, maneuver: &Maneuver) -> Option<Followed> {
         self.followed_from(maneuver, 0, maneuver.start)
@@ -127,40 +179,63 @@ impl Arcs {
 
     /// The same from an arc on, which begins in `state`: what earlier arcs have to do with it is left out.
     fn followed_from(&self, maneuver: &Maneuver, begun: usize, mut state: State) -> Option<Followed> {
-        let (count, contacts) = (self.laws.len(), self.contacts(maneuver));
+        let (unknowns, contacts) = (self.unknowns(), self.contacts(maneuver));
         let given = maneuver.given_duration;
         let ends = maneuver.ends();
         let rows = ends + contacts.len() + usize::from(given.is_some());
+        let is_length = |unknown: &Unknown| if unknown.input.is_none() { 1.0 } else { 0.0 };
+        let lengths = DVector::from_iterator(unknowns.len(), unknowns.iter().map(is_length));
         let mut followed = Followed {
             nodes: vec![state],
             cost: maneuver.time_price * self.duration(),
-            gradient: DVector::from_element(count, maneuver.time_price),
+            gradient: maneuver.time_price * &lengths,
             equations: DVector::zeros(rows),
-            jacobian: DMatrix::zeros(rows, count),
+            jacobian: DMatrix::zeros(rows, unknowns.len()),
             contacts,
         };
-        // What one more unit of time of each arc has changed so far.
-        let mut changes = vec![Change::zeros(); count];
+        // What a change of each unknown has done to the state so far.
+        let mut changes = vec![Change::zeros(); unknowns.len()];
+        let from = unknowns.partition_point(|unknown| unknown.arc < begun);
         for (arc, (law, length)) in self.laws.iter().zip(&self.lengths).enumerate().skip(begun) {
+            let own = unknowns.partition_point(|unknown| unknown.arc < arc);
             for (row, contact) in followed.contacts.iter().enumerate() {
                 if contact.arc == arc {
                     followed.equations[ends + row] = contact.missed(maneuver, &state);
                     let slope = state.gradient(&|state| contact.missed(maneuver, state));
-                    for (column, change) in changes.iter().enumerate().take(arc).skip(begun) {
-                        followed.jacobian[(ends + row, column)] = slope.dot(change);
+                    for column in from..own {
+                        followed.jacobian[(ends + row, column)] = slope.dot(&changes[column]);
                     }
                 }
             }
             let driven = maneuver.driven(law)?;
-            let (to, slope) = driven.linearised(&state, *length, driven.steps(&state, *length));
-            for (column, change) in changes.iter_mut().enumerate().take(arc).skip(begun) {
-                let moved = slope * *change;
+            let steps = driven.steps(&state, *length);
+            let (to, slope) = driven.linearised(&state, *length, steps);
+            for column in from..own {
+                let moved = slope * changes[column];
                 followed.gradient[column] += moved[CHANGES];
-                *change = moved.fixed_rows::<CHANGES>(0).into();
+                changes[column] = moved.fixed_rows::<CHANGES>(0).into();
             }
-            let (burning, change) = driven.rates(&to);
-            changes[arc] = change;
-            followed.gradient[arc] += burning;
+            for (column, unknown) in
+                unknowns.iter().enumerate().skip(own).take_while(|(_, own)| own.arc == arc)
+            {
+                let (burning, change) = match unknown.input {
+                    None => driven.rates(&to),
+                    Some(input) => {
+                        let mut ends = [to; 2];
+                        for (end, size) in ends.iter_mut().zip([DISTURBANCE, -DISTURBANCE]) {
+                            let mut disturbed = law.clone();
+                            disturbed.disturb(input, size);
+                            *end = maneuver.driven(&disturbed)?.flow(&state, *length, steps);
+                        }
+                        let [ahead, behind] = ends;
+                        let change = ahead.minus(&to) - behind.minus(&to);
+                        let burnt = ahead.burnt() - behind.burnt();
+                        (burnt / (2.0 * DISTURBANCE), change / (2.0 * DISTURBANCE))
+                    }
+                };
+                changes[column] = change;
+                followed.gradient[column] += burning;
+            }
             state = to;
             followed.nodes.push(state);
         }
@@ -176,16 +251,41 @@ impl Arcs {
         }
         if let Some(given) = given {
             followed.equations[rows - 1] = self.duration() - given;
-            followed.jacobian.row_mut(rows - 1).fill(1.0);
+            followed.jacobian.row_mut(rows - 1).tr_copy_from(&lengths);
         }
         let finite = state.is_finite() && followed.jacobian.iter().all(|number| number.is_finite());
         finite.then_some(followed)
     }
 
     fn moved(&self, step: &DVector<f64>, part: f64) -> Self {
-        let lengths =
-            self.lengths.iter().zip(step.iter()).map(|(length, step)| (length + part * step).max(0.0));
-        Self { lengths: lengths.collect(), ..self.clone() }
+        let mut moved = self.clone();
+        for (unknown, step) in self.unknowns().iter().zip(step.iter()) {
+            match unknown.input {
+                None => {
+                    let length = &mut moved.lengths[unknown.arc];
+                    *length = (*length + part * step).max(0.0);
+                }
+                Some(input) => moved.laws[unknown.arc].disturb(input, part * step),
+            }
+        }
+        moved
+    }
+
+    /// With the loose inputs that are where their levels end, and would go on, left there; `None` where there are none.
+    fn settled(&self, maneuver: &Maneuver, step: &DVector<f64>) -> Option<Self> {
+        let mut settled = self.clone();
+        let mut any = false;
+        for (unknown, step) in self.unknowns().iter().zip(step.iter()) {
+            let Some(input) = unknown.input else { continue };
+            let level = &mut settled.laws[unknown.arc].levels[input];
+            let Level::Loose(now) = *level else { continue };
+            let end = maneuver.inputs[input].end_of_level(now, *step);
+            if (end - now).abs() <= AT_END && (end - now) * step >= 0.0 {
+                *level = Level::At(end);
+                any = true;
+            }
+        }
+        any.then(|| settled.joined())
     }
 
     /// Without an arc. What it held is touched where it was, and neighbours of one law become one arc.
@@ -230,14 +330,16 @@ impl Arcs {
         followed: &Followed,
         multipliers: &DVector<f64>,
     ) -> Option<DMatrix<f64>> {
-        let (count, size) = (self.laws.len(), SMALL * self.duration());
+        let unknowns = self.unknowns();
+        let (count, length) = (unknowns.len(), SMALL * self.duration());
         let gradient = |followed: &Followed| &followed.gradient + followed.jacobian.tr_mul(multipliers);
         let undisturbed = gradient(followed);
         let mut hessian = DMatrix::zeros(count, count);
-        for column in 0..count {
-            let mut disturbed = self.clone();
-            disturbed.lengths[column] += size;
-            let change = gradient(&disturbed.followed_from(maneuver, column, followed.nodes[column])?);
+        for (column, unknown) in unknowns.iter().enumerate() {
+            let size = if unknown.input.is_none() { length } else { SMALL };
+            let disturbed = self.disturbed(unknown, size);
+            let begun = unknown.arc;
+            let change = gradient(&disturbed.followed_from(maneuver, begun, followed.nodes[begun])?);
             for row in column..count {
                 let second = (change[row] - undisturbed[row]) / size;
                 hessian[(row, column)] = second;
@@ -258,27 +360,45 @@ impl Arcs {
             let followed = self.followed(maneuver)?;
             let newton = Newton::of(&self, maneuver, &followed)?;
             let missed = followed.equations.amax();
-            if missed < MET && newton.slope < STATIONARY * (1.0 + followed.gradient.amax()) {
+            if missed < MET && is_stationary(newton.slope, &followed) {
                 let Newton { multipliers, curvature, .. } = newton;
                 return Some(Stationary { arcs: self, followed, multipliers, curvature });
             }
             let duration = self.duration();
-            let mut part = (LARGEST_STEP * duration / newton.step.amax()).min(1.0);
+            let unknowns = self.unknowns();
+            let steps = || unknowns.iter().zip(newton.step.iter());
+            let of_lengths = || steps().filter(|(unknown, _)| unknown.input.is_none()).map(|(_, step)| *step);
+            let longest = of_lengths().fold(0.0, |longest: f64, step| longest.max(step.abs()));
+            let mut part = (LARGEST_STEP * duration / longest).min(1.0);
             // An arc of no length that is to become shorter goes.
-            let vanished = |arc: &usize| {
-                self.lengths[*arc] < NO_LENGTH * duration && newton.step[*arc] < 0.0 && self.laws.len() > 1
-            };
-            let worst = (0..self.laws.len())
-                .filter(vanished)
-                .min_by(|a, b| newton.step[*a].total_cmp(&newton.step[*b]));
-            if let Some(arc) = worst {
+            let worst = of_lengths()
+                .enumerate()
+                .filter(|(arc, step)| {
+                    self.lengths[*arc] < NO_LENGTH * duration && *step < 0.0 && self.laws.len() > 1
+                })
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((arc, _)) = worst {
                 self = self.without(arc);
                 continue;
             }
-            // No further than where the first arc vanishes.
-            for (length, step) in self.lengths.iter().zip(newton.step.iter()) {
-                if *step < 0.0 {
-                    part = part.min(-length / step);
+            if let Some(settled) = self.settled(maneuver, &newton.step) {
+                self = settled;
+                continue;
+            }
+            // No further than where the first arc vanishes, or the first level ends.
+            for (unknown, step) in steps() {
+                match unknown
+                    .input
+                    .and_then(|input| Some((input, self.laws[unknown.arc].levels[input].part()?)))
+                {
+                    Some((input, level)) => {
+                        let room = maneuver.inputs[input].end_of_level(level, *step) - level;
+                        if step.abs() > room.abs() {
+                            part = part.min(room / step);
+                        }
+                    }
+                    None if *step < 0.0 => part = part.min(-self.lengths[unknown.arc] / step),
+                    None => {}
                 }
             }
             let weight = MERIT * newton.multipliers.amax();
@@ -302,6 +422,10 @@ impl Arcs {
     }
 }
 
+fn is_stationary(slope: f64, followed: &Followed) -> bool {
+    slope < STATIONARY * (1.0 + followed.gradient.amax())
+}
+
 /// One step of Newton.
 struct Newton {
     step: DVector<f64>,
@@ -313,7 +437,7 @@ struct Newton {
 
 impl Newton {
     fn of(arcs: &Arcs, maneuver: &Maneuver, followed: &Followed) -> Option<Self> {
-        let count = arcs.laws.len();
+        let count = followed.gradient.len();
         // All singular vectors on the right: padded to a square, the rest of them span the null space.
         let (rows, mut jacobian) = (followed.jacobian.nrows(), followed.jacobian.clone());
         if rows < count {
@@ -340,6 +464,11 @@ impl Newton {
         }
         let null = DMatrix::from_columns(&null);
         let slope = null.tr_mul(&followed.gradient).amax();
+        let met = followed.equations.amax() < MET;
+        if !met && is_stationary(slope, followed) {
+            // Where inputs are loose there is nothing to gain in many directions: differences of gradients would lead along them.
+            return Some(Self { step: normal, multipliers, slope, curvature: f64::NAN });
+        }
         let hessian = arcs.hessian(maneuver, followed, &multipliers)?;
         let curved = SymmetricEigen::new(null.tr_mul(&(&hessian * &null)));
         let wanted = -null.tr_mul(&(&followed.gradient + &hessian * &normal));

@@ -1,7 +1,8 @@
 //! The first order of arcs, read off a plan on equal steps.
 //!
 //! A node of the plan stands for the cell half a step about it. Where neighbours of a cell are at two limits its input is between,
-//! and divides the cell so that its impulse is kept. A limit of the state that acts at some nodes in a row is held along an arc, by as
+//! and divides the cell so that its impulse is kept. An input that is between for long is singular, or has more than it needs: it is cut
+//! into pulses, or takes its means. A limit of the state that acts at some nodes in a row is held along an arc, by as
 //! many inputs as are within their limits; one of second order that acts at one or two is touched.
 
 use super::motion::{Input, Law, Level, Maneuver};
@@ -29,6 +30,10 @@ const RUN: usize = 3;
 /// Steps in which one pulse stands for an input that is between its limits.
 const BETWEEN: usize = 8;
 
+/// Parts of the duration on each of which an input that has more than it needs takes its mean: the same for all inputs, so that there
+/// are few arcs, and enough for lengths to meet twelve conditions.
+const PARTS: f64 = 8.0;
+
 /// Part of a step below which a pulse is none.
 const NO_PULSE: f64 = 0.02;
 
@@ -37,6 +42,15 @@ const SAYS: f64 = 0.1;
 
 /// Steps of one piece of what is held, which is held by the same inputs.
 const PIECE: f64 = 3.0;
+
+/// What stands for an input that is between its limits for long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Between {
+    /// Pulses of the same impulse.
+    Pulses,
+    /// Its means on parts of the duration.
+    Means,
+}
 
 /// A limit held from one time to another.
 struct Held {
@@ -56,6 +70,7 @@ struct Stretch {
 /// A plan in the unit of time, with its inputs as parts of their limits.
 struct Read<'a> {
     maneuver: &'a Maneuver,
+    between: Between,
     step: f64,
     states: Vec<State>,
     /// Node after node.
@@ -63,14 +78,14 @@ struct Read<'a> {
 }
 
 /// The order of arcs that a plan may stand for; none where it has no rows of inputs at its nodes.
-pub(crate) fn arcs(maneuver: &Maneuver, plan: &Solution) -> Option<Arcs> {
-    let read = Read::of(maneuver, &plan.trajectory)?;
+pub(crate) fn arcs(maneuver: &Maneuver, plan: &Solution, between: Between) -> Option<Arcs> {
+    let read = Read::of(maneuver, &plan.trajectory, between)?;
     let (held, touched) = read.acting(plan);
     Some(read.arcs(&read.stretches(&held), &touched))
 }
 
 impl<'a> Read<'a> {
-    fn of(maneuver: &'a Maneuver, plan: &Trajectory) -> Option<Self> {
+    fn of(maneuver: &'a Maneuver, plan: &Trajectory, between: Between) -> Option<Self> {
         let (nodes, count) = (plan.time.len(), plan.input_count);
         if nodes < 3 || count == 0 || plan.input.len() != nodes * count {
             return None;
@@ -91,6 +106,7 @@ impl<'a> Read<'a> {
         let row = |node: usize| plan.inputs(node).iter().zip(&maneuver.inputs).map(part).collect();
         Some(Self {
             maneuver,
+            between,
             step: plan.time.last()? / unit / (nodes - 1) as f64,
             states: (0..nodes).map(state).collect(),
             levels: (0..nodes).map(row).collect(),
@@ -238,7 +254,8 @@ impl<'a> Read<'a> {
                     return Level::Free;
                 }
                 let found = segments.iter().rev().find(|(from, _)| *from <= middle);
-                Level::At(found.or(segments.first()).map_or(0.0, |(_, level)| *level))
+                let level = found.or(segments.first()).map_or(0.0, |(_, level)| *level);
+                if self.choices(input).contains(&level) { Level::At(level) } else { Level::Loose(level) }
             };
             arcs.laws.push(Law {
                 levels: segments.iter().enumerate().map(level).collect(),
@@ -312,6 +329,10 @@ impl<'a> Read<'a> {
         let mean = nodes.clone().map(|node| weight(node) * self.levels[node][input]).sum::<f64>() * self.step
             / length;
         let begin = self.begin(nodes.start);
+        if self.between == Between::Means && nodes.len() > RUN {
+            self.take_means(input, nodes, segments);
+            return;
+        }
         let choices = self.choices(input);
         // The level on the other side of the mean.
         let beyond = |level: f64| {
@@ -351,6 +372,17 @@ impl<'a> Read<'a> {
                 let middle = begin + (index as f64 + 0.5) * piece;
                 segments.extend([(middle - 0.5 * pulse, other), (middle + 0.5 * pulse, p)]);
             }
+        }
+    }
+
+    /// Means of an input on parts of the duration.
+    fn take_means(&self, input: usize, nodes: std::ops::Range<usize>, segments: &mut Vec<(f64, f64)>) {
+        let part = |node: &usize| (*node as f64 * PARTS / self.last() as f64).floor().min(PARTS - 1.0);
+        let mut first = nodes.start;
+        for run in nodes.collect::<Vec<_>>().chunk_by(|a, b| part(a) == part(b)) {
+            let mean = run.iter().map(|node| self.levels[*node][input]).sum::<f64>() / run.len() as f64;
+            segments.push((self.begin(first), mean));
+            first += run.len();
         }
     }
 }
