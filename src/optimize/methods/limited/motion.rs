@@ -10,7 +10,7 @@
 //! to the derivative `ẏ` of the state. The flow is that of [`EIGHTH`].
 
 use super::constraint::Limit;
-use super::state::{CHANGES, Change, DISTURBANCE, MOST_WHEELS, Numbers, State, at};
+use super::state::{CHANGES, Change, DISTURBANCE, MOST_WHEELS, Numbers, PLAIN, State, at};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::{self as planned, Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
@@ -207,6 +207,11 @@ impl Maneuver {
         if self.moves { at::TIME } else { at::POSITION }
     }
 
+    /// How many of the first numbers of a state it has.
+    fn numbers(&self) -> usize {
+        1 + self.parts().last().map_or(0, |part| part + PLAIN[0] - PLAIN[1])
+    }
+
     /// The parts of a change that it has.
     pub fn parts(&self) -> impl Iterator<Item = usize> {
         let time = if self.timed { at::TIME..at::WHEELS } else { 0..0 };
@@ -384,13 +389,12 @@ impl Driven<'_> {
         if self.free[0].is_none() {
             return [0.0; MOST_FREE];
         }
-        let effects = self.free.map(|input| input.map(|input| self.maneuver.effect(input, state)));
         let mut matrix = Matrix3::identity();
         let mut wanted = Vector3::zeros();
         for (row, limit) in self.held.iter().flatten().enumerate() {
             let (normal, rest) = limit.held(state);
-            for (column, effect) in effects.iter().flatten().enumerate() {
-                matrix[(row, column)] = normal.dot(effect);
+            for (column, input) in self.free.iter().flatten().enumerate() {
+                matrix[(row, column)] = normal.dot(&self.maneuver.effect(input, state));
             }
             wanted[row] = -(normal.dot(change) + rests * rest);
         }
@@ -419,23 +423,25 @@ impl Driven<'_> {
         (burning, change)
     }
 
-    fn derivative(&self, numbers: &Numbers) -> Numbers {
-        let state = State(*numbers);
-        let (burning, change) = self.rates(&state);
-        state.along(&change, burning)
-    }
-
-    /// One step of the flow.
-    fn step(&self, from: &Numbers, length: f64) -> Numbers {
+    /// One step of the flow, in place.
+    fn step(&self, numbers: &mut Numbers, length: f64) {
+        let used = self.maneuver.numbers();
         let mut slopes = [Numbers::zeros(); EIGHTH.b.len()];
-        let weighted = |weights: &[f64], slopes: &[Numbers]| {
-            let sum = weights.iter().zip(slopes).filter(|(weight, _)| **weight != 0.0);
-            sum.fold(*from, |at, (weight, slope)| at + length * *weight * slope)
+        let add = |to: &mut Numbers, weights: &[f64], slopes: &[Numbers]| {
+            for (weight, slope) in weights.iter().zip(slopes).filter(|(weight, _)| **weight != 0.0) {
+                let weight = length * weight;
+                for (number, slope) in to.as_mut_slice()[..used].iter_mut().zip(slope.as_slice()) {
+                    *number += weight * slope;
+                }
+            }
         };
         for stage in 0..slopes.len() {
-            slopes[stage] = self.derivative(&weighted(&EIGHTH.a[stage][..stage], &slopes));
+            let mut at = State(*numbers);
+            add(&mut at.0, &EIGHTH.a[stage][..stage], &slopes);
+            let (burning, change) = self.rates(&at);
+            at.along(&change, burning, used, &mut slopes[stage]);
         }
-        weighted(&EIGHTH.b, &slopes)
+        add(numbers, &EIGHTH.b, &slopes);
     }
 
     /// How many steps an arc takes from a state.
@@ -447,7 +453,7 @@ impl Driven<'_> {
     pub fn flow(&self, from: &State, length: f64, steps: usize) -> State {
         let mut numbers = from.0;
         for _ in 0..steps {
-            numbers = self.step(&numbers, length / steps as f64);
+            self.step(&mut numbers, length / steps as f64);
         }
         let size = numbers.fixed_rows::<4>(0).norm();
         numbers.fixed_rows_mut::<4>(0).scale_mut(1.0 / size);

@@ -152,6 +152,11 @@ impl Arcs {
         contacts
     }
 
+    /// Whether some input is loose on some arc.
+    pub fn is_loose(&self) -> bool {
+        self.laws.iter().flat_map(|law| &law.levels).any(|level| matches!(level, Level::Loose(_)))
+    }
+
     fn unknowns(&self) -> Vec<Unknown> {
         let of_arc = |(arc, law): (usize, &Law)| {
             let loose = |input: &usize| matches!(law.levels[*input], Level::Loose(_));
@@ -211,7 +216,7 @@ impl Arcs {
             let steps = driven.steps(&state, *length);
             let (to, slope) = driven.linearised(&state, *length, steps);
             for column in from..own {
-                let moved = slope * changes[column];
+                let moved = &slope * &changes[column];
                 followed.gradient[column] += moved[CHANGES];
                 changes[column] = moved.fixed_rows::<CHANGES>(0).into();
             }

@@ -18,7 +18,7 @@ pub(crate) type Numbers = SVector<f64, NUMBERS>;
 pub(crate) type Change = SVector<f64, CHANGES>;
 
 /// Where numbers of a state that are changed as they are begin, among its numbers and among those of a change.
-const PLAIN: [usize; 2] = [8, 6];
+pub(crate) const PLAIN: [usize; 2] = [8, 6];
 
 /// Where parts of a change begin.
 pub(crate) mod at {
@@ -152,21 +152,18 @@ impl State {
         Self(numbers)
     }
 
-    /// The derivative of its numbers where it changes so, per unit of time, and burns so much.
-    pub fn along(&self, change: &Change, burning: f64) -> Numbers {
-        let turning: Vector3 = change.fixed_rows::<3>(0).into();
+    /// The derivative of its first `used` numbers where it changes so, per unit of time, and burns so much.
+    pub fn along(&self, change: &Change, burning: f64, used: usize, derivative: &mut Numbers) {
+        let turning = Vector3::new(change[0], change[1], change[2]);
         let v = Vector3::new(self.0[1], self.0[2], self.0[3]);
         let turned = 0.5 * (self.0[0] * turning + v.cross(&turning));
-        let mut numbers = Numbers::zeros();
-        numbers[0] = -0.5 * v.dot(&turning);
-        numbers.fixed_rows_mut::<3>(1).copy_from(&turned);
-        numbers.fixed_rows_mut::<3>(4).copy_from(&change.fixed_rows::<3>(at::RATE));
-        numbers[7] = burning;
+        let first =
+            [-0.5 * v.dot(&turning), turned.x, turned.y, turned.z, change[3], change[4], change[5], burning];
         let [of_numbers, of_change] = PLAIN;
-        numbers
-            .fixed_rows_mut::<{ CHANGES - 6 }>(of_numbers)
-            .copy_from(&change.fixed_rows::<{ CHANGES - 6 }>(of_change));
-        numbers
+        let derivative = derivative.as_mut_slice();
+        derivative[..of_numbers].copy_from_slice(&first);
+        derivative[of_numbers..used]
+            .copy_from_slice(&change.as_slice()[of_change..of_change + used - of_numbers]);
     }
 
     pub fn is_finite(&self) -> bool {

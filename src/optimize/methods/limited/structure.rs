@@ -32,7 +32,7 @@ const BETWEEN: usize = 8;
 
 /// Parts of the duration on each of which an input that has more than it needs takes its mean: the same for all inputs, so that there
 /// are few arcs, and enough for lengths to meet twelve conditions.
-const PARTS: f64 = 8.0;
+const PARTS: f64 = 4.0;
 
 /// Part of a step below which a pulse is none.
 const NO_PULSE: f64 = 0.02;
