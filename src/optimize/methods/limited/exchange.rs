@@ -12,10 +12,6 @@ use super::state::State;
 /// Most iterations of Newton from one first order: some ten for each of as many exchanges as pay.
 const MOST_ITERATIONS: usize = 120;
 
-/// The same where inputs are loose, each of which has unknowns of its own: where they have more than they need Newton takes three or
-/// four (`cargo run --release -p evidence --bin limited_arcs -- 4 0 flight`).
-const MOST_OF_LOOSE: usize = 8;
-
 /// Arcs shorter than this part of a step are left out at first: none of them, those that one cell makes, those that two do.
 const WITHOUT: [f64; 3] = [0.0, 0.6, 1.6];
 
@@ -24,10 +20,6 @@ const MOST_TRIED: usize = 3;
 
 /// Part of a stretch with the wrong level that gets the other one at first: Newton finds how long it should be.
 const FIRST_PART: f64 = 0.5;
-
-/// Curvature below which there is none, scaled: what differences of gradients leave of it where an input has more than it needs, so that
-/// it may do this or that at no cost.
-const FLAT: f64 = 1e-4;
 
 /// Arcs that satisfy the maximum principle.
 pub(crate) struct Optimum {
@@ -47,10 +39,8 @@ pub(crate) fn improved(
     stop: &dyn Fn() -> bool,
 ) -> Option<Optimum> {
     let mut nearest: Option<Optimum> = None;
-    // Where inputs are loose their levels make up for what is left out.
-    let of_all = |first: &Arcs| if first.is_loose() { &WITHOUT[2..] } else { &WITHOUT[..] };
-    for (first, part) in firsts.iter().flat_map(|first| of_all(first).iter().map(move |part| (first, part))) {
-        let mut left = if first.is_loose() { MOST_OF_LOOSE } else { MOST_ITERATIONS };
+    for (first, part) in firsts.iter().flat_map(|first| WITHOUT.map(|part| (first, part))) {
+        let mut left = MOST_ITERATIONS;
         let found = from(maneuver, first.without_shorter(part * step), &mut left, stop);
         match found {
             Some(found) if found.chattering.is_empty() => return Some(found),
@@ -74,7 +64,7 @@ fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> b
         let chattering = chattering(&wrong);
         let arcs = found.arcs.clone();
         // Stationary is a saddle too.
-        if found.curvature > -FLAT
+        if found.curvature > 0.0
             && let Some(chattering) = chattering
         {
             let optimum = Optimum { stationary: found, gap, chattering };

@@ -8,7 +8,8 @@
 //!
 //! First derivatives are those of the flow, chained from arc to arc; what one more unit of time of an arc does is the velocity at its
 //! end, carried on. `H` is a difference of gradients of `L`: Newton's last steps are nearly quadratic, and its error does
-//! not touch what they converge to. Where `ZᵀHZ` is not positive its eigenvalues are taken by their size.
+//! not touch what they converge to. Where `ZᵀHZ` is not positive its eigenvalues are taken by their size. With loose inputs
+//! the equations alone are solved: these have more than they need, and what is stationary there is so from the start.
 
 use super::motion::{Input, Law, Level, Maneuver};
 use super::state::{CHANGES, Change, DISTURBANCE, State};
@@ -118,7 +119,7 @@ pub(crate) struct Stationary {
     pub followed: Followed,
     /// Of the equations.
     pub multipliers: DVector<f64>,
-    /// Least eigenvalue of the curvature in the null space, `+∞` where that is empty.
+    /// Least eigenvalue of the curvature in the null space, `+∞` where that is empty, and where loose inputs make it flat.
     pub curvature: f64,
 }
 
@@ -369,6 +370,9 @@ impl Arcs {
                 let Newton { multipliers, curvature, .. } = newton;
                 return Some(Stationary { arcs: self, followed, multipliers, curvature });
             }
+            if missed < MET && self.is_loose() {
+                return None;
+            }
             let duration = self.duration();
             let unknowns = self.unknowns();
             let steps = || unknowns.iter().zip(newton.step.iter());
@@ -467,13 +471,13 @@ impl Newton {
         if null.is_empty() {
             return Some(Self { step: normal, multipliers, slope: 0.0, curvature: f64::INFINITY });
         }
-        let null = DMatrix::from_columns(&null);
-        let slope = null.tr_mul(&followed.gradient).amax();
+        let slope = null.iter().fold(0.0, |most: f64, along| most.max(along.dot(&followed.gradient).abs()));
         let met = followed.equations.amax() < MET;
-        if !met && is_stationary(slope, followed) {
-            // Where inputs are loose there is nothing to gain in many directions: differences of gradients would lead along them.
-            return Some(Self { step: normal, multipliers, slope, curvature: f64::NAN });
+        if arcs.is_loose() || !met && is_stationary(slope, followed) {
+            // Loose inputs have nothing to gain in many directions: differences of gradients would lead along them.
+            return Some(Self { step: normal, multipliers, slope, curvature: f64::INFINITY });
         }
+        let null = DMatrix::from_columns(&null);
         let hessian = arcs.hessian(maneuver, followed, &multipliers)?;
         let curved = SymmetricEigen::new(null.tr_mul(&(&hessian * &null)));
         let wanted = -null.tr_mul(&(&followed.gradient + &hessian * &normal));
