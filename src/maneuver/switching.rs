@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// was made, with the exact switching times of `arcs`; the two differ by the square of the step. Where only time counts
 /// the cost is the duration, and `eigenaxis_s` is what a turn about the fixed axis would take.
 ///
-/// Within cones and rate limits the plan has equal steps and is a discrete optimum of its own; the arcs are those of the continuous
-/// extremal that it stands for.
+/// Where more than limits of the torques shapes a plan it has equal steps and is a discrete optimum of its own; the arcs are those of the
+/// continuous extremal that it stands for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Switching {
@@ -29,7 +29,7 @@ pub struct Switching {
     pub eigenaxis_s: Option<f64>,
     /// Number of switches; two inputs that switch together count twice.
     pub switches: usize,
-    /// Inputs that are within their limits on an arc, from 0.
+    /// Inputs that are within their limits on an arc, or chatter where they would be, from 0.
     pub singular_inputs: Vec<usize>,
     /// ε of the smoothed law on the grid, scaled, where the plan has one.
     pub smoothing: Option<f64>,
@@ -69,8 +69,8 @@ pub enum Structure {
     TruncatedChattering,
     /// A smoothed law: some input stays within its limits, on a singular arc.
     Singular,
-    /// Every input at a limit or off, or such that a constraint is held, as the maximum principle asks for: an extremal along cones or
-    /// rate limits.
+    /// Every input at a limit or off, or such that a constraint is held, as the maximum principle asks for: an extremal along cones, or
+    /// limits of rates or of wheels.
     AlongLimits,
     /// The norm of the torque is limited and its direction turns smoothly.
     Norm,

@@ -1,4 +1,4 @@
-//! The arcs of a plan within cones and rate limits: what the plan of the chain on equal steps is in continuous time.
+//! The arcs of a plan that more than limits of the torques shapes: what that of the chain on equal steps is in continuous time.
 
 use super::context::Context;
 use crate::maneuver::problem::Problem;

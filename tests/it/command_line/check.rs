@@ -169,6 +169,31 @@ fn verify_judges_a_plan_of_minimum_time() {
     }
 }
 
+/// Arcs beside plans of equal steps: of a flight, by wheels, in a field, past a cone, and along a singular arc. What a file tells of
+/// them is judged, and a false figure is found.
+#[test]
+fn verify_judges_arcs_beside_plans_of_equal_steps() {
+    let folder = Folder::new();
+    for (name, structure) in [
+        ("minimum_fuel_thrust", "bang_off_bang"),
+        ("minimum_fuel_wheels", "bang_off_bang"),
+        ("minimum_time_orbit", "bang_bang"),
+        ("minimum_fuel_keep_out", "bang_off_bang"),
+        ("minimum_fuel_rcs", "truncated_chattering"),
+    ] {
+        let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/");
+        folder.slew(&["plan", &format!("{spec}{name}.toml"), "-q", "-o", "arcs.json"]).ends(0);
+        folder.slew(&["verify", "arcs.json"]).ends(0).tells("verified");
+        let mut plan = folder.json("arcs.json");
+        assert_eq!(plan["switching"]["structure"], structure, "{name}");
+        let told = plan["switching"]["continuous_cost"].as_f64().unwrap();
+        assert!((told / plan["cost"].as_f64().unwrap() - 1.0).abs() < 1e-2, "{name}");
+        plan["switching"]["continuous_cost"] = (told * (1.0 - 1e-4)).into();
+        fs::write(folder.path("false.json"), plan.to_string()).unwrap();
+        folder.slew(&["verify", "false.json"]).ends(7).tells("switching.continuous_cost");
+    }
+}
+
 #[test]
 fn texts_to_start_from_work() {
     let folder = Folder::new();

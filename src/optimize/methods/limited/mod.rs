@@ -1,7 +1,9 @@
-//! Minimum time and fuel within cones and rate limits: plans of arcs, whose ends are exact in continuous time.
+//! Minimum time and fuel that more than limits of the torques shapes: plans of arcs, whose ends are exact in continuous time.
+//!
+//! What shapes them is cones, limits of rates and of what wheels store, fields, frames that turn, and forces.
 //!
 //! On an arc each input is at a limit, or off where that is what fuel asks for, or it holds a constraint. Unknown are the lengths
-//! of the arcs, and nothing else: the motion follows from them. Equations are the six conditions of the end and those of contact,
+//! of the arcs, and nothing else: the motion follows from them. Equations are the conditions of the end, six or with position twelve, and those of contact,
 //! where an arc begins to hold a constraint or the motion touches one. Least is the duration, or the fuel. So
 //!
 //! ```text
@@ -19,6 +21,12 @@
 //! unique. With lengths alone as unknowns none of that is to be guessed: every motion of a structure is feasible but for `g`, and
 //! multipliers come out of least squares. The price is that an arc must have inputs that need no costate: a limit of the norm of the
 //! torque, whose direction follows the costate, has no such arcs.
+//!
+//! # What of inputs that are at no limit?
+//!
+//! A singular input, and one that has more than it needs, as forces have where the turn takes longer, is within its limits in the plan
+//! of the chain. Pulses stand for it first, and are exchanged until signs are right: along a singular arc they chatter, and the gap says
+//! what they leave. Else it is loose: its means on parts of the duration are unknown as well, and the equations alone are solved.
 //!
 //! Hartl, Sethi and Vickson, *A survey of the maximum principles for optimal control problems with state constraints*, 1995;
 //! Kaya and Noakes, *Computational method for time-optimal switching control*, 2003.

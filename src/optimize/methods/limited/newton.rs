@@ -208,18 +208,18 @@ impl Arcs {
                 if contact.arc == arc {
                     followed.equations[ends + row] = contact.missed(maneuver, &state);
                     let slope = state.gradient(&|state| contact.missed(maneuver, state));
-                    for column in from..own {
-                        followed.jacobian[(ends + row, column)] = slope.dot(&changes[column]);
+                    for (column, change) in changes.iter().enumerate().take(own).skip(from) {
+                        followed.jacobian[(ends + row, column)] = slope.dot(change);
                     }
                 }
             }
             let driven = maneuver.driven(law)?;
             let steps = driven.steps(&state, *length);
             let (to, slope) = driven.linearised(&state, *length, steps);
-            for column in from..own {
-                let moved = &slope * &changes[column];
+            for (column, change) in changes.iter_mut().enumerate().take(own).skip(from) {
+                let moved = slope * *change;
                 followed.gradient[column] += moved[CHANGES];
-                changes[column] = moved.fixed_rows::<CHANGES>(0).into();
+                *change = moved.fixed_rows::<CHANGES>(0).into();
             }
             for (column, unknown) in
                 unknowns.iter().enumerate().skip(own).take_while(|(_, own)| own.arc == arc)
@@ -366,7 +366,8 @@ impl Arcs {
             let followed = self.followed(maneuver)?;
             let newton = Newton::of(&self, maneuver, &followed)?;
             let missed = followed.equations.amax();
-            if missed < MET && is_stationary(newton.slope, &followed) {
+            let is_stationary = newton.slope < STATIONARY * (1.0 + followed.gradient.amax());
+            if missed < MET && is_stationary {
                 let Newton { multipliers, curvature, .. } = newton;
                 return Some(Stationary { arcs: self, followed, multipliers, curvature });
             }
@@ -431,10 +432,6 @@ impl Arcs {
     }
 }
 
-fn is_stationary(slope: f64, followed: &Followed) -> bool {
-    slope < STATIONARY * (1.0 + followed.gradient.amax())
-}
-
 /// One step of Newton.
 struct Newton {
     step: DVector<f64>,
@@ -472,8 +469,7 @@ impl Newton {
             return Some(Self { step: normal, multipliers, slope: 0.0, curvature: f64::INFINITY });
         }
         let slope = null.iter().fold(0.0, |most: f64, along| most.max(along.dot(&followed.gradient).abs()));
-        let met = followed.equations.amax() < MET;
-        if arcs.is_loose() || !met && is_stationary(slope, followed) {
+        if arcs.is_loose() {
             // Loose inputs have nothing to gain in many directions: differences of gradients would lead along them.
             return Some(Self { step: normal, multipliers, slope, curvature: f64::INFINITY });
         }

@@ -49,11 +49,11 @@ fn by_wheels(angle_deg: f64, axis: Vector3, momentum_limit: f64) -> Problem {
 
 /// Torques, and forces, in either axes, within limits of each.
 fn with_limits(problem: Problem) -> Problem {
-    let mut actuation = problem.actuation.clone();
-    let limited = |set: &ActuatorSet| {
+    fn limited(set: &ActuatorSet) -> ActuatorSet {
         let size = (0..set.count()).map(|input| 0.7 + 0.2 * input as f64).collect();
         set.clone().with_limits(Limits { size: Some(size), ..Limits::default() }).unwrap()
-    };
+    }
+    let mut actuation = problem.actuation.clone();
     actuation.torque = limited(&actuation.torque);
     actuation.force = actuation.force.as_ref().map(limited);
     problem.with_actuation(actuation).with_objective(Objective::Time)
@@ -336,6 +336,29 @@ fn least_fuel_of_flights_and_wheels_does_not_depend_on_the_grid() {
         let [coarse, fine] = [60, 100].map(|steps| planned(&problem, steps).0);
         assert!((coarse / fine - 1.0).abs() < 1e-9, "{coarse} {fine}");
     }
+}
+
+/// A short way takes less time than the turn: forces have more than they need, and the flight lasts as long as the turn alone, which has
+/// arcs of its own.
+#[test]
+fn a_flight_by_forces_that_have_time_to_spare_lasts_as_long_as_its_turn() {
+    let mut alone = turn(100.0, Vector3::new(1.0, -2.0, 0.5), cone()).with_steps(60);
+    alone.constraints.clear();
+    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    let lasts = |problem: &Problem| {
+        let found = crate::optimize::search::solve(problem, &settings, None, &mut Silent).unwrap();
+        found.switching.unwrap()
+    };
+    let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+    let force = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let body = Body { mass: Some(1.0), ..alone.body.clone() };
+    let end = State { position: Vector3::new(0.2, -0.1, 0.15), ..alone.end };
+    let flight = Problem::rigid_body(body, alone.start, end, crate::maneuver::duration::Duration::SOUGHT);
+    let flight = flight.with_actuation(Actuation::torques_and_forces(alone.actuation.torque.clone(), force));
+    let flight = flight.with_objective(Objective::Time).with_steps(60);
+    let (alone, flight) = (lasts(&alone), lasts(&flight));
+    assert!((flight.continuous_duration_s / alone.continuous_duration_s - 1.0).abs() < 1e-9);
+    assert!(flight.gap < 1e-8, "{:e}", flight.gap);
 }
 
 #[test]
