@@ -182,7 +182,7 @@ fn verify_judges_arcs_beside_plans_of_equal_steps() {
         ("minimum_fuel_rcs", "truncated_chattering"),
     ] {
         let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/");
-        folder.slew(&["plan", &format!("{spec}{name}.toml"), "-q", "-o", "arcs.json"]).ends(0);
+        folder.slew(&["plan", &format!("{spec}{name}.toml"), "-q", "--force", "-o", "arcs.json"]).ends(0);
         folder.slew(&["verify", "arcs.json"]).ends(0).tells("verified");
         let mut plan = folder.json("arcs.json");
         assert_eq!(plan["switching"]["structure"], structure, "{name}");
