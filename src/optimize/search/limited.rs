@@ -38,6 +38,9 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
         return None;
     }
     let arcs = told_arcs(&maneuver, &found.arcs);
+    let mut singular = [&chattering[..], &found.arcs.loose_inputs()].concat();
+    singular.sort_unstable();
+    singular.dedup();
     let switched = |pair: &[SwitchingArc]| {
         pair[0].input.iter().zip(&pair[1].input).filter(|(before, after)| before != after).count()
     };
@@ -54,7 +57,7 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
         gap,
         eigenaxis_s: None,
         switches: arcs.windows(2).map(switched).sum(),
-        singular_inputs: chattering,
+        singular_inputs: singular,
         smoothing: None,
         beside_optimum: false,
         arcs,

@@ -158,6 +158,11 @@ impl Arcs {
         self.laws.iter().flat_map(|law| &law.levels).any(|level| matches!(level, Level::Loose(_)))
     }
 
+    /// The inputs that are loose on some arc.
+    pub fn loose_inputs(&self) -> Vec<usize> {
+        self.unknowns().iter().filter_map(|unknown| unknown.input).collect()
+    }
+
     fn unknowns(&self) -> Vec<Unknown> {
         let of_arc = |(arc, law): (usize, &Law)| {
             let loose = |input: &usize| matches!(law.levels[*input], Level::Loose(_));

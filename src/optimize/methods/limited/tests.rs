@@ -338,6 +338,30 @@ fn least_fuel_of_flights_and_wheels_does_not_depend_on_the_grid() {
     }
 }
 
+/// A short way takes less time than the turn: forces have more than they need, and the flight lasts as long as the turn alone, which has
+/// arcs of its own.
+#[test]
+fn a_flight_by_forces_that_have_time_to_spare_lasts_as_long_as_its_turn() {
+    let mut alone = turn(120.0, Vector3::new(1.0, 2.0, 3.0), cone()).with_steps(60);
+    alone.constraints.clear();
+    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    let lasts = |problem: &Problem| {
+        let found = crate::optimize::search::solve(problem, &settings, None, &mut Silent).unwrap();
+        found.switching.unwrap()
+    };
+    let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+    let force = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let body = Body { mass: Some(1.0), ..alone.body.clone() };
+    let end = State { position: Vector3::new(0.2, 0.1, 0.1), ..alone.end };
+    let flight = Problem::rigid_body(body, alone.start, end, crate::maneuver::duration::Duration::SOUGHT);
+    let flight = flight.with_actuation(Actuation::torques_and_forces(alone.actuation.torque.clone(), force));
+    let flight = flight.with_objective(Objective::Time).with_steps(60);
+    let (alone, flight) = (lasts(&alone), lasts(&flight));
+    assert!((flight.continuous_duration_s / alone.continuous_duration_s - 1.0).abs() < 1e-9);
+    assert!(flight.gap < 1e-8, "{:e}", flight.gap);
+    assert_eq!(flight.singular_inputs, [0, 1, 2], "forces are within their limits");
+}
+
 #[test]
 fn fuel_under_a_rate_limit_goes_along_it() {
     let rule = Rule::RateAxes(Vector3::repeat(0.35));
