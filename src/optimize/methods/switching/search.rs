@@ -72,7 +72,8 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
     let rivals = branches(extremal, ask, work);
     found.branches += rivals.len();
     let best = rivals.first().map_or(f64::NAN, |first| first.cost(extremal));
-    for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= RIVAL * best) {
+    let dearest = best * if extremal.counts_fuel() { RIVAL_FUEL } else { RIVAL };
+    for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= dearest) {
         if work.stopped() {
             break;
         }

@@ -221,8 +221,9 @@ pub(crate) mod limits {
     pub const NO_GAP: f64 = 1e-7;
     pub const SMALL_GAP: f64 = 1e-4;
 
-    /// A branch that costs more than the best by this is no rival.
-    pub const RIVAL: f64 = 1.1;
+    /// A branch that costs more than the best by this is no rival: of time; and of fuel, whose smoothed cost is far from that of arcs.
+    pub const RIVAL: f64 = 1.015;
+    pub const RIVAL_FUEL: f64 = 1.1;
 
     /// Switching functions of this part of the largest are those of inputs that are not used.
     pub const UNUSED: f64 = 1e-6;
