@@ -12,7 +12,7 @@ use super::flow::{Course, Lanes, Node};
 use super::smooth::Path;
 use super::tuning::arcs::*;
 use super::tuning::smooth::{COSTATE_STEP, TIME_STEP};
-use super::tuning::{COARSER, FINE, SAME, UNDETERMINED};
+use super::tuning::{COARSER, FAR_ITERATIONS, FINE, SAME, UNDETERMINED};
 use crate::Vector3;
 use crate::numerics::least_squares::shortest;
 use crate::numerics::widest::widest;
@@ -169,9 +169,9 @@ impl Arcs {
 
     fn solved(mut self, extremal: &Extremal) -> Option<Self> {
         let mut longest = COARSER * FINE;
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..FAR_ITERATIONS {
             let count = self.switches.len();
-            if !(extremal.fewest_switches()..=extremal.most_switches()).contains(&count) {
+            if !(extremal.fewest_switches()..=MOST_SWITCHES).contains(&count) {
                 return None;
             }
             let found = match count + 8 {
@@ -185,9 +185,6 @@ impl Arcs {
             if found.merit < NEAR && longest > FINE {
                 longest = FINE;
                 continue;
-            }
-            if found.merit > LOST {
-                return None;
             }
             let step = newton_step(&found, count)?;
             self.take(&step, &found)?;

@@ -31,6 +31,7 @@
 //! lengths could not meet six conditions.
 
 use super::base::{Turn, bases, by_all_durations, relaxed, unbalanced};
+use super::eigenaxis::other_way_may_be_shorter;
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
 use super::tuning::FAR_ITERATIONS;
@@ -129,7 +130,7 @@ fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
         }
         Way::Best => {
             let all = ask.thoroughness == Thoroughness::Thorough || extremal.middle != Vector3::zeros();
-            if !(all || fast || angle > OTHER_SENSE) {
+            if !(all || fast || other_way_may_be_shorter(extremal, &phi)) {
                 return straight(&[phi]);
             }
             let mut ways: Vec<Turn> = straight(&[phi, other]);

@@ -1,11 +1,13 @@
-//! The shortest turn about a fixed axis, for comparison.
+//! The shortest turn about a fixed axis, for comparison, and whether one the other way round may be as short.
 //!
 //! On the way `R = exp(θ n)` the torque is `J n θ¨ + θ'² n×Jn`. With `p = θ'²/2` the limits of the inputs bound
 //! `dp/dθ = θ¨`, from above while the body is brought up to speed and from below while it is stopped.
 
 use super::extremal::{Extremal, Law};
+use super::tuning::SAME;
 use super::tuning::limits::EIGENAXIS_PARTS;
 use crate::{Matrix3, Vector3, lie};
+use std::f64::consts::TAU;
 
 /// Duration of the turn about the eigenaxis from rest to rest under the limits, scaled; `None` where the body does not
 /// rest at both ends or where inputs can stand for each other, so that limits and torque are not one to one.
@@ -50,6 +52,42 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     let (up, down) = (grown(true)?, grown(false)?);
     let speed = |index: usize| (2.0 * up[index].min(down[EIGENAXIS_PARTS - index])).sqrt();
     Some((0..EIGENAXIS_PARTS).map(|index| 2.0 * step / (speed(index) + speed(index + 1))).sum())
+}
+
+/// Whether the turn by `2π − |phi|` may be as quick as, or cost as little as, that by `phi` about its axis: both go as the angle over an
+/// acceleration, `√` of it or not, and an axis of its own may give the other one the largest that there is.
+pub(super) fn other_way_may_be_shorter(extremal: &Extremal, phi: &Vector3) -> bool {
+    let angle = phi.norm();
+    let Some(axis) = phi.try_normalize(0.0) else { return false };
+    let (along, largest) = accelerations(extremal, &axis);
+    (TAU - angle) * along < angle * largest
+}
+
+/// The acceleration that the inputs give about an axis alone, the body at rest, and the largest about any. Those that symmetric limits
+/// allow are a zonotope, whose faces have the normals `bᵢ × bⱼ`.
+fn accelerations(extremal: &Extremal, axis: &Vector3) -> (f64, f64) {
+    let b: Vec<Vector3> = match &extremal.law {
+        Law::Inputs(axes) => axes.iter().map(|a| extremal.j_inverse * a).collect(),
+        Law::Norm(limit) => {
+            let least = extremal.j.symmetric_eigenvalues().min();
+            return (limit / (extremal.j * axis).norm(), limit / least);
+        }
+    };
+    let (mut along, mut largest) = (f64::INFINITY, 0.0_f64);
+    for (i, j) in (0..b.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        // Inputs along one axis bound no face.
+        let Some(normal) = b[i].cross(&b[j]).try_normalize(SAME * b[i].norm() * b[j].norm()) else {
+            continue;
+        };
+        let others = || b.iter().enumerate().filter(|(k, _)| ![i, j].contains(k)).map(|(_, b)| b);
+        let support: f64 = others().map(|b| b.dot(&normal).abs()).sum();
+        along = along.min(support / normal.dot(axis).abs().max(f64::MIN_POSITIVE));
+        let middle: Vector3 = others().map(|b| b * b.dot(&normal).signum()).sum();
+        for corner in [b[i] + b[j], b[i] - b[j], b[j] - b[i], -b[i] - b[j]] {
+            largest = largest.max((middle + corner).norm());
+        }
+    }
+    (along, largest)
 }
 
 /// The accelerations `x` for which every `|x/c + b| ≤ 1`.

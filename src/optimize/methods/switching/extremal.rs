@@ -23,7 +23,7 @@
 //! (`tipped`). Of the 1500 public cases the gap of singular ones went from 1e-4 to 1e-6 of a unit of time by it, and those
 //! that were longer than published from 15 to 1. The last one went with larger biases for bodies far from a sphere.
 
-use super::tuning::arcs::{DETERMINED, MOST_SWITCHES, MOST_SWITCHES_FUEL};
+use super::tuning::arcs::DETERMINED;
 use super::tuning::branches::ASIDE;
 use crate::numerics::eight::Number;
 use crate::numerics::three::{Matrix, Vector, dot, scaled, splat, sum, written};
@@ -258,11 +258,6 @@ impl Extremal {
     /// Fewest switches of arcs at the limits: those of three axes, or where fuel counts those of one burn.
     pub fn fewest_switches(&self) -> usize {
         if self.counts_fuel() { 1 } else { DETERMINED }
-    }
-
-    /// Most switches: of fuel more, as some of its singular arcs are long.
-    pub fn most_switches(&self) -> usize {
-        if self.counts_fuel() { MOST_SWITCHES_FUEL } else { MOST_SWITCHES }
     }
 
     /// Whether inputs cost something, and not time alone.

@@ -32,8 +32,8 @@ use super::certificate::Certificate;
 use super::extremal::{Bias, Extremal};
 use super::limit::{Limit, bounded, is_small, measured, polish, refined, tipped};
 use super::pulses::optimum::best_arcs;
-use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by, settle};
-use super::tuning::FAR_ITERATIONS;
+use super::smooth::{Intervals, Smoothed, descend, descend_by, settle};
+use super::tuning::arcs::MOST_SWITCHES;
 use super::tuning::limits::*;
 use super::tuning::smooth::RATIO;
 use super::work::{Work, count};
@@ -89,28 +89,11 @@ pub(super) fn mended(
 
 /// The smoothed extremal of a branch at the smallest ε that it is found for, on intervals that follow its inputs.
 fn settled(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Smoothed {
-    let close = |from: &Smoothed, work: &Work| {
-        descend_by(RATIO, Intervals::Close, extremal, from, LAST, &Bias::default(), work)
-    };
-    let end = match close(rival, work) {
+    let end = match descend_by(RATIO, Intervals::Close, extremal, rival, LAST, &Bias::default(), work) {
         Ok(end) => end,
-        // Coarse intervals may have led astray.
-        Err(end) => finer(extremal, rival, work)
-            .and_then(|fine| close(&fine, work).ok())
-            .or_else(|| tipped(extremal, rival, work))
-            .unwrap_or(end),
+        Err(end) => tipped(extremal, rival, work).unwrap_or(end),
     };
     settle(extremal, end, SMALLEST, work)
-}
-
-/// A smoothed extremal on finer intervals.
-fn finer(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
-    let smooth = Smooth::of(extremal, from.epsilon);
-    let mut path = from.path.clone();
-    for _ in 0..FINER {
-        path = smooth.solve(smooth.doubled(&path), FINER_RESIDUAL, FAR_ITERATIONS, work)?;
-    }
-    Some(Smoothed { path, epsilon: from.epsilon })
 }
 
 /// The arcs of the smallest gap among those known and those with trains of pulses, no more of them than make it small, and none of
@@ -125,7 +108,7 @@ fn train(
     let mut best = known;
     for cells in CELLS {
         let arcs = Arcs::of_pulses(extremal, &settled.path, settled.epsilon, cells);
-        if arcs.switches.len() > extremal.most_switches() || work.stopped() {
+        if arcs.switches.len() > MOST_SWITCHES || work.stopped() {
             break;
         }
         let next = polish(extremal, arcs.clone(), work).or_else(|| laid(extremal, &arcs, work));
@@ -158,8 +141,8 @@ fn laid_out(extremal: &Extremal, first: (Arcs, Certificate), work: &Work) -> Vec
             &|| certificate.mended(arcs, 0, PARTS[2]),
         ];
         let better = corrections.iter().take_while(|_| !work.stopped()).find_map(|correction| {
-            let next = correction().filter(|next| next.switches.len() <= extremal.most_switches())?;
-            laid(extremal, &next, work).filter(|(_, next)| next.gap < LESS * certificate.gap)
+            let next = correction().filter(|next| next.switches.len() <= MOST_SWITCHES)?;
+            laid(extremal, &next, work).filter(|(_, next)| next.gap < certificate.gap)
         });
         match better {
             Some(better) => path.push(better),

@@ -21,7 +21,7 @@
 //! and `m` and `Π̃` are `s⁻¹` times as large.
 
 use super::extremal::{ArcLaw, Extremal, Response};
-use super::tuning::grid::{LAST_CHANGE, MOST_OF_TORQUE};
+use super::tuning::grid::{LAST_CHANGE, MOST_ITERATIONS};
 use crate::mechanics::drift_equation;
 use crate::numerics::widest::widest;
 use crate::optimize::discrete::step::Costate;
@@ -175,7 +175,7 @@ impl Extremal {
         h: f64,
         by: &Torque,
     ) -> Option<(Vector3, Matrix3)> {
-        for _ in 0..MOST_OF_TORQUE {
+        for _ in 0..MOST_ITERATIONS {
             let out = self.lifted(m, &(pi + 0.5 * h * torque), e, h)?;
             let law = self.answer(by, &(0.5 * (e + out.after.pi)))?;
             let answer = 0.25 * h * law.stiffness * out.e_of_momentum;

@@ -17,6 +17,7 @@ use super::certificate::Certificate;
 use super::extremal::Extremal;
 use super::least_gap::with_less_gap;
 use super::smooth::{Smooth, Smoothed, descend};
+use super::tuning::arcs::MOST_SWITCHES;
 use super::tuning::limits::*;
 use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{FAR_ITERATIONS, SAME};
@@ -85,8 +86,7 @@ pub(super) fn is_small(extremal: &Extremal, (arcs, certificate): &(Arcs, Certifi
 
 /// Whether arcs can be the limit of a smoothed extremal: Newton may have gone to a dearer one.
 pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
-    let dearer = if extremal.counts_fuel() { DEARER_FUEL } else { DEARER };
-    arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + dearer)
+    arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + DEARER)
 }
 
 /// The best extremal at the last ε that biases lead to, for a branch that ends before.
@@ -113,7 +113,7 @@ pub(super) fn polish(extremal: &Extremal, mut arcs: Arcs, work: &Work) -> Option
             best = Some((solved, certificate));
         }
         match mended {
-            Some(next) if !exact && !again && next.switches.len() <= extremal.most_switches() => arcs = next,
+            Some(next) if !exact && !again && next.switches.len() <= MOST_SWITCHES => arcs = next,
             _ => break,
         }
     }
@@ -154,10 +154,10 @@ pub(super) fn refined(
         let all = (0..WORST).flat_map(|rank| PARTS.map(|part| (rank, part)));
         let corrections = all
             .filter_map(|(rank, part)| certificate.mended(arcs, rank, part))
-            .filter(|next| next.switches.len() <= extremal.most_switches());
-        let better = corrections.take(MOST_REFINEMENTS - newtons).find_map(|next| {
+            .filter(|next| next.switches.len() <= MOST_SWITCHES);
+        let better = corrections.take(MOST_CORRECTIONS - newtons).find_map(|next| {
             newtons += 1;
-            certified(extremal, next, work).filter(|(_, next)| next.gap < LESS * certificate.gap)
+            certified(extremal, next, work).filter(|(_, next)| next.gap < certificate.gap)
         });
         match better {
             Some(better) => path.push(better),

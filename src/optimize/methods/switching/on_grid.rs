@@ -168,7 +168,7 @@ impl OnGrid {
             last = equations.merit;
             let step = newton_step(&equations, self.switches())?;
             let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
-            let factor = (costate / step.rows(0, 6).norm()).min(self.longest(&step));
+            let factor = (costate / step.rows(0, 6).norm()).min(1.0);
             self.take(&step, &equations, factor);
         }
         None
@@ -193,13 +193,6 @@ impl OnGrid {
         let Sweep { equations, torques } = self.swept(extremal)?;
         (self.torques, self.residual) = (torques, equations.merit);
         Some(self)
-    }
-
-    /// The part of a step that no more than halves an arc, but short ones.
-    pub(super) fn longest(&self, step: &DVector<f64>) -> f64 {
-        let least = SHORT * self.duration();
-        let lengths = self.lengths.iter().enumerate().filter(|(_, length)| **length > least);
-        lengths.map(|(arc, length)| 0.5 * length / (-step[6 + arc]).max(1e-300)).fold(1.0, f64::min)
     }
 
     /// A part of a step of costates and lengths, and the nodes with it.

@@ -12,6 +12,7 @@ use super::long;
 use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
+use super::tuning::smooth::ENOUGH;
 use super::tuning::{GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
 use super::work::Work;
 use crate::maneuver::problem::Path as Way;
@@ -114,9 +115,8 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
     let mut best: Option<(Arcs, Certificate)> = None;
     let attempts = match &extremal.law {
         _ if !ask.arcs => 0,
-        Law::Norm(_) if extremal.counts_fuel() => MOST_DESCENTS_NORM,
+        _ if extremal.counts_fuel() => MOST_DESCENTS_FUEL,
         Law::Norm(_) => 0,
-        Law::Inputs(_) if extremal.counts_fuel() => MOST_DESCENTS_FUEL,
         Law::Inputs(_) => MOST_DESCENTS,
     };
     for _ in 0..attempts {
@@ -167,7 +167,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
 fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
     let exact = Smooth { accurate: true, ..Smooth::of(extremal, 0.0) };
     let mut path = from.path.clone();
-    while path.intervals() < TURNING {
+    while path.intervals() < ENOUGH {
         path = exact.doubled(&path);
     }
     match exact.solve(path, MET, NEAR_ITERATIONS, work) {

@@ -315,7 +315,7 @@ impl<'a> Smooth<'a> {
     fn refined(&self, mut path: Path, intervals: Intervals, work: &Work) -> Option<Path> {
         while let Some(finer) = match intervals {
             _ if path.intervals() >= self.wanted() && intervals != Intervals::Close => None,
-            Intervals::Equal => (2 * path.intervals() <= MOST_EQUAL).then(|| self.doubled(&path)),
+            Intervals::Equal => (2 * path.intervals() <= MOST_INTERVALS).then(|| self.doubled(&path)),
             Intervals::Following | Intervals::Close => self.finer(&path),
         } {
             path = self.solve(finer, self.tolerance(), NEAR_ITERATIONS, work)?;
@@ -324,10 +324,10 @@ impl<'a> Smooth<'a> {
     }
 
     /// The path on more intervals, where it has too few: not enough in all, or one on which an input changes by more than
-    /// [`ROUGH`] of its range.
+    /// [`RESOLVED`] of its range.
     fn finer(&self, path: &Path) -> Option<Path> {
         let fuel = self.extremal.counts_fuel();
-        let few = path.intervals() < if fuel { ENOUGH_FUEL } else { ENOUGH.min(self.wanted()) };
+        let few = path.intervals() < if fuel { ENOUGH } else { ENOUGH.min(self.wanted()) };
         let inputs = self.extremal.switching_count();
         let level = |input: usize, e: &Vector3| self.extremal.level(input, e, self.epsilon);
         let change = |from: &Vector3, to: &Vector3| {
@@ -336,9 +336,10 @@ impl<'a> Smooth<'a> {
         };
         let finer = self.divided(path, |from, to, length, depth| {
             // A pulse of fuel may come and go between two nodes.
-            let within =
-                || fuel && self.within(&path.m, from, to, length).any(|e| change(&from.e, &e) > 2.0 * ROUGH);
-            few && depth == 0 || depth < DEEPEST && (change(&from.e, &to.e) > 2.0 * ROUGH || within())
+            let within = || {
+                fuel && self.within(&path.m, from, to, length).any(|e| change(&from.e, &e) > 2.0 * RESOLVED)
+            };
+            few && depth == 0 || depth < DEEPEST && (change(&from.e, &to.e) > 2.0 * RESOLVED || within())
         });
         (finer.intervals() > path.intervals() && finer.intervals() <= MOST_INTERVALS).then_some(finer)
     }

@@ -86,8 +86,7 @@ pub(super) mod paths {
 pub(super) mod branches {
     use crate::Vector3;
 
-    /// Beyond this angle the other way round is a rival \[rad\]; and boundary rates in the unit of time beyond which it is at any angle.
-    pub const OTHER_SENSE: f64 = 1.745;
+    /// Boundary rates in the unit of time beyond which either way round may be the short one.
     pub const FAST: f64 = 0.3;
 
     /// ε at which branches are told apart; at which they are compared, for an angle of a radian and more, and where fuel counts; and, over
@@ -162,36 +161,29 @@ pub(super) mod smooth {
     /// are several such paths, some of them far, they have as many as what is continued.
     pub const INTERVALS_NEAR: usize = 16;
 
-    /// Intervals of a path at the start of a continuation, those that are enough where no input changes fast, and at most: equal
-    /// ones, and others; and what equal ones that would do are, times ε.
+    /// Intervals of a path at the start of a continuation, those that are enough where no input changes fast, and at most.
     pub const INTERVALS: usize = 32;
-    pub const ENOUGH: usize = 64;
-    pub const ENOUGH_FUEL: usize = 128;
-    pub const MOST_EQUAL: usize = 600;
+    pub const ENOUGH: usize = 128;
     pub const MOST_INTERVALS: usize = 3000;
-    pub const RESOLVED: f64 = 0.2;
 
-    /// What an input may change by on one interval, as a part of its range, and how often one is halved for it at once.
-    pub const ROUGH: f64 = 0.3;
+    /// What an input may change by on one interval, as a part of its range: of equal ones this over ε are enough; and how often one is
+    /// halved for it at once.
+    pub const RESOLVED: f64 = 0.2;
     pub const DEEPEST: usize = 8;
 }
 
 /// Arcs at the limits (`arcs`, `certificate`, `least_gap`): whether Newton on switching times comes from a reading of a path to its arcs.
 pub(super) mod arcs {
-    /// Residual at which the integration becomes fine, and at which Newton ends or is given up.
+    /// Residual at which the integration becomes fine, and at which Newton ends.
     pub const NEAR: f64 = 1e-6;
     pub const CONVERGED: f64 = 1e-12;
-    pub const LOST: f64 = 1e3;
-
-    pub const MOST_ITERATIONS: usize = 16;
 
     /// Most steps of one arc: no bound but for durations that are out of all proportion.
     pub const MOST_STEPS: f64 = 1e3;
 
-    /// Fewest switches that determine all costates; and most that are looked for, of time and of fuel, some of whose singular arcs are long.
+    /// Fewest switches that determine all costates; and most that are looked for, as singular arcs of fuel are long.
     pub const DETERMINED: usize = 5;
-    pub const MOST_SWITCHES: usize = 24;
-    pub const MOST_SWITCHES_FUEL: usize = 40;
+    pub const MOST_SWITCHES: usize = 40;
 
     /// An input below this part of its limit is off, and a pulse shorter than this part of the duration is none.
     pub const IDLE: f64 = 0.02;
@@ -228,40 +220,27 @@ pub(crate) mod limits {
     /// Switching functions of this part of the largest are those of inputs that are not used.
     pub const UNUSED: f64 = 1e-6;
 
-    /// How often a branch without arcs is followed to a smaller ε: of time; of fuel, as short pulses show late; and where that of the norm
-    /// counts, whose switching function can be near zero all along.
+    /// How often a branch without arcs is followed to a smaller ε: of time, where more of them would take a third longer in the slowest
+    /// tenth of the public set; and of fuel, as short pulses show late.
     pub const MOST_DESCENTS: usize = 3;
-    pub const MOST_DESCENTS_FUEL: usize = 6;
-    pub const MOST_DESCENTS_NORM: usize = 12;
+    pub const MOST_DESCENTS_FUEL: usize = 12;
 
     /// ε at which a branch with a singular arc ends on equal intervals, and that to which it is then carried.
     pub const LAST: f64 = 5e-4;
     pub const SMALLEST: f64 = 2e-5;
 
-    /// Most corrections of the sequence of switches, or of times that are laid out anew.
-    pub const MOST_CORRECTIONS: usize = 8;
+    /// Most corrections of the sequence of switches, of times that are laid out anew, and of arcs with a gap that is not small.
+    pub const MOST_CORRECTIONS: usize = 12;
 
-    /// Further corrections of arcs with a gap that is not small: so many of the worst signs, on these parts of their time, in so
-    /// many Newtons; each must leave less of the gap than this.
+    /// The last are of so many of the worst signs, on these parts of their time.
     pub const WORST: usize = 3;
     pub const PARTS: [f64; 4] = [1.0, 0.2, 0.04, 0.008];
-    pub const MOST_REFINEMENTS: usize = 40;
-    pub const LESS: f64 = 0.98;
 
-    /// Arcs may cost more than their smoothed extremal by this part: the interpolation on its intervals, of a duration; and
-    /// of fuel what smoothing lets through.
-    pub const DEARER: f64 = 1e-4;
-    pub const DEARER_FUEL: f64 = 0.05;
+    /// Arcs may cost more than their smoothed extremal by this part: what smoothing lets through of fuel.
+    pub const DEARER: f64 = 0.05;
 
     /// How many pulses stand for a singular arc, one after the other until the gap is small.
     pub const CELLS: [usize; 6] = [1, 2, 3, 4, 6, 8];
-
-    /// How often intervals are halved where a branch of fuel ends early, and the residual of the Newton on each.
-    pub const FINER: usize = 2;
-    pub const FINER_RESIDUAL: f64 = 1e-5;
-
-    /// Intervals of an extremal under a limit of the norm.
-    pub const TURNING: usize = 256;
 
     /// Parts into which the angle of a turn about a fixed axis is cut.
     pub const EIGENAXIS_PARTS: usize = 4000;
@@ -293,9 +272,6 @@ pub(crate) mod grid {
     /// An arc shorter than this part of the duration has no length: two inputs switch together.
     pub const NO_LENGTH: f64 = 1e-14;
 
-    /// An arc longer than this part of the duration is no more than halved in an iteration.
-    pub const SHORT: f64 = 0.01;
-
     /// How often pulses are held at another bound, and switches exchanged or joined, in all.
     pub const MOST_CHANGES: usize = 12;
 
@@ -304,9 +280,8 @@ pub(crate) mod grid {
     pub const LEAST_SMOOTHING: f64 = 1e-4;
     pub const MOST_LARGER: usize = 4;
 
-    /// A change of the torque of a step after which the next one would be round-off, as Newton squares it; and its iterations.
+    /// A change of the torque of a step after which the next one would be round-off, as Newton squares it.
     pub const LAST_CHANGE: f64 = 1e-9;
-    pub const MOST_OF_TORQUE: usize = 30;
 }
 
 /// Pulses of a shortest length (`pulses`): which schedules are tried, and when their times are best.

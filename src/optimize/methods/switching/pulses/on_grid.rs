@@ -187,8 +187,7 @@ fn stationary(
         let mut step = DVector::zeros(6 + arcs);
         step.rows_mut(0, 6).copy_from(&costates);
         step.rows_mut(6, arcs).copy_from(&(of_length * lengths));
-        let factor = grid.longest(&step);
-        grid.take(&step, &equations, factor);
+        grid.take(&step, &equations, 1.0);
     }
     None
 }
