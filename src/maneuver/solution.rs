@@ -536,9 +536,9 @@ impl Solution {
         }
     }
 
-    /// The maneuver as it is planned, on the grid of its plan: with its alternatives in their shifts, the number of steps that the plan has, which may have been chosen, or be one more
-    /// than was asked for, with the duration that was found where it was sought, the attitude at the end where any will do, and on
-    /// equal steps where SCP has planned it, or on those of arcs where no constraint acts.
+    /// The maneuver as it is planned, on the grid of its plan: with its alternatives in their shifts, the number of steps that the plan
+    /// has, which may have been chosen, or be one more than was asked for, with the duration that was found where it was sought, the
+    /// attitude at the end where any will do, and on equal steps where SCP has planned it, or on those of arcs where no constraint acts.
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
         let problem = if self.turns.is_empty() { problem } else { &problem.in_turns(&self.turns_flown()) };

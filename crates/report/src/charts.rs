@@ -255,18 +255,17 @@ pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
     let reach = high.max(-low);
     let mut far = Vec::new();
     for (name, limits) in bounds {
-        let mut seen: Vec<u64> = Vec::new();
-        for limit in limits.iter().filter(|limit| limit.is_finite()) {
-            if seen.contains(&limit.to_bits()) {
-                continue;
-            }
-            seen.push(limit.to_bits());
-            let told = format!("{name} {} {unit}", short(*limit));
-            if *limit > FAR * reach {
-                far.push(format!("{told} is outside"));
-                continue;
-            }
-            chart.levels.push(Level { value: *limit, label: told });
+        let mut limits: Vec<f64> = limits.iter().copied().filter(|limit| limit.is_finite()).collect();
+        limits.sort_by(|a, b| b.total_cmp(a));
+        limits.dedup();
+        let (outside, shown): (Vec<f64>, Vec<f64>) =
+            limits.into_iter().partition(|limit| *limit > FAR * reach);
+        far.extend(outside.iter().map(|limit| format!("{name} {} {unit} is outside", short(*limit))));
+        // Lines near one another would have their labels one upon the other: the highest has that of all.
+        let all: Vec<String> = shown.iter().map(|limit| short(*limit)).collect();
+        let mut label = format!("{name} {} {unit}", all.join(", "));
+        for limit in shown {
+            chart.levels.push(Level { value: limit, label: std::mem::take(&mut label) });
             if low < -0.3 * limit {
                 chart.levels.push(Level { value: -limit, label: String::new() });
             }

@@ -65,7 +65,8 @@ function stage() {
     pen.lineJoin = "round";
     const style = getComputedStyle(document.documentElement);
     const tint = (name) => style.getPropertyValue(`--${name}`).trim();
-    const radius = moving ? Math.min(0.46 * width, 0.62 * height) : 0.44 * height;
+    // The body's axes stay within the picture wherever on the path it is.
+    const radius = moving ? Math.min(0.46 * width, (0.5 * height) / (1 + 2.2 * boxSize)) : 0.44 * height;
     const [cy, sy, cp, sp] = [Math.cos(view.yaw), Math.sin(view.yaw), Math.cos(view.pitch), Math.sin(view.pitch)];
     const [right, up, near] = [[-sy, cy, 0], [-sp * cy, -sp * sy, cp], [cp * cy, cp * sy, sp]];
     const place = (at) => [width / 2 + radius * dot(at, right), height / 2 - radius * dot(at, up)];

@@ -13,7 +13,7 @@
 //! inputs or moments differ more, and larger, sets of it are tried. The other way round may be far quicker about an axis of its
 //! own than about that of the short one: first paths lie beside whole turns about the two fastest axes of the inputs too, and
 //! of so many bases the first and the cheapest are tipped. `cargo run --release -p evidence --bin dearer -- thorough` counts:
-//! for eight of 300 random maneuvers the thorough search knew shorter ones before, by up to a fifth, now for two. Branches may
+//! for eight of 300 random maneuvers the thorough search knew shorter ones before, by up to a fifth, now for one. Branches may
 //! part below the ε at which they are compared:
 //! one whose symmetry leaves an input unused is tipped once more at the last ε, and where the best is no quicker than the
 //! turn about a fixed axis, which is known in closed form, the search becomes a thorough one. `cargo run --release -p
