@@ -4,6 +4,7 @@ use super::arcs::{Arcs, over_arc};
 use super::branches::{Ask, branches};
 use super::certificate::Certificate;
 use super::discretize::of_arcs;
+use super::eigenaxis::{accelerations, other_way_may_be_shorter};
 use super::extremal::{Bias, Extremal, Law};
 use super::flow::{Course, Lanes, Node, Stages, Units};
 use super::grid_step::Torque;
@@ -480,6 +481,48 @@ fn turns_that_are_far_from_a_fixed_axis_are_found() {
 }
 
 /// Six one-sided thrusters, for a turn from rest to rest in 17.3 s.
+/// Of a cube about one of its axes the torque is 1/√3 of that about the diagonal; of a sphere under a limit of the norm all are alike.
+#[test]
+fn the_other_way_round_may_be_shorter_from_the_angle_of_its_best_axis_on() {
+    let still =
+        |law: &Law, turn: Vector3| extremal(Matrix3::identity(), law.clone(), turn, [Vector3::zeros(); 2]);
+    let about = |law: Law, axis: Vector3, angle: f64| {
+        let turn = axis.normalize() * angle;
+        other_way_may_be_shorter(&still(&law, turn), &turn)
+    };
+    let from = 2.0 * PI / (1.0 + 3.0_f64.sqrt());
+    assert!(!about(cube(), Vector3::x(), from - 1e-9) && about(cube(), Vector3::x(), from + 1e-9));
+    assert!(!about(cube(), Vector3::repeat(1.0), PI - 1e-9));
+    assert!(!about(Law::Norm(0.8), Vector3::x(), PI - 1e-9));
+    assert!(!about(cube(), Vector3::x(), 0.0));
+    // Two torques give none about the third axis: the other way may be the only one.
+    let two = Law::Inputs(vec![Vector3::x(), Vector3::y()]);
+    assert!(about(two, Vector3::z(), 0.1));
+}
+
+#[test]
+fn accelerations_are_those_of_the_corners_and_faces_of_what_inputs_reach() {
+    let axis = Vector3::new(0.2, -0.7, 0.4).normalize();
+    for of in &extremals()[..2] {
+        let (along, largest) = accelerations(of, &axis);
+        let b: Vec<Vector3> = of.axes().iter().map(|a| of.j_inverse * a).collect();
+        let corner = |signs: u32| -> Vector3 {
+            b.iter().enumerate().map(|(k, b)| if signs >> k & 1 == 1 { *b } else { -b }).sum()
+        };
+        let corners = (0..1 << b.len()).map(|signs| corner(signs).norm());
+        assert!((largest / corners.fold(0.0, f64::max) - 1.0).abs() < 1e-14);
+        // By its support in many directions.
+        let directions = (0..200_000).map(|k| {
+            let (z, turn) = (1.0 - (f64::from(k) + 0.5) / 1e5, 2.399_963_229_728_653 * f64::from(k));
+            let r = (1.0 - z * z).sqrt();
+            Vector3::new(r * turn.cos(), r * turn.sin(), z)
+        });
+        let reached = |d: Vector3| b.iter().map(|b| b.dot(&d).abs()).sum::<f64>() / d.dot(&axis).abs();
+        let least = directions.map(reached).fold(f64::INFINITY, f64::min);
+        assert!(along <= least * (1.0 + 1e-12) && least < along * 1.01, "{along} {least}");
+    }
+}
+
 fn by_thrusters() -> Extremal {
     let each = [
         ([0.66, -0.66, 0.37], 0.69),
