@@ -215,6 +215,22 @@ fn a_limit_that_does_not_act_leaves_the_arcs_of_the_turn_without_it() {
     }
 }
 
+/// Gains need steps of one length, so plans that fly are asked for so.
+#[test]
+fn what_is_asked_for_on_equal_steps_stays_on_them_though_its_limit_does_not_act() {
+    let free = slew([1.0, 2.0, 3.0], turn([1.0, 2.0, 3.0], 120.0));
+    let alone = solved(&free);
+    let loose = rate(free, Rule::RateNorm(1.001 * peak(&alone))).planned_by(Method::Scp);
+    let equal = solved(&loose);
+    assert_eq!(equal.solution.method, Method::Scp);
+    let time = &equal.solution.trajectory.time;
+    let step = time[time.len() - 1] / (time.len() - 1) as f64;
+    assert!(time.windows(2).all(|pair| ((pair[1] - pair[0]) / step - 1.0).abs() < 1e-9));
+    // Inputs on steps that hold a switch lie between their limits: of the second order in the step.
+    let (found, least) = (equal.solution.cost, alone.solution.cost);
+    assert!((found / least - 1.0).abs() < 2e-3, "{found} {least}");
+}
+
 #[test]
 fn of_mirror_images_that_last_as_long_the_one_beside_the_cone_is_the_answer() {
     // A sphere turns about an axis of its torques faster on a way beside it, to either side.
