@@ -213,9 +213,10 @@ pub(crate) mod limits {
     pub const NO_GAP: f64 = 1e-7;
     pub const SMALL_GAP: f64 = 1e-4;
 
-    /// A branch that costs more than the best by this is no rival: of time; and of fuel, whose smoothed cost is far from that of arcs.
+    /// A branch that costs more than the best by this is no rival: of time, where one of them ends as arcs that cost no more; and
+    /// else, and of fuel, as the cost of what is smoothed can be far from that of arcs.
     pub const RIVAL: f64 = 1.015;
-    pub const RIVAL_FUEL: f64 = 1.1;
+    pub const FAR_RIVAL: f64 = 1.1;
 
     /// Switching functions of this part of the largest are those of inputs that are not used.
     pub const UNUSED: f64 = 1e-6;
