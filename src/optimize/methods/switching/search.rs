@@ -15,6 +15,7 @@ use super::tuning::limits::*;
 use super::tuning::smooth::ENOUGH;
 use super::tuning::{GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
 use super::work::Work;
+use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
 
@@ -73,12 +74,10 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
     let rivals = branches(extremal, ask, work);
     found.branches += rivals.len();
     let best = rivals.first().map_or(f64::NAN, |first| first.cost(extremal));
-    for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= FAR_RIVAL * best) {
-        let is_near = |cost: f64| cost <= RIVAL * best;
-        // Arcs may be far dearer than what was smoothed.
-        let arcs_of_it = |limit: &Limit| limit.arcs.is_some() && is_near(limit.cost(extremal));
-        let near_will_do = !extremal.counts_fuel() && found.limits.iter().any(arcs_of_it);
-        if work.stopped() || near_will_do && !is_near(rival.cost(extremal)) {
+    let one_sided = extremal.middle != Vector3::zeros();
+    let dearest = best * if extremal.counts_fuel() || one_sided { FAR_RIVAL } else { RIVAL };
+    for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= dearest) {
+        if work.stopped() {
             break;
         }
         let limit = end_game(extremal, rival, ask, work);

@@ -213,8 +213,8 @@ pub(crate) mod limits {
     pub const NO_GAP: f64 = 1e-7;
     pub const SMALL_GAP: f64 = 1e-4;
 
-    /// A branch that costs more than the best by this is no rival: of time, where one of them ends as arcs that cost no more; and
-    /// else, and of fuel, as the cost of what is smoothed can be far from that of arcs.
+    /// A branch that costs more than the best by this is no rival: of time; and of fuel, or by one-sided thrusters, as the cost of what
+    /// is smoothed can be far from that of arcs.
     pub const RIVAL: f64 = 1.015;
     pub const FAR_RIVAL: f64 = 1.1;
 
