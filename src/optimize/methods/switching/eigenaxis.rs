@@ -64,7 +64,8 @@ pub(super) fn other_way_may_be_shorter(extremal: &Extremal, phi: &Vector3) -> bo
 }
 
 /// The acceleration that the inputs give about an axis alone, the body at rest, and the largest about any. Those that symmetric limits
-/// allow are a zonotope, whose faces have the normals `bᵢ × bⱼ`.
+/// allow are a zonotope, whose faces have the normals `bᵢ × bⱼ`. Of inputs in one plane the first is zero, about its axes too: either way
+/// is tried there.
 pub(super) fn accelerations(extremal: &Extremal, axis: &Vector3) -> (f64, f64) {
     let b: Vec<Vector3> = match &extremal.law {
         Law::Inputs(axes) => axes.iter().map(|a| extremal.j_inverse * a).collect(),
