@@ -202,7 +202,7 @@ pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoot
     );
     work.sweeps.set(work.sweeps.get() + swept);
     for one in backwards {
-        let path = one.path.reversed(&reversed.end_attitude);
+        let path = one.path.reversed(extremal);
         let one = unbiased(extremal, &Smoothed { path, ..one }, work);
         found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
     }

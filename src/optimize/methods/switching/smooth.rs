@@ -75,13 +75,17 @@ impl Path {
         self.nodes.len() - 1
     }
 
-    /// An extremal of a maneuver as one of the same backwards, which starts where the maneuver ends, at `end`.
-    pub fn reversed(&self, end: &Matrix3) -> Self {
-        let node = |node: &Node| Node { r: end.tr_mul(&node.r), pi: -node.pi, e: node.e };
+    /// An extremal of the reversed maneuver as one of `extremal`, from its start on: where the other one ends is known no better than
+    /// its residual, and a start is not mended.
+    pub fn reversed(&self, extremal: &Extremal) -> Self {
+        let end = &extremal.end_attitude;
+        let node = |node: &Node| Node { r: end * node.r, pi: -node.pi, e: node.e };
+        let mut nodes: Vec<Node> = self.nodes.iter().rev().map(node).collect();
+        nodes[0] = Node { r: Matrix3::identity(), pi: extremal.j * extremal.start_rate, e: nodes[0].e };
         Self {
-            m: -end.tr_mul(&self.m),
+            m: -end * self.m,
             duration: self.duration,
-            nodes: self.nodes.iter().rev().map(node).collect(),
+            nodes,
             parts: self.parts.iter().rev().map(|part| 1.0 - part).collect(),
         }
     }
