@@ -202,9 +202,12 @@ pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoot
     );
     work.sweeps.set(work.sweeps.get() + swept);
     for one in backwards {
-        let path = one.path.reversed(extremal);
-        let one = unbiased(extremal, &Smoothed { path, ..one }, work);
-        found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
+        // What few intervals hold from one end they may not from the other; arcs are read from it all the same.
+        let one = Smoothed { path: one.path.reversed(extremal), ..one };
+        let one = unbiased(extremal, &one, work).unwrap_or(one);
+        if !found.iter().any(|known| same(extremal, known, &one)) {
+            found.push(one);
+        }
     }
     found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
     found

@@ -18,6 +18,7 @@ use super::extremal::Extremal;
 use super::least_gap::with_less_gap;
 use super::smooth::{Smooth, Smoothed, descend};
 use super::tuning::arcs::MOST_SWITCHES;
+use super::tuning::branches::ALIKE;
 use super::tuning::limits::*;
 use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{FAR_ITERATIONS, SAME};
@@ -87,6 +88,12 @@ pub(super) fn is_small(extremal: &Extremal, (arcs, certificate): &(Arcs, Certifi
 /// Whether arcs can be the limit of a smoothed extremal: Newton may have gone to a dearer one.
 pub(super) fn bounded(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
     arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + DEARER)
+}
+
+/// Whether arcs are the limit of a smoothed extremal. Of time this is never less than its limit.
+pub(super) fn is_limit(extremal: &Extremal, arcs: &Arcs, smooth: &Smoothed) -> bool {
+    let dearer = if extremal.counts_fuel() { DEARER } else { ALIKE.0 };
+    arcs.cost(extremal) <= smooth.cost(extremal) * (1.0 + dearer)
 }
 
 /// The best extremal at the last ε that biases lead to, for a branch that ends before.

@@ -7,7 +7,7 @@ use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
 use super::fuel::{fuel_limit, mended};
 use super::impulses;
-use super::limit::{Found, Limit, bounded, is_small, polish, refined, tipped};
+use super::limit::{Found, Limit, bounded, is_limit, is_small, polish, refined, tipped};
 use super::long;
 use super::moved::is_saddle;
 use super::smooth::{Smooth, Smoothed, descend, settle};
@@ -115,6 +115,8 @@ fn rests_on_a_symmetry(extremal: &Extremal, branch: &Smoothed) -> bool {
 fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Limit {
     let mut at = rival.clone();
     let mut best: Option<(Arcs, Certificate)> = None;
+    // Newton may go to arcs of a dearer branch; they are better than none.
+    let mut of_another: Option<(Arcs, Certificate)> = None;
     let attempts = match &extremal.law {
         _ if !ask.arcs => 0,
         _ if extremal.counts_fuel() => MOST_DESCENTS_FUEL,
@@ -127,8 +129,14 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
         }
         for first in readings(extremal) {
             let Some((arcs, certificate)) = polish(extremal, first(extremal, &at), work) else { continue };
-            if certificate.gap <= NO_GAP * arcs.cost(extremal) && bounded(extremal, &arcs, &at) {
-                return Limit::of_arcs(rival, at, (arcs, certificate));
+            if certificate.gap <= NO_GAP * arcs.cost(extremal) {
+                if is_limit(extremal, &arcs, &at) {
+                    return Limit::of_arcs(rival, at, (arcs, certificate));
+                }
+                if !extremal.counts_fuel() {
+                    of_another.get_or_insert((arcs, certificate));
+                    continue;
+                }
             }
             if best.as_ref().is_none_or(|(_, known)| certificate.gap < known.gap) {
                 best = Some((arcs, certificate));
@@ -145,12 +153,12 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
     if extremal.counts_fuel() {
         return fuel_limit(extremal, rival, at, best, ask, work);
     }
-    let mut looser = Vec::new();
+    let mut looser = Vec::from_iter(of_another.filter(|(arcs, _)| bounded(extremal, arcs, &at)));
     if let Some(best) = best {
         let refined = if is_small(extremal, &best) { vec![best] } else { refined(extremal, best, work) };
         looser.extend(refined.into_iter().filter(|(arcs, _)| bounded(extremal, arcs, &at)));
     }
-    if let Some(arcs) = looser.pop_if(|best| is_small(extremal, best)) {
+    if let Some(arcs) = looser.pop_if(|best| is_small(extremal, best) && is_limit(extremal, &best.0, &at)) {
         return Limit { looser, ..Limit::of_arcs(rival, at, arcs) };
     }
     let smooth = match descend(extremal, &at, LAST, &Bias::default(), work) {
