@@ -18,6 +18,7 @@ use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
 use super::grid_step::{GridStep, Torque};
 use super::tuning::grid::*;
+use super::tuning::smooth::{DECREASE, MOST_TRIALS, SHORTENED};
 use crate::Vector3;
 use crate::numerics::three::{apply, apply_transposed, cross, product};
 use crate::numerics::widest::widest;
@@ -150,28 +151,65 @@ impl OnGrid {
     }
 
     /// Newton to round-off; `None` where it does not get there. An arc may come out with no length, or a negative one.
+    ///
+    /// Whole steps are quickest, and go over what shortened ones stay behind; where they lead nowhere, shortened ones may not.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
-        self.solve_to(0.0, MOST_ITERATIONS, extremal)
+        self.clone().solve_to(0.0, MOST_ITERATIONS, extremal).or_else(|| self.descended(extremal))
     }
 
     /// Newton until the residual is below `enough`, or to round-off, in `most` iterations.
     pub fn solve_to(mut self, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
-        // What a sweep rounds off at every step adds up.
-        let round_off = CONVERGED.max(f64::EPSILON * self.steps.len() as f64);
         let mut last = f64::INFINITY;
         for iteration in 0..most {
             let Sweep { equations, torques } = self.swept(extremal)?;
-            if equations.merit < enough || is_round_off(equations.merit, last, round_off) {
+            if equations.merit < enough || self.is_solved(equations.merit, last) {
                 (self.torques, self.residual, self.iterations) = (torques, equations.merit, iteration);
                 return Some(self);
             }
             last = equations.merit;
-            let step = newton_step(&equations, self.switches())?;
-            let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
-            let factor = (costate / step.rows(0, 6).norm()).min(1.0);
+            let (step, factor) = self.newton_step(&equations)?;
             self.take(&step, &equations, factor);
         }
         None
+    }
+
+    /// Newton to round-off by steps that make the residual smaller.
+    fn descended(mut self, extremal: &Extremal) -> Option<Self> {
+        let mut sweep = self.swept(extremal)?;
+        let mut last = f64::INFINITY;
+        for iteration in 0..MOST_ITERATIONS {
+            let Sweep { equations, torques } = sweep;
+            if self.is_solved(equations.merit, last) {
+                (self.torques, self.residual, self.iterations) = (torques, equations.merit, iteration);
+                return Some(self);
+            }
+            last = equations.merit;
+            let (step, mut factor) = self.newton_step(&equations)?;
+            (self, sweep) = (0..MOST_TRIALS).find_map(|_| {
+                let mut trial = self.clone();
+                trial.take(&step, &equations, factor);
+                let least = (1.0 - DECREASE * factor) * last;
+                factor *= SHORTENED;
+                let swept = trial.swept(extremal)?;
+                let merit = swept.equations.merit;
+                // Round-off falls no further.
+                (merit < least || trial.is_solved(merit, last)).then_some((trial, swept))
+            })?;
+        }
+        None
+    }
+
+    /// A step of Newton, and how much of it costates can take.
+    fn newton_step(&self, equations: &Condensed) -> Option<(DVector<f64>, f64)> {
+        let step = newton_step(equations, self.switches())?;
+        let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
+        let factor = (costate / step.rows(0, 6).norm()).min(1.0);
+        Some((step, factor))
+    }
+
+    /// Whether a residual after the last one is that of a solution: what a sweep rounds off at every step adds up.
+    fn is_solved(&self, residual: f64, last: f64) -> bool {
+        is_round_off(residual, last, CONVERGED.max(f64::EPSILON * self.steps.len() as f64))
     }
 
     /// How many switches determine costates: a smoothed law determines all.
