@@ -169,6 +169,18 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
         Law::Norm(_) => turning(extremal, smooth, work),
         Law::Inputs(_) => settle(extremal, smooth, SMALLEST, work),
     };
+    // Short arcs show late.
+    let late =
+        if attempts > 0 { polish(extremal, Arcs::of_path(extremal, &smooth.path), work) } else { None };
+    if let Some(late) = late.filter(|(arcs, _)| is_limit(extremal, arcs, &smooth)) {
+        if is_small(extremal, &late) {
+            return Limit { looser, ..Limit::of_arcs(rival, smooth, late) };
+        }
+        let gap = late.1.gap;
+        if looser.last().is_none_or(|(_, known)| gap < known.gap) {
+            looser.push(late);
+        }
+    }
     Limit { branch: rival.clone(), smooth, arcs: None, looser }
 }
 
