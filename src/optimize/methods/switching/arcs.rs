@@ -49,6 +49,29 @@ impl Arcs {
         self.arcs().iter().map(arc).sum()
     }
 
+    /// Arcs of the reversed maneuver as those of `extremal`.
+    pub fn reversed(&self, extremal: &Extremal) -> Self {
+        let (mut signs, last) = (self.signs.clone(), self.switches.last());
+        for switch in &self.switches {
+            signs[switch.input] = -signs[switch.input];
+        }
+        let (node, start) = last.map_or((self.first, 0.0), |last| (last.node, last.time));
+        let (law, course) = (extremal.on_arc(&signs), Course::of(extremal, &self.m));
+        let end = course.reached(&node, self.duration - start, |_, e| law.at(e));
+        let switched = |switch: &Switch| Switch {
+            time: self.duration - switch.time,
+            node: switch.node.reversed(extremal),
+            ..*switch
+        };
+        Self {
+            m: -extremal.end_attitude * self.m,
+            duration: self.duration,
+            first: Node::at_start(extremal, end.e),
+            signs,
+            switches: self.switches.iter().rev().map(switched).collect(),
+        }
+    }
+
     /// The pulses of the inputs along a smoothed path, for inputs that are mostly off: each has the area and the
     /// centroid of what the smoothed law spends, so that one whose switching function only grazes zero is not lost. Where
     /// an input is between its limits for long, as on a singular arc, so many pulses stand for it as `cells` says.

@@ -54,6 +54,14 @@ pub(crate) struct Ask {
     pub arcs: bool,
 }
 
+/// Distinct extremals at a small ε.
+pub(super) struct Branches {
+    /// The best first.
+    pub found: Vec<Smoothed>,
+    /// Those of the maneuver backwards that few intervals hold from its own start alone.
+    pub one_way: Vec<Smoothed>,
+}
+
 /// What branches are tried with: nothing, and where more than the quickest answer is wanted, biases.
 fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
     let along_axes = Vector3::zeros();
@@ -166,9 +174,9 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
 
 /// Distinct extremals at a small ε, the best first, of the maneuver and, but where a quick answer is asked for, of the same
 /// backwards: what a search of one misses, that of the other finds as a rule.
-pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
+pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Branches {
     if ask.thoroughness == Thoroughness::Quick {
-        return branches_forward(extremal, ask, work);
+        return Branches { found: branches_forward(extremal, ask, work), one_way: Vec::new() };
     }
     let way_back = match ask.path {
         // About one axis in body and space: the same vector at both ends.
@@ -201,16 +209,16 @@ pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoot
         },
     );
     work.sweeps.set(work.sweeps.get() + swept);
+    let mut one_way = Vec::new();
     for one in backwards {
-        // What few intervals hold from one end they may not from the other; arcs are read from it all the same.
-        let one = Smoothed { path: one.path.reversed(extremal), ..one };
-        let one = unbiased(extremal, &one, work).unwrap_or(one);
-        if !found.iter().any(|known| same(extremal, known, &one)) {
-            found.push(one);
+        match unbiased(extremal, &Smoothed { path: one.path.reversed(extremal), ..one.clone() }, work) {
+            Some(one) if found.iter().any(|known| same(extremal, known, &one)) => {}
+            Some(one) => found.push(one),
+            None => one_way.push(one),
         }
     }
     found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
-    found
+    Branches { found, one_way }
 }
 
 /// Distinct extremals at a small ε of the maneuver alone, the best first.

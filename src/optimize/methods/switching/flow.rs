@@ -39,6 +39,18 @@ pub(crate) struct Node<T: Number = f64> {
     pub e: Vector<T>,
 }
 
+impl Node {
+    /// Where a maneuver begins, with a costate.
+    pub fn at_start(extremal: &Extremal, e: Vector3) -> Self {
+        Self { r: Matrix3::identity(), pi: extremal.j * extremal.start_rate, e }
+    }
+
+    /// A node of the reversed maneuver as one of `extremal`.
+    pub fn reversed(&self, extremal: &Extremal) -> Self {
+        Self { r: extremal.end_attitude * self.r, pi: -self.pi, e: self.e }
+    }
+}
+
 /// Derivatives of a node with respect to L parameters: rows `η`, `δΠ`, `δe`. The first three parameters are `M`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<const L: usize>(pub [[f64; L]; 9]);

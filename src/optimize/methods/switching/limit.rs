@@ -42,6 +42,14 @@ impl Limit {
         Self { branch: branch.clone(), smooth, arcs: Some(arcs), looser: Vec::new() }
     }
 
+    /// Exact arcs of the reversed maneuver as those of `extremal`.
+    pub(super) fn reversed(self, extremal: &Extremal, work: &Work) -> Option<Self> {
+        let (arcs, certificate) = polish(extremal, self.arcs?.0.reversed(extremal), work)?;
+        let reversed = |one: &Smoothed| Smoothed { path: one.path.reversed(extremal), ..*one };
+        let limit = Self::of_arcs(&reversed(&self.branch), reversed(&self.smooth), (arcs, certificate));
+        limit.is_exact(extremal).then_some(limit)
+    }
+
     /// The same with arcs of larger gaps, the best first.
     pub fn loosened(&self) -> impl Iterator<Item = Self> {
         let with = |arcs: &(Arcs, Certificate)| Self { arcs: Some(arcs.clone()), ..self.clone() };

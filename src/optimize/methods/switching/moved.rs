@@ -26,8 +26,8 @@ use super::arcs::{Arcs, over_arc};
 use super::extremal::Extremal;
 use super::flow::{Lanes, Node};
 use super::tuning::{FINE, UNDETERMINED, VANISHED};
+use crate::Vector3;
 use crate::numerics::matrix_inertia::MatrixInertia;
-use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector};
 
 /// An arc under a torque that is held, scaled.
@@ -170,7 +170,7 @@ fn derived<const L: usize>(
         lanes.0[axis][START + axis] = 1.0;
         lanes.0[3 + axis][START + 3 + axis] = 1.0;
     }
-    let mut node = Node { r: Matrix3::identity(), pi: extremal.j * extremal.start_rate, e: *e };
+    let mut node = Node::at_start(extremal, *e);
     let mut hamiltonians = DMatrix::zeros(count, lanes_used);
     for (index, arc) in arcs.iter().enumerate() {
         let law = Extremal::holding(&arc.torque);

@@ -1,7 +1,7 @@
 //! From branches to the answer: each rival branch is brought to its limit, and the shortest is taken.
 
 use super::arcs::Arcs;
-use super::branches::{Ask, branches};
+use super::branches::{Ask, Branches, branches};
 use super::certificate::Certificate;
 use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
@@ -71,12 +71,18 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
             return found;
         }
     }
-    let rivals = branches(extremal, ask, work);
+    let Branches { found: rivals, one_way } = branches(extremal, ask, work);
     found.branches += rivals.len();
-    let best = rivals.first().map_or(f64::NAN, |first| first.cost(extremal));
+    let costs = rivals.iter().chain(&one_way).map(|rival| rival.cost(extremal));
+    let best = costs.fold(f64::INFINITY, f64::min);
     let one_sided = extremal.middle != Vector3::zeros();
     let dearest = best * if extremal.counts_fuel() || one_sided { FAR_RIVAL } else { RIVAL };
-    for rival in rivals.iter().filter(|rival| rival.cost(extremal) <= dearest) {
+    let near = |rival: &&Smoothed| rival.cost(extremal) <= dearest;
+    for rival in one_way.iter().filter(near).take_while(|_| !work.stopped()) {
+        let limit = end_game(&extremal.reversed(), rival, ask, work);
+        found.limits.extend(limit.reversed(extremal, work));
+    }
+    for rival in rivals.iter().filter(near) {
         if work.stopped() {
             break;
         }

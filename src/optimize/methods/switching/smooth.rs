@@ -16,7 +16,7 @@ use crate::numerics::tableau::{EIGHTH, FOURTH};
 use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
 use crate::optimize::methods::continuation::follow;
-use crate::{Matrix3, Vector3, lie};
+use crate::{Vector3, lie};
 use nalgebra::{SMatrix, SVector};
 
 const TIME: usize = 6;
@@ -78,12 +78,10 @@ impl Path {
     /// An extremal of the reversed maneuver as one of `extremal`, from its start on: where the other one ends is known no better than
     /// its residual, and a start is not mended.
     pub fn reversed(&self, extremal: &Extremal) -> Self {
-        let end = &extremal.end_attitude;
-        let node = |node: &Node| Node { r: end * node.r, pi: -node.pi, e: node.e };
-        let mut nodes: Vec<Node> = self.nodes.iter().rev().map(node).collect();
-        nodes[0] = Node { r: Matrix3::identity(), pi: extremal.j * extremal.start_rate, e: nodes[0].e };
+        let mut nodes: Vec<Node> = self.nodes.iter().rev().map(|node| node.reversed(extremal)).collect();
+        nodes[0] = Node::at_start(extremal, nodes[0].e);
         Self {
-            m: -end * self.m,
+            m: -extremal.end_attitude * self.m,
             duration: self.duration,
             nodes,
             parts: self.parts.iter().rev().map(|part| 1.0 - part).collect(),
