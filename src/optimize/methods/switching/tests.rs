@@ -319,6 +319,30 @@ fn reference_optima_are_met_in_continuous_time_and_by_extrapolation_on_aligned_g
 }
 
 #[test]
+fn arcs_of_the_reversed_maneuver_are_extremals_of_it() {
+    let rates = [Vector3::new(0.2, -0.1, 0.15), Vector3::new(-0.1, 0.05, 0.2)];
+    let there = extremal(full_inertia(), laws()[1].clone(), Vector3::new(0.9, -1.2, 0.6), rates);
+    let back = there.reversed();
+    let (arcs, _) = shortest(&there);
+    let reversed = arcs.reversed(&back);
+    let start = Node::at_start(&back, reversed.first.e);
+    assert_eq!((reversed.first.r, reversed.first.pi), (start.r, start.pi));
+    let course = Course::of(&back, &reversed.m);
+    let pieces = reversed.arcs();
+    for (index, (from, start, end, signs)) in pieces.iter().enumerate() {
+        let law = back.on_arc(signs);
+        let reached =
+            (0..40).fold(*from, |node, _| course.reached(&node, (end - start) / 40.0, |_, e| law.at(e)));
+        match pieces.get(index + 1) {
+            Some((next, ..)) => assert!(reached.minus(next).iter().all(|part| part.norm() < 1e-9), "{index}"),
+            None => assert!(back.miss(&reached).norm() < 1e-9),
+        }
+    }
+    let (solved, certificate) = polish(&back, reversed, &Work::until(&|| false)).unwrap();
+    assert!((solved.duration - arcs.duration).abs() < 1e-10 && certificate.gap <= NO_GAP * arcs.duration);
+}
+
+#[test]
 fn a_certificate_finds_what_is_wrong_and_mends_it() {
     let given = extremal(Matrix3::identity(), cube(), Vector3::new(0.0, 0.0, PI), [Vector3::zeros(); 2]);
     let (arcs, right) = shortest(&given);
@@ -561,7 +585,7 @@ fn a_saddle_is_told_from_a_minimum() {
     let (mut saddles, mut minima) = (0, 0);
     let work = Work::until(&|| false);
     for extremal in [whole.lasting(Some(9.0)), whole] {
-        for branch in branches(&extremal, &best(), &work) {
+        for branch in branches(&extremal, &best(), &work).found {
             let mut at = branch;
             let exact = (0..6).find_map(|_| {
                 let read = Arcs::of_pulses(&extremal, &at.path, at.epsilon, 1);
