@@ -1,6 +1,8 @@
 //! Maneuvers that a search from their start alone, or on their own grid alone, has missed: each as cheap as the best that is known.
 
-use slewkit::maneuver::{Settings, Target};
+use evidence::metamorphic::images;
+use evidence::switching::{Kind, cost_and_gap, maneuver};
+use slewkit::maneuver::{Problem, Settings, Target};
 use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
 use std::path::Path;
@@ -123,5 +125,26 @@ fn arcs_of_a_long_duration_between_rates_begin_from_impulses() {
         let (found, best) = planned(name, None);
         let cost = found.solution.cost;
         assert!(found.solution.switching.is_some() && cost < 1.001 * best, "{name}: {cost} {best}");
+    }
+}
+
+/// Branches that one end of a maneuver alone tells of, arcs that show late or whose grid is far from them, and arcs of a dearer branch
+/// than the one they were read from: random maneuvers that had other answers backwards, or none.
+#[test]
+fn a_maneuver_has_one_answer_forwards_and_backwards() {
+    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    let cost = |problem: &Problem| {
+        let found = plan(problem, &settings, None, &mut Silent).unwrap();
+        assert_eq!(found.status, Status::Solved);
+        cost_and_gap(&found).0
+    };
+    let long = [107, 190, 242].map(|index| (Kind::Long, index));
+    let given = [142, 326, 385].map(|index| (Kind::Given, index));
+    for (kind, index) in long.into_iter().chain(given).chain([(Kind::Price, 210)]) {
+        let problem = maneuver(kind, index).unwrap();
+        let (name, backwards) = images(&problem).swap_remove(0);
+        assert_eq!(name, "backwards");
+        let (one, other) = (cost(&problem), cost(&backwards));
+        assert!((one / other - 1.0).abs() < 1e-4, "{index}: {one} {other}");
     }
 }
