@@ -172,8 +172,8 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
     })
 }
 
-/// Distinct extremals at a small ε, the best first, of the maneuver and, but where a quick answer is asked for, of the same
-/// backwards: what a search of one misses, that of the other finds as a rule.
+/// Distinct extremals at a small ε of the maneuver and, but where a quick answer is asked for, of the same backwards: what a search of
+/// one misses, that of the other finds as a rule. What Newton does not find of these from here is brought to its limit there.
 pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Branches {
     if ask.thoroughness == Thoroughness::Quick {
         return Branches { found: branches_forward(extremal, ask, work), one_way: Vec::new() };

@@ -72,12 +72,13 @@ fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
         }
     }
     let Branches { found: rivals, one_way } = branches(extremal, ask, work);
-    found.branches += rivals.len();
+    found.branches += rivals.len() + one_way.len();
     let costs = rivals.iter().chain(&one_way).map(|rival| rival.cost(extremal));
     let best = costs.fold(f64::INFINITY, f64::min);
     let one_sided = extremal.middle != Vector3::zeros();
     let dearest = best * if extremal.counts_fuel() || one_sided { FAR_RIVAL } else { RIVAL };
     let near = |rival: &&Smoothed| rival.cost(extremal) <= dearest;
+    // Their arcs are exact, and turned round as such.
     for rival in one_way.iter().filter(near).take_while(|_| !work.stopped()) {
         let limit = end_game(&extremal.reversed(), rival, ask, work);
         found.limits.extend(limit.reversed(extremal, work));
