@@ -179,14 +179,11 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
     // Short arcs show late.
     let late =
         if attempts > 0 { polish(extremal, Arcs::of_path(extremal, &smooth.path), work) } else { None };
-    if let Some(late) = late.filter(|(arcs, _)| is_limit(extremal, arcs, &smooth)) {
-        if is_small(extremal, &late) {
-            return Limit { looser, ..Limit::of_arcs(rival, smooth, late) };
-        }
-        let gap = late.1.gap;
-        if looser.last().is_none_or(|(_, known)| gap < known.gap) {
-            looser.push(late);
-        }
+    let is_exact = |(arcs, certificate): &(Arcs, Certificate)| {
+        certificate.gap <= NO_GAP * arcs.cost(extremal) && is_limit(extremal, arcs, &smooth)
+    };
+    if let Some(late) = late.filter(is_exact) {
+        return Limit { looser, ..Limit::of_arcs(rival, smooth, late) };
     }
     Limit { branch: rival.clone(), smooth, arcs: None, looser }
 }
