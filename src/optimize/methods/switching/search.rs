@@ -179,10 +179,10 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
     // Short arcs show late.
     let late =
         if attempts > 0 { polish(extremal, Arcs::of_path(extremal, &smooth.path), work) } else { None };
-    let is_exact = |(arcs, certificate): &(Arcs, Certificate)| {
+    let ends_it = |(arcs, certificate): &(Arcs, Certificate)| {
         certificate.gap <= NO_GAP * arcs.cost(extremal) && is_limit(extremal, arcs, &smooth)
     };
-    if let Some(late) = late.filter(is_exact) {
+    if let Some(late) = late.filter(ends_it) {
         return Limit { looser, ..Limit::of_arcs(rival, smooth, late) };
     }
     Limit { branch: rival.clone(), smooth, arcs: None, looser }
