@@ -70,7 +70,7 @@ pub enum Structure {
     /// A smoothed law: some input stays within its limits, on a singular arc.
     Singular,
     /// Every input at a limit or off, or such that a constraint is held, as the maximum principle asks for: an extremal along cones, or
-    /// limits of rates or of wheels.
+    /// limits of rates or of wheels. Of torques whose rates are limited it is these that are at a limit, or the torques themselves.
     AlongLimits,
     /// The norm of the torque is limited and its direction turns smoothly.
     Norm,
@@ -105,11 +105,32 @@ pub struct SwitchingArc {
     /// When it ends, seconds.
     pub end_s: f64,
     /// The inputs, constant along it; none where the torque has its full norm and turns, and where some input holds a constraint.
+    /// Those that it begins with where they change.
     pub input: Vec<f64>,
+    /// How fast the inputs change along it [N·m/s or N/s], constant; none where nothing limits that.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub change: Vec<f64>,
     /// Names of the constraints that inputs hold along it.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub holds: Vec<String>,
     /// Names of the constraints that the motion touches where it ends.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub touches: Vec<String>,
+}
+
+impl SwitchingArc {
+    /// The inputs at a time \[s\] along it.
+    pub fn input_at(&self, time: f64) -> Vec<f64> {
+        let mut inputs = self.input.clone();
+        for (input, change) in inputs.iter_mut().zip(&self.change) {
+            *input += change * (time - self.start_s);
+        }
+        inputs
+    }
+
+    /// How many inputs switch from this arc to the next: between limits of their rates, where these are limited.
+    pub fn switches_to(&self, next: &Self) -> usize {
+        let of = |arc: &Self| if arc.change.is_empty() { arc.input.clone() } else { arc.change.clone() };
+        of(self).iter().zip(&of(next)).filter(|(before, after)| before != after).count()
+    }
 }

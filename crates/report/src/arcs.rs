@@ -16,7 +16,12 @@ pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
     if !switching.arcs.is_empty() {
         let arcs = switching.arcs.iter();
         let span = |arc: &SwitchingArc| {
-            let label = if arc.holds.is_empty() { kind(&arc.input) } else { "along a limit" };
+            let label = match arc.change.iter().any(|change| *change != 0.0) {
+                true => "ramp",
+                false if !arc.change.is_empty() => "bang",
+                false if arc.holds.is_empty() => kind(&arc.input),
+                false => "along a limit",
+            };
             Span { from: arc.start_s, to: arc.end_s, label: label.into() }
         };
         return arcs.map(span).collect();

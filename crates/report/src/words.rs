@@ -183,15 +183,18 @@ fn arcs_told(subject: &Subject) -> Table {
     let switching = subject.plan.solution.switching.as_ref();
     let arcs = switching.map_or(&[][..], |switching| &switching.arcs);
     let row = |(index, span): (usize, Span)| {
+        let arc = &arcs[index];
+        let ends = arc.input_at(arc.end_s);
         let named = |(input, value): (usize, &f64)| {
             let (scale, _) = scale(subject.problem, subject.identity, input);
-            (*value != 0.0)
-                .then(|| format!("{} {}", subject.input_name(input), significant(*value / scale, 4)))
+            let [first, last] = [*value, ends[input]].map(|value| significant(value / scale, 4));
+            let told = if first == last { first } else { format!("{first} to {last}") };
+            (*value != 0.0 || ends[input] != 0.0).then(|| format!("{} {told}", subject.input_name(input)))
         };
-        let inputs: Vec<String> = arcs[index].input.iter().enumerate().filter_map(named).collect();
+        let inputs: Vec<String> = arc.input.iter().enumerate().filter_map(named).collect();
         let inputs = match inputs.is_empty() {
             true if span.label == "coast" => "all off".into(),
-            true if !arcs[index].holds.is_empty() => format!("along {}", arcs[index].holds.join(", ")),
+            true if !arc.holds.is_empty() => format!("along {}", arc.holds.join(", ")),
             true => "full norm, turns".into(),
             false => inputs.join(", "),
         };

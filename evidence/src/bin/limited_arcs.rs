@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p evidence --bin limited_arcs [-- CASES [FIRST [KIND]]]`, 300 cases by default. Every case is planned on 100
 //! and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and
-//! of least fuel; all in turns without one. The law is printed before the figures.
+//! of least fuel, and `torque-rates` of least time alone; all in turns without one. The law is printed before the figures.
 
 use slewkit::maneuver::{
     Constraint, Direction, Duration, Fuel, Motion, Objective, Pointing, Problem, Rule, Settings, Side, State,
@@ -21,13 +21,15 @@ law: moments in a ratio up to 5 that bodies have, along the axes of three torque
      rate (0.3 to 0.9 of the largest without it); one to three keep-out cones of 10 to 30 deg that hold neither end, the first of
      them on the way of a turn about the fixed axis; one such cone that turns by 20 deg in the time of the turn; three wheels that
      hold 0.3 to 0.9 of what they would be given; an orbit in a fiftieth to a fifth of which the turn is done, from rest to rest
-     in its frame; or three forces of 0.4 to 1.6 fixed to the body of mass 1, over a way of 0.1 to 1. Least time, and least fuel in
+     in its frame; three forces of 0.4 to 1.6 fixed to the body of mass 1, over a way of 0.1 to 1; or torques, in one of two of wheels,
+     that go from off to their limits in 3 to 30 % of the shortest duration. Least time, and but for these least fuel in
      1.2 to 3 times the shortest duration";
 
 /// Durations on both grids are one if they differ by this part.
 const SAME: f64 = 1e-6;
 
-const KINDS: [&str; 7] = ["axis-rates", "rate-norm", "cones", "moving-cone", "wheels", "orbit", "flight"];
+const KINDS: [&str; 8] =
+    ["axis-rates", "rate-norm", "cones", "moving-cone", "wheels", "orbit", "flight", "torque-rates"];
 
 /// A maneuver of a kind, by its number.
 fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
@@ -78,6 +80,19 @@ fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
             let wheels = Wheels { momentum: vec![0.0; 3], momentum_limit: (0..3).map(held).collect() };
             let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
             limited = limited.with_actuation(Actuation::of_wheels(axes, size, wheels).ok()?);
+        }
+        "torque-rates" => {
+            let ramp = random.within(0.03, 0.3) * shortest;
+            let rate = Some(size.iter().map(|size| size / ramp).collect());
+            let mut set = torques;
+            if random.coin() {
+                let wheels = Wheels { momentum: vec![0.0; 3], momentum_limit: vec![f64::INFINITY; 3] };
+                let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
+                limited = limited.with_actuation(Actuation::of_wheels(axes, size.clone(), wheels).ok()?);
+                set = limited.actuation.torque.clone();
+            }
+            let limits = Limits { size: Some(size), rate, ..Limits::default() };
+            limited.actuation.torque = set.with_limits(limits).ok()?;
         }
         "orbit" => {
             let rate = std::f64::consts::TAU / shortest * random.within(0.02, 0.2);
@@ -145,7 +160,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut tally = BTreeMap::<String, [usize; 6]>::new();
     for seed in first..first + count {
         let shape = only.as_deref().unwrap_or(KINDS[seed / 2 % KINDS.len()]);
-        let fuel = seed % 2 == 1;
+        let fuel = seed % 2 == 1 && shape != "torque-rates";
         let kind = format!("{}, {shape}", if fuel { "fuel" } else { "time" });
         let own = tally.entry(kind.clone()).or_default();
         let Some(problem) = case(seed, shape, fuel) else { continue };

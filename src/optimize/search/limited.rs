@@ -6,7 +6,7 @@ use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::optimize::methods::limited::exchange::{Optimum, improved};
 use crate::optimize::methods::limited::motion::Maneuver;
-use crate::optimize::methods::limited::newton::{Arcs, NO_LENGTH};
+use crate::optimize::methods::limited::newton::{Arcs, NO_LENGTH, Stationary};
 use crate::optimize::methods::limited::structure::{self, Between};
 
 /// Arcs whose cost differs from that of the plan by more than this part are those of another plan: a grid of some ten steps an arc is off
@@ -37,13 +37,10 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
     if off > OF_THE_PLAN * plan.cost || !chattering.is_empty() && gap > off {
         return None;
     }
-    let arcs = told_arcs(&maneuver, &found.arcs);
+    let arcs = told_arcs(&maneuver, &found);
     let mut singular = [&chattering[..], &found.arcs.loose_inputs()].concat();
     singular.sort_unstable();
     singular.dedup();
-    let switched = |pair: &[SwitchingArc]| {
-        pair[0].input.iter().zip(&pair[1].input).filter(|(before, after)| before != after).count()
-    };
     let structure = match problem.objective.fuel() {
         _ if !chattering.is_empty() => Structure::TruncatedChattering,
         _ if arcs.iter().any(|arc| !arc.holds.is_empty()) => Structure::AlongLimits,
@@ -56,7 +53,7 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
         continuous_cost: cost,
         gap,
         eigenaxis_s: None,
-        switches: arcs.windows(2).map(switched).sum(),
+        switches: arcs.windows(2).map(|pair| pair[0].switches_to(&pair[1])).sum(),
         singular_inputs: singular,
         smoothing: None,
         beside_optimum: false,
@@ -66,7 +63,8 @@ fn told(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switchi
 }
 
 /// Arcs with the inputs of the maneuver, in seconds.
-fn told_arcs(maneuver: &Maneuver, arcs: &Arcs) -> Vec<SwitchingArc> {
+fn told_arcs(maneuver: &Maneuver, found: &Stationary) -> Vec<SwitchingArc> {
+    let arcs = &found.arcs;
     let names = |limits: &[usize]| -> Vec<String> {
         limits.iter().map(|limit| maneuver.limits[*limit].name.clone()).collect()
     };
@@ -76,12 +74,21 @@ fn told_arcs(maneuver: &Maneuver, arcs: &Arcs) -> Vec<SwitchingArc> {
     for (index, (law, length)) in arcs.laws.iter().zip(&arcs.lengths).enumerate() {
         let start_s = told.last().map_or(0.0, |last| last.end_s);
         end += length;
-        let input = law.levels.iter().zip(&maneuver.inputs);
-        let input = input.map(|(level, input)| Some(level.part()? * input.size));
+        let state = &found.followed.nodes[index];
+        let input = law.levels.iter().zip(&maneuver.inputs).map(|(level, input)| match input.ramp {
+            Some(ramp) => Some(state.given(ramp.number) * input.size),
+            None => Some(level.part()? * input.size),
+        });
+        // What holds its own limit does not change.
+        let change = law.levels.iter().zip(&maneuver.inputs);
+        let change = change
+            .map(|(level, input)| input.ramp.map_or(0.0, |ramp| level.part().unwrap_or(0.0) * ramp.limit));
+        let ramps = maneuver.ramps().next().is_some();
         let arc = SwitchingArc {
             start_s,
             end_s: end * maneuver.units.time,
             input: input.collect::<Option<_>>().unwrap_or_default(),
+            change: if ramps { change.collect() } else { Vec::new() },
             holds: names(&law.holds),
             touches: arcs.contacts.get(index).map_or(Vec::new(), |limits| names(limits)),
         };

@@ -500,6 +500,7 @@ fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> V
             end_s: end * units.time,
             input,
             holds: Vec::new(),
+            change: Vec::new(),
             touches: Vec::new(),
         }
     };

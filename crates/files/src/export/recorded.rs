@@ -274,10 +274,7 @@ impl Apart<'_> {
             self.tell("switching.arcs", &"arcs of other inputs", &self.trajectory.input_count);
             return;
         }
-        let switched = |pair: &[SwitchingArc]| {
-            pair[0].input.iter().zip(&pair[1].input).filter(|(before, after)| before != after).count()
-        };
-        let switches: usize = told.arcs.windows(2).map(switched).sum();
+        let switches: usize = told.arcs.windows(2).map(|pair| pair[0].switches_to(&pair[1])).sum();
         self.exactly("switching.switches", &told.switches, &switches);
         let whole = told.arcs.iter().all(|arc| arc.input.len() == count);
         if whole || self.problem.objective == Objective::Time {
@@ -291,8 +288,14 @@ impl Apart<'_> {
     fn constraints_of(&mut self, told: &Switching) {
         let known = |name: &String| {
             let constrained = self.problem.constraints.iter().any(|constraint| constraint.name == *name);
-            let momenta = |limit: &InputLimit| limit.kind == LimitKind::WheelMomentum && limit.name == *name;
-            constrained || self.problem.actuation.limits().any(|limit| momenta(&limit))
+            // Of inputs that change at limited rates, what they give is held too.
+            let of_state = |limit: &InputLimit| match limit.kind {
+                LimitKind::WheelMomentum => true,
+                LimitKind::Size => limit.set.limits().rate.is_some(),
+                LimitKind::Norm | LimitKind::Rate => false,
+            };
+            let mut limits = self.problem.actuation.limits().filter(of_state);
+            constrained || limits.any(|limit| limit.name == *name)
         };
         let unknown: Vec<String> = told
             .arcs
@@ -332,15 +335,20 @@ impl Apart<'_> {
             let row = times.windows(2).position(|ends| ends[0] <= middle && middle <= ends[1]);
             let Some(row) = row else { continue };
             let held = self.trajectory.inputs(row);
+            let input = arc.input_at(middle / whole);
             // An input that chatters beside a plan of equal steps is there within its limits.
             let chatters = |input: &usize| beside && told.singular_inputs.contains(input);
-            let same = (0..held.len().min(arc.input.len()))
-                .all(|input| chatters(&input) || near(arc.input[input], held[input]));
             // An arc shorter than a step need not be in the middle of any, and that of another grid is elsewhere by some.
             let steps = if beside { BESIDE } else { 1.0 };
-            let long = arc.end_s - arc.start_s > steps * (times[row + 1] - times[row]) / whole;
-            if long && !same && !arc.input.is_empty() {
-                self.tell(&format!("switching.arcs.{index}.input"), &arc.input, &held);
+            let elsewhere = steps * (times[row + 1] - times[row]) / whole;
+            let same = (0..held.len().min(input.len())).all(|index| {
+                let meanwhile = arc.change.get(index).map_or(0.0, |change| change.abs() * elsewhere);
+                chatters(&index)
+                    || near(input[index], held[index])
+                    || (input[index] - held[index]).abs() <= meanwhile
+            });
+            if arc.end_s - arc.start_s > elsewhere && !same && !input.is_empty() {
+                self.tell(&format!("switching.arcs.{index}.input"), &input, &held);
             }
         }
     }

@@ -42,8 +42,8 @@ pub(crate) enum Wrong {
     Exceeded { arc: usize, limit: usize, at: f64, from: f64, to: f64 },
     /// A contact holds the motion to a limit that it would leave inwards.
     Repelled { arc: usize, limit: usize },
-    /// An arc holds a limit that the motion would leave inwards.
-    Released { arc: usize, limit: usize },
+    /// An arc holds a limit that the motion would leave inwards, from one time of it to another.
+    Released { arc: usize, limit: usize, from: f64, to: f64 },
     /// A free input is beyond this level, a limit of its own, on a stretch of an arc.
     Beyond { arc: usize, input: usize, level: f64, from: f64, to: f64 },
 }
@@ -321,7 +321,7 @@ fn released(
     }
     let count = free.len();
     let mut found = Vec::new();
-    let worths: Vec<DVector<f64>> = samples
+    let worths: Vec<(f64, DVector<f64>)> = samples
         .iter()
         .filter_map(|sample| {
             let levels = driven.free_levels(&sample.state);
@@ -334,18 +334,22 @@ fn released(
                 let input = &maneuver.inputs[free[row]];
                 pull(maneuver, sample, input) + input.price * levels[row].signum()
             });
-            matrix.lu().solve(&pulls)
+            Some((sample.time, matrix.lu().solve(&pulls)?))
         })
         .collect();
     for (index, limit) in law.holds.iter().enumerate() {
-        let values: Vec<f64> = worths.iter().map(|worth| worth[index]).collect();
-        let pressing: f64 = if maneuver.limits[*limit].order() == 1 {
-            values.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f64::max)
+        let values: Vec<(f64, f64)> = worths.iter().map(|(time, worth)| (*time, worth[index])).collect();
+        let pulled: Vec<(f64, f64, f64)> = if maneuver.limits[*limit].order() == 1 {
+            values.windows(2).map(|pair| (pair[0].1 - pair[1].1, pair[0].0, pair[1].0)).collect()
         } else {
-            values.windows(3).map(|three| three[0] - 2.0 * three[1] + three[2]).fold(0.0, f64::max)
+            let second = |three: &[(f64, f64)]| three[0].1 - 2.0 * three[1].1 + three[2].1;
+            values.windows(3).map(|three| (second(three), three[0].0, three[2].0)).collect()
         };
-        if pressing > zero {
-            found.push((pressing, Wrong::Released { arc, limit: *limit }));
+        let mut wrong = pulled.iter().filter(|(pulled, _, _)| *pulled > zero);
+        if let Some(first) = wrong.next() {
+            let last = wrong.next_back().unwrap_or(first);
+            let most = pulled.iter().map(|(pulled, _, _)| *pulled).fold(0.0, f64::max);
+            found.push((most, Wrong::Released { arc, limit: *limit, from: first.1, to: last.2 }));
         }
     }
     found

@@ -4,6 +4,7 @@
 //! c = ±Ω_i − L                       ċ = ±Ω̇_i                                                          order 1
 //! c = (Ω·Ω − L²)/2L                  ċ = Ω·Ω̇ / L                                                       order 1
 //! c = ±h_i − L                       ċ = ±ḣ_i                                                          order 1
+//! c = ±w_i − 1                       ċ = ±ẇ_i                                                          order 1
 //! c = ±(w·R b − cos α)/sin α         ċ = ±[d·(Ω×b) + d'·b]/sin α                                       order 2
 //!                                    c̈ = ±[d·(Ω×(Ω×b)) + 2 d'·(Ω×b) + d''·b + (b×d)·Ω̇]/sin α
 //! ```
@@ -28,9 +29,24 @@ pub(crate) struct Limit {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Axis { axis: usize, sign: f64, limit: f64 },
-    Norm { limit: f64 },
-    Wheel { wheel: usize, sign: f64, limit: f64 },
+    Axis {
+        axis: usize,
+        sign: f64,
+        limit: f64,
+    },
+    Norm {
+        limit: f64,
+    },
+    Wheel {
+        wheel: usize,
+        sign: f64,
+        limit: f64,
+    },
+    /// Of an input that changes at a limited rate.
+    Ramp {
+        ramp: usize,
+        sign: f64,
+    },
     Cone(Cone),
 }
 
@@ -110,6 +126,19 @@ impl Limit {
         Some(all)
     }
 
+    /// The two of an input that changes at a limited rate.
+    pub fn of_ramp(name: &str, ramp: usize) -> [Self; 2] {
+        [1.0, -1.0].map(|sign| Self { name: name.into(), kind: Kind::Ramp { ramp, sign } })
+    }
+
+    /// The number of the input that changes at a limited rate, and on which side of it this is.
+    pub fn ramp(&self) -> Option<(usize, f64)> {
+        match self.kind {
+            Kind::Ramp { ramp, sign } => Some((ramp, sign)),
+            _ => None,
+        }
+    }
+
     /// Whether it depends on the time.
     pub fn moves(&self) -> bool {
         matches!(&self.kind, Kind::Cone(cone) if !cone.direction.is_still(&cone.frame_rate))
@@ -127,6 +156,7 @@ impl Limit {
             Kind::Axis { axis, sign, limit } => sign * rate[*axis] - limit,
             Kind::Norm { limit } => 0.5 * (rate.norm_squared() - limit * limit) / limit,
             Kind::Wheel { wheel, sign, limit } => sign * state.stored(*wheel) - limit,
+            Kind::Ramp { ramp, sign } => sign * state.given(*ramp) - 1.0,
             Kind::Cone(cone) => {
                 cone.sign * (cone.seen(state).direction.dot(&cone.boresight) - cone.cosine) / cone.sine
             }
@@ -141,7 +171,7 @@ impl Limit {
                 let turning = seen.direction.dot(&state.rate().cross(&cone.boresight));
                 cone.sign * (turning + seen.rate.dot(&cone.boresight)) / cone.sine
             }
-            Kind::Axis { .. } | Kind::Norm { .. } | Kind::Wheel { .. } => 0.0,
+            Kind::Axis { .. } | Kind::Norm { .. } | Kind::Wheel { .. } | Kind::Ramp { .. } => 0.0,
         }
     }
 
@@ -161,6 +191,10 @@ impl Limit {
             }
             Kind::Wheel { wheel, sign, .. } => {
                 normal[at::WHEELS + wheel] = *sign;
+                0.0
+            }
+            Kind::Ramp { ramp, sign } => {
+                normal[at::RAMPS + ramp] = *sign;
                 0.0
             }
             Kind::Cone(cone) => {

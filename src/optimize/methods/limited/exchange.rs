@@ -115,6 +115,7 @@ trait Exchange: Sized {
         from: f64,
         to: f64,
     ) -> Option<Self>;
+    fn leaving(&self, maneuver: &Maneuver, arc: usize, of: (usize, f64), from: f64, to: f64) -> Option<Self>;
     fn state(&self, maneuver: &Maneuver, arc: usize, after: f64) -> Option<State>;
     fn touching(&self, maneuver: &Maneuver, arc: usize, limit: usize) -> Option<Self>;
 }
@@ -178,7 +179,10 @@ impl Exchange for Arcs {
                 left.contacts[arc - 1].retain(|own| *own != limit);
                 Some(left.joined())
             }
-            Wrong::Released { arc, limit } => self.touching(maneuver, arc, limit),
+            Wrong::Released { arc, limit, from, to } => match maneuver.limits[limit].ramp() {
+                Some((_, side)) => self.leaving(maneuver, arc, (limit, side), from, to),
+                None => self.touching(maneuver, arc, limit),
+            },
             Wrong::Beyond { arc, input, level, from, to } => {
                 self.held_by_another(maneuver, arc, (input, level), from, to)
             }
@@ -266,9 +270,47 @@ impl Exchange for Arcs {
         (to > from).then(|| self.with(arc, from, to, held))
     }
 
+    /// With the input that holds its own limit leaving it and coming back on a stretch of an arc, or only one of both where the maneuver
+    /// begins or ends.
+    fn leaving(
+        &self,
+        maneuver: &Maneuver,
+        arc: usize,
+        (limit, side): (usize, f64),
+        from: f64,
+        to: f64,
+    ) -> Option<Self> {
+        let (ramp, _) = maneuver.limits[limit].ramp()?;
+        let input =
+            maneuver.inputs.iter().position(|input| input.ramp.is_some_and(|own| own.number == ramp))?;
+        let changing = |rate: f64| {
+            let mut law = self.laws[arc].clone();
+            law.levels[input] = Level::At(rate);
+            law.holds.retain(|held| *held != limit);
+            law
+        };
+        let begins = arc == 0 && from <= 0.0;
+        let ends = arc + 1 == self.laws.len() && to >= self.lengths[arc];
+        let middle = match (begins, ends) {
+            (true, _) => from,
+            (_, true) => to,
+            _ => 0.5 * (from + to),
+        };
+        // The later one first, so that the number of the arc stays what it is.
+        let mut left = self.clone();
+        if middle < to {
+            left = left.with(arc, middle, to, changing(side));
+        }
+        if middle > from {
+            // What comes after it is an arc of its own already, but for the length that is left of this one.
+            left = left.with(arc, from, middle, changing(-side));
+        }
+        Some(left.joined())
+    }
+
     /// The state a time after an arc begins.
     fn state(&self, maneuver: &Maneuver, arc: usize, after: f64) -> Option<State> {
-        let mut state = maneuver.start;
+        let mut state = self.start(maneuver);
         for before in 0..arc {
             let driven = maneuver.driven(&self.laws[before])?;
             state = driven.flow(&state, self.lengths[before], driven.steps(&state, self.lengths[before]));

@@ -36,6 +36,7 @@ pub(crate) mod constraint;
 pub(crate) mod exchange;
 pub(crate) mod motion;
 pub(crate) mod newton;
+mod ramps;
 pub(crate) mod state;
 pub(crate) mod structure;
 #[cfg(test)]

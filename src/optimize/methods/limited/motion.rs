@@ -8,12 +8,21 @@
 //! with the inputs `v` as parts of their limits `u`, what they have burnt `b`, a reference frame that turns at `n`, and what wheels store.
 //! Inputs that hold limits are those for which the last derivative of these vanishes, `N E_f v_f = −N ẏ_0 − r`, where `E` says what inputs do
 //! to the derivative `ẏ` of the state. The flow is that of [`EIGHTH`].
+//!
+//! An input `w`, as a part of its limit, that changes at a limited rate `ρ` is part of the state, and what is chosen is how fast it changes:
+//!
+//! ```text
+//! ẇ = (ρ/u) v ,   |w| ≤ 1
+//! ```
+//!
+//! An arc on which it holds its limit has `v = 0`, and what it begins with is free. With such inputs, limits of rates and of momenta would be
+//! of second order and cones of third: none of these are taken together.
 
 use super::constraint::Limit;
-use super::state::{CHANGES, Change, DISTURBANCE, MOST_WHEELS, Numbers, PLAIN, State, at};
+use super::state::{CHANGES, Change, DISTURBANCE, MOST_RAMPS, MOST_WHEELS, Numbers, PLAIN, State, at};
 use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::{self as planned, Motion, Problem};
-use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
+use crate::mechanics::actuators::{ActuatorSet, AxisFrame, LimitKind};
 use crate::mechanics::environment::{Environment, Pose};
 use crate::numerics::tableau::EIGHTH;
 use crate::{Matrix3, Vector3};
@@ -24,8 +33,11 @@ use std::sync::Arc;
 /// (`cargo test --lib -- limited::tests::steps`).
 const LONGEST: f64 = 0.08;
 
-/// Most inputs that hold something at once.
-const MOST_FREE: usize = 3;
+/// Most inputs that hold limits of the motion at once.
+const MOST_TIED: usize = 3;
+
+/// Most inputs that hold anything: limits of the motion, or each its own.
+const MOST_FREE: usize = MOST_RAMPS;
 
 /// What an input does on an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,11 +68,23 @@ pub(crate) struct Law {
     pub holds: Vec<usize>,
 }
 
+/// How fast an input changes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ramp {
+    /// Its number among those that change at limited rates.
+    pub number: usize,
+    /// Limit of its rate [N·m/s or N/s], and the part of its limit that it changes by in a unit of time at that rate.
+    pub limit: f64,
+    pub rate: f64,
+}
+
 /// An input, by what it gives at its limit.
 #[derive(Clone, Debug)]
 pub(crate) struct Input {
     /// The limit itself [N·m or N].
     pub size: f64,
+    /// Where its rate is limited, of which the levels of an arc are parts then.
+    pub ramp: Option<Ramp>,
     /// `J⁻¹` times the torque, where torques are fixed to the body; else the torque.
     torque: Vector3,
     /// What a force does to the velocity, in the axes in which forces are fixed.
@@ -80,6 +104,7 @@ pub(crate) struct Driven<'a> {
     torque: Vector3,
     force: Vector3,
     wheels: [f64; MOST_WHEELS],
+    ramps: [f64; MOST_RAMPS],
     /// What inputs at a level burn.
     burning: f64,
     free: [Option<&'a Input>; MOST_FREE],
@@ -146,9 +171,10 @@ impl Maneuver {
         let (torques, forces) = (&problem.actuation.torque, problem.actuation.force.as_ref());
         let moves = problem.motion == Motion::RigidBody;
         let forces = forces.filter(|_| moves);
-        let only_size = |set: &ActuatorSet| {
+        let within_limits_of_each = |set: &ActuatorSet| {
             let limits = set.limits();
-            limits.size.is_some() && limits.norm.is_none() && limits.rate.is_none()
+            let ramps = limits.rate.is_some();
+            limits.size.is_some() && limits.norm.is_none() && !(ramps && problem.objective.fuel().is_some())
         };
         // What limits of the torques alone shape has arcs of its own (`switching`).
         let shaped = !problem.is_free_turn() || problem.has_shaping_limits();
@@ -157,8 +183,8 @@ impl Maneuver {
         let taken = problem.objective.switches()
             && shaped
             && !problem.ends_in_any_attitude()
-            && only_size(torques)
-            && forces.is_none_or(only_size)
+            && within_limits_of_each(torques)
+            && forces.is_none_or(within_limits_of_each)
             && problem.shortest_pulse().is_none()
             && !(moves && frame_rate != Vector3::zeros())
             && wheels.is_none_or(|wheels| wheels.momentum.len() <= MOST_WHEELS);
@@ -171,7 +197,17 @@ impl Maneuver {
         let j_inverse = j.try_inverse()?;
         let mass = problem.body.mass.unwrap_or(f64::NAN);
         let inputs = inputs(problem, &units, &j_inverse, mass);
-        let limits = Limit::all(problem, units.time, units.torque)?;
+        let mut limits = Limit::all(problem, units.time, units.torque)?;
+        let of_ramp = |(index, input): (usize, &Input)| {
+            let of_force = forces.is_some_and(|set| index < set.count());
+            let name = problem.actuation.limit_name(LimitKind::Size, of_force);
+            Some(Limit::of_ramp(name, input.ramp?.number))
+        };
+        let ramps: Vec<Limit> = inputs.iter().enumerate().filter_map(of_ramp).flatten().collect();
+        if !ramps.is_empty() && (!limits.is_empty() || ramps.len() > 2 * MOST_RAMPS) {
+            return None;
+        }
+        limits.extend(ramps);
         let stored = wheels.map_or(&[][..], |wheels| &wheels.momentum);
         let acts = !problem.environment.is_free();
         Some(Self {
@@ -197,6 +233,11 @@ impl Maneuver {
         })
     }
 
+    /// The inputs that change at limited rates, in their order.
+    pub fn ramps(&self) -> impl Iterator<Item = (&Input, Ramp)> {
+        self.inputs.iter().filter_map(|input| Some((input, input.ramp?)))
+    }
+
     /// A state of a plan, with what its wheels store, at a time \[s\].
     pub fn scaled(&self, state: &planned::State, stored: &[f64], time: f64) -> State {
         self.units.state(state, self.moves, stored, time)
@@ -215,12 +256,17 @@ impl Maneuver {
     /// The parts of a change that it has.
     pub fn parts(&self) -> impl Iterator<Item = usize> {
         let time = if self.timed { at::TIME..at::WHEELS } else { 0..0 };
-        (0..self.ends()).chain(time).chain(at::WHEELS..at::WHEELS + self.wheel_axes.len())
+        let wheels = at::WHEELS..at::WHEELS + self.wheel_axes.len();
+        (0..self.ends()).chain(time).chain(wheels).chain(at::RAMPS..at::RAMPS + self.ramps().count())
     }
 
     /// What an input at its limit does to the derivative of a state.
     pub fn effect(&self, input: &Input, state: &State) -> Change {
         let mut effect = Change::zeros();
+        if let Some(ramp) = input.ramp {
+            effect[at::RAMPS + ramp.number] = ramp.rate;
+            return effect;
+        }
         effect.fixed_rows_mut::<3>(at::RATE).copy_from(&self.answer(&input.torque, state));
         if self.moves {
             effect.fixed_rows_mut::<3>(at::VELOCITY).copy_from(&self.push(&input.force, state));
@@ -254,14 +300,16 @@ impl Maneuver {
             torque: Vector3::zeros(),
             force: Vector3::zeros(),
             wheels: [0.0; MOST_WHEELS],
+            ramps: [0.0; MOST_RAMPS],
             burning: 0.0,
             free: [None; MOST_FREE],
             held: [None; MOST_FREE],
         };
         let mut free = 0;
         for (level, input) in law.levels.iter().zip(&self.inputs) {
-            match level.part() {
-                Some(level) => {
+            match (level.part(), input.ramp) {
+                (Some(level), Some(ramp)) => driven.ramps[ramp.number] = level * ramp.rate,
+                (Some(level), None) => {
                     driven.torque += level * input.torque;
                     driven.force += level * input.force;
                     driven.burning += input.price * level.abs();
@@ -269,7 +317,7 @@ impl Maneuver {
                         driven.wheels[wheel] -= level * size;
                     }
                 }
-                None => {
+                (None, _) => {
                     *driven.free.get_mut(free)? = Some(input);
                     free += 1;
                 }
@@ -278,7 +326,8 @@ impl Maneuver {
         for (held, limit) in driven.held.iter_mut().zip(&law.holds) {
             *held = Some(&self.limits[*limit]);
         }
-        (free == law.holds.len()).then_some(driven)
+        let most = if self.ramps().next().is_some() { MOST_FREE } else { MOST_TIED };
+        (free == law.holds.len() && free <= most).then_some(driven)
     }
 }
 
@@ -316,6 +365,7 @@ fn inputs(problem: &Problem, units: &Units, j_inverse: &Matrix3, mass: f64) -> V
     let torques = &actuation.torque;
     let force_unit = mass * units.length / (units.time * units.time);
     let fuel = problem.objective.fuel();
+    let mut ramps = 0..;
     (0..actuation.count())
         .map(|index| {
             let of_torque = index.checked_sub(actuation.first_torque());
@@ -338,13 +388,20 @@ fn inputs(problem: &Problem, units: &Units, j_inverse: &Matrix3, mass: f64) -> V
             });
             let one_sided = forces.unwrap_or(torques).limits().one_sided;
             let wheel = of_torque.filter(|_| actuation.wheels.is_some());
+            let rates = forces.unwrap_or(torques).limits().rate.as_ref();
+            let limit =
+                rates.map(|rates| rates[if forces.is_some() { index } else { of_torque.unwrap_or(0) }]);
+            let ramp = limit.and_then(|limit| {
+                Some(Ramp { number: ramps.next()?, limit, rate: limit * units.time / size })
+            });
             Input {
                 size,
+                ramp,
+                lowest: if one_sided { 0.0 } else { -1.0 },
                 torque,
                 force: forces.map_or_else(Vector3::zeros, |set| set.axes()[index] * (size / force_unit)),
                 wheel: wheel.map(|wheel| (wheel, size / units.torque)),
                 price: price * size / units.rate,
-                lowest: if one_sided { 0.0 } else { -1.0 },
             }
         })
         .collect()
@@ -361,7 +418,16 @@ impl Driven<'_> {
         }
         let mut moment = total.cross(&rate);
         let mut change = Change::zeros();
-        let mut push = if maneuver.moves { maneuver.push(&self.force, state) } else { Vector3::zeros() };
+        let (mut torque, mut force, mut wheels) = (self.torque, self.force, self.wheels);
+        for (input, ramp) in maneuver.ramps() {
+            let given = state.given(ramp.number);
+            torque += given * input.torque;
+            force += given * input.force;
+            if let Some((wheel, size)) = input.wheel {
+                wheels[wheel] = -given * size;
+            }
+        }
+        let mut push = if maneuver.moves { maneuver.push(&force, state) } else { Vector3::zeros() };
         if let Some((field, mass)) = &maneuver.field {
             let Units { time, torque, length, .. } = maneuver.units;
             let pose = Pose { position: length * state.position(), attitude: state.attitude() };
@@ -371,7 +437,7 @@ impl Driven<'_> {
         }
         let turning = rate - state.in_body_axes(&maneuver.frame_rate);
         change.fixed_rows_mut::<3>(0).copy_from(&turning);
-        let answer = maneuver.j_inverse * moment + maneuver.answer(&self.torque, state);
+        let answer = maneuver.j_inverse * moment + maneuver.answer(&torque, state);
         change.fixed_rows_mut::<3>(at::RATE).copy_from(&answer);
         if maneuver.moves {
             change.fixed_rows_mut::<3>(at::POSITION).copy_from(&state.velocity());
@@ -380,13 +446,15 @@ impl Driven<'_> {
         if maneuver.timed {
             change[at::TIME] = 1.0;
         }
-        change.fixed_rows_mut::<MOST_WHEELS>(at::WHEELS).copy_from_slice(&self.wheels);
+        change.fixed_rows_mut::<MOST_WHEELS>(at::WHEELS).copy_from_slice(&wheels);
+        change.fixed_rows_mut::<MOST_RAMPS>(at::RAMPS).copy_from_slice(&self.ramps);
         change
     }
 
     /// The free inputs, in their order, that make up for a change of the derivative and for so much of `r`; NaN where they cannot.
     fn making_up_for(&self, state: &State, change: &Change, rests: f64) -> [f64; MOST_FREE] {
-        if self.free[0].is_none() {
+        // What holds a limit of its own stays as it is, whatever changes.
+        if self.free[0].is_none_or(|input| input.ramp.is_some()) {
             return [0.0; MOST_FREE];
         }
         let mut matrix = Matrix3::identity();
@@ -398,7 +466,11 @@ impl Driven<'_> {
             }
             wanted[row] = -(normal.dot(change) + rests * rest);
         }
-        matrix.try_inverse().map_or([f64::NAN; MOST_FREE], |inverse| (inverse * wanted).into())
+        let mut levels = [f64::NAN; MOST_FREE];
+        if let Some(inverse) = matrix.try_inverse() {
+            levels[..MOST_TIED].copy_from_slice((inverse * wanted).as_slice());
+        }
+        levels
     }
 
     /// The free inputs, in their order; NaN where they cannot hold what they should.

@@ -1,4 +1,4 @@
-//! Newton on the lengths of arcs, and on the levels of loose inputs.
+//! Newton on the lengths of arcs, on the levels of loose inputs, and on what inputs of limited rates begin with.
 //!
 //! With `s` the change of these unknowns, `Z` the null space of `G`, and the Lagrangian `L = J + λᵀg`,
 //!
@@ -12,7 +12,7 @@
 //! the equations alone are solved: these have more than they need, and what is stationary there is so from the start.
 
 use super::motion::{Input, Law, Level, Maneuver};
-use super::state::{CHANGES, Change, DISTURBANCE, State};
+use super::state::{CHANGES, Change, DISTURBANCE, State, at};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Largest of the equations that counts as met, scaled.
@@ -80,14 +80,41 @@ pub(crate) struct Arcs {
     pub lengths: Vec<f64>,
     /// Limits that the motion touches where arc k ends.
     pub contacts: Vec<Vec<usize>>,
+    /// What inputs that change at limited rates begin with, as parts of their limits.
+    pub first: Vec<f64>,
 }
 
-/// A number that Newton finds, those of earlier arcs first.
+/// A number that Newton finds: first what inputs begin with, then those of arcs, of earlier ones first.
 #[derive(Clone, Copy, Debug)]
 struct Unknown {
     arc: usize,
-    /// Of the level of this input, or else of the length of the arc.
-    input: Option<usize>,
+    of: Of,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Of {
+    /// What an input that changes at a limited rate begins with.
+    First(usize),
+    /// The length of the arc.
+    Length,
+    /// The level of a loose input.
+    Level(usize),
+}
+
+impl Unknown {
+    /// Whether it has to do with the state that an arc begins with.
+    fn is_before(&self, arc: usize) -> bool {
+        matches!(self.of, Of::First(_)) || self.arc < arc
+    }
+
+    fn is_length(&self) -> bool {
+        matches!(self.of, Of::Length)
+    }
+
+    /// The loose input whose level it is.
+    fn loose(&self) -> Option<usize> {
+        if let Of::Level(input) = self.of { Some(input) } else { None }
+    }
 }
 
 /// A limit is met where an arc begins.
@@ -136,9 +163,13 @@ impl Arcs {
         self.lengths.iter().sum()
     }
 
-    /// Where limits are met: those that begin to be held, and those touched.
+    /// Where limits are met: those that begin to be held, also from the start on where what begins is free, and those touched.
     pub fn contacts(&self, maneuver: &Maneuver) -> Vec<Contact> {
-        let mut contacts = Vec::new();
+        let at_first = self.laws.first().map_or(&[][..], |law| &law.holds);
+        let is_free = |limit: &&usize| maneuver.limits[**limit].ramp().is_some();
+        let at_first = at_first.iter().filter(is_free);
+        let mut contacts: Vec<Contact> =
+            at_first.map(|limit| Contact { arc: 0, limit: *limit, slope: false }).collect();
         for arc in 1..self.laws.len() {
             let (before, law) = (&self.laws[arc - 1].holds, &self.laws[arc].holds);
             let entered = law.iter().filter(|limit| !before.contains(limit));
@@ -160,32 +191,39 @@ impl Arcs {
 
     /// The inputs that are loose on some arc.
     pub fn loose_inputs(&self) -> Vec<usize> {
-        self.unknowns().iter().filter_map(|unknown| unknown.input).collect()
+        self.unknowns().iter().filter_map(Unknown::loose).collect()
     }
 
     fn unknowns(&self) -> Vec<Unknown> {
         let of_arc = |(arc, law): (usize, &Law)| {
             let loose = |input: &usize| matches!(law.levels[*input], Level::Loose(_));
             let levels: Vec<usize> = (0..law.levels.len()).filter(loose).collect();
-            let all = std::iter::once(None).chain(levels.into_iter().map(Some));
-            all.map(move |input| Unknown { arc, input })
+            let all = std::iter::once(Of::Length).chain(levels.into_iter().map(Of::Level));
+            all.map(move |of| Unknown { arc, of })
         };
-        self.laws.iter().enumerate().flat_map(of_arc).collect()
+        let first = (0..self.first.len()).map(|ramp| Unknown { arc: 0, of: Of::First(ramp) });
+        first.chain(self.laws.iter().enumerate().flat_map(of_arc)).collect()
     }
 
     /// With one unknown changed.
     fn disturbed(&self, unknown: &Unknown, change: f64) -> Self {
         let mut disturbed = self.clone();
-        match unknown.input {
-            None => disturbed.lengths[unknown.arc] += change,
-            Some(input) => disturbed.laws[unknown.arc].disturb(input, change),
+        match unknown.of {
+            Of::First(ramp) => disturbed.first[ramp] += change,
+            Of::Length => disturbed.lengths[unknown.arc] += change,
+            Of::Level(input) => disturbed.laws[unknown.arc].disturb(input, change),
         }
         disturbed
     }
 
     /// Follows the arcs; `None` where a law cannot be followed.
     pub fn followed(&self, maneuver: &Maneuver) -> Option<Followed> {
-        self.followed_from(maneuver, 0, maneuver.start)
+        self.followed_from(maneuver, 0, self.start(maneuver))
+    }
+
+    /// What they begin with.
+    pub fn start(&self, maneuver: &Maneuver) -> State {
+        maneuver.start.giving(&self.first)
     }
 
     /// The same from an arc on, which begins in `state`: what earlier arcs have to do with it is left out.
@@ -194,7 +232,7 @@ impl Arcs {
         let given = maneuver.given_duration;
         let ends = maneuver.ends();
         let rows = ends + contacts.len() + usize::from(given.is_some());
-        let is_length = |unknown: &Unknown| if unknown.input.is_none() { 1.0 } else { 0.0 };
+        let is_length = |unknown: &Unknown| if unknown.is_length() { 1.0 } else { 0.0 };
         let lengths = DVector::from_iterator(unknowns.len(), unknowns.iter().map(is_length));
         let mut followed = Followed {
             nodes: vec![state],
@@ -206,9 +244,14 @@ impl Arcs {
         };
         // What a change of each unknown has done to the state so far.
         let mut changes = vec![Change::zeros(); unknowns.len()];
-        let from = unknowns.partition_point(|unknown| unknown.arc < begun);
+        let from = if begun == 0 { 0 } else { unknowns.partition_point(|unknown| unknown.is_before(begun)) };
+        for (change, unknown) in changes.iter_mut().zip(&unknowns).skip(from) {
+            if let Of::First(ramp) = unknown.of {
+                change[at::RAMPS + ramp] = 1.0;
+            }
+        }
         for (arc, (law, length)) in self.laws.iter().zip(&self.lengths).enumerate().skip(begun) {
-            let own = unknowns.partition_point(|unknown| unknown.arc < arc);
+            let own = unknowns.partition_point(|unknown| unknown.is_before(arc));
             for (row, contact) in followed.contacts.iter().enumerate() {
                 if contact.arc == arc {
                     followed.equations[ends + row] = contact.missed(maneuver, &state);
@@ -229,7 +272,7 @@ impl Arcs {
             for (column, unknown) in
                 unknowns.iter().enumerate().skip(own).take_while(|(_, own)| own.arc == arc)
             {
-                let (burning, change) = match unknown.input {
+                let (burning, change) = match unknown.loose() {
                     None => driven.rates(&to),
                     Some(input) => {
                         let mut ends = [to; 2];
@@ -271,12 +314,13 @@ impl Arcs {
     fn moved(&self, step: &DVector<f64>, part: f64) -> Self {
         let mut moved = self.clone();
         for (unknown, step) in self.unknowns().iter().zip(step.iter()) {
-            match unknown.input {
-                None => {
+            match unknown.of {
+                Of::First(ramp) => moved.first[ramp] += part * step,
+                Of::Length => {
                     let length = &mut moved.lengths[unknown.arc];
                     *length = (*length + part * step).max(0.0);
                 }
-                Some(input) => moved.laws[unknown.arc].disturb(input, part * step),
+                Of::Level(input) => moved.laws[unknown.arc].disturb(input, part * step),
             }
         }
         moved
@@ -287,7 +331,7 @@ impl Arcs {
         let mut settled = self.clone();
         let mut any = false;
         for (unknown, step) in self.unknowns().iter().zip(step.iter()) {
-            let Some(input) = unknown.input else { continue };
+            let Some(input) = unknown.loose() else { continue };
             let level = &mut settled.laws[unknown.arc].levels[input];
             let Level::Loose(now) = *level else { continue };
             let end = maneuver.inputs[input].end_of_level(now, *step);
@@ -347,10 +391,11 @@ impl Arcs {
         let undisturbed = gradient(followed);
         let mut hessian = DMatrix::zeros(count, count);
         for (column, unknown) in unknowns.iter().enumerate() {
-            let size = if unknown.input.is_none() { length } else { SMALL };
+            let size = if unknown.is_length() { length } else { SMALL };
             let disturbed = self.disturbed(unknown, size);
             let begun = unknown.arc;
-            let change = gradient(&disturbed.followed_from(maneuver, begun, followed.nodes[begun])?);
+            let state = if begun == 0 { disturbed.start(maneuver) } else { followed.nodes[begun] };
+            let change = gradient(&disturbed.followed_from(maneuver, begun, state)?);
             for row in column..count {
                 let second = (change[row] - undisturbed[row]) / size;
                 hessian[(row, column)] = second;
@@ -382,7 +427,7 @@ impl Arcs {
             let duration = self.duration();
             let unknowns = self.unknowns();
             let steps = || unknowns.iter().zip(newton.step.iter());
-            let of_lengths = || steps().filter(|(unknown, _)| unknown.input.is_none()).map(|(_, step)| *step);
+            let of_lengths = || steps().filter(|(unknown, _)| unknown.is_length()).map(|(_, step)| *step);
             let longest = of_lengths().fold(0.0, |longest: f64, step| longest.max(step.abs()));
             let mut part = (LARGEST_STEP * duration / longest).min(1.0);
             // An arc of no length that is to become shorter goes.
@@ -403,7 +448,7 @@ impl Arcs {
             // No further than where the first arc vanishes, or the first level ends.
             for (unknown, step) in steps() {
                 match unknown
-                    .input
+                    .loose()
                     .and_then(|input| Some((input, self.laws[unknown.arc].levels[input].part()?)))
                 {
                     Some((input, level)) => {
@@ -412,7 +457,9 @@ impl Arcs {
                             part = part.min(room / step);
                         }
                     }
-                    None if *step < 0.0 => part = part.min(-self.lengths[unknown.arc] / step),
+                    None if unknown.is_length() && *step < 0.0 => {
+                        part = part.min(-self.lengths[unknown.arc] / step)
+                    }
                     None => {}
                 }
             }

@@ -6,15 +6,20 @@ use nalgebra::SVector;
 /// Most wheels that a maneuver of arcs may have.
 pub(crate) const MOST_WHEELS: usize = 6;
 
-const NUMBERS: usize = 15 + MOST_WHEELS;
+/// Most inputs that change at limited rates.
+pub(crate) const MOST_RAMPS: usize = 6;
+
+const NUMBERS: usize = 15 + MOST_WHEELS + MOST_RAMPS;
 
 /// Of a change, as many less one: of the quaternion's four numbers three are free, and what was burnt stands apart.
 pub(crate) const CHANGES: usize = NUMBERS - 2;
 
-/// Numbers of a state: quaternion, angular velocity, what was burnt, position, velocity, time, what wheels store.
+/// Numbers of a state: quaternion, angular velocity, what was burnt, position, velocity, time, what wheels store,
+/// what inputs give that change at limited rates.
 pub(crate) type Numbers = SVector<f64, NUMBERS>;
 
-/// A change of a state: turn and rate in body axes, position, velocity, time, what wheels store.
+/// A change of a state: turn and rate in body axes, position, velocity, time, what wheels store, what
+/// inputs give that change at limited rates.
 pub(crate) type Change = SVector<f64, CHANGES>;
 
 /// Where numbers of a state that are changed as they are begin, among its numbers and among those of a change.
@@ -27,13 +32,14 @@ pub(crate) mod at {
     pub(crate) const VELOCITY: usize = 9;
     pub(crate) const TIME: usize = 12;
     pub(crate) const WHEELS: usize = 13;
+    pub(crate) const RAMPS: usize = WHEELS + super::MOST_WHEELS;
 }
 
 /// Half of what a state is disturbed by to difference the flow: what is left of it is its square, and round-off over it.
 pub(crate) const DISTURBANCE: f64 = 3e-5;
 
-/// Attitude, angular velocity in body axes, what was burnt, position and velocity in the reference frame, the time, and the momenta of the
-/// wheels, scaled. What a maneuver has nothing of stays zero.
+/// Attitude, angular velocity in body axes, what was burnt, position and velocity in the reference frame, the time, the momenta of the
+/// wheels, and inputs that change at limited rates, scaled. What a maneuver has nothing of stays zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State(pub Numbers);
 
@@ -92,6 +98,20 @@ impl State {
     /// What a wheel stores.
     pub fn stored(&self, wheel: usize) -> f64 {
         self.0[15 + wheel]
+    }
+
+    /// With what inputs give that change at limited rates, as parts of their limits.
+    #[must_use]
+    pub fn giving(mut self, inputs: &[f64]) -> Self {
+        for (own, input) in self.0.iter_mut().skip(15 + MOST_WHEELS).zip(inputs) {
+            *own = *input;
+        }
+        self
+    }
+
+    /// What an input gives that changes at a limited rate, as a part of its limit.
+    pub fn given(&self, ramp: usize) -> f64 {
+        self.0[15 + MOST_WHEELS + ramp]
     }
 
     /// A vector of the reference frame in body axes.

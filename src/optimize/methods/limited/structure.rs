@@ -5,8 +5,10 @@
 //! into pulses, or takes its means. A limit of the state that acts at some nodes in a row is held along an arc, by as
 //! many inputs as are within their limits; one of second order that acts at one or two is touched.
 
+use super::constraint::Limit;
 use super::motion::{Input, Law, Level, Maneuver};
 use super::newton::Arcs;
+use super::ramps::{Course, courses};
 use super::state::State;
 use crate::maneuver::problem as planned;
 use crate::maneuver::solution::{Solution, Trajectory};
@@ -80,7 +82,10 @@ struct Read<'a> {
 /// The order of arcs that a plan may stand for; none where it has no rows of inputs at its nodes.
 pub(crate) fn arcs(maneuver: &Maneuver, plan: &Solution, between: Between) -> Option<Arcs> {
     let read = Read::of(maneuver, &plan.trajectory, between)?;
-    let (held, touched) = read.acting(plan);
+    let (held, touched) = match maneuver.ramps().next() {
+        Some(_) => (read.held_by_ramps(), Vec::new()),
+        None => read.acting(plan),
+    };
     Some(read.arcs(&read.stretches(&held), &touched))
 }
 
@@ -155,6 +160,30 @@ impl<'a> Read<'a> {
             }
         }
         (held, touched)
+    }
+
+    /// What inputs that change at limited rates do, each from a time on.
+    fn courses(&self, input: usize) -> Option<Vec<(f64, Course)>> {
+        let ramp = self.maneuver.inputs[input].ramp?;
+        let values: Vec<f64> = self.levels.iter().map(|levels| levels[input]).collect();
+        Some(courses(&values, self.step, ramp.rate))
+    }
+
+    /// The limits of inputs that change at limited rates, where these hold them.
+    fn held_by_ramps(&self) -> Vec<Held> {
+        let end = self.step * self.last() as f64;
+        let mut held = Vec::new();
+        for (index, input) in self.maneuver.inputs.iter().enumerate() {
+            let (Some(ramp), Some(courses)) = (input.ramp, self.courses(index)) else { continue };
+            for (at, (from, course)) in courses.iter().enumerate() {
+                let to = courses.get(at + 1).map_or(end, |(to, _)| *to);
+                let Course::Hold(side) = *course else { continue };
+                let own = |limit: &Limit| limit.ramp() == Some((ramp.number, side));
+                let limit = self.maneuver.limits.iter().position(own);
+                held.extend(limit.map(|limit| Held { limit, from: *from, to }));
+            }
+        }
+        held
     }
 
     /// By how much an input is within its limits on average.
@@ -245,7 +274,9 @@ impl<'a> Read<'a> {
         times.retain(|time| (0.0..=end).contains(time));
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let mut arcs = Arcs { laws: Vec::new(), lengths: Vec::new(), contacts: Vec::new() };
+        let first = self.maneuver.inputs.iter().zip(&self.levels[0]);
+        let first = first.filter(|(input, _)| input.ramp.is_some()).map(|(_, level)| *level).collect();
+        let mut arcs = Arcs { laws: Vec::new(), lengths: Vec::new(), contacts: Vec::new(), first };
         for pair in times.windows(2) {
             let middle = 0.5 * (pair[0] + pair[1]);
             let stretch = stretches.iter().find(|stretch| stretch.from < middle && middle < stretch.to);
@@ -271,6 +302,10 @@ impl<'a> Read<'a> {
 
     /// The levels of an input, each from a time on.
     fn segments(&self, input: usize, stretches: &[Stretch]) -> Vec<(f64, f64)> {
+        if let Some(courses) = self.courses(input) {
+            let rate = |course: &Course| if let Course::Ramp(sense) = course { *sense } else { 0.0 };
+            return courses.iter().map(|(from, course)| (*from, rate(course))).collect();
+        }
         let choices = self.choices(input);
         let decided = |node: usize| {
             let level = self.levels[node][input];

@@ -80,7 +80,7 @@ fn law(levels: [Level; 3], holds: &[usize]) -> Law {
 
 fn arcs(laws: Vec<Law>, lengths: &[f64]) -> Arcs {
     let contacts = vec![Vec::new(); laws.len() - 1];
-    Arcs { laws, lengths: lengths.to_vec(), contacts }
+    Arcs { laws, lengths: lengths.to_vec(), contacts, first: Vec::new() }
 }
 
 #[test]
