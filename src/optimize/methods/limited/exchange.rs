@@ -39,9 +39,15 @@ pub(crate) fn improved(
     stop: &dyn Fn() -> bool,
 ) -> Option<Optimum> {
     let mut nearest: Option<Optimum> = None;
+    let mut tried: Vec<Arcs> = Vec::new();
     for (first, part) in firsts.iter().flat_map(|first| WITHOUT.map(|part| (first, part))) {
+        let first = first.without_shorter(part * step);
+        if tried.contains(&first) {
+            continue;
+        }
+        tried.push(first.clone());
         let mut left = MOST_ITERATIONS;
-        let found = from(maneuver, first.without_shorter(part * step), &mut left, stop);
+        let found = from(maneuver, first, &mut left, stop);
         match found {
             Some(found) if found.chattering.is_empty() => return Some(found),
             found => nearest = nearer(nearest, found),

@@ -74,7 +74,7 @@ impl Input {
 }
 
 /// A maneuver of arcs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Arcs {
     pub laws: Vec<Law>,
     pub lengths: Vec<f64>,
@@ -361,6 +361,32 @@ impl Arcs {
         rest.joined()
     }
 
+    /// With what begins and what ends an arc the other way round, where these are ramps of different inputs. Two of one length that begin
+    /// together end together: without the arc between them they would stay together, with multipliers that are not unique.
+    fn swapped(&self, maneuver: &Maneuver, arc: usize) -> Option<Self> {
+        let [before, law, after] = [arc.checked_sub(1)?, arc, arc + 1].map(|arc| self.laws.get(arc));
+        let (before, law, after) = (before?, law?, after?);
+        let changed = |a: &Law, b: &Law, input: usize| a.levels[input] != b.levels[input];
+        let mut swapped = before.clone();
+        let (mut begins, mut ends) = (false, false);
+        for (input, of) in maneuver.inputs.iter().enumerate() {
+            let [first, last] = [changed(before, law, input), changed(law, after, input)];
+            (begins, ends) = (begins || first, ends || last);
+            if !last {
+                continue;
+            }
+            let ramp = of.ramp.filter(|_| !first)?.number;
+            let own = |limit: &usize| maneuver.limits[*limit].ramp().is_some_and(|(number, _)| number == ramp);
+            swapped.levels[input] = after.levels[input];
+            swapped.holds.retain(|limit| !own(limit));
+            swapped.holds.extend(after.holds.iter().copied().filter(own));
+        }
+        swapped.holds.sort_unstable();
+        let mut all = self.clone();
+        all.laws[arc] = swapped;
+        (begins && ends && self.contacts[arc - 1].is_empty() && self.contacts[arc].is_empty()).then_some(all)
+    }
+
     /// Neighbours of one law, with nothing touched between them, as one arc.
     pub fn joined(mut self) -> Self {
         let mut arc = 1;
@@ -438,7 +464,7 @@ impl Arcs {
                 })
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             if let Some((arc, _)) = worst {
-                self = self.without(arc);
+                self = self.swapped(maneuver, arc).unwrap_or_else(|| self.without(arc));
                 continue;
             }
             if let Some(settled) = self.settled(maneuver, &newton.step) {
