@@ -376,7 +376,8 @@ impl Arcs {
                 continue;
             }
             let ramp = of.ramp.filter(|_| !first)?.number;
-            let own = |limit: &usize| maneuver.limits[*limit].ramp().is_some_and(|(number, _)| number == ramp);
+            let own =
+                |limit: &usize| maneuver.limits[*limit].ramp().is_some_and(|(number, _)| number == ramp);
             swapped.levels[input] = after.levels[input];
             swapped.holds.retain(|limit| !own(limit));
             swapped.holds.extend(after.holds.iter().copied().filter(own));
