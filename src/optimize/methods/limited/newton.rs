@@ -53,6 +53,18 @@ const MOST_HALVINGS: usize = 10;
 const AT_END: f64 = 1e-9;
 
 impl Law {
+    /// With an input that changes at a limited rate doing what it does by another law.
+    fn doing_as(&self, other: &Self, input: usize, maneuver: &Maneuver) -> Self {
+        let mut law = self.clone();
+        let number = maneuver.inputs[input].ramp.map(|ramp| ramp.number);
+        let own = |limit: &usize| maneuver.limits[*limit].ramp().map(|(number, _)| number) == number;
+        law.levels[input] = other.levels[input];
+        law.holds.retain(|limit| !own(limit));
+        law.holds.extend(other.holds.iter().copied().filter(own));
+        law.holds.sort_unstable();
+        law
+    }
+
     /// Changes the level of a loose input.
     fn disturb(&mut self, input: usize, change: f64) {
         if let Level::Loose(level) = &mut self.levels[input] {
@@ -361,6 +373,27 @@ impl Arcs {
         rest.joined()
     }
 
+    /// With arcs of no length between what inputs that change at limited rates do at once, so that each can do it at a time of its own. What
+    /// is best may be that they do so, as wheels from rest to rest: without these arcs their multipliers would not be unique.
+    fn parted(mut self, maneuver: &Maneuver) -> Self {
+        let mut arc = 1;
+        while arc < self.laws.len() {
+            let (before, after) = (&self.laws[arc - 1], &self.laws[arc]);
+            let changed = |(input, of): (usize, &Input)| {
+                of.ramp.filter(|_| before.levels[input] != after.levels[input]).map(|_| input)
+            };
+            let changed: Vec<usize> = maneuver.inputs.iter().enumerate().filter_map(changed).collect();
+            if changed.len() > 1 {
+                let between = before.doing_as(after, changed[0], maneuver);
+                self.laws.insert(arc, between);
+                self.lengths.insert(arc, 0.0);
+                self.contacts.insert(arc - 1, Vec::new());
+            }
+            arc += 1;
+        }
+        self
+    }
+
     /// With what begins and what ends an arc the other way round, where these are ramps of different inputs. Two of one length that begin
     /// together end together: without the arc between them they would stay together, with multipliers that are not unique.
     fn swapped(&self, maneuver: &Maneuver, arc: usize) -> Option<Self> {
@@ -372,17 +405,11 @@ impl Arcs {
         for (input, of) in maneuver.inputs.iter().enumerate() {
             let [first, last] = [changed(before, law, input), changed(law, after, input)];
             (begins, ends) = (begins || first, ends || last);
-            if !last {
-                continue;
+            if last {
+                of.ramp.filter(|_| !first)?;
+                swapped = swapped.doing_as(after, input, maneuver);
             }
-            let ramp = of.ramp.filter(|_| !first)?.number;
-            let own =
-                |limit: &usize| maneuver.limits[*limit].ramp().is_some_and(|(number, _)| number == ramp);
-            swapped.levels[input] = after.levels[input];
-            swapped.holds.retain(|limit| !own(limit));
-            swapped.holds.extend(after.holds.iter().copied().filter(own));
         }
-        swapped.holds.sort_unstable();
         let mut all = self.clone();
         all.laws[arc] = swapped;
         (begins && ends && self.contacts[arc - 1].is_empty() && self.contacts[arc].is_empty()).then_some(all)
@@ -435,6 +462,7 @@ impl Arcs {
     /// Stationary arcs of this order, or of fewer where some vanish; `None` where Newton does not come to any in the iterations that
     /// are left.
     pub fn solve(mut self, maneuver: &Maneuver, left: &mut usize) -> Option<Stationary> {
+        self = self.parted(maneuver);
         if self.laws.len() > MOST_ARCS {
             return None;
         }
@@ -452,6 +480,7 @@ impl Arcs {
                 return None;
             }
             let duration = self.duration();
+            let none = NO_LENGTH * duration;
             let unknowns = self.unknowns();
             let steps = || unknowns.iter().zip(newton.step.iter());
             let of_lengths = || steps().filter(|(unknown, _)| unknown.is_length()).map(|(_, step)| *step);
@@ -460,9 +489,7 @@ impl Arcs {
             // An arc of no length that is to become shorter goes.
             let worst = of_lengths()
                 .enumerate()
-                .filter(|(arc, step)| {
-                    self.lengths[*arc] < NO_LENGTH * duration && *step < 0.0 && self.laws.len() > 1
-                })
+                .filter(|(arc, step)| self.lengths[*arc] < none && *step < -none && self.laws.len() > 1)
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             if let Some((arc, _)) = worst {
                 self = self.swapped(maneuver, arc).unwrap_or_else(|| self.without(arc));
@@ -484,7 +511,7 @@ impl Arcs {
                             part = part.min(room / step);
                         }
                     }
-                    None if unknown.is_length() && *step < 0.0 => {
+                    None if unknown.is_length() && *step < -none => {
                         part = part.min(-self.lengths[unknown.arc] / step)
                     }
                     None => {}
