@@ -98,35 +98,4 @@ fn knots(values: &[f64], step: f64) -> Vec<Knot> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// From one limit to the other at once, between nodes.
-    #[test]
-    fn a_ramp_is_where_its_impulse_is() {
-        let (step, rate) = (0.1, 4.0);
-        let exact = |time: f64| (1.0 - rate * (time - 0.93)).clamp(-1.0, 1.0);
-        let values: Vec<f64> = (0..=20).map(|node| exact(f64::from(node) * step)).collect();
-        let found = courses(&values, step, rate);
-        let expected = [(0.0, Course::Hold(1.0)), (0.93, Course::Ramp(-1.0)), (1.43, Course::Hold(-1.0))];
-        assert_eq!(found.len(), 3, "{found:?}");
-        for ((time, course), (when, what)) in found.iter().zip(expected) {
-            assert_eq!(*course, what);
-            // Nodes round the corners off.
-            assert!((time - when).abs() < 0.1 * step, "{found:?}");
-        }
-    }
-
-    /// Begins within its limits, turns back before it comes to the other one, and ends on the way up.
-    #[test]
-    fn a_ramp_may_turn_back_and_be_cut_off() {
-        let (step, rate) = (0.1, 1.0);
-        let exact = |time: f64| if time < 1.0 { 0.4 - time } else { time - 1.6 };
-        let values: Vec<f64> = (0..=20).map(|node| exact(f64::from(node) * step)).collect();
-        let found = courses(&values, step, rate);
-        assert_eq!(found.len(), 2, "{found:?}");
-        assert_eq!(found[0], (0.0, Course::Ramp(-1.0)));
-        assert_eq!(found[1].1, Course::Ramp(1.0));
-        assert!((found[1].0 - 1.0).abs() < 1e-9, "{found:?}");
-    }
-}
+mod tests;
