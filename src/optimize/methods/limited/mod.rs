@@ -1,6 +1,7 @@
 //! Minimum time and fuel that more than limits of the torques shapes: plans of arcs, whose ends are exact in continuous time.
 //!
-//! What shapes them is cones, limits of rates and of what wheels store, fields, frames that turn, and forces.
+//! What shapes them is cones, limits of rates and of what wheels store, fields, frames that turn, forces, and limits of how fast inputs
+//! change.
 //!
 //! On an arc each input is at a limit, or off where that is what fuel asks for, or it holds a constraint. Unknown are the lengths
 //! of the arcs, and nothing else: the motion follows from them. Equations are the conditions of the end, six or with position twelve, and those of contact,
@@ -27,6 +28,14 @@
 //! A singular input, and one that has more than it needs, as forces have where the turn takes longer, is within its limits in the plan
 //! of the chain. Pulses stand for it first, and are exchanged until signs are right: along a singular arc they chatter, and the gap says
 //! what they leave. Else it is loose: its means on parts of the duration are unknown as well, and the equations alone are solved.
+//!
+//! # What of inputs that change at limited rates?
+//!
+//! They are part of the state, and how fast they change is what is chosen ([`motion`]): their own limits are limits of the state then, of
+//! first order, held along arcs as others are. Two things are theirs alone. What they begin with is free, and unknown beside the lengths.
+//! And ramps of one length that begin together end together: two contacts that say the same, whose multipliers would not be unique. Arcs
+//! of no length between what changes at once keep them apart, and where such an arc is to become shorter than nothing, the two change
+//! places ([`newton`]). The first order is read off a plan by impulses ([`ramps`]).
 //!
 //! Hartl, Sethi and Vickson, *A survey of the maximum principles for optimal control problems with state constraints*, 1995;
 //! Kaya and Noakes, *Computational method for time-optimal switching control*, 2003.
