@@ -3,7 +3,8 @@
 //! Nodes tell where it is at a limit; between these are ramps, each for as long as it takes at the limited rate, where the impulse is that
 //! of the plan.
 
-/// An input is at its limit within this part of it.
+/// An input is at its limit within this part of it, and where it would be within a step at the limited rate: effort that is left in the
+/// cost rounds off the corners.
 const AT_LIMIT: f64 = 1e-3;
 
 /// What an input does from a time on.
@@ -27,7 +28,7 @@ struct Knot {
 /// The courses of an input with these values at nodes, as parts of its limit, each from a time on; `rate` is the limit of its rate in the
 /// same units.
 pub(crate) fn courses(values: &[f64], step: f64, rate: f64) -> Vec<(f64, Course)> {
-    let mut knots = knots(values, step);
+    let mut knots = knots(values, step, AT_LIMIT.max(step * rate).min(0.5));
     let end = step * (values.len().max(1) - 1) as f64;
     for index in 1..knots.len() {
         let (before, after) = (knots[index - 1], knots[index]);
@@ -76,9 +77,9 @@ fn is_limit(value: f64) -> bool {
     value.abs() == 1.0
 }
 
-/// Where an input begins and ends, begins and ends to hold a limit, and turns back between.
-fn knots(values: &[f64], step: f64) -> Vec<Knot> {
-    let rounded = |value: f64| if value.abs() > 1.0 - AT_LIMIT { value.signum() } else { value };
+/// Where an input begins and ends, begins and ends to hold a limit, and turns back between; it is at a limit within `near`.
+fn knots(values: &[f64], step: f64, near: f64) -> Vec<Knot> {
+    let rounded = |value: f64| if value.abs() > 1.0 - near { value.signum() } else { value };
     let at = |node: usize| Knot { time: node as f64 * step, value: rounded(values[node]), node };
     let mut knots: Vec<Knot> = Vec::new();
     for node in 0..values.len() {
