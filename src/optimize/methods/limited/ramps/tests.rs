@@ -7,6 +7,7 @@ use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::switching::Switching;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::{Body, Inertia};
+use crate::optimize::methods::limited::certificate::Certificate;
 use crate::optimize::methods::limited::motion::{Law, Level, Maneuver};
 use crate::optimize::methods::limited::newton::Arcs;
 use crate::optimize::search::Silent;
@@ -184,15 +185,27 @@ fn least_time_by_ramps_is_that_of_another_program() {
     assert!((fine - expected).abs() < 1e-6, "{fine}");
 }
 
-/// Wheels from rest to rest each change their torque about half of the duration, all at once where their ramps are alike: arcs of no
-/// length tell their multipliers apart.
+/// Wheels from rest to rest whose torques are those of a turn about one axis all change about half of the duration: with `a` half of it
+/// and `b` half of the ramp, `θ J·n = u (a² − b²/3)`. Ramps that begin and end together say the same twice, and are told apart.
 #[test]
-fn wheels_that_change_at_once_have_arcs() {
-    let size = [1.0, 2.0, 1.5];
-    let mut problem = turn(Vector3::new(1.0, 2.0, 2.9), 100.0, Vector3::new(1.0, 2.0, 2.2), size, 1.0);
-    let mut limits = problem.actuation.torque.limits().clone();
-    limits.rate = Some(size.iter().map(|size| 1.5 * size).collect());
+fn wheels_that_change_at_once_have_multipliers_of_their_own() {
+    use Level::{At, Free};
+    let (angle, rate) = (100.0_f64.to_radians(), 1.5);
+    let (moments, axis) = (Vector3::new(1.0, 2.0, 2.9), Vector3::new(1.0, 2.0, 2.2).normalize());
+    let size: [f64; 3] = moments.component_mul(&axis).into();
+    let mut problem = turn(moments, angle.to_degrees(), axis, size, 1.0);
+    let rates = size.iter().map(|size| rate * size).collect();
+    let limits = Limits { rate: Some(rates), ..problem.actuation.torque.limits().clone() };
     problem.actuation.torque = problem.actuation.torque.with_limits(limits).unwrap();
-    let [coarse, fine] = [60, 100].map(|steps| planned(&by_wheels(&problem), steps).continuous_duration_s);
-    assert!((coarse / fine - 1.0).abs() < 1e-11, "{coarse} {fine}");
+    let maneuver = Maneuver::of(&by_wheels(&problem)).unwrap();
+    let laws = vec![law([Free; 3], &[0, 2, 4]), law([At(-1.0); 3], &[]), law([Free; 3], &[1, 3, 5])];
+    let unit = maneuver.units.time;
+    let lengths = [0.6, 1.0, 0.7].map(|length| length / unit).to_vec();
+    let first = Arcs { laws, lengths, contacts: vec![Vec::new(); 2], first: vec![1.0; 3] };
+    let found = first.solve(&maneuver, &mut 40).unwrap();
+    let half = (angle + 1.0 / (3.0 * rate * rate)).sqrt();
+    assert!((found.arcs.duration() * unit - 2.0 * half).abs() < 1e-11);
+    assert_eq!(found.arcs.laws.len(), 7, "two arcs of no length at either end of the ramps");
+    let Certificate { wrong, gap } = Certificate::of(&maneuver, &found).unwrap();
+    assert!(wrong.is_empty() && gap < 1e-9, "{gap:e} {wrong:?}");
 }
