@@ -169,7 +169,7 @@ fn verify_judges_a_plan_of_minimum_time() {
     }
 }
 
-/// Arcs beside plans of equal steps: of a flight, by wheels, in a field, past a cone, and along a singular arc. What a file tells of
+/// Arcs beside plans of equal steps: of a flight, by wheels, in a field, past a cone, along a singular arc, and with ramps. What a file tells of
 /// them is judged, and a false figure is found.
 #[test]
 fn verify_judges_arcs_beside_plans_of_equal_steps() {
@@ -180,6 +180,7 @@ fn verify_judges_arcs_beside_plans_of_equal_steps() {
         ("minimum_time_orbit", "bang_bang"),
         ("minimum_fuel_keep_out", "bang_off_bang"),
         ("minimum_fuel_rcs", "truncated_chattering"),
+        ("shortest_torque_rate", "along_limits"),
     ] {
         let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/");
         folder.slew(&["plan", &format!("{spec}{name}.toml"), "-q", "--force", "-o", "arcs.json"]).ends(0);
@@ -191,6 +192,18 @@ fn verify_judges_arcs_beside_plans_of_equal_steps() {
         plan["switching"]["continuous_cost"] = (told * (1.0 - 1e-4)).into();
         fs::write(folder.path("false.json"), plan.to_string()).unwrap();
         folder.slew(&["verify", "false.json"]).ends(7).tells("switching.continuous_cost");
+        // Ramps that go the other way.
+        let mut plan = folder.json("arcs.json");
+        for arc in plan["switching"]["arcs"].as_array_mut().unwrap() {
+            for change in arc.get_mut("change").and_then(|change| change.as_array_mut()).into_iter().flatten()
+            {
+                *change = (-change.as_f64().unwrap()).into();
+            }
+        }
+        let slow = name == "shortest_torque_rate";
+        fs::write(folder.path("false.json"), plan.to_string()).unwrap();
+        let judged = folder.slew(&["verify", "false.json"]).ends(if slow { 7 } else { 0 });
+        judged.tells(if slow { "switching.arcs" } else { "verified" });
     }
 }
 
