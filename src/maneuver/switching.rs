@@ -128,9 +128,34 @@ impl SwitchingArc {
         inputs
     }
 
-    /// How many inputs switch from this arc to the next: between limits of their rates, where these are limited.
+    /// How many inputs switch from this arc to the next: they change at another rate, or stay at another value.
     pub fn switches_to(&self, next: &Self) -> usize {
-        let of = |arc: &Self| if arc.change.is_empty() { arc.input.clone() } else { arc.change.clone() };
-        of(self).iter().zip(&of(next)).filter(|(before, after)| before != after).count()
+        let change = |arc: &Self, input: usize| arc.change.get(input).copied().unwrap_or(0.0);
+        let switched = |input: &usize| {
+            let [before, after] = [self, next].map(|arc| change(arc, *input));
+            before != after || before == 0.0 && self.input[*input] != next.input[*input]
+        };
+        (0..self.input.len().min(next.input.len())).filter(switched).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SwitchingArc;
+
+    fn arc(input: &[f64], change: &[f64]) -> SwitchingArc {
+        let (input, change) = (input.to_vec(), change.to_vec());
+        SwitchingArc { start_s: 1.0, end_s: 2.0, input, change, holds: Vec::new(), touches: Vec::new() }
+    }
+
+    /// One input ramps and then holds, the next jumps, the last one stays.
+    #[test]
+    fn inputs_switch_where_they_jump_and_where_their_change_does() {
+        let ramping = arc(&[-1.0, 0.5, 0.3], &[2.0, 0.0, 0.0]);
+        let held = arc(&[1.0, -0.5, 0.3], &[0.0, 0.0, 0.0]);
+        assert_eq!(ramping.switches_to(&held), 2);
+        assert_eq!(held.switches_to(&held), 0);
+        assert_eq!(arc(&[1.0, 2.0], &[]).switches_to(&arc(&[1.0, -2.0], &[])), 1);
+        assert_eq!(ramping.input_at(1.5), [0.0, 0.5, 0.3]);
     }
 }

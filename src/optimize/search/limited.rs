@@ -5,7 +5,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::optimize::methods::limited::exchange::{Optimum, improved};
-use crate::optimize::methods::limited::motion::Maneuver;
+use crate::optimize::methods::limited::motion::{Level, Maneuver};
 use crate::optimize::methods::limited::newton::{Arcs, NO_LENGTH, Stationary};
 use crate::optimize::methods::limited::structure::{self, Between};
 
@@ -76,6 +76,12 @@ fn told_arcs(maneuver: &Maneuver, found: &Stationary) -> Vec<SwitchingArc> {
         end += length;
         let state = &found.followed.nodes[index];
         let input = law.levels.iter().zip(&maneuver.inputs).map(|(level, input)| match input.ramp {
+            // Exactly what it holds, so that one arc has it from another.
+            Some(ramp) if *level == Level::Free => {
+                let of = |limit: &usize| maneuver.limits[*limit].ramp();
+                let held = law.holds.iter().filter_map(of).find(|(number, _)| *number == ramp.number);
+                held.map(|(_, side)| side * input.size)
+            }
             Some(ramp) => Some(state.given(ramp.number) * input.size),
             None => Some(level.part()? * input.size),
         });

@@ -29,24 +29,10 @@ pub(crate) struct Limit {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Axis {
-        axis: usize,
-        sign: f64,
-        limit: f64,
-    },
-    Norm {
-        limit: f64,
-    },
-    Wheel {
-        wheel: usize,
-        sign: f64,
-        limit: f64,
-    },
-    /// Of an input that changes at a limited rate.
-    Ramp {
-        ramp: usize,
-        sign: f64,
-    },
+    Axis { axis: usize, sign: f64, limit: f64 },
+    Norm { limit: f64 },
+    Wheel { wheel: usize, sign: f64, limit: f64 },
+    Ramp { ramp: usize, sign: f64 },
     Cone(Cone),
 }
 

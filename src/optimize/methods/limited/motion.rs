@@ -389,8 +389,8 @@ fn inputs(problem: &Problem, units: &Units, j_inverse: &Matrix3, mass: f64) -> V
             let one_sided = forces.unwrap_or(torques).limits().one_sided;
             let wheel = of_torque.filter(|_| actuation.wheels.is_some());
             let rates = forces.unwrap_or(torques).limits().rate.as_ref();
-            let limit =
-                rates.map(|rates| rates[if forces.is_some() { index } else { of_torque.unwrap_or(0) }]);
+            let of_set = if forces.is_some() { Some(index) } else { of_torque };
+            let limit = rates.zip(of_set).map(|(rates, input)| rates[input]);
             let ramp = limit.and_then(|limit| {
                 Some(Ramp { number: ramps.next()?, limit, rate: limit * units.time / size })
             });

@@ -100,11 +100,11 @@ pub(crate) struct Arcs {
 #[derive(Clone, Copy, Debug)]
 struct Unknown {
     arc: usize,
-    of: Of,
+    kind: Kind,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Of {
+enum Kind {
     /// What an input that changes at a limited rate begins with.
     First(usize),
     /// The length of the arc.
@@ -116,16 +116,16 @@ enum Of {
 impl Unknown {
     /// Whether it has to do with the state that an arc begins with.
     fn is_before(&self, arc: usize) -> bool {
-        matches!(self.of, Of::First(_)) || self.arc < arc
+        matches!(self.kind, Kind::First(_)) || self.arc < arc
     }
 
     fn is_length(&self) -> bool {
-        matches!(self.of, Of::Length)
+        matches!(self.kind, Kind::Length)
     }
 
     /// The loose input whose level it is.
     fn loose(&self) -> Option<usize> {
-        if let Of::Level(input) = self.of { Some(input) } else { None }
+        if let Kind::Level(input) = self.kind { Some(input) } else { None }
     }
 }
 
@@ -210,20 +210,20 @@ impl Arcs {
         let of_arc = |(arc, law): (usize, &Law)| {
             let loose = |input: &usize| matches!(law.levels[*input], Level::Loose(_));
             let levels: Vec<usize> = (0..law.levels.len()).filter(loose).collect();
-            let all = std::iter::once(Of::Length).chain(levels.into_iter().map(Of::Level));
-            all.map(move |of| Unknown { arc, of })
+            let all = std::iter::once(Kind::Length).chain(levels.into_iter().map(Kind::Level));
+            all.map(move |kind| Unknown { arc, kind })
         };
-        let first = (0..self.first.len()).map(|ramp| Unknown { arc: 0, of: Of::First(ramp) });
+        let first = (0..self.first.len()).map(|ramp| Unknown { arc: 0, kind: Kind::First(ramp) });
         first.chain(self.laws.iter().enumerate().flat_map(of_arc)).collect()
     }
 
     /// With one unknown changed.
     fn disturbed(&self, unknown: &Unknown, change: f64) -> Self {
         let mut disturbed = self.clone();
-        match unknown.of {
-            Of::First(ramp) => disturbed.first[ramp] += change,
-            Of::Length => disturbed.lengths[unknown.arc] += change,
-            Of::Level(input) => disturbed.laws[unknown.arc].disturb(input, change),
+        match unknown.kind {
+            Kind::First(ramp) => disturbed.first[ramp] += change,
+            Kind::Length => disturbed.lengths[unknown.arc] += change,
+            Kind::Level(input) => disturbed.laws[unknown.arc].disturb(input, change),
         }
         disturbed
     }
@@ -258,7 +258,7 @@ impl Arcs {
         let mut changes = vec![Change::zeros(); unknowns.len()];
         let from = if begun == 0 { 0 } else { unknowns.partition_point(|unknown| unknown.is_before(begun)) };
         for (change, unknown) in changes.iter_mut().zip(&unknowns).skip(from) {
-            if let Of::First(ramp) = unknown.of {
+            if let Kind::First(ramp) = unknown.kind {
                 change[at::RAMPS + ramp] = 1.0;
             }
         }
@@ -326,13 +326,13 @@ impl Arcs {
     fn moved(&self, step: &DVector<f64>, part: f64) -> Self {
         let mut moved = self.clone();
         for (unknown, step) in self.unknowns().iter().zip(step.iter()) {
-            match unknown.of {
-                Of::First(ramp) => moved.first[ramp] += part * step,
-                Of::Length => {
+            match unknown.kind {
+                Kind::First(ramp) => moved.first[ramp] += part * step,
+                Kind::Length => {
                     let length = &mut moved.lengths[unknown.arc];
                     *length = (*length + part * step).max(0.0);
                 }
-                Of::Level(input) => moved.laws[unknown.arc].disturb(input, part * step),
+                Kind::Level(input) => moved.laws[unknown.arc].disturb(input, part * step),
             }
         }
         moved
