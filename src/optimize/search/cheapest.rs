@@ -71,14 +71,12 @@
 //! forces and their multipliers with that.
 
 use super::advice;
-use super::answer::{rival_of_cost, write_aimed};
-use super::asked::held_to_all;
 use super::chains::{effort_paths, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::duration;
 use super::given_duration::{search_of, searched};
-use super::goal::{Cheapest, SAME_COST, cheapest};
+use super::goal::{SAME_COST, cheapest};
 use super::ladder::Ask;
 use super::paths::shortest_way;
 use super::shares::SHARE;
@@ -91,7 +89,7 @@ use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::{Formulation, Motion, Problem, State, Stepping};
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
-use crate::maneuver::solution::{ConvexWork, Outcome, Solution, Trajectory};
+use crate::maneuver::solution::{Outcome, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
 use crate::optimize::discrete::candidate::Candidate;
@@ -295,7 +293,7 @@ fn of_dimension<const N: usize>(
     paths.extend(unlimited);
     let search = search.of(stated, Ask { paths: &paths, ..ask });
     let (found, cheapest) = cheapest(&search);
-    let Some(Cheapest { duration, cost, attempt, share, rivals, landed }) = cheapest else {
+    let Some(cheapest) = cheapest else {
         // The nearest miss may have a duration of its own, which is none of a plan.
         let missed = found.missed();
         let mut unsolved = Solution {
@@ -309,21 +307,7 @@ fn of_dimension<const N: usize>(
         }
         return unsolved;
     };
-    let planned = stated.clone().with_duration(duration);
-    let written = search.of(&planned, search.with_effort(found.effort.clone()).ask);
-    let work = ConvexWork { effort_share: share, ..found.work };
-    let mut solution = Solution::unsolved(&planned, context.settings.tolerance);
-    match landed {
-        Some((target, landing)) => {
-            write_aimed(&written, &work, &mut solution, &attempt, Some(&target), &attempt);
-            solution.landing = Some(landing);
-        }
-        None => write_aimed(&written, &work, &mut solution, &attempt, None, &attempt),
-    }
-    // A duration to the last bit.
-    solution.cost = if objective.is_duration() { duration } else { cost };
-    solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
-    held_to_all(&written, solution)
+    cheapest.written(&search, &found)
 }
 
 /// The path of a plan without constraints on the grid of a chain; none where there is no plan.

@@ -5,6 +5,7 @@ use super::starts::GUESS;
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Solution};
+use crate::maneuver::switching::Switching;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::model::Effort;
 
@@ -24,6 +25,8 @@ pub(super) struct Found<const N: usize> {
     pub work: ConvexWork,
     /// The effort in the cost with which the plans of a goal were found.
     pub effort: Option<Effort>,
+    /// The arcs that have led to the first of the plans.
+    pub arcs: Option<Switching>,
     /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
     pub answer: Option<Solution>,
     /// The answer as it is written, where a rung had to read it.
@@ -53,9 +56,18 @@ impl<const N: usize> Found<N> {
 
     /// Adds what an attempt took.
     pub fn add_work(&mut self, attempt: &Attempt) {
-        self.work.all_subproblems += attempt.work.all_subproblems;
-        self.work.cone_iterations += attempt.work.cone_iterations;
-        self.work.cone_seconds += attempt.work.cone_seconds;
+        self.add(&attempt.work);
+    }
+
+    /// Adds what another road took.
+    pub fn add_work_of(&mut self, branch: &Self) {
+        self.add(&branch.work);
+    }
+
+    fn add(&mut self, work: &ConvexWork) {
+        self.work.all_subproblems += work.all_subproblems;
+        self.work.cone_iterations += work.cone_iterations;
+        self.work.cone_seconds += work.cone_seconds;
     }
 
     /// Whether anything converged.
@@ -86,6 +98,11 @@ impl<const N: usize> Found<N> {
     /// The nearest miss.
     pub fn missed(&self) -> Option<&Attempt> {
         self.missed.as_ref()
+    }
+
+    /// What a search of the same maneuver begins with that takes other roads from the same plans.
+    pub fn branched(&self) -> Self {
+        Self { plans: self.plans.clone(), effort: self.effort.clone(), ..Self::default() }
     }
 
     /// Takes the nearest miss away, so that another is told, or this one again.

@@ -1,12 +1,14 @@
 //! The cheapest plan of a goal: of what the ladder finds, with as little of the effort in its cost as goes.
 
-use super::coarse::chain_steps;
+use super::answer::{rival_of_cost, write_aimed};
+use super::asked::held_to_all;
 use super::found::Found;
 use super::ladder::Search;
 use super::landed::landed_with_goal;
 use super::shares::{LAST_SHARE, LOWERED, SHARP};
 use crate::maneuver::problem::State;
-use crate::maneuver::solution::{Landing, Rung};
+use crate::maneuver::solution::{ConvexWork, Landing, Rung, Solution};
+use crate::maneuver::switching::Switching;
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
@@ -39,6 +41,32 @@ pub(super) struct Cheapest {
     pub rivals: Vec<(Attempt, f64)>,
     /// The target at which it lands, where that was asked for.
     pub landed: Option<(State, Landing)>,
+    /// The arcs that have led to it.
+    pub arcs: Option<Switching>,
+}
+
+impl Cheapest {
+    /// All that is told of it.
+    pub fn written<const N: usize>(self, search: &Search<N>, found: &Found<N>) -> Solution {
+        let Self { duration, cost, attempt, share, rivals, landed, arcs } = self;
+        let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
+        let planned = search.problem.clone().with_duration(duration);
+        let written = search.of(&planned, search.with_effort(found.effort.clone()).ask);
+        let work = ConvexWork { effort_share: share, ..found.work };
+        let mut solution = Solution::unsolved(&planned, search.context.settings.tolerance);
+        match landed {
+            Some((target, landing)) => {
+                write_aimed(&written, &work, &mut solution, &attempt, Some(&target), &attempt);
+                solution.landing = Some(landing);
+            }
+            None => write_aimed(&written, &work, &mut solution, &attempt, None, &attempt),
+        }
+        // A duration to the last bit.
+        solution.cost = if of_duration { duration } else { cost };
+        solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
+        solution.switching = arcs;
+        held_to_all(&written, solution)
+    }
 }
 
 /// The cheapest of the local minima that SCP finds along the paths of a search with a goal, and what else it knows.
@@ -49,7 +77,7 @@ pub(super) fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<
 }
 
 /// The cheapest of what was found, with as little of the effort in its cost as goes, and made to land where that is asked for.
-fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Option<Cheapest> {
+pub(super) fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Option<Cheapest> {
     let stated = search.problem.seconds();
     let mut plans = found.take_plans().into_iter();
     let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
@@ -69,13 +97,19 @@ fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Optio
     let chain = search.chain(search.problem.steps);
     let cost = chain.price(&first.candidate);
     let attempt = chain.of_given_duration(first, &search.problem.clone().with_duration(duration));
-    let coarse = search.chain(chain_steps(search.problem));
     let price = |rival: Attempt| {
-        let own = [&chain, &coarse].into_iter().find(|chain| chain.model.steps == rival.candidate.steps())?;
-        let cost = own.price(&rival.candidate);
-        Some((rival, cost))
+        let cost = search.chain(rival.candidate.steps()).price(&rival.candidate);
+        (rival, cost)
     };
-    Some(Cheapest { duration, cost, attempt, share, rivals: plans.filter_map(price).collect(), landed })
+    Some(Cheapest {
+        duration,
+        cost,
+        attempt,
+        share,
+        rivals: plans.map(price).collect(),
+        landed,
+        arcs: found.arcs.take(),
+    })
 }
 
 /// A plan with as little of the effort in its cost as goes, and the goal whose optimum it is.
@@ -146,7 +180,7 @@ fn told_share(goal: &Goal, plan: &Attempt) -> f64 {
 }
 
 /// How a plan of the requested grid is improved: multipliers tell which inputs are off, the less clearly the smaller the share.
-fn sharp<const N: usize>(search: &Search<N>) -> ScpOptions {
+pub(super) fn sharp<const N: usize>(search: &Search<N>) -> ScpOptions {
     ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone().within(FEW) }
 }
 

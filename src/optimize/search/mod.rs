@@ -6,6 +6,7 @@ mod answer;
 mod any_attitude;
 mod asked;
 mod authority;
+mod by_arcs;
 mod chains;
 mod cheapest;
 mod coarse;

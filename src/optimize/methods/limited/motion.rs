@@ -243,6 +243,11 @@ impl Maneuver {
         self.units.state(state, self.moves, stored, time)
     }
 
+    /// The pose of a state, in meters.
+    pub fn pose(&self, state: &State) -> Pose {
+        Pose { position: self.units.length * state.position(), attitude: state.attitude() }
+    }
+
     /// How many of the first parts of a change are given at the end.
     pub fn ends(&self) -> usize {
         if self.moves { at::TIME } else { at::POSITION }

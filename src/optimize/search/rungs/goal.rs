@@ -6,11 +6,13 @@ use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Effort;
 use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
+use crate::optimize::search::by_arcs::ByArcs;
 use crate::optimize::search::chains::{CARRIED, CLOSE, carried_to, descend, grids_between};
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::detour::detours;
 use crate::optimize::search::found::{Found, cheapest_first, same};
-use crate::optimize::search::ladder::{Climb, Search};
+use crate::optimize::search::ladder::{Ask, Climb, Search};
+use crate::optimize::search::limited::Told;
 use crate::optimize::search::shares::{FIRST_SHARES, FOLLOWED, SHARE};
 use crate::optimize::search::transfer::transfer;
 use std::sync::Arc;
@@ -25,8 +27,68 @@ impl<const N: usize> Climb<N> for OfGoal {
 
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
         let coarse = coarse_minima(search, found);
-        carry_with_effort(search, found, &coarse);
+        if !by_arcs(search, found, &coarse) {
+            carry_with_effort(search, found, &coarse);
+        }
     }
+}
+
+/// The plan of the requested grid by way of the arcs that one of a coarser grid leads to, of the coarsest that leads to some. Whether
+/// there is one.
+fn by_arcs<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) -> bool {
+    let (few, many) = (coarse.model.steps, search.problem.steps);
+    let Some(maneuver) = ByArcs::of(search).filter(|_| few < many && found.is_done()) else { return false };
+    // Each four times as fine as the one before: all of them together take less than the requested one.
+    let mut grids: Vec<usize> = grids_between(few, many).into_iter().rev().skip(1).step_by(2).collect();
+    grids.push(few);
+    while let Some(steps) = grids.pop().filter(|_| !search.stopped()) {
+        let problem = search.problem.clone().with_steps(steps);
+        let coarser = search.of(&problem, Ask { lands: false, ..search.ask.clone() });
+        let mut branch = found.branched();
+        carry_with_effort(&coarser, &mut branch, coarse);
+        let told = cheapest_told(&coarser, &mut branch, &maneuver);
+        let planned = told.and_then(|(told, rivals)| {
+            let (plan, effort) = maneuver.planned(search, &mut branch, &told)?;
+            found.reorder(|_| std::iter::once(plan).chain(rivals).collect());
+            (found.effort, found.arcs) = (Some(effort), Some(told.switching));
+            Some(())
+        });
+        found.add_work_of(&branch);
+        if planned.is_some() {
+            return true;
+        }
+    }
+    false
+}
+
+/// The cheapest in continuous time of the exact arcs that the plans on the grid of a search lead to whose costs are close, and the other
+/// plans; `None` where the cheapest of the grid leads to none.
+fn cheapest_told<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    maneuver: &ByArcs,
+) -> Option<(Told, Vec<Attempt>)> {
+    let search = &search.with_effort(found.effort.clone());
+    let chain = search.chain(search.problem.steps);
+    let mut plans = found.take_plans();
+    let on_grid = plans.iter().take_while(|plan| plan.candidate.steps() == chain.model.steps);
+    let prices: Vec<f64> = on_grid.map(|plan| chain.price(&plan.candidate)).take(CARRIED).collect();
+    let mut best: Option<(usize, Told)> = None;
+    for (index, price) in prices.iter().enumerate() {
+        if *price > prices[0] * (1.0 + CLOSE) {
+            break;
+        }
+        let told = maneuver.told(search, found, plans[index].clone());
+        match (told, &best) {
+            (None, None) => return None,
+            (Some(told), None) => best = Some((index, told)),
+            (Some(told), Some((_, other))) if told.cost() < other.cost() => best = Some((index, told)),
+            _ => {}
+        }
+    }
+    let (index, told) = best?;
+    plans.remove(index);
+    Some((told, plans))
 }
 
 /// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and
@@ -64,11 +126,16 @@ fn shares<const N: usize>(search: &Search<N>, found: &Found<N>) -> Vec<f64> {
 /// Carries the cheapest to the requested grid, each with as much effort in its cost as that takes before a dearer one is tried:
 /// along arcs on which a constraint acts rows of neighbouring nodes nearly repeat each other. Leaves the share of the first.
 fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
-    found.reorder(cheapest_first);
     let (few, many) = (coarse.model.steps, search.problem.steps);
     if few == many {
+        let price = |plan: &Attempt| coarse.price(&plan.candidate);
+        found.reorder(|mut plans| {
+            plans.sort_by(|a, b| price(a).total_cmp(&price(b)));
+            plans
+        });
         return;
     }
+    found.reorder(cheapest_first);
     let shares = shares(search, found);
     let switches = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.switches());
     let plans = found.take_plans();
