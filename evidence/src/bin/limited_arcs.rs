@@ -3,6 +3,8 @@
 //! `cargo run --release -p evidence --bin limited_arcs [-- CASES [FIRST [KIND]]]`, 300 cases by default. Every case is planned on 100
 //! and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and
 //! of least fuel, and `torque-rates` of least time alone; all in turns without one. The law is printed before the figures.
+//!
+//! `… --bin limited_arcs -- spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 
 use slewkit::maneuver::{
     Constraint, Direction, Duration, Fuel, Motion, Objective, Pointing, Problem, Rule, Settings, Side, State,
@@ -13,6 +15,7 @@ use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
 use evidence::Random;
+use slewkit_files::spec::SpecDocument;
 use std::collections::BTreeMap;
 
 const LAW: &str = "\
@@ -147,20 +150,33 @@ fn arcs(found: &Plan) -> Option<(f64, f64)> {
     Some((told.continuous_cost, told.gap))
 }
 
+/// The kind of a case, among all of them or of one alone, and whether it is of least fuel.
+fn kind_of(seed: usize, only: Option<&str>) -> Result<(&str, bool), String> {
+    if let Some(only) = only.filter(|only| !KINDS.contains(only)) {
+        return Err(format!("{only} is none of the kinds {}", KINDS.join(", ")));
+    }
+    let kind = only.unwrap_or(KINDS[seed / 2 % KINDS.len()]);
+    Ok((kind, seed % 2 == 1 && kind != "torque-rates"))
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
+    let mut arguments = std::env::args().skip(1).peekable();
+    if arguments.next_if(|word| word == "spec").is_some() {
+        let seed: usize = arguments.next().ok_or("spec NUMBER [KIND]")?.parse()?;
+        let only = arguments.next();
+        let (kind, fuel) = kind_of(seed, only.as_deref())?;
+        let problem = case(seed, kind, fuel).ok_or("no such maneuver")?;
+        println!("{}", serde_json::to_string(&SpecDocument::new(&problem, &Settings::default())?)?);
+        return Ok(());
+    }
     let count: usize = arguments.next().map_or(Ok(300), |text| text.parse())?;
     let first: usize = arguments.next().map_or(Ok(0), |text| text.parse())?;
     let only = arguments.next();
-    if let Some(only) = only.as_ref().filter(|only| !KINDS.contains(&only.as_str())) {
-        return Err(format!("{only} is none of the kinds {}", KINDS.join(", ")).into());
-    }
     println!("{LAW}");
     let settings = Settings { target: Target::Discrete, ..Settings::default() };
     let mut tally = BTreeMap::<String, [usize; 6]>::new();
     for seed in first..first + count {
-        let shape = only.as_deref().unwrap_or(KINDS[seed / 2 % KINDS.len()]);
-        let fuel = seed % 2 == 1 && shape != "torque-rates";
+        let (shape, fuel) = kind_of(seed, only.as_deref())?;
         let kind = format!("{}, {shape}", if fuel { "fuel" } else { "time" });
         let own = tally.entry(kind.clone()).or_default();
         let Some(problem) = case(seed, shape, fuel) else { continue };

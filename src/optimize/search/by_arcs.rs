@@ -51,8 +51,7 @@ impl ByArcs {
         found: &mut Found<N>,
         plan: Attempt,
     ) -> Option<Told> {
-        found.reorder(|_| vec![plan]);
-        let plan = made_cheap(search, found)?.written(search, found);
+        let plan = made_cheap(search, found, plan)?.written(search, found);
         if plan.outcome != Outcome::Converged {
             return None;
         }

@@ -56,18 +56,9 @@ impl<const N: usize> Found<N> {
 
     /// Adds what an attempt took.
     pub fn add_work(&mut self, attempt: &Attempt) {
-        self.add(&attempt.work);
-    }
-
-    /// Adds what another road took.
-    pub fn add_work_of(&mut self, branch: &Self) {
-        self.add(&branch.work);
-    }
-
-    fn add(&mut self, work: &ConvexWork) {
-        self.work.all_subproblems += work.all_subproblems;
-        self.work.cone_iterations += work.cone_iterations;
-        self.work.cone_seconds += work.cone_seconds;
+        self.work.all_subproblems += attempt.work.all_subproblems;
+        self.work.cone_iterations += attempt.work.cone_iterations;
+        self.work.cone_seconds += attempt.work.cone_seconds;
     }
 
     /// Whether anything converged.
@@ -98,11 +89,6 @@ impl<const N: usize> Found<N> {
     /// The nearest miss.
     pub fn missed(&self) -> Option<&Attempt> {
         self.missed.as_ref()
-    }
-
-    /// What a search of the same maneuver begins with that takes other roads from the same plans.
-    pub fn branched(&self) -> Self {
-        Self { plans: self.plans.clone(), effort: self.effort.clone(), ..Self::default() }
     }
 
     /// Takes the nearest miss away, so that another is told, or this one again.

@@ -72,16 +72,28 @@ impl Cheapest {
 /// The cheapest of the local minima that SCP finds along the paths of a search with a goal, and what else it knows.
 pub(super) fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
     let mut found = search.climb();
-    let cheapest = made_cheap(&search.with_effort(found.effort.clone()), &mut found);
+    let mut plans = found.take_plans().into_iter();
+    let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps);
+    let cheapest = first.and_then(|first| {
+        let search = &search.with_effort(found.effort.clone());
+        let price = |rival: Attempt| {
+            let cost = search.chain(rival.candidate.steps()).price(&rival.candidate);
+            (rival, cost)
+        };
+        let cheapest = made_cheap(search, &mut found, first)?;
+        Some(Cheapest { rivals: plans.map(price).collect(), arcs: found.arcs.take(), ..cheapest })
+    });
     (found, cheapest)
 }
 
-/// The cheapest of what was found, with as little of the effort in its cost as goes, and made to land where that is asked for.
-pub(super) fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Option<Cheapest> {
+/// A plan of the grid of a search with as little of the effort in its cost as goes, and made to land where that is asked for.
+pub(super) fn made_cheap<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    plan: Attempt,
+) -> Option<Cheapest> {
     let stated = search.problem.seconds();
-    let mut plans = found.take_plans().into_iter();
-    let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps)?;
-    let (mut first, goal) = sharpened(search, found, first)?;
+    let (mut first, goal) = sharpened(search, found, plan)?;
     let mut share = if goal.objective.switches() { told_share(&goal, &first) } else { 0.0 };
     let before = search.chain(search.problem.steps).price(&first.candidate);
     let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
@@ -97,19 +109,7 @@ pub(super) fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N
     let chain = search.chain(search.problem.steps);
     let cost = chain.price(&first.candidate);
     let attempt = chain.of_given_duration(first, &search.problem.clone().with_duration(duration));
-    let price = |rival: Attempt| {
-        let cost = search.chain(rival.candidate.steps()).price(&rival.candidate);
-        (rival, cost)
-    };
-    Some(Cheapest {
-        duration,
-        cost,
-        attempt,
-        share,
-        rivals: plans.map(price).collect(),
-        landed,
-        arcs: found.arcs.take(),
-    })
+    Some(Cheapest { duration, cost, attempt, share, rivals: Vec::new(), landed, arcs: None })
 }
 
 /// A plan with as little of the effort in its cost as goes, and the goal whose optimum it is.

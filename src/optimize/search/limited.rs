@@ -73,11 +73,6 @@ impl Told {
         Some(Self { switching, found })
     }
 
-    /// What the plan costs that they are.
-    pub fn cost(&self) -> f64 {
-        self.switching.continuous_cost
-    }
-
     /// Whether they are those of a plan of this cost on some grid.
     pub fn are_of(&self, cost: f64) -> bool {
         (self.switching.continuous_cost - cost).abs() <= OF_THE_PLAN * cost

@@ -1,6 +1,7 @@
 //! The rung of time, of fuel, and of a duration that is sought: SCP along the paths that are given.
 
 use crate::maneuver::solution::Rung;
+use crate::maneuver::switching::Switching;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
@@ -12,7 +13,6 @@ use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::detour::detours;
 use crate::optimize::search::found::{Found, cheapest_first, same};
 use crate::optimize::search::ladder::{Ask, Climb, Search};
-use crate::optimize::search::limited::Told;
 use crate::optimize::search::shares::{FIRST_SHARES, FOLLOWED, SHARE};
 use crate::optimize::search::transfer::transfer;
 use std::sync::Arc;
@@ -27,68 +27,8 @@ impl<const N: usize> Climb<N> for OfGoal {
 
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
         let coarse = coarse_minima(search, found);
-        if !by_arcs(search, found, &coarse) {
-            carry_with_effort(search, found, &coarse);
-        }
+        carry_to_requested(search, found, &coarse);
     }
-}
-
-/// The plan of the requested grid by way of the arcs that one of a coarser grid leads to, of the coarsest that leads to some. Whether
-/// there is one.
-fn by_arcs<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) -> bool {
-    let (few, many) = (coarse.model.steps, search.problem.steps);
-    let Some(maneuver) = ByArcs::of(search).filter(|_| few < many && found.is_done()) else { return false };
-    // Each four times as fine as the one before: all of them together take less than the requested one.
-    let mut grids: Vec<usize> = grids_between(few, many).into_iter().rev().skip(1).step_by(2).collect();
-    grids.push(few);
-    while let Some(steps) = grids.pop().filter(|_| !search.stopped()) {
-        let problem = search.problem.clone().with_steps(steps);
-        let coarser = search.of(&problem, Ask { lands: false, ..search.ask.clone() });
-        let mut branch = found.branched();
-        carry_with_effort(&coarser, &mut branch, coarse);
-        let told = cheapest_told(&coarser, &mut branch, &maneuver);
-        let planned = told.and_then(|(told, rivals)| {
-            let (plan, effort) = maneuver.planned(search, &mut branch, &told)?;
-            found.reorder(|_| std::iter::once(plan).chain(rivals).collect());
-            (found.effort, found.arcs) = (Some(effort), Some(told.switching));
-            Some(())
-        });
-        found.add_work_of(&branch);
-        if planned.is_some() {
-            return true;
-        }
-    }
-    false
-}
-
-/// The cheapest in continuous time of the exact arcs that the plans on the grid of a search lead to whose costs are close, and the other
-/// plans; `None` where the cheapest of the grid leads to none.
-fn cheapest_told<const N: usize>(
-    search: &Search<N>,
-    found: &mut Found<N>,
-    maneuver: &ByArcs,
-) -> Option<(Told, Vec<Attempt>)> {
-    let search = &search.with_effort(found.effort.clone());
-    let chain = search.chain(search.problem.steps);
-    let mut plans = found.take_plans();
-    let on_grid = plans.iter().take_while(|plan| plan.candidate.steps() == chain.model.steps);
-    let prices: Vec<f64> = on_grid.map(|plan| chain.price(&plan.candidate)).take(CARRIED).collect();
-    let mut best: Option<(usize, Told)> = None;
-    for (index, price) in prices.iter().enumerate() {
-        if *price > prices[0] * (1.0 + CLOSE) {
-            break;
-        }
-        let told = maneuver.told(search, found, plans[index].clone());
-        match (told, &best) {
-            (None, None) => return None,
-            (Some(told), None) => best = Some((index, told)),
-            (Some(told), Some((_, other))) if told.cost() < other.cost() => best = Some((index, told)),
-            _ => {}
-        }
-    }
-    let (index, told) = best?;
-    plans.remove(index);
-    Some((told, plans))
 }
 
 /// The local minima that SCP finds along paths on its coarse grid, with as much effort in the cost as that takes, and
@@ -123,23 +63,28 @@ fn shares<const N: usize>(search: &Search<N>, found: &Found<N>) -> Vec<f64> {
     from_least.take(if several { FIRST_SHARES.len() } else { 1 }).collect()
 }
 
-/// Carries the cheapest to the requested grid, each with as much effort in its cost as that takes before a dearer one is tried:
-/// along arcs on which a constraint acts rows of neighbouring nodes nearly repeat each other. Leaves the share of the first.
-fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
-    let (few, many) = (coarse.model.steps, search.problem.steps);
-    if few == many {
-        let price = |plan: &Attempt| coarse.price(&plan.candidate);
-        found.reorder(|mut plans| {
-            plans.sort_by(|a, b| price(a).total_cmp(&price(b)));
-            plans
-        });
+/// A plan of the requested grid.
+struct Carried {
+    plan: Attempt,
+    /// What it costs without the effort beside that.
+    price: f64,
+    /// The effort in its cost.
+    effort: Effort,
+    /// The arcs that have led to it.
+    arcs: Option<Switching>,
+}
+
+/// Carries the cheapest to the requested grid: by way of their arcs, or else with as much effort in the cost of each as that takes before
+/// a dearer one is tried. Leaves the effort of the first.
+fn carry_to_requested<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
+    found.reorder(cheapest_first);
+    let few = coarse.model.steps;
+    if few == search.problem.steps {
         return;
     }
-    found.reorder(cheapest_first);
-    let shares = shares(search, found);
-    let switches = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.switches());
+    let maneuver = ByArcs::of(search);
     let plans = found.take_plans();
-    let (mut carried, mut rivals) = (Vec::<(f64, Effort, Attempt)>::new(), Vec::new());
+    let (mut carried, mut rivals) = (Vec::<Carried>::new(), Vec::new());
     let mut best_coarse = None;
     for (index, plan) in plans.iter().enumerate() {
         // On the fine grid the order of costs may be another.
@@ -148,22 +93,9 @@ fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, c
             rivals.extend_from_slice(&plans[index..]);
             break;
         }
-        let fine = shares.iter().find_map(|share| {
-            found.effort = Some(Effort::of_share(*share));
-            let search = &search.with_effort(found.effort.clone());
-            let grids = [search.chain(few), search.chain(many)];
-            let eased =
-                if *share == shares[0] { Some(plan.clone()) } else { eased(search, found, &grids[0], plan) };
-            let fine = carried_to(search, found, [&grids[0], &grids[1]], &eased?)?;
-            Some((grids[1].price(&fine.candidate), Effort::of_share(*share), fine))
-        });
-        let fine = match fine {
-            // What costs effort alone is not counted from anything.
-            None if switches => followed(search, found, shares[0], plan),
-            fine => fine,
-        };
-        match fine {
-            Some((.., fine)) if carried.iter().any(|(.., other)| same::<N>(other, &fine)) => {}
+        let by_arcs = maneuver.as_ref().and_then(|maneuver| by_arcs(search, found, maneuver, few, plan));
+        match by_arcs.or_else(|| with_effort(search, found, few, plan)) {
+            Some(fine) if carried.iter().any(|other| same::<N>(&other.plan, &fine.plan)) => {}
             Some(fine) => {
                 best_coarse = best_coarse.or(Some(plan.cost));
                 carried.push(fine);
@@ -171,11 +103,66 @@ fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, c
             None => rivals.push(plan.clone()),
         }
     }
-    carried.sort_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((_, effort, _)) = carried.first() {
-        found.effort = Some(effort.clone());
-        found.reorder(|_| carried.into_iter().map(|(.., fine)| fine).chain(rivals).collect());
+    carried.sort_by(|a, b| a.price.total_cmp(&b.price));
+    if let Some(first) = carried.first_mut() {
+        (found.effort, found.arcs) = (Some(first.effort.clone()), first.arcs.take());
+        found.reorder(|_| carried.into_iter().map(|fine| fine.plan).chain(rivals).collect());
     }
+}
+
+/// A coarse plan on the requested grid by way of the exact arcs that it leads to, or that it does on a grid between: the coarsest of
+/// those that are each four times as fine as the one before, so that all of them together take less than the requested one.
+fn by_arcs<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    maneuver: &ByArcs,
+    few: usize,
+    plan: &Attempt,
+) -> Option<Carried> {
+    let least = found.effort.clone();
+    let mut grids: Vec<usize> =
+        grids_between(few, search.problem.steps).into_iter().rev().skip(1).step_by(2).collect();
+    grids.push(few);
+    while let Some(steps) = grids.pop().filter(|_| !search.stopped()) {
+        let problem = search.problem.clone().with_steps(steps);
+        let between = search.of(&problem, Ask { lands: false, ..search.ask.clone() });
+        let (reached, effort) = if steps == few {
+            (plan.clone(), least.clone())
+        } else {
+            let Carried { plan, effort, .. } = with_effort(&between, found, few, plan)?;
+            (plan, Some(effort))
+        };
+        let Some(told) = maneuver.told(&between.with_effort(effort), found, reached) else { continue };
+        if let Some((plan, effort)) = maneuver.planned(search, found, &told) {
+            let price = search.chain(search.problem.steps).price(&plan.candidate);
+            return Some(Carried { plan, price, effort, arcs: Some(told.switching) });
+        }
+    }
+    None
+}
+
+/// A coarse plan on the requested grid with as much effort in its cost as that takes: along arcs on which a constraint acts rows of
+/// neighbouring nodes nearly repeat each other.
+fn with_effort<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    few: usize,
+    plan: &Attempt,
+) -> Option<Carried> {
+    let shares = shares(search, found);
+    let fine = shares.iter().find_map(|share| {
+        let effort = Effort::of_share(*share);
+        let search = &search.with_effort(Some(effort.clone()));
+        let grids = [few, search.problem.steps].map(|steps| search.chain(steps));
+        let eased =
+            if *share == shares[0] { Some(plan.clone()) } else { eased(search, found, &grids[0], plan) };
+        let plan = carried_to(search, found, [&grids[0], &grids[1]], &eased?)?;
+        let price = grids[1].price(&plan.candidate);
+        Some(Carried { plan, price, effort, arcs: None })
+    });
+    // What costs effort alone is not counted from anything.
+    let switches = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.switches());
+    if fine.is_none() && switches { followed(search, found, few, shares[0], plan) } else { fine }
 }
 
 /// The plan of the requested grid that is near a coarse one, by way of grids twice as fine each: on each of them effort is counted from
@@ -184,11 +171,12 @@ fn carry_with_effort<const N: usize>(search: &Search<N>, found: &mut Found<N>, c
 fn followed<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
+    few: usize,
     share: f64,
     plan: &Attempt,
-) -> Option<(f64, Effort, Attempt)> {
+) -> Option<Carried> {
     let options = ScpOptions::default().within(search.context.settings.max_iterations);
-    let mut from = search.with_effort(Some(Effort::of_share(share))).chain(plan.candidate.steps());
+    let mut from = search.with_effort(Some(Effort::of_share(share))).chain(few);
     let mut reached = plan.clone();
     let mut effort = Effort::of_share(share);
     let between = grids_between(from.model.steps, search.problem.steps);
@@ -204,7 +192,7 @@ fn followed<const N: usize>(
         }
         (from, reached) = (chain, next);
     }
-    Some((from.price(&reached.candidate), effort, reached))
+    Some(Carried { price: from.price(&reached.candidate), plan: reached, effort, arcs: None })
 }
 
 /// A plan of the coarse grid as it is with the share of effort that the goal has now.
