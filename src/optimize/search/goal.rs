@@ -113,7 +113,7 @@ pub(super) fn made_cheap<const N: usize>(
 }
 
 /// A plan with as little of the effort in its cost as goes, and the goal whose optimum it is.
-fn sharpened<const N: usize>(
+pub(super) fn sharpened<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     plan: Attempt,

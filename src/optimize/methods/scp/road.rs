@@ -81,6 +81,15 @@ impl Chain {
         cost / model.cost_scale
     }
 
+    /// What a plan of time or fuel may gain at most by less of the effort in its cost, in the user's unit: `Eₘ − E`, where inputs at their
+    /// limits throughout cost `Eₘ`. From its optimum `x` to the one without, `y`, `J(x) + E(x) ≤ J(y) + E(y)`.
+    pub fn to_gain(&self, candidate: &Candidate) -> f64 {
+        let (iterate, model) = (iterate(candidate), &self.model);
+        let own = iterate.cost(model) - iterate.price(model);
+        // Scaled inputs grow as the square of the duration.
+        (model.most_effort * iterate.stretch().powi(4) - own).max(0.0) / model.cost_scale
+    }
+
     /// What this chain, which has a goal, has found, as a candidate of `planned`, the maneuver that states the duration found.
     /// Multipliers are derivatives of the user's cost.
     pub fn of_given_duration(&self, found: Attempt, planned: &Problem) -> Attempt {

@@ -12,6 +12,7 @@ use crate::optimize::search::chains::{CARRIED, CLOSE, carried_to, descend, grids
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::detour::detours;
 use crate::optimize::search::found::{Found, cheapest_first, same};
+use crate::optimize::search::goal::sharpened;
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::shares::{FIRST_SHARES, FOLLOWED, SHARE};
 use crate::optimize::search::transfer::transfer;
@@ -74,6 +75,26 @@ struct Carried {
     arcs: Option<Switching>,
 }
 
+impl Carried {
+    /// What less of the effort in its cost may gain.
+    fn to_gain<const N: usize>(&self, search: &Search<N>) -> f64 {
+        let search = search.with_effort(Some(self.effort.clone()));
+        search.chain(self.plan.candidate.steps()).to_gain(&self.plan.candidate)
+    }
+
+    /// With as little of the effort in its cost as goes.
+    fn cheapened<const N: usize>(self, search: &Search<N>, found: &mut Found<N>) -> Self {
+        let search = search.with_effort(Some(self.effort.clone()));
+        match sharpened(&search, found, self.plan.clone()) {
+            Some((plan, goal)) => {
+                let price = search.chain(plan.candidate.steps()).price(&plan.candidate);
+                Self { plan, price, effort: goal.effort, ..self }
+            }
+            None => self,
+        }
+    }
+}
+
 /// Carries the cheapest to the requested grid: by way of their arcs, or else with as much effort in the cost of each as that takes before
 /// a dearer one is tried. Leaves the effort of the first.
 fn carry_to_requested<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
@@ -103,6 +124,16 @@ fn carry_to_requested<const N: usize>(search: &Search<N>, found: &mut Found<N>, 
             None => rivals.push(plan.clone()),
         }
     }
+    // What arcs lead to has hardly any effort in its cost: what may be cheaper without its own is compared with that as such.
+    let told = carried.iter().filter(|fine| fine.arcs.is_some()).map(|fine| fine.price);
+    let told = told.fold(f64::INFINITY, f64::min);
+    let sharp = |fine: Carried| {
+        // What was followed has been made cheap.
+        let is_cheap = fine.arcs.is_some() || fine.effort.about.is_some();
+        let to_gain = if is_cheap { 0.0 } else { fine.to_gain(search) };
+        if fine.price >= told && fine.price - to_gain < told { fine.cheapened(search, found) } else { fine }
+    };
+    carried = carried.into_iter().map(sharp).collect();
     carried.sort_by(|a, b| a.price.total_cmp(&b.price));
     if let Some(first) = carried.first_mut() {
         (found.effort, found.arcs) = (Some(first.effort.clone()), first.arcs.take());
@@ -150,7 +181,7 @@ fn with_effort<const N: usize>(
     plan: &Attempt,
 ) -> Option<Carried> {
     let shares = shares(search, found);
-    let fine = shares.iter().find_map(|share| {
+    let of_share = |share: &f64, found: &mut Found<N>| {
         let effort = Effort::of_share(*share);
         let search = &search.with_effort(Some(effort.clone()));
         let grids = [few, search.problem.steps].map(|steps| search.chain(steps));
@@ -159,10 +190,15 @@ fn with_effort<const N: usize>(
         let plan = carried_to(search, found, [&grids[0], &grids[1]], &eased?)?;
         let price = grids[1].price(&plan.candidate);
         Some(Carried { plan, price, effort, arcs: None })
-    });
+    };
+    let fine = of_share(&shares[0], found);
     // What costs effort alone is not counted from anything.
     let switches = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.switches());
-    if fine.is_none() && switches { followed(search, found, few, shares[0], plan) } else { fine }
+    if fine.is_some() || !switches || search.stopped() {
+        return fine;
+    }
+    let followed = followed(search, found, few, shares[0], plan);
+    followed.or_else(|| shares[1..].iter().find_map(|share| of_share(share, found)))
 }
 
 /// The plan of the requested grid that is near a coarse one, by way of grids twice as fine each: on each of them effort is counted from
@@ -192,7 +228,10 @@ fn followed<const N: usize>(
         }
         (from, reached) = (chain, next);
     }
-    Some(Carried { price: from.price(&reached.candidate), plan: reached, effort, arcs: None })
+    Some(
+        Carried { price: from.price(&reached.candidate), plan: reached, effort, arcs: None }
+            .cheapened(search, found),
+    )
 }
 
 /// A plan of the coarse grid as it is with the share of effort that the goal has now.

@@ -83,6 +83,7 @@ pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
     model.about = goal.effort.about.clone().filter(|inputs| inputs.len() == steps + 1);
     let limits = model.input_bounds(problem);
     let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
+    model.most_effort = if most.is_finite() { goal.effort.share * TIME_PRICE } else { f64::INFINITY };
     model.weight *= goal.effort.share * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
     model
 }

@@ -86,6 +86,8 @@ pub(crate) struct Model {
     pub about: Option<sync::Arc<Vec<Vec<f64>>>>,
     /// Power of the duration with which the effort goes: 0 where that is a share beside another cost.
     pub effort_power: i32,
+    /// What its inputs would cost at their limits throughout the stated duration; infinite where they have none.
+    pub most_effort: f64,
     /// Units of the inputs [N or N·m].
     pub input_unit: Vec<f64>,
     /// Number of force inputs, which come first.
@@ -148,6 +150,7 @@ impl Model {
             weight,
             about: None,
             effort_power: 0,
+            most_effort: f64::INFINITY,
             input_unit,
             forces,
             force: force.cloned(),
