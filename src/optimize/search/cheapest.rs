@@ -7,6 +7,9 @@
 //! is lowered until the cost does not feel it: with a share ε the optimum is dearer by `O(ε²)` where inputs are free on arcs,
 //! and by nothing where each is at a limit, or off, but for as many as the terminal conditions ask for.
 //!
+//! Mostly nothing is lowered on that grid: a plan on few steps leads to arcs of continuous time, and these to the requested grid
+//! (`search/by_arcs`).
+//!
 //! Where a share can be lowered no further, as where several limits act along arcs of a fine grid, the same share is counted from the
 //! inputs of the plan itself, again and again (`search/goal`): the curvature stays, and the cost forgets the effort.
 //!

@@ -140,6 +140,24 @@ fn on_twice_the_steps_they_are_off_by_a_quarter() {
     }
 }
 
+/// The scheme's error falls to a sixteenth on four times the steps, more or less by where switches are between nodes: the plan of the fine
+/// grid is that of the arcs, with no effort in its cost, and not a dearer one beside it.
+#[test]
+fn plans_of_fine_grids_are_those_of_their_arcs() {
+    for (name, problem, _) in
+        cases().into_iter().filter(|case| ["torque rate", "keep out", "keep in"].contains(&case.0))
+    {
+        let [coarse, fine] = [80, 320].map(|steps| {
+            let Plan { solution, .. } = solved(&problem.clone().with_steps(steps));
+            let told = solution.switching.unwrap_or_else(|| panic!("{name}: no arcs on {steps} steps"));
+            let share = solution.convex.map_or(f64::INFINITY, |work| work.effort_share);
+            assert!(share <= 1e-6, "{name} on {steps} steps: {share:.0e} of the effort");
+            (solution.cost / told.continuous_cost - 1.0).abs()
+        });
+        assert!(coarse < 2e-3 && fine < coarse / 8.0, "{name}: off by {coarse:.1e} and {fine:.1e}");
+    }
+}
+
 /// About one axis: to full rate, on, and to rest. A ball for the torque and a sphere for the body leave nothing to gain
 /// beside the axis.
 #[test]
