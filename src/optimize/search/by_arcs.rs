@@ -6,7 +6,7 @@
 //! it. What is lowered share by share on the requested grid instead takes many, and along arcs of a fine grid may not come to an end.
 
 use super::found::Found;
-use super::goal::{made_cheap, sharp};
+use super::goal::{Cheapest, lightened, sharp};
 use super::ladder::Search;
 use super::limited::Told;
 use super::shares::{FOLLOWED, LAST_SHARE};
@@ -51,7 +51,8 @@ impl ByArcs {
         found: &mut Found<N>,
         plan: Attempt,
     ) -> Option<Told> {
-        let plan = made_cheap(search, found, plan)?.written(search, found);
+        let (plan, goal, _) = lightened(search, found, plan)?;
+        let plan = Cheapest::of(search, (plan, goal)).written(search, found);
         if plan.outcome != Outcome::Converged {
             return None;
         }

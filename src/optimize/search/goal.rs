@@ -87,29 +87,31 @@ pub(super) fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<
 }
 
 /// A plan of the grid of a search with as little of the effort in its cost as goes, and made to land where that is asked for.
-pub(super) fn made_cheap<const N: usize>(
-    search: &Search<N>,
-    found: &mut Found<N>,
-    plan: Attempt,
-) -> Option<Cheapest> {
-    let stated = search.problem.seconds();
-    let (mut first, goal) = sharpened(search, found, plan)?;
-    let mut share = if goal.objective.switches() { told_share(&goal, &first) } else { 0.0 };
-    let before = search.chain(search.problem.steps).price(&first.candidate);
-    let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
-    let before = if of_duration { stated * first.candidate.grid.duration() } else { before };
-    let landed = landed_with_goal(search, &first, &goal).map(|(landed, eased)| {
-        let Landed { attempt, target, landing } = landed;
-        let landing = Landing { cost_before: before, ..landing };
-        first = attempt;
-        share = if eased > goal.effort.share { eased } else { share };
-        (target, landing)
-    });
-    let duration = stated * first.candidate.grid.duration();
-    let chain = search.chain(search.problem.steps);
-    let cost = chain.price(&first.candidate);
-    let attempt = chain.of_given_duration(first, &search.problem.clone().with_duration(duration));
-    Some(Cheapest { duration, cost, attempt, share, rivals: Vec::new(), landed, arcs: None })
+fn made_cheap<const N: usize>(search: &Search<N>, found: &mut Found<N>, plan: Attempt) -> Option<Cheapest> {
+    Some(Cheapest::of(search, sharpened(search, found, plan)?))
+}
+
+impl Cheapest {
+    /// The optimum of a goal, made to land where that is asked for.
+    pub fn of<const N: usize>(search: &Search<N>, (mut first, goal): (Attempt, Goal)) -> Self {
+        let stated = search.problem.seconds();
+        let mut share = if goal.objective.switches() { told_share(&goal, &first) } else { 0.0 };
+        let before = search.chain(search.problem.steps).price(&first.candidate);
+        let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
+        let before = if of_duration { stated * first.candidate.grid.duration() } else { before };
+        let landed = landed_with_goal(search, &first, &goal).map(|(landed, eased)| {
+            let Landed { attempt, target, landing } = landed;
+            let landing = Landing { cost_before: before, ..landing };
+            first = attempt;
+            share = if eased > goal.effort.share { eased } else { share };
+            (target, landing)
+        });
+        let duration = stated * first.candidate.grid.duration();
+        let chain = search.chain(search.problem.steps);
+        let cost = chain.price(&first.candidate);
+        let attempt = chain.of_given_duration(first, &search.problem.clone().with_duration(duration));
+        Self { duration, cost, attempt, share, rivals: Vec::new(), landed, arcs: None }
+    }
 }
 
 /// A plan with as little of the effort in its cost as goes, and the goal whose optimum it is.
@@ -118,16 +120,26 @@ pub(super) fn sharpened<const N: usize>(
     found: &mut Found<N>,
     plan: Attempt,
 ) -> Option<(Attempt, Goal)> {
+    let (plan, goal, left) = lightened(search, found, plan)?;
+    Some(if left <= SAME_COST { (plan, goal) } else { settled(search, found, plan, goal) })
+}
+
+/// A plan with a share of the effort in its cost that is as small as goes, the goal whose optimum it is, and what a smaller one would gain
+/// at most, relative.
+pub(super) fn lightened<const N: usize>(
+    search: &Search<N>,
+    found: &mut Found<N>,
+    plan: Attempt,
+) -> Option<(Attempt, Goal, f64)> {
     let goal = search.ask.goal.clone()?;
     if !goal.objective.switches() {
-        return Some((plan, goal));
+        return Some((plan, goal, 0.0));
     }
     if goal.effort.about.is_some() {
-        return Some(settled(search, found, plan, goal));
+        return Some((plan, goal, f64::INFINITY));
     }
     let (plan, share, left) = lowered(search, found, plan, &goal);
-    let goal = Goal { effort: Effort::of_share(share), ..goal };
-    Some(if left <= SAME_COST { (plan, goal) } else { settled(search, found, plan, goal) })
+    Some((plan, Goal { effort: Effort::of_share(share), ..goal }, left))
 }
 
 /// A plan whose effort is counted from its own inputs, again and again, where its share can be lowered no further.
