@@ -62,19 +62,20 @@ impl ByArcs {
         exact.then_some(arcs)
     }
 
-    /// The plan of the requested grid that is next to arcs, and the effort in its cost: the least share of it or, where that decides too
-    /// little, what inputs change from those that it comes to.
+    /// The plan of the requested grid that is next to the arcs of one that began as `origin` says, and the effort in its cost: the least
+    /// share of it or, where that decides too little, what inputs change from those that it comes to.
     pub fn planned<const N: usize>(
         &self,
         search: &Search<N>,
         found: &mut Found<N>,
         arcs: &Told,
+        origin: &str,
     ) -> Option<(Attempt, Effort)> {
         let mut effort = Effort::of_share(LAST_SHARE);
         let mut from = None;
         loop {
             let chain = search.with_effort(Some(effort.clone())).chain(search.problem.steps);
-            let start = from.take().or_else(|| self.along(search, &chain, arcs))?;
+            let start = from.take().or_else(|| self.along(search, &chain, arcs, origin))?;
             let convex = ConvexIteration { chain: &chain, options: &sharp(search) };
             let next = search.context.attempt(Rung::Scp, &convex, start);
             found.add_work(&next);
@@ -90,11 +91,19 @@ impl ByArcs {
     }
 
     /// The path of arcs on the grid of a chain.
-    fn along<const N: usize>(&self, search: &Search<N>, chain: &Chain, arcs: &Told) -> Option<Candidate> {
+    fn along<const N: usize>(
+        &self,
+        search: &Search<N>,
+        chain: &Chain,
+        arcs: &Told,
+        origin: &str,
+    ) -> Option<Candidate> {
         let length = chain.model.dynamics.units.length;
-        let stretch = arcs.switching.continuous_duration_s / search.problem.seconds();
+        let sought = chain.model.duration.is_some();
+        let stretch =
+            if sought { arcs.switching.continuous_duration_s / search.problem.seconds() } else { 1.0 };
         let poses = arcs.poses(&self.maneuver, chain.model.steps)?;
         let poses = poses.into_iter().map(|pose| Pose { position: pose.position / length, ..pose });
-        Some(path("arcs", &chain.model.dynamics.grid.with_duration(stretch), poses))
+        Some(path(origin, &chain.model.dynamics.grid.with_duration(stretch), poses))
     }
 }

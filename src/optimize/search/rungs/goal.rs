@@ -164,7 +164,8 @@ fn by_arcs<const N: usize>(
             (plan, Some(effort))
         };
         let Some(told) = maneuver.told(&between.with_effort(effort), found, reached) else { continue };
-        if let Some((plan, effort)) = maneuver.planned(search, found, &told) {
+        let origin = &plan.candidate.provenance.start;
+        if let Some((plan, effort)) = maneuver.planned(search, found, &told, origin) {
             let price = search.chain(search.problem.steps).price(&plan.candidate);
             return Some(Carried { plan, price, effort, arcs: Some(told.switching) });
         }
