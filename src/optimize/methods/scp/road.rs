@@ -82,7 +82,8 @@ impl Chain {
     }
 
     /// What a plan of time or fuel may gain at most by less of the effort in its cost, in the user's unit: `Eₘ − E`, where inputs at their
-    /// limits throughout cost `Eₘ`. From its optimum `x` to the one without, `y`, `J(x) + E(x) ≤ J(y) + E(y)`.
+    /// limits throughout cost `Eₘ`. From its optimum `x` to the one without, `y`, `J(x) + E(x) ≤ J(y) + E(y)`, and `E(y) ≤ Eₘ` as long
+    /// as `y` takes no longer. Infinite where inputs have no limits of their own.
     pub fn to_gain(&self, candidate: &Candidate) -> f64 {
         let (iterate, model) = (iterate(candidate), &self.model);
         let own = iterate.cost(model) - iterate.price(model);

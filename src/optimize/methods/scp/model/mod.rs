@@ -86,7 +86,7 @@ pub(crate) struct Model {
     pub about: Option<sync::Arc<Vec<Vec<f64>>>>,
     /// Power of the duration with which the effort goes: 0 where that is a share beside another cost.
     pub effort_power: i32,
-    /// What its inputs would cost at their limits throughout the stated duration; infinite where they have none.
+    /// What effort its inputs would cost at their limits throughout the stated duration, scaled; infinite where they have none.
     pub most_effort: f64,
     /// Units of the inputs [N or N·m].
     pub input_unit: Vec<f64>,
