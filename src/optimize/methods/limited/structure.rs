@@ -29,8 +29,10 @@ const GAP: usize = 2;
 /// Nodes less one from which on a limit of second order is held.
 const RUN: usize = 3;
 
-/// Steps in which one pulse stands for an input that is between its limits.
+/// Steps in which one pulse stands for an input that is between its limits, and pulses in the whole duration of finer grids: what a grid
+/// says more exactly is not more arcs.
 const BETWEEN: usize = 8;
+const MOST_PULSES: usize = 12;
 
 /// Parts of the duration on each of which an input that has more than it needs takes its mean: the same for all inputs, so that there
 /// are few arcs, and enough for lengths to meet twelve conditions.
@@ -127,18 +129,28 @@ impl<'a> Read<'a> {
         let mut at_nodes = vec![vec![false; self.states.len()]; self.maneuver.limits.len()];
         for active in &plan.active {
             let largest = active.multiplier.iter().copied().fold(0.0, f64::max);
-            for (time, multiplier) in active.time_s.iter().zip(&active.multiplier) {
-                if *multiplier <= PRESSES * largest {
-                    continue;
-                }
-                let stage = (time / (self.step * self.maneuver.units.time)).round() as usize;
-                let of = |limit: usize, node: usize| self.maneuver.limits[limit].value(&self.states[node]);
-                let own =
-                    (0..at_nodes.len()).filter(|limit| self.maneuver.limits[*limit].name == active.name);
-                let places =
-                    own.flat_map(|limit| [stage, stage + 1].map(|node| (limit, node.min(self.last()))));
-                let nearest = places.max_by(|a, b| of(a.0, a.1).total_cmp(&of(b.0, b.1)));
-                if let Some((limit, node)) = nearest.filter(|(limit, node)| of(*limit, *node) > -NEAR) {
+            let stage = |time: &f64| (time / (self.step * self.maneuver.units.time)).round() as usize;
+            let entries = active.time_s.iter().zip(&active.multiplier);
+            let stages: Vec<usize> = entries
+                .filter(|(_, multiplier)| **multiplier > PRESSES * largest)
+                .map(|(time, _)| stage(time))
+                .collect();
+            // Of one name may be limits of several axes, or wheels: as many of them act as it has multipliers.
+            let own: Vec<usize> = (0..at_nodes.len())
+                .filter(|limit| self.maneuver.limits[*limit].name == active.name)
+                .collect();
+            for run in stages.chunk_by(|a, b| a == b) {
+                let nodes = [run[0], run[0] + 1].map(|node| node.min(self.last()));
+                let nearest = |limit: &usize| {
+                    let value = |node: usize| self.maneuver.limits[*limit].value(&self.states[node]);
+                    let values = nodes.map(|node| (value(node), node));
+                    let (value, node) = if values[0].0 > values[1].0 { values[0] } else { values[1] };
+                    (value, *limit, node)
+                };
+                let mut places: Vec<(f64, usize, usize)> =
+                    own.iter().map(nearest).filter(|(value, ..)| *value > -NEAR).collect();
+                places.sort_by(|a, b| b.0.total_cmp(&a.0));
+                for (_, limit, node) in places.into_iter().take(run.len()) {
                     at_nodes[limit][node] = true;
                 }
             }
@@ -398,7 +410,7 @@ impl<'a> Read<'a> {
             return;
         }
         let other = beyond(p);
-        let pieces = nodes.len().div_ceil(BETWEEN);
+        let pieces = nodes.len().div_ceil(BETWEEN.max(self.last() / MOST_PULSES));
         let piece = length / pieces as f64;
         let pulse = if other == p { 0.0 } else { ((mean - p) / (other - p)).clamp(0.0, 1.0) * piece };
         segments.push((begin, p));
