@@ -5,6 +5,7 @@
 //! finite list of arcs is exact: then it is the order with the least gap of those that fail by signs alone.
 
 use super::certificate::{Certificate, Wrong};
+use super::linear_programs::descended;
 use super::motion::{Law, Level, Maneuver};
 use super::newton::{Arcs, Stationary};
 use super::state::State;
@@ -30,8 +31,9 @@ pub(crate) struct Optimum {
     pub chattering: Vec<usize>,
 }
 
-/// The arcs that satisfy the maximum principle and come of one of the first orders of them, or of the same without what is shorter than
-/// some part of `step`; where none do, those that come nearest to it; `None` where there are none of these either.
+/// The arcs that satisfy the maximum principle and come of one of the first orders of them, of the same without what is shorter than
+/// some part of `step`, or of what linear programs make of it; where none do, those that come nearest to it; `None` where there are none
+/// of these either.
 pub(crate) fn improved(
     maneuver: &Maneuver,
     firsts: &[Arcs],
@@ -46,9 +48,17 @@ pub(crate) fn improved(
             continue;
         }
         tried.push(first.clone());
-        let mut left = MOST_ITERATIONS;
-        let found = from(maneuver, first, &mut left, stop);
-        match found {
+        match from(maneuver, first, stop) {
+            Some(found) if found.chattering.is_empty() => return Some(found),
+            found => nearest = nearer(nearest, found),
+        }
+    }
+    for first in firsts.iter().filter_map(|first| descended(first, maneuver, stop)).flatten() {
+        if tried.contains(&first) {
+            continue;
+        }
+        tried.push(first.clone());
+        match from(maneuver, first, stop) {
             Some(found) if found.chattering.is_empty() => return Some(found),
             found => nearest = nearer(nearest, found),
         }
@@ -61,8 +71,9 @@ fn nearer(one: Option<Optimum>, other: Option<Optimum>) -> Option<Optimum> {
     one.into_iter().chain(other).min_by(|a, b| a.gap.total_cmp(&b.gap))
 }
 
-fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> bool) -> Option<Optimum> {
-    let mut found = first.solve(maneuver, left)?;
+fn from(maneuver: &Maneuver, first: Arcs, stop: &dyn Fn() -> bool) -> Option<Optimum> {
+    let mut left = MOST_ITERATIONS;
+    let mut found = first.solve(maneuver, &mut left)?;
     let mut nearest: Option<Optimum> = None;
     // Every round takes some of the iterations that are left.
     while !stop() {
@@ -85,7 +96,7 @@ fn from(maneuver: &Maneuver, first: Arcs, left: &mut usize, stop: &dyn Fn() -> b
         let next = wrong
             .iter()
             .take(MOST_TRIED)
-            .find_map(|worst| arcs.exchanged(maneuver, worst, &wrong)?.solve(maneuver, left));
+            .find_map(|worst| arcs.exchanged(maneuver, worst, &wrong)?.solve(maneuver, &mut left));
         match next {
             // What leads back to where it came from does so again.
             Some(next) if next.arcs.laws != arcs.laws || next.arcs.contacts != arcs.contacts => found = next,

@@ -23,6 +23,12 @@
 //! multipliers come out of least squares. The price is that an arc must have inputs that need no costate: a limit of the norm of the
 //! torque, whose direction follows the costate, has no such arcs.
 //!
+//! # What of a first order that is far off?
+//!
+//! Newton knows of limits that arcs hold or touch, and of no others: from a first order that a coarse grid tells it goes where these are
+//! exceeded, and arcs vanish on the way that the plan needs. Where it comes to nothing, linear programs ([`linear_programs`]) lead
+//! there first: they look at all limits along all arcs, and an arc that their optimum leaves no length is none.
+//!
 //! # What of inputs that are at no limit?
 //!
 //! A singular input, and one that has more than it needs, as forces have where the turn takes longer, is within its limits in the plan
@@ -43,6 +49,7 @@
 pub(crate) mod certificate;
 pub(crate) mod constraint;
 pub(crate) mod exchange;
+mod linear_programs;
 pub(crate) mod motion;
 pub(crate) mod newton;
 mod ramps;

@@ -98,13 +98,13 @@ pub(crate) struct Arcs {
 
 /// A number that Newton finds: first what inputs begin with, then those of arcs, of earlier ones first.
 #[derive(Clone, Copy, Debug)]
-struct Unknown {
-    arc: usize,
-    kind: Kind,
+pub(super) struct Unknown {
+    pub arc: usize,
+    pub kind: Kind,
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Kind {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
     /// What an input that changes at a limited rate begins with.
     First(usize),
     /// The length of the arc.
@@ -119,7 +119,7 @@ impl Unknown {
         matches!(self.kind, Kind::First(_)) || self.arc < arc
     }
 
-    fn is_length(&self) -> bool {
+    pub fn is_length(&self) -> bool {
         matches!(self.kind, Kind::Length)
     }
 
@@ -206,7 +206,7 @@ impl Arcs {
         self.unknowns().iter().filter_map(Unknown::loose).collect()
     }
 
-    fn unknowns(&self) -> Vec<Unknown> {
+    pub(super) fn unknowns(&self) -> Vec<Unknown> {
         let of_arc = |(arc, law): (usize, &Law)| {
             let loose = |input: &usize| matches!(law.levels[*input], Level::Loose(_));
             let levels: Vec<usize> = (0..law.levels.len()).filter(loose).collect();
@@ -323,7 +323,22 @@ impl Arcs {
         finite.then_some(followed)
     }
 
-    fn moved(&self, step: &DVector<f64>, part: f64) -> Self {
+    /// How far each unknown may go either way, and none further than `most`.
+    pub fn room(&self, maneuver: &Maneuver, most: f64) -> Vec<[f64; 2]> {
+        let room = |unknown: &Unknown| match unknown.kind {
+            Kind::First(ramp) => [-1.0, 1.0].map(|end| end - self.first[ramp]),
+            Kind::Length => [-self.lengths[unknown.arc], most],
+            Kind::Level(input) => {
+                let level = self.laws[unknown.arc].levels[input].part().unwrap_or(0.0);
+                [-1.0, 1.0].map(|side| maneuver.inputs[input].end_of_level(level, side) - level)
+            }
+        };
+        let within = |[down, up]: [f64; 2]| [down.clamp(-most, 0.0), up.clamp(0.0, most)];
+        self.unknowns().iter().map(room).map(within).collect()
+    }
+
+    /// With every unknown changed by a part of a step.
+    pub fn moved(&self, step: &DVector<f64>, part: f64) -> Self {
         let mut moved = self.clone();
         for (unknown, step) in self.unknowns().iter().zip(step.iter()) {
             match unknown.kind {

@@ -1,8 +1,10 @@
 //! Arcs within constraints against closed forms, differences, and themselves on other grids.
 
+use super::linear_programs::descended;
 use super::motion::{Law, Level, Maneuver};
 use super::newton::Arcs;
 use super::state::State as Scaled;
+use super::structure::{self, Between};
 use crate::flight::{Flight, Held};
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::objective::{Fuel, Objective};
@@ -369,4 +371,47 @@ fn fuel_under_a_rate_limit_goes_along_it() {
     let problem = problem.with_objective(Objective::Fuel(Fuel::default())).with_duration(8.0);
     let [coarse, fine] = [50, 100].map(|steps| planned(&problem, steps).0);
     assert!((coarse / fine - 1.0).abs() < 1e-9, "{coarse} {fine}");
+}
+
+/// From lengths far off, and with an arc too many: the arc vanishes, and the rate limit that no arc holds is touched where the turn begins to coast.
+#[test]
+fn linear_programs_end_at_a_vertex_within_limits() {
+    use Level::At;
+    let (angle, limit): (f64, f64) = (2.0, 0.6);
+    let problem = turn(angle.to_degrees(), Vector3::x(), Rule::RateAxes(Vector3::repeat(limit)));
+    let maneuver = Maneuver::of(&problem).unwrap();
+    let laws = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]];
+    let laws = laws.iter().map(|levels| law(levels.map(At), &[])).collect();
+    let unit = maneuver.units.time;
+    let first = arcs(laws, &[1.0, 0.2, 2.0, 0.3].map(|length| length / unit));
+    let [vertex, _] = descended(&first, &maneuver, &|| false).unwrap();
+    assert_eq!(vertex.laws.len(), 3);
+    for (length, expected) in vertex.lengths.iter().zip([limit, angle / limit - limit, limit]) {
+        assert!((length * unit - expected).abs() < 1e-6, "{:?}", vertex.lengths);
+    }
+    assert_eq!(vertex.contacts, [vec![0], vec![0]], "at both ends of the coast");
+    assert!(descended(&first, &maneuver, &|| true).is_none(), "it stops where it is asked to");
+}
+
+/// Two rates are at their limits at once, by one constraint: arcs that a plan tells hold both.
+#[test]
+fn limits_of_one_name_are_held_at_once() {
+    let limits = Vector3::new(0.12, 0.16, 1.0);
+    let problem = turn(120.0, Vector3::new(1.0, 1.4, 1.0), Rule::RateAxes(limits));
+    let maneuver = Maneuver::of(&problem).unwrap();
+    let given = problem.with_objective(Objective::default()).with_duration(12.0).with_steps(60);
+    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    let plan = crate::optimize::search::solve(&given, &settings, None, &mut Silent).unwrap();
+    let read = structure::arcs(&maneuver, &plan, Between::Means).unwrap();
+    let both: f64 = read
+        .laws
+        .iter()
+        .zip(&read.lengths)
+        .filter(|(law, _)| law.holds.len() == 2)
+        .map(|(_, length)| length)
+        .sum();
+    let at_both = |rate: &&Vector3| rate.x > 0.999 * limits.x && rate.y > 0.999 * limits.y;
+    let nodes = plan.trajectory.angular_velocity.iter().filter(at_both).count();
+    let share = both / read.duration();
+    assert!(nodes > 10 && (share - nodes as f64 / 60.0).abs() < 0.1, "{share} of it, at {nodes} nodes of 60");
 }
