@@ -16,14 +16,12 @@ use crate::maneuver::solution::{Outcome, Rung};
 use crate::maneuver::switching::Switching;
 use crate::mechanics::environment::Pose;
 use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::methods::limited::exchange::EXACT;
 use crate::optimize::methods::limited::motion::Maneuver;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::model::Effort;
 use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
 use std::sync::Arc;
-
-/// Gap of arcs, as a part of their cost, up to which a plan is built on them.
-const EXACT: f64 = 1e-6;
 
 /// The maneuver of a search for which arcs are known in continuous time.
 pub(super) struct ByArcs {

@@ -22,6 +22,10 @@ const MOST_TRIED: usize = 3;
 /// Part of a stretch with the wrong level that gets the other one at first: Newton finds how long it should be.
 const FIRST_PART: f64 = 0.5;
 
+/// Gap of arcs, as a part of their cost, up to which they are exact: plans are built on them, and those that linear programs lead to are
+/// told. Their vertex is one of many orders of pulses, and far from others where inputs chatter.
+pub(crate) const EXACT: f64 = 1e-6;
+
 /// Arcs that satisfy the maximum principle.
 pub(crate) struct Optimum {
     pub stationary: Stationary,
@@ -29,6 +33,12 @@ pub(crate) struct Optimum {
     pub gap: f64,
     /// Inputs whose sign is not the right one somewhere.
     pub chattering: Vec<usize>,
+}
+
+impl Optimum {
+    fn cost(&self) -> f64 {
+        self.stationary.followed.cost
+    }
 }
 
 /// The arcs that satisfy the maximum principle and come of one of the first orders of them, of the same without what is shorter than
@@ -58,7 +68,8 @@ pub(crate) fn improved(
             continue;
         }
         tried.push(first.clone());
-        match from(maneuver, first, stop) {
+        let found = from(maneuver, first, stop).filter(|found| found.gap <= EXACT * found.cost());
+        match found {
             Some(found) if found.chattering.is_empty() => return Some(found),
             found => nearest = nearer(nearest, found),
         }
