@@ -1,6 +1,6 @@
 //! What a step of each integrator costs, the implicit equation three ways, and what long runs conserve.
 //!
-//! `cargo bench -p evidence --bench integrators`: one step of every method on the free asymmetric body and on two
+//! `cargo bench -p benches --bench integrators`: one step of every method on the free asymmetric body and on two
 //! dumbbells, then the implicit equation, then conservation over 10⁶ and 10⁷ steps. Without `--bench` (as
 //! `cargo test` calls it) everything runs shortly, once. Times are the fastest of many batches: other work on
 //! the machine moves a median.

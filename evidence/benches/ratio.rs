@@ -3,7 +3,7 @@
 //! The maneuver is the free asymmetric body, three axes, rest to rest, the shorter way, to 1e-12. Both
 //! use the library's own step. They run in turns, and the ratio is the median over the pairs: a clock
 //! that drifts moves both. Then the whole default plan of another body: best way round, second order, all
-//! witnesses; beside the plan that does not land, in turns. `cargo bench -p evidence --bench ratio`; without `--bench` (as `cargo test` calls it) only the smallest grid runs,
+//! witnesses; beside the plan that does not land, in turns. `cargo bench -p benches --bench ratio`; without `--bench` (as `cargo test` calls it) only the smallest grid runs,
 //! once.
 
 use evidence::measured;

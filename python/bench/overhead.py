@@ -2,7 +2,7 @@
 
     python overhead.py [steps] [plans]
 
-The maneuver is the free asymmetric body of `cargo bench --bench ratio`, rest to rest, the default plan: best way, second order,
+The maneuver is the free asymmetric body of `cargo bench -p benches --bench ratio`, rest to rest, the default plan: best way, second order,
 all witnesses. Needs a wheel built with `--release`.
 """
 

@@ -263,7 +263,7 @@ fn specs_are_read() {
     assert!(read >= 4, "only {read} specs were found");
 }
 
-/// Links to files, and to headings within them; also the names of problems and of what measures.
+/// Links to files, and to headings within them; also the names of problems.
 #[test]
 fn links_and_names_lead_somewhere() {
     for document in documents() {
@@ -285,21 +285,76 @@ fn links_and_names_lead_somewhere() {
             }
         }
         for quoted in text.split('`').skip(1).step_by(2) {
-            let measured =
-                quoted.split_once("-p evidence --bin ").map(|(_, rest)| ("evidence/src/bin", rest));
-            let benched =
-                quoted.split_once("-p evidence --bench ").map(|(_, rest)| ("evidence/benches", rest));
-            if let Some((folder, rest)) = measured.or(benched) {
-                let name = rest.split(' ').next().unwrap();
-                let file = Path::new(ROOT).join(folder).join(format!("{name}.rs"));
-                assert!(file.exists(), "{}: {} does not exist", document.display(), file.display());
-            }
             if let Some(name) = quoted.strip_prefix("problems/").filter(|name| name.ends_with(".toml")) {
                 let file = Path::new(ROOT).join("problems").join(name);
                 assert!(name.contains('*') || file.exists(), "{}: no problems/{name}", document.display());
             }
         }
     }
+}
+
+/// The commands of `evidence` by their files, of which its index has to have each.
+fn counts() -> Vec<String> {
+    let folder = Path::new(ROOT).join("evidence/src/commands");
+    let mut files: Vec<String> = fs::read_dir(&folder)
+        .unwrap()
+        .filter_map(|entry| Some(entry.unwrap().file_name().to_str()?.strip_suffix(".rs")?.to_string()))
+        .filter(|name| name != "mod")
+        .collect();
+    files.sort();
+    let text = fs::read_to_string(folder.join("mod.rs")).unwrap();
+    let (_, rest) = text.rsplit_once("commands! {").unwrap();
+    let index: Vec<_> = rest.split('}').next().unwrap().split_whitespace().collect();
+    assert_eq!(index, files, "the index of evidence/src/commands/mod.rs");
+    files
+}
+
+/// The texts that may tell how a figure is printed.
+fn texts(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() {
+            if name == ".ci" || !(name.starts_with('.') || name == "target") {
+                texts(&path, found);
+            }
+        } else if ["rs", "md", "py", "toml"].iter().any(|end| name.ends_with(end)) || name == "run" {
+            found.push(path);
+        }
+    }
+}
+
+/// Whatever is said to be a command of `evidence`, or a benchmark, is one; and its index has all of them.
+#[test]
+fn what_measures_is_there() {
+    let (commands, mut files, mut seen) = (counts(), Vec::new(), 0);
+    texts(Path::new(ROOT), &mut files);
+    let word =
+        |rest: &str| -> String { rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect() };
+    let own = Path::new(ROOT).join("crates/slew/../../tests/it/documents.rs").canonicalize().unwrap();
+    files.retain(|file| file.canonicalize().unwrap() != own);
+    for file in files {
+        // A command may go on in the next line of a comment.
+        let text = String::from_utf8_lossy(&fs::read(&file).unwrap()).into_owned();
+        let unmarked = |line: &str| line.trim_start_matches([' ', '/', '!']).to_owned();
+        let text = text.lines().map(unmarked).collect::<Vec<_>>().join(" ");
+        for start in ["-p evidence -- ", "-p evidence --features sdp -- ", "debug/evidence ", "`… -- "] {
+            // Placeholders are in capitals.
+            for name in text.split(start).skip(1).map(word).filter(|name| name.to_lowercase() == *name) {
+                let is_there = commands.contains(&name) || name == "help";
+                assert!(is_there, "{}: {start}{name}: no such command", file.display());
+                seen += 1;
+            }
+        }
+        for name in text.split("-p benches --bench ").skip(1).map(word) {
+            let bench = Path::new(ROOT).join(format!("evidence/benches/{name}.rs"));
+            assert!(bench.exists(), "{}: no benchmark {name}", file.display());
+        }
+        for gone in ["-p evidence --bin ", "-p evidence --bench "] {
+            assert!(!text.contains(gone), "{}: {gone}", file.display());
+        }
+    }
+    assert!(seen > 80, "only {seen} commands were found");
 }
 
 /// How a heading is linked to.

@@ -21,7 +21,7 @@
 //! Bounds of torque and time are those of the discrete maneuver, step by step, and of the continuous one, whichever allows
 //! more. The argument with the kinetic energy, and for the way of each principal axis and boresight on the sphere (also
 //! around a cone), is sharper than that with the momentum: over random bodies by 14 % in the median (`cargo run --release -p
-//! evidence --bin infeasible`). Under limits of each input near two thirds of the unconstrained peak, where even a bang-bang
+//! evidence -- infeasible`). Under limits of each input near two thirds of the unconstrained peak, where even a bang-bang
 //! torque hardly reaches the end, the corner of the box is too weak a bound, and the answer is `not_converged` with the
 //! shortest duration that was found. With cones beside such limits the same holds: of the slews that `constrained_robustness`
 //! leaves unsolved most are solved when their cones are left out.

@@ -20,7 +20,7 @@
 //! of the reference and in nearly all random ones. On longer chains it mixes the short way with the long way where their
 //! costs are close and the steps wide: a gap of 10–20 % for a turn of 170° in 4 to 8 steps. On finer grids, given the
 //! known cost, the steps are narrow and the gap closes: 1e-7 in 12 and 16 steps for 60°, 120° and 170°
-//! (`cargo run --release -p evidence --features sdp --bin global_bound 16`). [`LowerBound::rank_one_defect`] near zero means
+//! (`cargo run --release -p evidence --features sdp -- global_bound 16`). [`LowerBound::rank_one_defect`] near zero means
 //! that the relaxation has found one maneuver, not a mixture.
 //!
 //! Needs the cargo feature `sdp`.

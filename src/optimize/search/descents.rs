@@ -5,7 +5,7 @@
 //! The lifted Newton is also what carries a minimum of an unstable body, where single shooting amplifies. The coarse grid
 //! resolves how fast a field may swing the body, and not only the turn asked for: on 32 steps the cheapest plan of a stiff
 //! pendulum does not exist. No count of starts makes the lowest cost found the global minimum: how often it is the best known
-//! is counted (`cargo run --release -p evidence --bin families`).
+//! is counted (`cargo run --release -p evidence -- families`).
 
 use super::asked::{is_of_the_sense, lowest};
 use super::authority::Authority;

@@ -3,7 +3,7 @@
 //! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much again. Where
 //! limits or constraints act, Newton on the active set also holds its band matrix, and the convex iteration its cone
 //! program with the factors: so much for each unknown and for each row of a stage. The coefficients are measured
-//! (`cargo run --release -p evidence --bin memory`), chosen so that no plan there takes more.
+//! (`cargo run --release -p evidence -- memory`), chosen so that no plan there takes more.
 //!
 //! # How does a plan know what memory it takes?
 //!
@@ -11,7 +11,7 @@
 //! road may be taken. `slew check` tells two figures, because Newton on the active set takes a fraction of what the convex
 //! iteration takes, and which of them finds the way on a fine grid is known afterwards only. A plan of which even the smaller
 //! does not fit into what the system gives (free memory, its group, `ulimit -v`) is refused with 6 and the steps that would
-//! fit; one of which the larger does not is warned of. `cargo run --release -p evidence --bin memory` holds both against what
+//! fit; one of which the larger does not is warned of. `cargo run --release -p evidence -- memory` holds both against what
 //! plans take. An allocation that fails all the same ends with 6 as well: the standard library aborts, and the handler of
 //! that signal ends with our code. That the words are the library's ("memory allocation of … bytes failed") is the price of
 //! having no unsafe code; where a system promises more than it has, its killer comes first, which is what the estimate is

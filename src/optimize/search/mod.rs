@@ -340,7 +340,7 @@ fn solve_on(
 }
 
 /// Most steps on which equal steps are tried unasked: SCP takes seconds on two hundred of them, in proportion more on more, and memory
-/// that is told of no plan of arcs (`cargo run --release -p evidence --bin best_known -- fuel_price_rod 1000`).
+/// that is told of no plan of arcs (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
 const MOST_EQUAL_STEPS: usize = 1_000;
 
 /// The plan of arcs or, where there is none or it is dearer than its certificate and the grid account for, that of SCP on equal steps, if

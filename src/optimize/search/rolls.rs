@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 /// Rolls that are looked at over a whole turn: time against minima that are missed
-/// (`cargo run --release -p evidence --bin rolls`).
+/// (`cargo run --release -p evidence -- rolls`).
 const ROLLS: usize = 12;
 
 /// The fewest parts of a band: one narrower than a few of these may hold two minima all the same.

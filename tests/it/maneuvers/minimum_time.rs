@@ -256,7 +256,7 @@ fn what_cannot_be_planned_in_minimum_time_is_refused() {
 }
 
 /// The best durations that were published, in three digits: `evidence/public_set/ORIGIN.md`; all 1500 by
-/// `cargo run --release -p evidence --bin minimum_time`. The first ones of each kind, then those with singular arcs which smoothing
+/// `cargo run --release -p evidence -- minimum_time`. The first ones of each kind, then those with singular arcs which smoothing
 /// leaves longer, of one of which the branch ends before smoothing does.
 #[test]
 fn published_cases_are_solved_and_not_longer() {

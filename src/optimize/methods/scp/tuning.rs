@@ -1,8 +1,8 @@
 //! Every number of the convex iteration and of its polish that the theory does not give, by what it decides.
 //!
 //! Costs are of order ten (`model/goal`), rotations in radians, residuals and violations relative. What the numbers trade is counted
-//! by `cargo run --release -p evidence --bin families` (whether a plan under constraints is found, and its cost), and in time by
-//! `cargo bench -p evidence --bench constrained`.
+//! by `cargo run --release -p evidence -- families` (whether a plan under constraints is found, and its cost), and in time by
+//! `cargo bench -p benches --bench constrained`.
 
 /// First and largest trust radius \[rad\]; below the smallest nothing moves.
 pub(super) const RADIUS: (f64, f64, f64) = (0.7, 2.0, 1e-7);

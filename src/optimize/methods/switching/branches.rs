@@ -12,12 +12,12 @@
 //! them it would have the symmetry as well, and tips each input alike, whatever its limit and the axes of the body; where
 //! inputs or moments differ more, and larger, sets of it are tried. The other way round may be far quicker about an axis of its
 //! own than about that of the short one: first paths lie beside whole turns about the two fastest axes of the inputs too, and
-//! of so many bases the first and the cheapest are tipped. `cargo run --release -p evidence --bin dearer -- thorough` counts:
+//! of so many bases the first and the cheapest are tipped. `cargo run --release -p evidence -- dearer thorough` counts:
 //! for eight of 300 random maneuvers the thorough search knew shorter ones before, by up to a fifth, now for one. Branches may
 //! part below the ε at which they are compared:
 //! one whose symmetry leaves an input unused is tipped once more at the last ε, and where the best is no quicker than the
 //! turn about a fixed axis, which is known in closed form, the search becomes a thorough one. `cargo run --release -p
-//! evidence --bin minimum_time -- plain` counts. To let tipped starts go down on half of the intervals, since most lead to an
+//! evidence -- minimum_time plain` counts. To let tipped starts go down on half of the intervals, since most lead to an
 //! extremal that is known, is quicker and lost a branch of one public case and of a box. Their bias is left before the last
 //! level of ε, when branches have parted, and unless a body is fast levels are further apart on the way: fewer iterations in
 //! all. How far apart decides a branch now and then, to either side; so far, none of the public set was lost. Where nothing

@@ -13,7 +13,7 @@
 //! it is not, the integral of what is missing is the time still to be gained, to first order; it is the `gap`. With equal
 //! moments of inertia a quarter of all maneuvers has a singular arc, at whose ends inputs chatter: no finite list of switches
 //! is exact. They end as arcs with a small gap, or as a smoothed law with its ε, and the plan says which. A certificate says
-//! nothing of other branches: how often the answer is the best known is counted (`cargo run --release -p evidence --bin
+//! nothing of other branches: how often the answer is the best known is counted (`cargo run --release -p evidence --
 //! minimum_time`).
 
 use super::arcs::{Arcs, Switch, steps};

@@ -5,10 +5,10 @@
 //!
 //! | | command |
 //! |---|---|
-//! | how often the best known extremal of minimum time is found, and in what time | `cargo run --release -p evidence --bin minimum_time -- plain` |
-//! | the same of fuel | `cargo run --release -p evidence --bin best_known` |
-//! | fuel of pulses, and how often there is a plan | `cargo run --release -p evidence --bin minimum_fuel` |
-//! | whether plans of images of one maneuver cost the same | `cargo run --release -p evidence --bin images` |
+//! | how often the best known extremal of minimum time is found, and in what time | `cargo run --release -p evidence -- minimum_time plain` |
+//! | the same of fuel | `cargo run --release -p evidence -- best_known` |
+//! | fuel of pulses, and how often there is a plan | `cargo run --release -p evidence -- minimum_fuel` |
+//! | whether plans of images of one maneuver cost the same | `cargo run --release -p evidence -- images` |
 
 /// Numbers that differ by this part are one: costs, gaps, times and ε.
 pub(super) const SAME: f64 = 1e-9;

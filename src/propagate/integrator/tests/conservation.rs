@@ -1,4 +1,4 @@
-//! Long runs: what compensated updates keep over 10⁶ steps (10⁷: `cargo bench --bench integrators`).
+//! Long runs: what compensated updates keep over 10⁶ steps (10⁷: `cargo bench -p benches --bench integrators`).
 
 use super::*;
 use crate::mechanics::body::Inertia;

@@ -1,6 +1,6 @@
 //! Passes over a station on the ground: plans from nadir to a station that is in view, and then followed at its rate.
 //!
-//! `cargo run --release -p evidence --bin passes [-- COUNT [FIRST]]`: COUNT (100 by default) random passes from the one of index FIRST
+//! `cargo run --release -p evidence -- passes [COUNT [FIRST]]`: COUNT (100 by default) random passes from the one of index FIRST
 //! (0) on, each planned with least effort in a given duration and in least time, on 100 steps. The law of the random numbers
 //! (`Random::of_case(43, index)`, in this order): circular orbits about a point mass, altitude uniform in 450 … 900 km, node and
 //! argument of latitude uniform, cosine of the inclination uniform in −1 … 1, from 2026-11-21T07:00 UTC; a body with moments in ratios to 10 and of mean 100 kg·m² about any axes; a duration uniform in 60 … 150 s; a station whose distance
@@ -12,6 +12,7 @@
 //! It prints how many are solved, how far the end of the plan is from the model of the sky that the planner does not use (full theories,
 //! not fitted, rates by differences), and how long a plan takes. Ends with 1 where a plan is not solved, or is off by more than 1″.
 
+use crate::words::Words;
 use evidence::{Random, median};
 use slewkit::maneuver::Aim;
 use slewkit::maneuver::constraint::angle_between;
@@ -122,11 +123,10 @@ fn failed(found: &Plan) -> String {
     failed.map(|check| format!("; {} {:.1e}, at most {:.1e}", check.name, check.value, check.limit)).collect()
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let argument = |index: usize, default: usize| {
-        std::env::args().nth(index).map_or(Ok(default), |number| number.parse::<usize>())
-    };
-    let (count, first) = (argument(1, 100)?, argument(2, 0)?);
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let count: usize = words.number("number of passes", 100)?;
+    let first = words.number("number of the first pass", 0)?;
+    words.end()?;
     let mut bad = false;
     let mut found: [Vec<[f64; 4]>; 2] = Default::default();
     for index in first..first + count {

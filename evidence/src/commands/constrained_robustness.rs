@@ -1,19 +1,20 @@
 //! How often a slew under a torque limit and keep-out cones is solved from a cold start.
 //!
-//! `cargo run --release -p evidence --bin constrained_robustness [-- CASES [FOLDER]]`, 2 000 cases by default, counts
+//! `cargo run --release -p evidence -- constrained_robustness [CASES [FOLDER]]`, 2 000 cases by default, counts
 //! over the law of `evidence::constrained`. What is neither solved nor proved infeasible is told with
 //! all that was tried, and with what becomes of it without the cones; with a folder, as one JSON plan file a case. Of these
 //! it counts for how many a shortest duration is found, and how much longer that is.
 
+use crate::words::Words;
 use slewkit::maneuver::{Problem, Rung, Settings};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::export::PlanFile;
 use std::collections::BTreeMap;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let count: u64 = arguments.next().map_or(Ok(2000), |text| text.parse())?;
-    let folder = arguments.next();
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let count: u64 = words.number("number of cases", 2000)?;
+    let folder = words.next();
+    words.end()?;
     let settings = Settings::default();
     let (mut times, mut cone_time) = (Vec::new(), 0.0);
     let (mut winner, mut all) = (Vec::new(), Vec::new());

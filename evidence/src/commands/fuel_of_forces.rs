@@ -1,7 +1,8 @@
-//! Random maneuvers of least fuel and of least time that move the body or go on in a field: how many are solved and verified,
-//! what they save, and how long they take.
+//! How many random maneuvers of least fuel and time that move the body or go on in a field are solved, and what they save.
 //!
-//! `cargo run --release -p evidence --bin fuel_of_forces [-- COUNT [FAMILY]]`, 100 cases of each family by default.
+//! Told are how many are verified too, and how long they take.
+//!
+//! `cargo run --release -p evidence -- fuel_of_forces [COUNT [FAMILY]]`, 100 cases of each family by default.
 //!
 //! The law: principal moments of a random triangle in [1, 10] about random axes; a turn of uniform direction and an angle up
 //! to π, from rest to rest. Every maneuver has a plan by its making: each torque and force is limited to 1 to 3 times the most that
@@ -12,6 +13,7 @@
 //! on a circular orbit, up to a quarter of it; `orbit`: a transfer in central gravity up to a tenth off a circle, up to a
 //! quarter of it; `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center, in up to a swing.
 
+use crate::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State};
 use slewkit::mechanics::{
     Actuation, ActuatorSet, AxisFrame, Body, GravityGradient, Inertia, Limits, SecondOrderGravity,
@@ -25,10 +27,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use evidence::Random;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut words = std::env::args().skip(1);
-    let count: usize = words.next().map_or(Ok(100), |word| word.parse())?;
-    let only = words.next();
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let count: usize = words.number("number of cases", 100)?;
     let families: [(&str, Family); 6] = [
         ("flight", |random| flight(random, AxisFrame::Reference)),
         ("thrust", |random| flight(random, AxisFrame::Body)),
@@ -37,6 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("orbit", transfer),
         ("pendulum", pendulum),
     ];
+    let only = words.one_of("family", &families.map(|(name, _)| name))?;
+    words.end()?;
     for (name, family) in families {
         if only.as_ref().is_some_and(|only| only != name) {
             continue;

@@ -1,6 +1,6 @@
 //! Plans and simulations on 2 to 50 steps, where steps are too long for almost everything: what goes wrong is counted.
 //!
-//! `cargo run --release -p evidence --bin tiny_grids [-- COUNT [FIRST]]`, 2,000 by default. Every case takes one of 26 kinds of
+//! `cargo run --release -p evidence -- tiny_grids [COUNT [FIRST]]`, 2,000 by default. Every case takes one of 26 kinds of
 //! random maneuvers, draws steps and a method of its own, plans it, and lets one of all integrators follow it without
 //! inputs over as few steps. Counted as wrong: a panic; a number of a solved plan or of a row that is not finite; a plan
 //! called solved for a maneuver that is proved impossible on a thousand steps; one whose inputs, followed by the plain equations of
@@ -10,6 +10,7 @@
 //!
 //! Ends with 1 where anything was wrong.
 
+use crate::words::Words;
 use evidence::random_specs::{RandomSpec, random_spec};
 use evidence::{Random, held};
 use slewkit::maneuver::{Problem, Trajectory, infeasible};
@@ -27,10 +28,10 @@ const APART: f64 = 1e-5;
 /// Longest wait \[s\].
 const LONGEST: f64 = 30.0;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut numbers = std::env::args().skip(1).map(|text| text.parse::<u64>());
-    let count = numbers.next().unwrap_or(Ok(2_000))?;
-    let first = numbers.next().unwrap_or(Ok(0))?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let count: u64 = words.number("number of cases", 2_000)?;
+    let first = words.number("number of the first case", 0)?;
+    words.end()?;
     let (mut tally, mut wrong) = (BTreeMap::<String, u64>::new(), 0);
     // What is wrong is told below, with the case that it belongs to.
     std::panic::set_hook(Box::new(|_| {}));

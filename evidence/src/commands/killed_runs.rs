@@ -1,9 +1,10 @@
 //! A long Monte Carlo run, undisturbed and again killed at random times and gone on with: the same bytes, and the memory of it.
 //!
-//! `cargo build --release && cargo run --release -p evidence --bin killed_runs [-- CASES [KILLS [SEED]]]`, 20,000 cases and three kills by
+//! `cargo build --release && cargo run --release -p evidence -- killed_runs [CASES [KILLS [SEED]]]`, 20,000 cases and three kills by
 //! default, on Linux. Attitude slews of 50 steps with uncertain inertia, end and duration, by the quick search, since files are what is
 //! tested; SIGKILL leaves the process no say. Ends with 1 where the results differ, or where a run ended before it could be killed.
 
+use crate::words::Words;
 use evidence::Random;
 use evidence::process::{beside_this, peak_memory};
 use std::fs::{self, File};
@@ -44,10 +45,10 @@ kind = "uniform"
 half_width_relative = 0.1
 "#;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let numbers: Vec<u64> = env::args().skip(1).map(|text| text.parse()).collect::<Result<_, _>>()?;
-    let number = |at: usize, default: u64| numbers.get(at).copied().unwrap_or(default);
-    let (cases, kills, mut random) = (number(0, 20_000), number(1, 3), Random::new(number(2, 1)));
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let (cases, kills) = (words.number("number of cases", 20_000)?, words.number("number of kills", 3)?);
+    let mut random = Random::new(words.number("seed", 1)?);
+    words.end()?;
     let slew = beside_this("slew")?;
     let folder = env::temp_dir().join(format!("slew-killed-{}", std::process::id()));
     fs::create_dir_all(&folder)?;

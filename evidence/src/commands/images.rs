@@ -1,10 +1,11 @@
 //! Whether a maneuver and its images have one answer: backwards, in three mirrors, in permuted body axes.
 //!
-//! `cargo run --release -p evidence --bin images [-- COUNT [KIND [FIRST]]]`, 100 of each kind by default. Nothing but the words
+//! `cargo run --release -p evidence -- images [COUNT [KIND [FIRST]]]`, 100 of each kind by default. Nothing but the words
 //! differs between images, so their costs should not. Each line tells of how many the costs lie within 1e-4 (or the gaps), of how
 //! many the first is the best, by how much the worst of all is dearer than an image of it, how often some images are solved and
 //! others are not, and how long plans take. The laws stand in `evidence::switching`.
 
+use crate::words::Words;
 use evidence::metamorphic::images;
 use evidence::switching::{KINDS, cost_and_gap, maneuver};
 use slewkit::maneuver::{Problem, Settings, Target};
@@ -26,12 +27,13 @@ struct Compared {
     seconds: Vec<f64>,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let count: u64 = words.first().map_or(Ok(100), |text| text.parse())?;
-    let first: u64 = words.get(2).map_or(Ok(0), |text| text.parse())?;
-    let asked = words.get(1).filter(|word| word.as_str() != "all");
-    let kinds = KINDS.into_iter().filter(|(name, _)| asked.is_none_or(|asked| asked == name));
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let count: u64 = words.number("number of cases", 100)?;
+    let all = ["all"].into_iter().chain(KINDS.map(|(name, _)| name)).collect::<Vec<_>>();
+    let asked = words.one_of("kind", &all)?.filter(|word| word != "all");
+    let first: u64 = words.number("number of the first case", 0)?;
+    words.end()?;
+    let kinds = KINDS.into_iter().filter(|(name, _)| asked.as_ref().is_none_or(|asked| asked == name));
     for (name, kind) in kinds {
         let (next, all) = (AtomicU64::new(first), Mutex::new(Vec::new()));
         thread::scope(|scope| {

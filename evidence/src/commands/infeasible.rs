@@ -1,11 +1,12 @@
 //! Which slews are called infeasible: 200 random bodies and rotations under a limit on the norm of the torque.
 //!
-//! `cargo run --release -p evidence --bin infeasible [-- CASES]`. No rest-to-rest slew through θ takes less than
+//! `cargo run --release -p evidence -- infeasible [CASES]`. No rest-to-rest slew through θ takes less than
 //! `T₁ = 2 √(θ J_min/ū)`; about its eigenaxis e the body can do it in `T_e = 2 √(θ √(|Je|² + θ²|e×Je|²)/ū)`.
 //! Each pair is planned at 0.3, 0.9 and 0.999 T₁, where all must be infeasible, and the shortest duration named
 //! between T₁ and T_e: bounds on the ways of the body's own axes make it sharper than T₁. At three durations in
 //! between a plan may be infeasible only where that bound says so; at 1.3 T_e none may be.
 
+use crate::words::Words;
 use slewkit::maneuver::{Problem, Settings, State};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
@@ -14,8 +15,9 @@ use std::collections::BTreeMap;
 
 use evidence::Random;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let count = std::env::args().nth(1).map_or(Ok(200), |text| text.parse::<u64>())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let count = words.number("number of cases", 200)?;
+    words.end()?;
     let mut tally = BTreeMap::<&str, BTreeMap<&str, u64>>::new();
     let mut named = Vec::new();
     let mut wrong = 0;

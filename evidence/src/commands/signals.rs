@@ -1,12 +1,12 @@
-//! How soon `slew` hears a signal: Ctrl-C and SIGTERM at random times, in every command that takes its time, on a thousand to a
-//! million steps.
+//! How soon `slew` hears a signal: Ctrl-C and SIGTERM at random times, in every command, on a thousand to a million steps.
 //!
-//! `cargo build --release && cargo run --release -p evidence --bin signals [-- COUNT [SEED [NAME]]]`, 200 by default, on Linux; with a
+//! `cargo build --release && cargo run --release -p evidence -- signals [COUNT [SEED [NAME]]]`, 200 by default, on Linux; with a
 //! name only the commands that have it in theirs. Each run works in a folder of its own, and is sent one signal after a random part
 //! of the time that it takes undisturbed. Within 0.2 s of CPU time it must end, or print what it has found before it writes that:
 //! the best iterate of a million steps is a file of 400 MB. It must end with an exit code that is its own, no torn file and no
 //! temporary one left. Ends with 1 where one did not.
 
+use crate::words::{Misuse, Words};
 use evidence::Random;
 use evidence::process::{beside_this, cpu_seconds};
 use std::io::Read;
@@ -71,12 +71,16 @@ const COMMANDS: [(&str, &str); 17] = [
     ("export, 1e5", "export plan.json -o out.aem --set epoch=\"2026-11-21T07:00:00 UTC\""),
 ];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let words: Vec<String> = env::args().skip(1).collect();
-    let number = |at: usize, default: u64| words.get(at).map_or(Ok(default), |word| word.parse());
-    let (count, mut random) = (number(0, 200)?, Random::new(number(1, 1)?));
-    let wanted = words.get(2).map_or("", String::as_str);
-    let commands = COMMANDS.iter().filter(|(name, _)| name.contains(wanted));
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let count: u64 = words.number("number of signals", 200)?;
+    let mut random = Random::new(words.number("seed", 1)?);
+    let wanted = words.next().unwrap_or_default();
+    words.end()?;
+    let names = COMMANDS.map(|(name, _)| name);
+    if !names.iter().any(|name| name.contains(&wanted)) {
+        return Err(Misuse::of("part of the name of a command", &wanted, &names).into());
+    }
+    let commands = COMMANDS.iter().filter(|(name, _)| name.contains(&wanted));
     let slew = beside_this("slew")?;
     let folder = env::temp_dir().join(format!("slew-signals-{}", std::process::id()));
     fs::create_dir_all(&folder)?;

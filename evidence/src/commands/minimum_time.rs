@@ -1,17 +1,19 @@
-//! Minimum time on a published set: how many are solved and verified, how their durations compare with the best that was
-//! published, what they are made of, and how long it takes.
+//! How many maneuvers of least time of a published set are solved and verified, in what durations beside the published ones.
 //!
-//! `cargo run --release -p evidence --bin minimum_time [-- COUNT [FILE]]`; a FILE has the columns of `evidence/public_set/*.csv` and is
+//! Told are what plans are made of, too, and how long they take.
+//!
+//! `cargo run --release -p evidence -- minimum_time [COUNT [FILE]]`; a FILE has the columns of `evidence/public_set/*.csv` and is
 //! taken with the inertia diag(1, 2, 3) if its name starts with "asymmetric", with the identity otherwise.
 //!
-//! `cargo run --release -p evidence --bin minimum_time -- plain [EVERY]`: the cases that people try first, from rest to rest about
+//! `cargo run --release -p evidence -- minimum_time plain [EVERY]`: the cases that people try first, from rest to rest about
 //! the axes of boxes by 60 to 180°, with limits alike and not. The default answer beside the best of a thorough search in these
 //! axes of the body and in others, which are the same maneuver.
 //!
-//! `cargo run --release -p evidence --bin minimum_time -- random [COUNT [FIRST]]`: full inertias of random triangles, ratio at most 10, about random
+//! `cargo run --release -p evidence -- minimum_time random [COUNT [FIRST]]`: full inertias of random triangles, ratio at most 10, about random
 //! axes; limits within a factor of 5; uniform attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan,
 //! when there is one, has passed the witnesses.
 
+use crate::words::Words;
 use evidence::Random;
 use slewkit::maneuver::{Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
@@ -41,19 +43,23 @@ struct Tally {
     whole_ms: Vec<f64>,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut words = std::env::args().skip(1).peekable();
-    if words.next_if(|word| word == "plain").is_some() {
-        return plain(words.next().map_or(Ok(1), |word| word.parse())?);
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    if words.next_is("plain") {
+        let every = words.number("number, of which every one is planned", 1)?;
+        words.end()?;
+        return plain(every);
     }
-    if words.next_if(|word| word == "random").is_some() {
-        let mut number = |default| words.next().map_or(Ok(default), |word| word.parse());
-        return any(number(2000)?, number(0)?);
+    if words.next_is("random") {
+        let (count, first) =
+            (words.number("number of cases", 2000)?, words.number("number of the first case", 0)?);
+        words.end()?;
+        return any(count, first);
     }
-    let count = words.next().map_or(Ok(usize::MAX), |word| word.parse())?;
+    let count = words.number("number of cases", usize::MAX)?;
     let folder = Path::new(evidence::ROOT).join("evidence/public_set");
     let shipped = ["rest.csv", "moving_ends.csv", "asymmetric.csv"].map(|name| folder.join(name));
     let files: Vec<PathBuf> = words.next().map_or(shipped.to_vec(), |file| vec![file.into()]);
+    words.end()?;
     for file in files {
         let name = file.file_name().unwrap_or_default().to_string_lossy().to_string();
         let inertia = if name.starts_with("asymmetric") { [1.0, 2.0, 3.0] } else { [1.0; 3] };

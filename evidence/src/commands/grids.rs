@@ -1,6 +1,6 @@
 //! Whether the answer of time and fuel within limits depends on the grid: each maneuver on 50, 100, 200, 400 and 800 steps.
 //!
-//! `cargo run --release -p evidence --bin grids [-- COUNT [KIND [FIRST]]]`, 75 of each kind by default (`all`), each grid planned
+//! `cargo run --release -p evidence -- grids [COUNT [KIND [FIRST]]]`, 75 of each kind by default (`all`), each grid planned
 //! afresh. The law is printed before the figures.
 //!
 //! A grid of `N` equal steps costs more or less than continuous time by `O(1/N²)`: inputs jump at nodes, and limits hold there.
@@ -9,6 +9,7 @@
 //! plan itself tells of; the summary tells of how many, and the median error of each grid beside the finest, by which the
 //! constants of that rule are judged. Times are of the processor.
 
+use crate::words::{Misuse, Words};
 use evidence::process::own_cpu_seconds;
 use evidence::{Random, median};
 use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Settings, Side, State};
@@ -107,16 +108,23 @@ impl Compared {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let count: usize = words.first().map_or(Ok(75), |text| text.parse())?;
-    let asked = words.get(1).filter(|word| word.as_str() != "all");
-    let first: usize = words.get(2).map_or(Ok(0), |text| text.parse())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let count: usize = words.number("number of cases", 75)?;
+    let asked = words.next().filter(|word| word != "all");
+    let first: usize = words.number("number of the first case", 0)?;
+    words.end()?;
+    let kinds = KINDS.map(|(name, ..)| name);
+    if let Some(unknown) =
+        asked.as_ref().filter(|asked| !kinds.iter().any(|name| name.contains(asked.as_str())))
+    {
+        return Err(Misuse::of("part of the name of a kind", unknown, &kinds).into());
+    }
     println!("{LAW}");
     println!("error: {} + ({}/N)^2, of costs on {GRIDS:?} steps", ERROR.0, ERROR.1);
     let mut every = Vec::new();
-    for (name, limited, fuel) in
-        KINDS.into_iter().filter(|(name, ..)| asked.is_none_or(|asked| name.contains(asked.as_str())))
+    for (name, limited, fuel) in KINDS
+        .into_iter()
+        .filter(|(name, ..)| asked.as_ref().is_none_or(|asked| name.contains(asked.as_str())))
     {
         let mut all = Vec::new();
         for index in first..first + count {

@@ -1,7 +1,8 @@
-//! Random maneuvers of least fuel: how many are solved and verified, how large their gaps are, how often the default search
-//! finds what the thorough one finds, and how long it takes.
+//! How many random maneuvers of least fuel are solved and verified, and how large their gaps are.
 //!
-//! `cargo run --release -p evidence --bin minimum_fuel [-- COUNT [FAMILY [alone]]]`; `alone` leaves out the thorough search, which takes
+//! Told are how often the default search finds what the thorough one finds, and how long it takes.
+//!
+//! `cargo run --release -p evidence -- minimum_fuel [COUNT [FAMILY [alone]]]`; `alone` leaves out the thorough search, which takes
 //! most of the time.
 //!
 //! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector of uniform direction and
@@ -13,6 +14,7 @@
 //! `box-pulses` and `thruster-pulses`: the same inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration,
 //! uniform in its logarithm; how much dearer they are than the same maneuvers without it.
 
+use crate::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Plan, Silent, Status, plan};
@@ -77,10 +79,11 @@ impl Family {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let count: usize = std::env::args().nth(1).map_or(Ok(1000), |word| word.parse())?;
-    let only = std::env::args().nth(2);
-    let alone = std::env::args().nth(3).is_some_and(|word| word == "alone");
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let count: usize = words.number("number of cases", 1000)?;
+    let only = words.one_of("family", &Family::ALL.map(Family::name))?;
+    let alone = words.one_of("word", &["alone"])?.is_some();
+    words.end()?;
     for family in Family::ALL {
         if only.as_ref().is_some_and(|only| only != family.name()) {
             continue;

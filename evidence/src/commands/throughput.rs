@@ -1,20 +1,20 @@
-//! How many maneuvers a second, bare and with everything, on one thread and on two; and what a long Monte Carlo run holds in
-//! memory.
+//! How many maneuvers a second are planned, bare and with everything, on one thread and on two; and in what memory.
 //!
-//! `cargo run --release -p evidence --bin throughput -- [CASES] [STEPS] [ROUNDS] [NAME]`: slews of a free asymmetric body between states
+//! `cargo run --release -p evidence -- throughput [CASES] [STEPS] [ROUNDS] [NAME]`: slews of a free asymmetric body between states
 //! of rest, end attitudes drawn within a ball of rotation vectors of 1.5 rad. Bare is the solve of the shortest way to 1e-12
 //! without the test of second order, and the replay by the discrete witness, from library calls; the
 //! others go through the batch with a file of results and all witnesses, as `slew monte-carlo` runs them. One thread and
 //! two take turns, and the best round of each counts, so that what else the machine does disturbs both alike; where it does
 //! much, the time of the processor, of Linux, tells more. `NAME`, as `bare`, picks one.
 
+use crate::words::{Misuse, Words};
 use evidence::process::{own_cpu_seconds, peak_memory};
 use slewkit::lie;
 use slewkit::maneuver::{Outcome, Problem, Settings};
 use slewkit::optimize::search;
 use slewkit::plan::Silent;
 use slewkit::verify;
-use slewkit_files::batch::{Batch, CaseResult, Journal, Options, Shard, Tally, run};
+use slewkit_files::batch::{Batch, CaseResult, Journal, Options, Shard, Tally, run as run_batch};
 use slewkit_files::spec::{Base, Format, Override};
 use std::error::Error;
 use std::path::Path;
@@ -43,14 +43,17 @@ const BARE: [&str; 3] = [QUICK[0], QUICK[1], "solver.second_order=skipped"];
 /// What the discrete witness may find of the terminal error, scaled.
 const TOLERANCE: f64 = 1e-12;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let cases: u64 = arguments.next().map_or(Ok(400), |text| text.parse())?;
-    let steps: usize = arguments.next().map_or(Ok(100), |text| text.parse())?;
-    let rounds: usize = arguments.next().map_or(Ok(3), |text| text.parse())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let cases: u64 = words.number("number of slews", 400)?;
+    let steps: usize = words.number("number of steps", 100)?;
+    let rounds: usize = words.number("number of rounds", 3)?;
+    let wanted = words.next().unwrap_or_default();
+    words.end()?;
+    let names = ["bare, shortest way", "quick, shortest way", "default"];
+    if !names.iter().any(|name| name.contains(&wanted)) {
+        return Err(Misuse::of("part of a name", &wanted, &names).into());
+    }
     println!("{cases} slews, {steps} steps; the best of {rounds} rounds each");
-
-    let wanted = arguments.next().unwrap_or_default();
 
     let drawn = problems(&batch(cases, steps, &BARE)?, cases)?;
     if "bare, shortest way".contains(&wanted) {
@@ -140,7 +143,7 @@ fn verified(batch: &Batch, threads: usize, path: &Path) -> Result<u64, Box<dyn E
     let mut tally = Tally::default();
     let (mut journal, _) =
         Journal::open(path, &batch.header(Shard::ALL, false), true, &mut |_: &CaseResult| {})?;
-    run(
+    run_batch(
         batch,
         Shard::ALL,
         0,

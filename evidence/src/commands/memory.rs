@@ -1,11 +1,12 @@
 //! The estimate of `slew check` beside the memory that plans take.
 //!
-//! `cargo run --release -p evidence --bin memory [-- STEPS…]`, 1,000 and 10,000 by default, on Linux. Each plan of the table is
+//! `cargo run --release -p evidence -- memory [STEPS…]`, 1,000 and 10,000 by default, on Linux. Each plan of the table is
 //! made by a process of its own, which tells its peak. `likely` is compared with a plan as the user gets it, `most` with the
 //! convex iteration to its own end on the requested grid, which `slew compare` runs.
 //!
 //! Ends with 1 where a plan takes more than the larger figure, or the smaller figure is more than three times what it takes.
 
+use crate::words::{Misuse, Words};
 use evidence::process::peak_memory;
 use slewkit::plan::{PeakMemory, Silent, plan};
 use slewkit_files::spec::{Override, read};
@@ -29,15 +30,19 @@ const CASES: [(&str, &[&str]); 12] = [
     ("body_thrusters", &["actuators.force_limit_n=1000", "actuators.torque_limit_n_m=1000"]),
 ];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let arguments: Vec<String> = env::args().skip(1).collect();
-    if let [road, case, steps] = &arguments[..]
-        && let Ok(case) = case.parse()
-        && (road == "plan" || road == "compare")
-    {
-        return taken(road == "compare", case, steps.parse()?);
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    // A process of its own, started below.
+    for road in ["plan", "compare"] {
+        if words.next_is(road) {
+            let (case, steps) = (words.required("number of a case")?, words.required("number of steps")?);
+            words.end()?;
+            if case >= CASES.len() {
+                return Err(Misuse::new(format!("the cases are 0 to {}", CASES.len() - 1)).into());
+            }
+            return taken(road == "compare", case, steps);
+        }
     }
-    let grids: Vec<usize> = arguments.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    let grids: Vec<usize> = words.numbers("number of steps")?;
     let grids = if grids.is_empty() { vec![1_000, 10_000] } else { grids };
     println!("{:<22} {:>8} {:>9} {:>9} {:>9} {:>9}   MB", "", "steps", "likely", "taken", "most", "convex");
     let mut wrong = 0;
@@ -46,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let (problem, settings) = maneuver(case, steps)?;
             let PeakMemory { likely, most } = PeakMemory::of(&problem, &settings);
             let peak = |road: &str| -> Result<f64, Box<dyn std::error::Error>> {
-                let arguments = [road, &case.to_string(), &steps.to_string()];
+                let arguments = ["memory", road, &case.to_string(), &steps.to_string()];
                 let output = Command::new(env::current_exe()?).args(arguments).output()?;
                 Ok(String::from_utf8(output.stdout)?.trim().parse()?)
             };

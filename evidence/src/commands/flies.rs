@@ -1,6 +1,6 @@
 //! Plans that are flown: gains, covariances and chances against flights of the true motion.
 //!
-//! `cargo run --release -p evidence --bin flies [-- COUNT [CASES]]`: COUNT (20 by default) random maneuvers, CASES (20 000) flights each.
+//! `cargo run --release -p evidence -- flies [COUNT [CASES]]`: COUNT (20 by default) random maneuvers, CASES (20 000) flights each.
 //!
 //! The law: bodies with moments in ratios to 5 about any axes, turns uniform on the sphere, from rest to rest in 60 s, torques of least
 //! effort on default steps; a cone whose edge the free slew would pass 4° inside of, for one body axis; start off by 0.3° and
@@ -12,6 +12,7 @@
 //! of one or the other, of a fifth of the maneuvers, and of one chance of 5e-2 that any of these is exceeded at any time, what flights of other cases have; sampled over linear deviations; the time that gains, covariances and a flight take beside the solve alone; and a table of a
 //! published CubeSat and of an effort slew of it with 2 % of error in the inertia, open and closed loop.
 
+use crate::words::Words;
 use evidence::Random;
 use slewkit::assured::{self, Beside, Kept, Over};
 use slewkit::closed_loop::{Campaign, Flown, Moment, Plant, Proportion, Sampled};
@@ -383,10 +384,10 @@ fn cubesats() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let count = arguments.next().map_or(Ok(20), |count| count.parse())?;
-    let cases = arguments.next().map_or(Ok(20_000), |cases| cases.parse())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let (count, cases) =
+        (words.number("number of maneuvers", 20)?, words.number("number of flights", 20_000)?);
+    words.end()?;
     let kept = chances(count, cases)? & limits(count.div_ceil(5), cases)?;
     speed()?;
     cubesats()?;

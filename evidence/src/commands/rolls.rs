@@ -1,6 +1,6 @@
 //! Plans whose roll about the boresight is free, each against the cheapest of 24 given rolls, both ways round.
 //!
-//! `cargo run --release -p evidence --bin rolls [-- COUNT]`: COUNT (500 by default) random maneuvers each with a boresight that ends at
+//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random maneuvers each with a boresight that ends at
 //! rest on a fixed direction, and on one that moves, with its rate. Bodies with moments in ratios to 10 about any axes, starts at rest
 //! or turning, boresights and directions uniform on the sphere, directions that turn at up to 0.3 rad/s about each axis, in 2 to
 //! 8 s. On 100 steps, least effort.
@@ -8,6 +8,7 @@
 //! It prints how many are as cheap as the best of the rolls, and how long a plan takes, as a multiple of that to the end that was
 //! found, given. Ends with 1 where fewer than 99.5 % are.
 
+use crate::words::Words;
 use evidence::Random;
 use slewkit::maneuver::{Aim, Path, Settings, Target};
 use slewkit::plan::{Silent, Status, plan};
@@ -66,8 +67,9 @@ fn given(problem: &Problem, attitude: Matrix3, rate: Vector3) -> Problem {
     Problem { end, end_condition: slewkit::maneuver::EndCondition::State, ..problem.clone() }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let count = std::env::args().nth(1).map_or(Ok(500), |count| count.parse())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let count = words.number("number of maneuvers", 500)?;
+    words.end()?;
     let settings = Settings { target: Target::Discrete, ..Settings::default() };
     let mut missed = false;
     for moves in [false, true] {

@@ -1,6 +1,6 @@
 //! Plans begun from another plan, each against a cold search from the same start.
 //!
-//! `cargo run --release -p evidence --bin replan [-- COUNT]`: COUNT (500 by default) random maneuvers of each of three kinds on 100
+//! `cargo run --release -p evidence -- replan [COUNT]`: COUNT (500 by default) random maneuvers of each of three kinds on 100
 //! steps, least effort, the discrete target. `xte`: the body of problems/xte_40s.toml from rest to rest in 40 s, the end uniform on
 //! SO(3). `moving 3`: bodies with moments in ratios to 3 about any axes, mean moment 1, both ends uniform on SO(3), rates uniform in
 //! ±0.3 rad/s about each axis, in 4 s. `moving 10`: the same with ratios to 10. Each is planned, and planned again from a node beside the plan: the node uniform over the first
@@ -14,6 +14,7 @@
 //! The time of a warm plan is the quickest of five runs, that of a search is of one: the ratio flatters the warm plan. `moving 10` is
 //! printed and does not decide how it ends: it was the first choice of bodies, and 98 of 100 of them took three steps.
 
+use crate::words::Words;
 use evidence::{Random, median};
 use slewkit::maneuver::{Outcome, Settings};
 use slewkit::optimize::search::solve;
@@ -44,8 +45,9 @@ fn maneuver(random: &mut Random, ratio: Ratio) -> Result<Problem, Box<dyn Error>
     Ok(Problem::attitude(Body { inertia, mass: None }, start, end, duration).with_steps(STEPS))
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let count = std::env::args().nth(1).map_or(Ok(500), |count| count.parse())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let count = words.number("number of maneuvers", 500)?;
+    words.end()?;
     let settings = Settings { test_second_order: false, ..Settings::discrete() };
     let mut missed = false;
     let kinds = [("xte", None, true), ("moving 3", Some(3.0), true), ("moving 10", Some(10.0), false)];

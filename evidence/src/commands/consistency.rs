@@ -1,6 +1,6 @@
 //! Whether the planner gives the same answer to the same question, asked in other ways.
 //!
-//! `cargo run --release -p evidence --bin consistency [-- COUNT [SEED] [PART …]]`, 500 by default; the parts are `mirrors`, `F1`, `F2`, `F3`,
+//! `cargo run --release -p evidence -- consistency [COUNT [SEED] [PART …]]`, 500 by default; the parts are `mirrors`, `F1`, `F2`, `F3`,
 //! `F5`, `F6` and `turns`, all by default.
 //!
 //! - Mirrors: a box turns by θ and by −θ about a principal axis, from rest to rest, one in ten times by 180° less a millionth of a
@@ -16,6 +16,7 @@
 //!
 //! Ends with 1 where a mirror image costs something else, or a turn is called solved that is another.
 
+use crate::words::{Misuse, Words};
 use evidence::families::{self, FAMILIES};
 use slewkit::maneuver::{Method, Outcome, Path, Problem, Settings, Solution, State};
 use slewkit::mechanics::{Body, Inertia};
@@ -37,18 +38,19 @@ const ON_GRIDS: [usize; 5] = [0, 1, 2, 4, 5];
 const STEPS: usize = 100;
 const STREAMS: [usize; 2] = [100, 101];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let (mut numbers, mut parts) = (Vec::new(), Vec::new());
-    for text in std::env::args().skip(1) {
+    for text in words.rest() {
         match text.parse::<u64>() {
             Ok(number) => numbers.push(number),
             Err(_) => parts.push(text),
         }
     }
     let known = ON_GRIDS.map(|number| FAMILIES[number].name);
-    let known = known.iter().filter_map(|name| name.split(' ').next()).chain(["mirrors", "turns"]);
-    if let Some(unknown) = parts.iter().find(|part| !known.clone().any(|name| name == part.as_str())) {
-        return Err(format!("no part is called {unknown}").into());
+    let known: Vec<_> =
+        known.iter().filter_map(|name| name.split(' ').next()).chain(["mirrors", "turns"]).collect();
+    if let Some(unknown) = parts.iter().find(|part| !known.contains(&part.as_str())) {
+        return Err(Misuse::of("part", unknown, &known).into());
     }
     let wanted = |name: &str| {
         parts.is_empty() || parts.iter().any(|part| Some(part.as_str()) == name.split(' ').next())

@@ -1,17 +1,32 @@
-//! Is the plan the best there is? Slews of a tilted body from rest to rest on coarse grids, each with a proved lower
-//! bound of the cost of every maneuver, whichever way round.
+//! How far plans on coarse grids are above proved lower bounds of the cost of every maneuver, whichever way round.
 //!
-//! `cargo run --release -p evidence --features sdp --bin global_bound [most steps]`
+//! `cargo run --release -p evidence --features sdp -- global_bound [STEPS]`: slews of a tilted body from rest to rest on grids of at
+//! most STEPS (4), up to 16. The bounds take the feature `sdp`, which links OpenBLAS.
 
-use slewkit::maneuver::{Problem, Scheme, Settings, State};
-use slewkit::mechanics::{Body, Inertia};
-use slewkit::optimize::lower_bound::{BoundSettings, lower_bound};
-use slewkit::optimize::search;
-use slewkit::plan::Silent;
-use slewkit::{Matrix3, Vector3, lie};
+use crate::words::Words;
+use std::error::Error;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let most: usize = std::env::args().nth(1).map_or(Ok(4), |text| text.parse())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let most: usize = words.number("largest number of steps", 4)?;
+    words.end()?;
+    bounds(most)
+}
+
+#[cfg(not(feature = "sdp"))]
+fn bounds(_: usize) -> Result<(), Box<dyn Error>> {
+    let remedy = "cargo run --release -p evidence --features sdp -- global_bound";
+    Err(crate::words::Misuse::new(format!("this program was built without the feature sdp: {remedy}")).into())
+}
+
+#[cfg(feature = "sdp")]
+fn bounds(most: usize) -> Result<(), Box<dyn Error>> {
+    use slewkit::maneuver::{Problem, Scheme, Settings, State};
+    use slewkit::mechanics::{Body, Inertia};
+    use slewkit::optimize::lower_bound::{BoundSettings, lower_bound};
+    use slewkit::optimize::search;
+    use slewkit::plan::Silent;
+    use slewkit::{Matrix3, Vector3, lie};
+
     let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1))?;
     let axis = Vector3::new(1.0, 2.0, -0.5).normalize();
     println!("angle  scheme      steps       cost      bound        gap  largest step  moments  seconds");

@@ -1,15 +1,17 @@
 //! How often the default answer is the best known, counted over families of maneuvers.
 //!
-//! `cargo run --release -p evidence --bin families [-- FAMILY … [--cases COUNT] [--seed SEED] [--search quick] [--case N]]` draws random
+//! `cargo run --release -p evidence -- families [FAMILY … [--cases COUNT] [--seed SEED] [--search quick] [--case N]]` draws random
 //! maneuvers of every family, plans them by default, and compares the cost with the lowest that a thorough search of
 //! two hundred starts and more meets. A hit is within 1e-6. Every case depends on the seed and its number alone.
 
+use crate::words::{Misuse, Words};
 use evidence::families::{self, FAMILIES};
 use slewkit::maneuver::problem::Problem;
 use slewkit::maneuver::settings::{Method, Settings, Thoroughness};
 use slewkit::maneuver::solution::{Outcome, Solution};
 use slewkit::optimize::search::solve;
 use slewkit::plan::Silent;
+use std::error::Error;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -83,21 +85,22 @@ fn tell(problem: &Problem, search: Thoroughness) {
     println!("excess {:e}", solution.cost / cost - 1.0);
 }
 
-fn main() {
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     let mut wanted = Vec::new();
     let mut only = None;
     let (mut cases, mut seed, mut search) = (500, 1, Thoroughness::Default);
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        let mut value = || arguments.next().unwrap_or_default();
-        match argument.as_str() {
-            "--cases" => cases = value().parse().expect("a number of cases"),
-            "--seed" => seed = value().parse().expect("a seed"),
-            "--case" => only = value().parse().ok(),
+    let known = FAMILIES.each_ref().map(|family| family.name.split(' ').next().unwrap_or_default());
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--cases" => cases = words.required("number of cases")?,
+            "--seed" => seed = words.required("seed")?,
+            "--case" => only = Some(words.required("number of a case")?),
             "--search" => {
-                search = if value() == "quick" { Thoroughness::Quick } else { Thoroughness::Default }
+                let quick = words.required_one_of("search", &["quick", "default"])? == "quick";
+                search = if quick { Thoroughness::Quick } else { Thoroughness::Default };
             }
-            family => wanted.push(family.to_owned()),
+            family if known.contains(&family) => wanted.push(word),
+            _ => return Err(Misuse::of("family or option", &word, &known).into()),
         }
     }
     println!("{cases} cases a family, seed {seed}, {STEPS} steps; a hit is within {HIT:e} of the best known");
@@ -109,7 +112,8 @@ fn main() {
         }
         if let Some(index) = only {
             let mut random = families::case(seed, number, index);
-            return tell(&(family.draw)(&mut random).with_steps(STEPS), search);
+            tell(&(family.draw)(&mut random).with_steps(STEPS), search);
+            return Ok(());
         }
         let next = AtomicUsize::new(0);
         let results = Mutex::new(Vec::new());
@@ -150,7 +154,7 @@ fn main() {
         println!(
             "| {} | {share:.1} % | {saddles} | {unsolved} | {missed} | {:.2}, {mean:.2} |",
             family.name,
-            times[times.len() / 2]
+            times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
         );
         for case in
             results.iter().filter(|case| case.saddle || case.excess.is_none_or(|excess| excess > HIT)).take(8)
@@ -161,4 +165,5 @@ fn main() {
             );
         }
     }
+    Ok(())
 }

@@ -1,9 +1,10 @@
 //! How often a cold start with default settings is solved, counted over random maneuvers.
 //!
-//! `cargo run --release -p evidence --bin robustness [-- CASES [SEED]]` prints the laws it draws from and what
+//! `cargo run --release -p evidence -- robustness [CASES [SEED]]` prints the laws it draws from and what
 //! came out; 10 000 of each kind by default, a tenth of that under torque limits, by the shooting alone and
 //! by the default method. Every case depends on the seed and its number alone.
 
+use crate::words::Words;
 use evidence::Random;
 use slewkit::maneuver::{Method, Problem, Rung, Scheme, Settings, State};
 use slewkit::mechanics::{Body, Inertia, Limits};
@@ -11,6 +12,7 @@ use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Vector3, lie};
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -179,10 +181,10 @@ fn count(kind: Kind, method: Method, name: &str, cases: usize, seed: u64) {
     println!("  wall time {:.1} s on {threads} threads\n", began.elapsed().as_secs_f64());
 }
 
-fn main() {
-    let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());
-    let cases = arguments.next().and_then(Result::ok).unwrap_or(10_000) as usize;
-    let seed = arguments.next().and_then(Result::ok).unwrap_or(2026);
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let cases = words.number("number of cases", 10_000)?;
+    let seed = words.number("seed", 2026)?;
+    words.end()?;
     println!(
         "Random slews from a cold start: T = 1, lie_verlet, N = {STEPS}, default settings, seed {seed}."
     );
@@ -202,4 +204,5 @@ fn main() {
             count(kind, method, &format!("{what}, {road}"), cases / 10, seed);
         }
     }
+    Ok(())
 }

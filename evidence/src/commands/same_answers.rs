@@ -1,15 +1,16 @@
 //! Whether two builds of `slew` give the same answers, number by number.
 //!
-//! `cargo run --release -p evidence --bin same_answers -- OLD NEW [COUNT] [--keep FOLDER]` plans every maneuver of
+//! `cargo run --release -p evidence -- same_answers OLD NEW [COUNT] [--keep FOLDER]` plans every maneuver of
 //! `problems/` and COUNT random specs (200 by default) with both binaries. Status, exit code and every value of
 //! the JSON of OLD must be in that of NEW, bit for bit; NEW may say more. With a folder, specs and answers of OLD
 //! stay there for the next time. Ends with 1 where something differs.
 
+use crate::words::{Misuse, Words, parsed};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::{env, fs, io, process, thread};
+use std::{fs, io, process, thread};
 
 /// What differs on purpose: the key in OLD, with `*` for any place in a list, what became of it, and why.
 const CHANGED: &[(&str, Change, &str)] = &[
@@ -70,8 +71,8 @@ const SHOWN: usize = 5;
 /// Plans made at a time.
 const WORKERS: usize = 2;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments: Vec<String> = env::args().skip(1).collect();
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = words.rest();
     let keep = match arguments.iter().position(|argument| argument == "--keep") {
         Some(at) if at + 1 < arguments.len() => {
             Some(PathBuf::from(arguments.drain(at..at + 2).nth(1).unwrap()))
@@ -80,8 +81,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let (old, new, count) = match &arguments[..] {
         [old, new] => (old, new, 200),
-        [old, new, count] => (old, new, count.parse()?),
-        _ => return Err("same_answers OLD NEW [COUNT] [--keep FOLDER]".into()),
+        [old, new, count] => (old, new, parsed("number of cases", count)?),
+        _ => return Err(Misuse::new("it takes OLD NEW [COUNT] [--keep FOLDER]").into()),
     };
     let scratch = tempfile::tempdir()?;
     let folder = keep.as_deref().unwrap_or(scratch.path());

@@ -1,11 +1,12 @@
 //! Hostile inputs of every kind that is read: specs in TOML and JSON, overrides, plan files, surfaces, cases, attitudes.
 //!
-//! `cargo run --release -p evidence --bin hostile [-- COUNT [SEED]]`, 100,000 by default. Every input is a good one with up to three
+//! `cargo run --release -p evidence -- hostile [COUNT [SEED]]`, 100,000 by default. Every input is a good one with up to three
 //! changes: bytes, numbers, words, lines of its own or of another. Counted as wrong: a panic; a refusal without a place, a reason
 //! or a remedy; more than a second of CPU time, on Linux.
 //!
 //! Ends with 1 where anything was wrong.
 
+use crate::words::Words;
 use evidence::Random;
 use evidence::hostile::{Answer, Corpus, READERS};
 use evidence::process::own_cpu_seconds;
@@ -14,9 +15,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// Most CPU time of an input \[s\].
 const LONGEST: f64 = 1.0;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut numbers = std::env::args().skip(1).map(|text| text.parse::<u64>());
-    let (count, seed) = (numbers.next().unwrap_or(Ok(100_000))?, numbers.next().unwrap_or(Ok(1))?);
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let (count, seed) = (words.number("number of inputs", 100_000)?, words.number::<u64>("seed", 1)?);
+    words.end()?;
     let corpus = Corpus::new()?;
     // What is wrong is told below, with the input that it belongs to.
     std::panic::set_hook(Box::new(|_| {}));

@@ -1,14 +1,15 @@
 //! Whether a change of the search makes plans of least time and fuel dearer, one by one: what its numbers are measured by.
 //!
-//! `cargo run --release -p evidence --bin dearer -- COUNT FILE [KIND ...]` plans COUNT maneuvers of each kind without cones, or of those
+//! `cargo run --release -p evidence -- dearer COUNT FILE [KIND ...]` plans COUNT maneuvers of each kind without cones, or of those
 //! that are named, by the laws of `evidence::switching`, one after the other. Where FILE is not there yet it keeps their costs. Otherwise
 //! each plan is compared with the one that is kept there: how many are dearer or cheaper by more than 1e-5 and the gaps that both tell,
 //! the worst of each, how many are not solved any more or now are, the gaps beyond 1e-4 of the cost, and the time over what it took.
 //!
-//! `… --bin dearer -- thorough COUNT FILE [KIND ...]` does so by the thorough search: kept so, FILE tells what the default one misses.
+//! `… -- dearer thorough COUNT FILE [KIND ...]` does so by the thorough search: kept so, FILE tells what the default one misses.
 //!
-//! `cargo run --release -p evidence --bin dearer -- spec KIND INDEX` writes one of the maneuvers as a spec in JSON.
+//! `cargo run --release -p evidence -- dearer spec KIND INDEX` writes one of the maneuvers as a spec in JSON.
 
+use crate::words::{Misuse, Words};
 use evidence::median;
 use evidence::switching::{KINDS, Kind, cost_and_gap, maneuver};
 use slewkit::maneuver::{Settings, Target, Thoroughness};
@@ -32,23 +33,26 @@ struct Found {
     milliseconds: f64,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    if let [word, name, index] = words.as_slice()
-        && word == "spec"
-    {
-        let (_, kind) = KINDS.into_iter().find(|(known, _)| known == name).ok_or("no such kind")?;
-        let problem = maneuver(kind, index.parse()?).ok_or("no such maneuver")?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let kinds = KINDS.map(|(name, _)| name);
+    if words.next_is("spec") {
+        let name = words.required_one_of("kind", &kinds)?;
+        let index = words.required("number of a maneuver")?;
+        words.end()?;
+        let (_, kind) = KINDS.into_iter().find(|(known, _)| *known == name).ok_or("no such kind")?;
+        let problem = maneuver(kind, index).ok_or("no such maneuver")?;
         println!("{}", serde_json::to_string(&SpecDocument::new(&problem, &Settings::default())?)?);
         return Ok(());
     }
-    let thorough = words.first().is_some_and(|word| word == "thorough");
-    let [count, file, asked @ ..] = &words[usize::from(thorough)..] else {
-        return Err("[thorough] COUNT FILE [KIND ...]".into());
-    };
+    let thorough = words.next_is("thorough");
+    let count: u64 = words.required("number of maneuvers")?;
+    let file = words.word("file")?;
+    let asked = words.rest();
+    if let Some(unknown) = asked.iter().find(|asked| !kinds.contains(&asked.as_str())) {
+        return Err(Misuse::of("kind", unknown, &kinds).into());
+    }
     let search = if thorough { Thoroughness::Thorough } else { Thoroughness::Default };
-    let count: u64 = count.parse()?;
-    let kept = fs::read_to_string(file).ok().map(|text| read(&text)).transpose()?;
+    let kept = fs::read_to_string(&file).ok().map(|text| read(&text)).transpose()?;
     let mut written = String::new();
     for (name, kind) in KINDS {
         let is_asked = asked.iter().any(|asked| asked == name);

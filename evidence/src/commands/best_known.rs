@@ -1,12 +1,13 @@
 //! Maneuvers that searches have missed, each against the best cost that is known of it, on grids of several sizes.
 //!
-//! `cargo run --release -p evidence --bin best_known [-- WORD [STEPS …]]`: those whose file names hold WORD (all without one), on their
+//! `cargo run --release -p evidence -- best_known [WORD [STEPS …]]`: those whose file names hold WORD (all without one), on their
 //! own steps and on these. The first line of each file of `evidence/best_known` tells the cost and where it comes from: closed forms,
 //! published values, other programs, an image of the maneuver.
 //!
 //! A line tells the cost of the discrete optimum and by how much it is above what is known. Ends with 1 where one is by more than 0.1 %
 //! or has no plan.
 
+use crate::words::{Misuse, Words};
 use slewkit::maneuver::{Settings, Target};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
@@ -18,14 +19,17 @@ use std::time::Instant;
 /// A cost that is dearer by more than this part is not the best known.
 const NEAR: f64 = 1e-3;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let word = words.first().cloned().unwrap_or_default();
-    let grids = words.iter().skip(1).map(|steps| steps.parse()).collect::<Result<Vec<usize>, _>>()?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let word = words.next().unwrap_or_default();
+    let grids: Vec<usize> = words.numbers("number of steps")?;
     let mut files: Vec<_> = fs::read_dir(Path::new(evidence::ROOT).join("evidence/best_known"))?
         .filter_map(|entry| Some(entry.ok()?.path()))
         .collect();
     files.sort();
+    let names: Vec<_> = files.iter().filter_map(|path| path.file_stem()?.to_str()).collect();
+    if !names.iter().any(|name| name.contains(&word)) {
+        return Err(Misuse::of("part of the name of a maneuver", &word, &names).into());
+    }
     let (mut count, mut missed) = (0, 0);
     for path in files {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -1,10 +1,11 @@
 //! False and right attitude files before `verify`: faults of every kind planted into right ones, and one attitude in every legal style.
 //!
-//! `cargo run --release -p evidence --bin false_files [-- COUNT [SEED]]`, 1,000 of each by default. Wrong is a false file that agrees, unless
+//! `cargo run --release -p evidence -- false_files [COUNT [SEED]]`, 1,000 of each by default. Wrong is a false file that agrees, unless
 //! what is false stands under "not judged" for that file; and a right one that is refused or does not agree.
 //!
 //! Ends with 1 where anything was wrong.
 
+use crate::words::Words;
 use evidence::Random;
 use evidence::attitude_files::{Frame, Kind, Motion, Notation, Row, Style, file, rows};
 use slewkit::verify::DEFAULT_ACCURACY_DEG;
@@ -56,9 +57,9 @@ struct Case {
     open: &'static [&'static str],
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut given = std::env::args().skip(1).map(|text| text.parse::<u64>());
-    let (count, seed) = (given.next().unwrap_or(Ok(1000))?, given.next().unwrap_or(Ok(1))?);
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let (count, seed) = (words.number("number of files", 1000)?, words.number::<u64>("seed", 1)?);
+    words.end()?;
     let mut tally = BTreeMap::<Fault, [u64; 4]>::new();
     let mut wrong = 0;
     for index in 0..count {

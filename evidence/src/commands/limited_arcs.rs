@@ -1,11 +1,12 @@
 //! How many plans of least time and fuel that more than limits of the torques shapes end as arcs, and whether these depend on the grid.
 //!
-//! `cargo run --release -p evidence --bin limited_arcs [-- CASES [FIRST [KIND]]]`, 300 cases by default. Every case is planned on 100
+//! `cargo run --release -p evidence -- limited_arcs [CASES [FIRST [KIND]]]`, 300 cases by default. Every case is planned on 100
 //! and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and
 //! of least fuel, and `torque-rates` of least time alone; all in turns without one. The law is printed before the figures.
 //!
-//! `… --bin limited_arcs -- spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
+//! `… -- limited_arcs spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 
+use crate::words::Words;
 use slewkit::maneuver::{
     Constraint, Direction, Duration, Fuel, Motion, Objective, Pointing, Problem, Rule, Settings, Side, State,
     Target,
@@ -151,32 +152,30 @@ fn arcs(found: &Plan) -> Option<(f64, f64)> {
 }
 
 /// The kind of a case, among all of them or of one alone, and whether it is of least fuel.
-fn kind_of(seed: usize, only: Option<&str>) -> Result<(&str, bool), String> {
-    if let Some(only) = only.filter(|only| !KINDS.contains(only)) {
-        return Err(format!("{only} is none of the kinds {}", KINDS.join(", ")));
-    }
+fn kind_of(seed: usize, only: Option<&str>) -> (&str, bool) {
     let kind = only.unwrap_or(KINDS[seed / 2 % KINDS.len()]);
-    Ok((kind, seed % 2 == 1 && kind != "torque-rates"))
+    (kind, seed % 2 == 1 && kind != "torque-rates")
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1).peekable();
-    if arguments.next_if(|word| word == "spec").is_some() {
-        let seed: usize = arguments.next().ok_or("spec NUMBER [KIND]")?.parse()?;
-        let only = arguments.next();
-        let (kind, fuel) = kind_of(seed, only.as_deref())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    if words.next_is("spec") {
+        let seed: usize = words.required("number of a case")?;
+        let only = words.one_of("kind", &KINDS)?;
+        words.end()?;
+        let (kind, fuel) = kind_of(seed, only.as_deref());
         let problem = case(seed, kind, fuel).ok_or("no such maneuver")?;
         println!("{}", serde_json::to_string(&SpecDocument::new(&problem, &Settings::default())?)?);
         return Ok(());
     }
-    let count: usize = arguments.next().map_or(Ok(300), |text| text.parse())?;
-    let first: usize = arguments.next().map_or(Ok(0), |text| text.parse())?;
-    let only = arguments.next();
+    let count: usize = words.number("number of cases", 300)?;
+    let first: usize = words.number("number of the first case", 0)?;
+    let only = words.one_of("kind", &KINDS)?;
+    words.end()?;
     println!("{LAW}");
     let settings = Settings { target: Target::Discrete, ..Settings::default() };
     let mut tally = BTreeMap::<String, [usize; 6]>::new();
     for seed in first..first + count {
-        let (shape, fuel) = kind_of(seed, only.as_deref())?;
+        let (shape, fuel) = kind_of(seed, only.as_deref());
         let kind = format!("{}, {shape}", if fuel { "fuel" } else { "time" });
         let own = tally.entry(kind.clone()).or_default();
         let Some(problem) = case(seed, shape, fuel) else { continue };

@@ -1,12 +1,13 @@
 //! How many plans land, counted over random maneuvers of every kind whose specs give no number of steps.
 //!
-//! `cargo run --release -p evidence --bin landing [-- CASES [FIRST]]`, 1,000 of each of seven kinds by default. Each plan is
+//! `cargo run --release -p evidence -- landing [CASES [FIRST]]`, 1,000 of each of seven kinds by default. Each plan is
 //! flown by plain equations of motion (`evidence::held`), which share nothing with planner and witnesses but the field of the
 //! maneuver: a plan lands where its attitude and its rate, over a radian in the duration, are met to 1e-6, and keeps its
 //! constraints where it exceeds none by 1e-6 of the limit, or rad.
 //!
 //! Ends with 1 where a plan that is called solved does not land, or exceeds a constraint.
 
+use crate::words::Words;
 use evidence::held::{Flown, flown};
 use evidence::random_specs::{RandomSpec, random_spec, random_switching_spec};
 use slewkit::plan::{Silent, Status, plan};
@@ -64,10 +65,10 @@ const KINDS: [Kind; 7] = [
 const LEFT_OUT: [&str; 5] =
     ["steps ", "step_s ", "tolerance ", "continuous_tolerance_deg ", "max_iterations "];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut words = std::env::args().skip(1);
-    let count: usize = words.next().map_or(Ok(1_000), |text| text.parse())?;
-    let first: u64 = words.next().map_or(Ok(0), |text| text.parse())?;
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let count: usize = words.number("number of cases", 1_000)?;
+    let first: u64 = words.number("number of the first case", 0)?;
+    words.end()?;
     println!(
         "{:<17}{:>7}{:>8}{:>8}{:>8}{:>10}{:>10}{:>8}{:>8}{:>9}{:>9}",
         "kind", "plans", "solved", "land", "exceed", "missed", "exceeded", "steps", "most", "s", "most s"

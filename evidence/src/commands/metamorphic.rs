@@ -1,24 +1,24 @@
 //! Laws that hold between plans, over thousands of random maneuvers: other units, other axes, backwards in time, …
 //!
-//! `cargo run --release -p evidence --bin metamorphic [-- COUNT [FIRST [switching]]]`, 1,000 by default. Every case takes one of 26 kinds of
-//! random maneuvers, or of 8 of minimum time and fuel, and draws one of the laws of `tests/common/metamorphic.rs` that speak of it, plans the maneuver and the one that
-//! the law makes of it, and compares: equal status, and costs equal to 1e-9, or not above.
+//! `cargo run --release -p evidence -- metamorphic [COUNT [FIRST [switching]]]`, 1,000 by default. Every case takes one of 26 kinds of
+//! random maneuvers, or of 8 of minimum time and fuel, and draws one of the laws of `evidence::metamorphic` that speak of it, plans
+//! the maneuver and the one that the law makes of it, and compares: equal status, and costs equal to 1e-9, or not above.
 //!
 //! Ends with 1 where a law is broken.
 
+use crate::words::Words;
 use evidence::Random;
 use evidence::metamorphic::{LAWS, Planned, complaint};
 use slewkit_files::spec::{Format, from_str};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let number = |at: usize, default: u64| words.get(at).map_or(Ok(default), |text| text.parse());
-    let (count, first) = (number(0, 1_000)?, number(1, 0)?);
-    let drawn = match words.get(2).map(String::as_str) {
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let count: u64 = words.number("number of cases", 1_000)?;
+    let first = words.number("number of the first case", 0)?;
+    let drawn = match words.one_of("law", &["switching"])? {
         None => evidence::random_specs::random_spec,
-        Some("switching") => evidence::random_specs::random_switching_spec,
-        Some(word) => return Err(format!("{word}? `switching`, or nothing").into()),
+        Some(_) => evidence::random_specs::random_switching_spec,
     };
+    words.end()?;
     let mut kept = [[0; 2]; LAWS.len()];
     for index in first..first + count {
         let evidence::random_specs::RandomSpec { kind, text } = drawn(index);
