@@ -25,8 +25,9 @@ const FROM_CLONE: &str = "cargo run --release -- ";
 /// The documents, from the top of the repository.
 fn documents() -> Vec<PathBuf> {
     let top = Path::new(ROOT);
-    let mut found: Vec<_> =
-        ["README.md", "DESIGN.md", "CHANGELOG.md", "python/README.md"].map(|n| top.join(n)).into();
+    let names =
+        ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "python/README.md"];
+    let mut found: Vec<_> = names.map(|n| top.join(n)).into();
     for folder in ["docs", "crates/files", "crates/report", "crates/slew"] {
         let entries = fs::read_dir(top.join(folder)).unwrap().map(|entry| entry.unwrap().path());
         found.extend(entries.filter(|path| path.extension().is_some_and(|end| end == "md")));
