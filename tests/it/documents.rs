@@ -264,7 +264,7 @@ fn specs_are_read() {
     assert!(read >= 4, "only {read} specs were found");
 }
 
-/// Links to files, and to headings within them; also the names of problems and of what measures.
+/// Links to files, and to headings within them; also the names of problems, of tests and of programs that measure.
 #[test]
 fn links_and_names_lead_somewhere() {
     for document in documents() {
@@ -294,6 +294,12 @@ fn links_and_names_lead_somewhere() {
                 let name = rest.split(' ').next().unwrap();
                 let file = Path::new(ROOT).join(folder).join(format!("{name}.rs"));
                 assert!(file.exists(), "{}: {} does not exist", document.display(), file.display());
+            }
+            if let [folder, file, name] = quoted.split("::").collect::<Vec<_>>()[..] {
+                let file = Path::new(ROOT).join(format!("tests/it/{folder}/{file}.rs"));
+                let text = fs::read_to_string(&file).unwrap_or_default();
+                let is_test = !file.exists() || text.contains(&format!("fn {name}()"));
+                assert!(is_test, "{}: no test {quoted}", document.display());
             }
             if let Some(name) = quoted.strip_prefix("problems/").filter(|name| name.ends_with(".toml")) {
                 let file = Path::new(ROOT).join("problems").join(name);
