@@ -70,23 +70,24 @@ pub enum AimRate {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum AimError {
     /// An axis is not a unit vector.
-    #[error("an axis that is to point has length {length}, it must be 1")]
+    #[error("the pointing axis has length {length}: give a vector of length 1")]
     Axis {
         /// Its length.
         length: f64,
     },
     /// The second axis is the first, or its opposite.
-    #[error("the axis that keeps the roll lies along the one that points: it must be another")]
+    #[error("the axis that fixes the roll is parallel to the pointing axis: give another one")]
     Parallel,
     /// The band of the roll is none.
-    #[error("the roll is to stay within {degrees} deg: from 0 to 180 are possible")]
+    #[error("the roll band is {degrees} deg: give a value from 0 to 180")]
     Band {
         /// Its half width \[deg\].
         degrees: f64,
     },
     /// The two directions are as good as parallel where the maneuver ends: they leave the roll open, and its rate has no bound.
     #[error(
-        "at t = {time} s the two directions are {degrees} deg apart: within {LEAST_APART} deg they do not keep the roll"
+        "at t = {time} s the two directions are {degrees} deg apart: within {LEAST_APART} deg they \
+        do not determine the roll"
     )]
     Undefined {
         /// When \[s\].

@@ -90,7 +90,7 @@ pub struct Pointing {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ConstraintError {
     /// A boresight or direction is not a unit vector.
-    #[error("a vector of a pointing constraint has length {length}, it must be 1")]
+    #[error("a vector of a pointing constraint has length {length}: it must be 1")]
     Vector {
         /// Its length.
         length: f64,
@@ -99,27 +99,28 @@ pub enum ConstraintError {
     #[error("a pointing constraint needs at least one boresight and one direction")]
     Nothing,
     /// The angle is not one of a cone.
-    #[error(
-        "a cone of {degrees} deg: half angle and margin together must give more than 0 and less than 180"
-    )]
+    #[error("the half angle with the margin is {degrees} deg: it must be more than 0 and less than 180")]
     Angle {
         /// Half angle with margin \[deg\].
         degrees: f64,
     },
     /// A boresight is held on a cone with a margin, or within nothing.
-    #[error("a boresight held on a cone has no margin, and what it may be off by must be positive")]
+    #[error(
+        "a boresight held on a cone has a margin, or no positive tolerance: remove the margin and give a \
+     positive tolerance"
+    )]
     OnCone,
     /// Intervals of time are not finite, or overlap.
-    #[error("the intervals in which a constraint acts must be finite, and one after another")]
+    #[error("the intervals of a constraint must be finite and in order, without overlap")]
     Intervals,
     /// A rate limit is not positive and finite.
-    #[error("a rate limit is {value} rad/s, it must be positive and finite")]
+    #[error("a rate limit is {value} rad/s: it must be positive and finite")]
     Rate {
         /// The limit [rad/s].
         value: f64,
     },
     /// Reports would speak of two constraints by one name.
-    #[error("another constraint has the same name")]
+    #[error("another constraint has this name")]
     SameName,
 }
 
@@ -311,7 +312,7 @@ impl Pointing {
         let margin = match (self.margin > 0.0, self.side) {
             (false, _) => String::new(),
             (true, Side::KeepOut) => format!(", margin of {margin} deg included"),
-            (true, Side::KeepIn) => format!(", margin of {margin} deg taken off"),
+            (true, Side::KeepIn) => format!(", margin of {margin} deg subtracted"),
             (true, Side::On { .. }) => String::new(),
         };
         Some(format!("{boresight} is {angle} deg from {axis}, the cone is {cone} deg{margin}"))

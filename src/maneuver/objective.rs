@@ -228,7 +228,7 @@ impl Weights {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WeightError {
     /// The weight is not m×m.
-    #[error("the weight is {rows}x{columns}, the inputs are {count}")]
+    #[error("the weight is {rows}x{columns} for {count} inputs")]
     Shape {
         /// Rows of the weight.
         rows: usize,

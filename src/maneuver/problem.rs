@@ -182,7 +182,8 @@ pub enum ProblemError {
     },
     /// A boundary rate is too fast for the step: `h |J⁻¹Π| ≥ 1`.
     #[error(
-        "the {end} rate turns {angle:.3} rad in one step, the implicit equation needs less than {limit}: raise the steps to at least {steps}"
+        "the {end} rate turns {angle:.3} rad in one step, and the implicit equation needs less than \
+        {limit}: use at least {steps} steps"
     )]
     StepTooLong {
         /// "start" or "end".
@@ -576,9 +577,7 @@ impl Problem {
     /// # Panics
     /// While it is sought: solvers and witnesses work in a duration that is known ([`Problem::with_duration`]).
     pub fn seconds(&self) -> f64 {
-        self.duration
-            .known()
-            .expect("a maneuver whose duration is sought has none before a plan has found it")
+        self.duration.known().expect("the duration is free, and no plan has determined it yet")
     }
 
     /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where they switch.

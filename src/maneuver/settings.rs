@@ -168,7 +168,7 @@ impl Settings {
     /// The first setting out of its range.
     pub fn check(&self) -> Result<(), SettingsError> {
         if !(self.tolerance >= Self::MIN_TOLERANCE && self.tolerance < 1.0) {
-            let reason = "must be from 4e-15, which is what double precision reaches, to below 1";
+            let reason = "must be from 4e-15, the limit of double precision, to below 1";
             return Err(SettingsError { name: "tolerance", value: self.tolerance, reason });
         }
         if let Some(limit) = self.continuous_tolerance

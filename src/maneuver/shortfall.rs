@@ -132,15 +132,15 @@ impl fmt::Display for Shortfall {
             ),
             Self::Missed { error, tolerance } => write!(
                 f,
-                "the conditions of the optimum are met, but the inputs replayed from the start miss the end by {error:.1e}, \
-                 scaled; the tolerance is {tolerance:.1e}"
+                "the conditions of the optimum hold, but the inputs replayed from the start miss the \
+                end by {error:.1e}, scaled; the tolerance is {tolerance:.1e}"
             ),
             Self::OtherWay { short, turned_deg } => {
                 let way = if *short { "short" } else { "long" };
                 write!(
                     f,
-                    "no optimum that goes round as asked was found; the nearest goes the {way} way and turns by \
-                     {turned_deg:.1}°"
+                    "no optimum of the requested homotopy class was found; the nearest goes the \
+                    {way} way and turns by {turned_deg:.1}°"
                 )
             }
             Self::NoSmoothedExtremal => f.write_str("no smoothed extremal was found"),
@@ -148,10 +148,11 @@ impl fmt::Display for Shortfall {
             Self::NoDiscreteOptimum { steps } => write!(f, "no discrete optimum was found on {steps} steps"),
             Self::NoPulses { shortest } => write!(
                 f,
-                "no pulses of at least {} s were found that meet the end; without a shortest pulse there is a plan",
+                "no pulses of at least {} s that meet the end were found; a plan without a shortest \
+                pulse exists",
                 short(*shortest)
             ),
-            Self::FewStepsForPulses { steps } => write!(f, "the pulses found need at least {steps} steps"),
+            Self::FewStepsForPulses { steps } => write!(f, "the pulses need at least {steps} steps"),
             Self::NoDiscretePulses { steps } => {
                 write!(f, "no discrete optimum of the pulses was found on {steps} steps")
             }
@@ -164,7 +165,7 @@ impl fmt::Display for Shortfall {
             Self::NoneWithin { longest } => write!(f, "no plan of {} s or less was found", short(*longest)),
             Self::NoWorthwhile { from, to } => write!(
                 f,
-                "no duration from {} s to {} s was found at which a second is worth its price",
+                "no duration from {} s to {} s was found at which a second gains its price",
                 short(*from),
                 short(*to)
             ),
@@ -175,7 +176,7 @@ impl fmt::Display for Shortfall {
                 match (*shortest, longer) {
                     (Some(shortest), _) if shortest < *asked => {
                         let (asked, shortest) = figures(shortest);
-                        write!(f, "no plan of {asked} s was found, though there is one of {shortest} s")
+                        write!(f, "no plan of {asked} s was found, although a plan of {shortest} s exists")
                     }
                     (Some(shortest), _) => {
                         let (asked, shortest) = figures(shortest);
@@ -185,7 +186,9 @@ impl fmt::Display for Shortfall {
                         )
                     }
                     (None, Some(longer)) => write!(f, "a plan of {longer} s was found"),
-                    (None, None) => f.write_str("none was found for up to three times the duration either"),
+                    (None, None) => {
+                        f.write_str("no plan was found for up to three times the duration either")
+                    }
                 }
             }
             Self::Told(text) => f.write_str(text),
@@ -196,15 +199,19 @@ impl fmt::Display for Shortfall {
 /// What stays violated at the last iterate of SCP.
 fn violated(cut_short_after: Option<usize>, violations: &[Violation], reaches_end: bool) -> String {
     let cut = cut_short_after
-        .map(|subproblems| format!("the limit of iterations came first, after {subproblems} subproblems"));
+        .map(|subproblems| format!("the iteration limit ended the search, after {subproblems} subproblems"));
     let of_one = |Violation { name, excess }: &Violation| match excess {
-        Excess::Angle(angle) => format!("\"{name}\" stays violated by {:.3} deg", angle.to_degrees()),
-        Excess::Share(share) => format!("{name} stays exceeded by {:.2} %", 100.0 * share),
+        Excess::Angle(angle) => format!("\"{name}\" remains violated by {:.3} deg", angle.to_degrees()),
+        Excess::Share(share) => format!("{name} remains exceeded by {:.2} %", 100.0 * share),
     };
     let open = (!reaches_end).then(|| match cut_short_after {
         Some(_) => "the path does not yet reach the end".to_string(),
         None => "no path within limits and constraints that reaches the end was found".to_string(),
     });
     let parts: Vec<String> = cut.into_iter().chain(violations.iter().map(of_one)).chain(open).collect();
-    if parts.is_empty() { "the search came near, and did not settle".into() } else { parts.join("; ") }
+    if parts.is_empty() {
+        "the search approached the end but did not converge".into()
+    } else {
+        parts.join("; ")
+    }
 }

@@ -86,7 +86,7 @@ impl Limits {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuatorSetError {
     /// There is no axis, or more than [`ActuatorSet::MAX_INPUTS`].
-    #[error("{count} input axes; from 1 to {} are possible", ActuatorSet::MAX_INPUTS)]
+    #[error("{count} input axes: give from 1 to {}", ActuatorSet::MAX_INPUTS)]
     Count {
         /// How many axes were given.
         count: usize,
@@ -98,7 +98,7 @@ pub enum ActuatorSetError {
         index: usize,
     },
     /// Thrusters do not each have a position that is finite.
-    #[error("{count} positions of thrusters: each needs one, and finite numbers")]
+    #[error("{count} positions of thrusters: give one for each, with finite numbers")]
     Position {
         /// How many were given.
         count: usize,

@@ -46,7 +46,7 @@ pub enum InertiaError {
         principal: [f64; 3],
     },
     /// The principal moments differ by more than a factor of 1e8.
-    #[error("principal moments differ by a factor of {ratio:.1e}; at most 1e8 is accepted")]
+    #[error("principal moments differ by a factor of {ratio:.1e}: it must be at most 1e8")]
     IllConditioned {
         /// Largest over smallest principal moment.
         ratio: f64,

@@ -106,9 +106,10 @@ impl Scale {
 /// Coriolis force.
 pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
     if problem.duration.known().is_none() {
-        return Err(
-            ProblemError::Missing("a motion needs a duration, and that of the maneuver is sought").into()
-        );
+        return Err(ProblemError::Missing(
+            "a motion needs a duration, and the duration of this maneuver is free",
+        )
+        .into());
     }
     let plant = Plant::new(problem);
     if plant.moves && plant.turns() { Err(WitnessError::TurningFrame) } else { Ok(plant) }

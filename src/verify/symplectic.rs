@@ -38,7 +38,7 @@ fn degree(turn: f64) -> usize {
 
 /// Why it does not judge.
 pub(super) const WHEELS: &str = "does not judge reaction wheels";
-const TOO_LONG: &str = "would take too many steps";
+const TOO_LONG: &str = "would need too many steps";
 pub(super) const NO_CONVERGENCE: &str = "its equations do not converge";
 
 /// Where it ends in each window, and its order; or why it cannot judge: wheels, steps too many, or a field so stiff

@@ -115,7 +115,7 @@ pub enum WitnessError {
         expected: usize,
     },
     /// The scheme of a moving body knows inertial reference frames only.
-    #[error("a body that moves cannot be judged in a turning reference frame")]
+    #[error("a body that translates cannot be judged in a turning reference frame")]
     TurningFrame,
     /// The implicit equation has no solution below 90° in a step.
     #[error(
@@ -142,7 +142,7 @@ pub enum WitnessError {
         time: f64,
     },
     /// The caller asked to stop, or the time was over.
-    #[error("the witnesses were stopped before they had finished")]
+    #[error("the witnesses were stopped before they finished")]
     Stopped,
     /// A number became NaN or infinite.
     #[error("at t = {time} s a number is no longer finite")]

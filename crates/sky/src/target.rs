@@ -64,10 +64,10 @@ pub enum Target {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SkyError {
     /// It depends on where the satellite is.
-    #[error("it depends on where the satellite is: [orbit] is missing")]
+    #[error("the direction depends on the position of the satellite: [orbit] is missing")]
     NoOrbit,
     /// No line of sight touches a sphere from within.
-    #[error("{0:.1} s after the epoch the satellite is below that limb, {1:.0} km high itself")]
+    #[error("{0:.1} s after the epoch the satellite is below that limb, at a height of {1:.0} km")]
     BelowLimb(f64, f64),
     /// The orbit.
     #[error(transparent)]

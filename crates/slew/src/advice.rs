@@ -46,8 +46,8 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         again(args, key, duration, "more time")
     };
     let neighbour = || {
-        "plan an easier neighbour (longer, or a smaller turn) with `-o neighbour.json`, then begin from it: \
-         --guess neighbour.json"
+        "plan an easier neighbour (longer, or a smaller turn) with `-o neighbour.json`, then start \
+        from it: --guess neighbour.json"
             .to_string()
     };
     let convex = solution.method == Method::Scp;
@@ -81,23 +81,24 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         }
         (_, Outcome::Stalled) if nearly => {
             let tolerance = format!("{:e}", 10_f64.powi(reached.log10().ceil() as i32));
-            vec![again(args, "solver.tolerance", tolerance, "a looser tolerance"), more_steps()]
+            vec![again(args, "solver.tolerance", tolerance, "a larger tolerance"), more_steps()]
         }
         (_, Outcome::Stalled) if convex && solution.longer.is_some() => vec![longer(), neighbour()],
         (_, Outcome::Stalled) if convex && solution.shortfall.is_some() => {
-            vec!["looser limits, smaller cones or other ends".into(), neighbour()]
+            vec!["larger limits, smaller cones or other ends".into(), neighbour()]
         }
         (_, Outcome::Stalled | Outcome::NotFinite) => vec![more_steps(), longer(), neighbour()],
         (_, Outcome::Singular) => {
-            vec!["other torque axes, or terminal rates that the present ones can reach".into()]
+            vec!["other torque axes, or terminal rates that the present axes can reach".into()]
         }
         (_, Outcome::Infeasible) => {
             let bound = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound);
             let longer = bound.map(|bound| {
-                let why = format!("more time; no plan takes less than {} s", about(bound));
+                let why = format!("more time; no plan is shorter than {} s", about(bound));
                 again(args, "maneuver.duration_s", rounded_up(1.2 * bound), &why)
             });
-            let others = "what the reason names; or other torque axes, terminal rates or attitudes";
+            let others = "changes of the quantities in the reason; or other torque axes, terminal rates or \
+             attitudes";
             longer.into_iter().chain([others.into()]).collect()
         }
         (_, Outcome::TimeLimit) => {

@@ -16,7 +16,7 @@ Examples:
   slew convert 'matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]'
 
 R maps body vectors to reference-frame vectors. Euler angles are intrinsic: zyx is R = Rz Ry Rx.
-Quaternions are Hamilton; q and -q are one attitude, the one with a scalar that is not negative is shown.")]
+Quaternions are Hamilton. q and -q are one attitude; slew prints the one with a nonnegative scalar.")]
 pub struct Args {
     /// The attitude as in a spec, quoted; `-` reads stdin
     #[arg(value_name = "ATTITUDE", required = true)]

@@ -15,8 +15,8 @@ use std::path::PathBuf;
 /// Arguments of `slew export`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Attitudes lead from the body to the reference frame; what a format wants otherwise is done. Names, epoch and
-number of the spacecraft stand in the spec that the plan holds ([names], epoch), or are given by --set.
+Attitudes of a plan map the body to the reference frame. slew converts them to the convention of each format.
+The spec in the plan states names, epoch and number of the spacecraft ([names], epoch); --set changes them.
 
 Examples:
   slew export plan.json -o plan.aem --set epoch='2026-11-21T07:00:00 UTC'
@@ -52,8 +52,12 @@ impl TableArgs {
     pub fn checked(self, destination: &Destination) -> Result<Tables, Failure> {
         let format = destination.format().and_then(Format::of_data);
         if self.margins && !format.is_some_and(formats::Format::tells_margins) {
-            let reason = "--margins: only the tables csv and parquet have columns for them".to_string();
-            return Err(Failure::Output(Message::new("E0107", reason, "give -o FILE.csv, or leave it out")));
+            let reason = "--margins: only the tables csv and parquet have columns for margins".to_string();
+            return Err(Failure::Output(Message::new(
+                "E0107",
+                reason,
+                "give -o FILE.csv, or remove the option",
+            )));
         }
         Ok(Tables { tick: self.tick, margins: self.margins })
     }
@@ -80,7 +84,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("a positive number of seconds is needed".into()),
+        _ => Err("give a positive number of seconds".into()),
     }
 }
 

@@ -135,7 +135,7 @@ impl Failure {
             }
             Self::Usage(reason) => console.error("usage", reason, "see `slew --help`"),
             Self::Internal(reason) => {
-                console.error("internal", reason, "this is a bug: please report it with the spec");
+                console.error("internal", reason, "this is a bug: report it with the spec");
             }
         }
         if json {

@@ -72,11 +72,12 @@ fn asked() {
     let _ = thread::Builder::new().spawn(|| {
         thread::sleep(PATIENCE);
         let text = if KEEPING.load(Ordering::SeqCst) {
-            "interrupted: waiting for the cases under way; once more ends at once, what was finished is kept"
+            "interrupted: waiting for the running cases; a second signal ends at once and keeps \
+            finished cases"
         } else if WRITING.load(Ordering::SeqCst) {
-            "interrupted: writing what was found; once more ends at once and keeps nothing"
+            "interrupted: writing the result; a second signal ends at once and keeps nothing"
         } else {
-            "interrupted: waiting for the step under way; once more ends at once and keeps nothing"
+            "interrupted: waiting for the running step; a second signal ends at once and keeps nothing"
         };
         // `eprintln!` panics when stderr is closed.
         let _ = writeln!(std::io::stderr().lock(), "{text}");

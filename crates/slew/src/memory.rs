@@ -38,13 +38,19 @@ fn concern(problem: &Problem, settings: &Settings, available: Option<f64>) -> Op
     }
     let (takes, needed) = if sure { ("takes about", peak.likely) } else { ("may take", peak.most) };
     let steps = problem.steps;
-    let reason =
-        format!("a plan on {steps} steps {takes} {} of memory, and {} are left", size(needed), size(room));
+    let reason = format!(
+        "a plan on {steps} steps {takes} {} of memory, and {} are available",
+        size(needed),
+        size(room)
+    );
     let fewer = PeakMemory::steps_within(problem, settings, room).filter(|fewer| *fewer < steps);
     let fewer =
-        fewer.map_or("take fewer steps".into(), |fewer| format!("take {fewer} steps: `maneuver.steps`"));
-    let remedy =
-        if sure { format!("{fewer}; or give more memory") } else { "if it does, take fewer steps".into() };
+        fewer.map_or("use fewer steps".into(), |fewer| format!("use {fewer} steps: `maneuver.steps`"));
+    let remedy = if sure {
+        format!("{fewer}; or provide more memory")
+    } else {
+        "if the memory ends, use fewer steps".into()
+    };
     Some((reason, remedy, sure))
 }
 

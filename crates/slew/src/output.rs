@@ -156,8 +156,7 @@ impl OutputArgs {
             return Ok(Destination::Stdout(asked.unwrap_or(Format::Json)));
         }
         if self.format == Some(Format::Text) {
-            let reason =
-                "-o writes data, and the text for people goes to stderr: leave out --format text, or -o";
+            let reason = "-o writes data, and --format text is for people: remove --format text, or -o";
             return Err(Failure::Usage(reason.into()));
         }
         let target = Target::new(path, self.force)?;
@@ -181,10 +180,10 @@ fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<For
         (Some(asked), Some(_)) if has(&asked) => Ok(asked),
         (Some(asked), Some(meant)) => {
             let (asked_name, meant) = (asked.name(), meant.name());
-            let reason = format!("{shown} ends as {meant} does, but --format {asked_name} is asked for");
+            let reason = format!("{shown} ends as {meant} does, and --format is {asked_name}");
             let own = match asked.endings() {
-                [first, ..] => format!("leave out --format, or let the name end in .{first}"),
-                [] => "leave out --format".into(),
+                [first, ..] => format!("remove --format, or use the ending .{first}"),
+                [] => "remove --format".into(),
             };
             Err(Failure::Output(Message::new("E0106", reason, own)))
         }
@@ -192,7 +191,7 @@ fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<For
         (None, None) => {
             let reason = match &ending {
                 Some(ending) => format!("{shown}: no format has the ending .{}", escape(ending)),
-                None => format!("{shown} has no ending, which would say in which format"),
+                None => format!("{shown} has no ending to select the format"),
             };
             Err(Failure::Output(Message::new("E0105", reason, known(formats))))
         }
@@ -206,6 +205,6 @@ fn known(formats: &[Format]) -> String {
         let endings: Vec<_> = format.endings().iter().map(|ending| format!(".{ending}")).collect();
         text.push_str(&format!("\n  {:<10} {}", format.name(), endings.join(", ")));
     }
-    text.push_str("\n--format NAME takes any other name");
+    text.push_str("\n--format NAME allows any other name");
     text
 }

@@ -17,9 +17,9 @@ Examples:
   slew sky problems/ground_pass.toml
   slew sky problems/sun_free_roll.toml --format json
 
-Axes are those of the GCRS. Directions are geometric, unless the spec says light_time or aberration; `light` is by how much both
-move them. `apart` is how far the direction that is planned with is from that of the full
-theories (IAU 2006/2000A, VSOP2000), which the planner does not use.")]
+Axes are those of the GCRS. Directions are geometric, unless the spec has light_time or aberration. `light` is
+the displacement by both. `apart` is the angle between the direction of the planner and the direction of the
+full theories (IAU 2006/2000A, VSOP2000), which the planner does not use.")]
 pub struct Args {
     #[command(flatten)]
     pub spec: SpecArgs,
@@ -74,9 +74,7 @@ const AHEAD: f64 = 600.0;
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let loaded = super::spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     let Some(heavens) = &loaded.heavens else {
-        console.say(
-            "nothing in this spec is aimed at by name: `point` or `direction` with at = \"sun\" would be",
-        );
+        console.say("the spec aims at no named target: add `point` or `direction` with at = \"sun\"");
         return Ok(Exit::Solved);
     };
     let told = told(&loaded, heavens).map_err(|error| Failure::Internal(error.to_string()))?;
@@ -158,7 +156,7 @@ fn table(told: &Told) -> String {
             significant(period / 60.0, 4)
         ));
         let dark = match &told.eclipses_s[..] {
-            [] => "in the Sun all the way".to_string(),
+            [] => "in the Sun for the whole duration".to_string(),
             all => all
                 .iter()
                 .map(|[from, to]| {

@@ -75,7 +75,7 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
 
 /// What to type next of a plan that is as it should be.
 fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) -> String {
-    let more = if verbose { "" } else { "; -v tells how it was found" };
+    let more = if verbose { "" } else { "; -v reports how it was found" };
     if let Some(file) = file {
         let name = word(&file.to_string_lossy());
         if uncertain {

@@ -99,7 +99,7 @@ pub fn manual(program: clap::Command, command: Option<&str>) -> Result<Vec<u8>, 
             let known = || program.get_subcommands().map(|command| command.get_name()).collect::<Vec<_>>();
             let Some(found) = program.find_subcommand(name) else {
                 let reason =
-                    format!("there is no command {}; there are {}", escape(name), known().join(", "));
+                    format!("no command {} exists; the commands are {}", escape(name), known().join(", "));
                 return Err(Failure::Usage(reason));
             };
             let called: &'static str = String::leak(format!("slew-{}", found.get_name()));
@@ -123,7 +123,8 @@ pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Fail
             let Some(command) = program.find_subcommand_mut(name) else {
                 let topics = TOPICS.map(|(topic, _)| topic).join(", ");
                 return Err(Failure::Usage(format!(
-                    "there is no command or topic {}; topics are {topics}, the commands are those of `slew --help`",
+                    "no command or topic {} exists; topics are {topics}, the commands are those of \
+                    `slew --help`",
                     escape(name)
                 )));
             };

@@ -94,7 +94,7 @@ fn attitudes(
     console: &mut Console,
 ) -> Result<Exit, Failure> {
     let Some(Loaded { problem, settings, identity, .. }) = given else {
-        let reason = "attitudes do not say what they must achieve: give the spec with --spec";
+        let reason = "a file of attitudes has no targets and limits: give the spec with --spec";
         return Err(Failure::Usage(reason.into()));
     };
     let name = args.plan.to_string_lossy();
@@ -161,7 +161,7 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
         text.push_str(&format!(" ({}:{line})", escape(file)));
     }
     if !passed && found.rounding.attitude > *limit && name.starts_with("attitude") {
-        text.push_str("; the digits of the file leave more open");
+        text.push_str("; the digits of the file allow more");
     }
     text
 }
@@ -170,7 +170,7 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
 fn misfit(args: &Args, error: &ExportError) -> Failure {
     match Failure::unusable(&args.plan, error) {
         Failure::File(Message { code: code @ "E0103", reason, .. }) => {
-            let message = Message::new(code, reason, "give the spec that the plan was made from");
+            let message = Message::new(code, reason, "give the spec of the plan");
             Failure::Plan(Status::VerificationFailed, message)
         }
         other => other,

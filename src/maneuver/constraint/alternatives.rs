@@ -38,16 +38,16 @@ pub struct Turns {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum AlternativesError {
     /// There is nothing to choose from.
-    #[error("alternatives are two sets at least, of a constraint at least each")]
+    #[error("alternatives need at least two sets, each with at least one constraint")]
     Few,
     /// No constraint has that name.
-    #[error("no constraint is called \"{0}\"")]
+    #[error("no constraint has the name \"{0}\"")]
     Unknown(String),
     /// A constraint cannot hold in turns with itself.
-    #[error("\"{0}\" stands there twice")]
+    #[error("\"{0}\" occurs twice")]
     Twice(String),
     /// Rates are limited at all times.
-    #[error("\"{0}\" is no cone: alternatives are of cones")]
+    #[error("\"{0}\" is not a cone: alternatives must be cones")]
     NoCone(String),
 }
 

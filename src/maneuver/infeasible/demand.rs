@@ -128,7 +128,7 @@ impl<'a> Case<'a> {
 fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     let [start, end] = &ends.attitude;
     let angle = lie::minus(end, start).norm();
-    let words = "the body has to turn by".into();
+    let words = "the body must turn by".into();
     let mut demands = vec![Demand { words, angle, axis: None, fastest: fastest(problem, None), cone: None }];
     let of_axis = |axis: &Vector3, angle: f64, words: String, cone: Option<Detour>| {
         let axis_lever = Some(Lever::of(problem, axis));
@@ -139,10 +139,10 @@ fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     for axis in principal.iter().flat_map(|eigen| eigen.eigenvectors.column_iter()) {
         let axis = axis.normalize();
         let angle = crate::maneuver::constraint::angle_between(&(start * axis), &(end * axis));
-        demands.push(of_axis(&axis, angle, format!("the body axis {} has to go", direction(&axis)), None));
+        demands.push(of_axis(&axis, angle, format!("the body axis {} must move by", direction(&axis)), None));
     }
     for (boresight, detour) in detours(problem, ends).take(MAX_CONES) {
-        let words = format!("a boresight has to go around \"{}\"", detour.name);
+        let words = format!("a boresight must pass around \"{}\" by", detour.name);
         demands.push(of_axis(&boresight, detour.length(detour.half_angle), words, Some(detour)));
     }
     demands
@@ -192,8 +192,8 @@ impl Case<'_> {
         let longer = || least(LONG, |factor| self.possible(means, factor * duration));
         let shortest = standing(problem).then(longer).flatten().map(|factor| factor * duration);
         let under = shortest.map_or_else(
-            || format!("no plan in {} s", about(duration)),
-            |shortest| format!("no plan under {} s", at_least(shortest)),
+            || format!("no plan takes {} s", about(duration)),
+            |shortest| format!("no plan is shorter than {} s", at_least(shortest)),
         );
         let [angle, allow] = exceeding(demand.angle.to_degrees(), allowed.to_degrees());
         let mut reason = format!(
@@ -225,7 +225,7 @@ impl Case<'_> {
             }
         }
         if means.slope.is_finite() {
-            text.push_str(&format!(" that change by {} N·m/s", about(means.slope)));
+            text.push_str(&format!(" that change by at most {} N·m/s", about(means.slope)));
         }
         if means.storage.is_finite() {
             text.push_str(&format!(" from wheels that store {} N·m·s", about(means.storage)));

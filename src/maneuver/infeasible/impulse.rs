@@ -57,7 +57,7 @@ fn angular(problem: &Problem) -> Option<Proof> {
     (change > allowed * (1.0 + SLACK)).then(|| {
         let [needed, possible] = exceeding(change, allowed);
         let what = format!(
-            "the angular momentum has to change by {needed} N·m·s, {possible} N·m·s at most are possible"
+            "the angular momentum must change by {needed} N·m·s, and at most {possible} N·m·s are possible"
         );
         let shortest = Some(change / limit).filter(|_| standing(problem));
         missed(problem, limit, "N·m", what, shortest, change / allowed)
@@ -75,7 +75,8 @@ fn linear(problem: &Problem) -> Option<Proof> {
     let allowed = limit * duration;
     if change > allowed * (1.0 + SLACK) {
         let [needed, possible] = exceeding(change / mass, allowed / mass);
-        let what = format!("the velocity has to change by {needed} m/s, {possible} m/s at most are possible");
+        let what =
+            format!("the velocity must change by {needed} m/s, and at most {possible} m/s are possible");
         return Some(missed(problem, limit, "N", what, Some(change / limit), change / allowed));
     }
     let mean = 0.5 * (start.velocity + end.velocity);
@@ -83,9 +84,9 @@ fn linear(problem: &Problem) -> Option<Proof> {
     let sum = problem.steps.pow(2).div_ceil(4) as f64 * problem.step() * problem.step();
     let allowed = limit * sum / mass;
     (way.norm() > allowed * (1.0 + SLACK)).then(|| {
-        let drift = if mean == Vector3::zeros() { "" } else { " beside the mean of the terminal velocities" };
+        let drift = if mean == Vector3::zeros() { "" } else { " beyond the mean of the terminal velocities" };
         let [needed, possible] = exceeding(way.norm(), allowed);
-        let what = format!("the body has to go {needed} m{drift}, {possible} m at most are possible");
+        let what = format!("the body must move {needed} m{drift}, and at most {possible} m are possible");
         // At rest the way is the same in any time.
         let shortest = (mean == Vector3::zeros()).then(|| duration * (way.norm() / allowed).sqrt());
         missed(problem, limit, "N", what, shortest, way.norm() / allowed)

@@ -84,8 +84,8 @@ fn exclusive_cones(problem: &Problem) -> Option<String> {
     let frame_turn = problem.environment.frame_rate() * problem.seconds();
     let Conflict { names: [first, second], part, missing } = conflict(&problem.constraints, &frame_turn)?;
     Some(format!(
-        "\"{first}\" and \"{second}\" leave no attitude at t = {} s: their cones miss each other by {} deg; half angles \
-         that make up for that between them could do",
+        "\"{first}\" and \"{second}\" allow no attitude at t = {} s: their cones miss each other by \
+        {} deg; enlarge their half angles by this angle in total",
         words::about(part * problem.seconds()),
         words::at_least(missing.to_degrees())
     ))

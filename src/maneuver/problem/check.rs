@@ -196,7 +196,7 @@ impl Problem {
             let Some(prices) = prices else { continue };
             let count = set.map_or(0, ActuatorSet::count);
             if prices.len() != count {
-                return Err(out_of_range(number, count as f64, "must be that of the prices of fuel"));
+                return Err(out_of_range(number, count as f64, "must be the number of prices of fuel"));
             }
             if let Some(price) = prices.iter().copied().find(|price| !(*price > 0.0 && price.is_finite())) {
                 return Err(out_of_range("price", price, "must be positive and finite"));
@@ -351,7 +351,7 @@ impl Problem {
         let torque = &self.actuation.torque;
         let refuse = |reason: String| Err(ProblemError::Wheels(reason));
         if self.motion == Motion::RigidBody || self.actuation.force.is_some() {
-            return refuse("reaction wheels are for maneuvers of the attitude alone".into());
+            return refuse("reaction wheels need a maneuver of the attitude alone".into());
         }
         if torque.frame() == AxisFrame::Reference {
             return refuse(
@@ -361,7 +361,7 @@ impl Problem {
         let count = torque.count();
         if momentum.len() != count || momentum_limit.len() != count {
             return refuse(format!(
-                "{count} torque axes need as many wheels: {} momenta and {} limits of momentum are given",
+                "{count} torque axes need as many wheels: {} momenta and {} momentum limits are given",
                 momentum.len(),
                 momentum_limit.len()
             ));
@@ -369,21 +369,21 @@ impl Problem {
         for (index, axis) in torque.axes().iter().enumerate() {
             let (wheel, length) = (index + 1, axis.norm());
             if (length - 1.0).abs() > BOUNDARY_ROUNDING {
-                return refuse(format!("the axis of wheel {wheel} has length {length}, it must be 1"));
+                return refuse(format!("the axis of wheel {wheel} has length {length}: it must be 1"));
             }
             let (stored, limit) = (momentum[index], momentum_limit[index]);
             if !stored.is_finite() {
-                return refuse(format!("the momentum of wheel {wheel} is {stored}, it must be finite"));
+                return refuse(format!("the momentum of wheel {wheel} is {stored}: it must be finite"));
             }
             let positive = limit > 0.0;
             if !positive {
                 return refuse(format!(
-                    "the momentum limit of wheel {wheel} is {limit}, it must be positive"
+                    "the momentum limit of wheel {wheel} is {limit}: it must be positive"
                 ));
             }
             if stored.abs() > limit * (1.0 + BOUNDARY_ROUNDING) {
                 return refuse(format!(
-                    "wheel {wheel} starts with {stored} N·m·s, its limit is {limit} N·m·s"
+                    "wheel {wheel} starts with {stored} N·m·s, and its limit is {limit} N·m·s"
                 ));
             }
         }

@@ -43,10 +43,10 @@ pub enum TrackError {
     #[error("a track needs finite numbers")]
     NotFinite,
     /// What turns does so too often: every quarter of a turn is a piece.
-    #[error("it turns more than 2500 times in that span of time")]
+    #[error("the track turns more than 2500 times in that span of time")]
     Turns,
     /// The vector vanishes: it has no direction.
-    #[error("the vector of a track vanishes: it has no direction then")]
+    #[error("the vector of a track vanishes: it then has no direction")]
     Vanishes,
 }
 

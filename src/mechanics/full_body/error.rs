@@ -11,7 +11,7 @@ pub enum FullBodyError {
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A count is zero, or beyond what memory and time are good for.
-    #[error("{name}: {count}; from 1 to {limit} are possible")]
+    #[error("{name}: {count}; the number must be from 1 to {limit}")]
     Count {
         /// What was counted.
         name: &'static str,
@@ -21,7 +21,7 @@ pub enum FullBodyError {
         limit: usize,
     },
     /// A body without mass does not translate, and neither attracts nor is attracted.
-    #[error("a body has no mass; every body of several needs one")]
+    #[error("a body has no mass: each of several bodies needs one")]
     NoMass,
     /// The mass center is not the origin of the body axes.
     #[error(

@@ -36,7 +36,8 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
     }
     if let (Some(first), true) = (far.first(), problem.is_constrained()) {
         report.open.push(format!(
-            "the way between rows that are half a turn apart, first after {first:.4} s: either is as short"
+            "the path between rows that are half a turn apart, first after {first:.4} s: both \
+            directions have one length"
         ));
     }
     for constraint in &problem.constraints {
@@ -127,8 +128,8 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
         report.violated(motion.row_at(time), text);
     } else if curved.0 > motion.tolerance {
         report.open.push(format!(
-            "{name} between rows: by the rates the motion is {} deg beyond the rim at {:.4} s, at one rate from row to row it is not; the \
-             rows are too far apart to tell",
+            "{name} between rows: the rates give a motion {} deg beyond the rim at {:.4} s, and a \
+            constant rate from row to row does not; the rows are too far apart to decide",
             degrees(curved.0),
             curved.1
         ));
@@ -253,6 +254,6 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
     } else if rows.rate.is_empty() {
         report
             .open
-            .push(format!("{} beyond the mean rates between rows: the file tells no rates", constraint.name));
+            .push(format!("{} beyond the mean rates between rows: the file has no rates", constraint.name));
     }
 }

@@ -63,8 +63,8 @@ pub(super) fn judge(motion: &Motion<'_>, report: &mut AttitudeReport) {
         let undecided = if within { lone } else { beyond + lone };
         if undecided > motion.tolerance {
             report.open.push(format!(
-                "whether the rates are those of the attitudes: integrated over the rows they miss by {} rad, and the rows are too far \
-                 apart to tell",
+                "whether the rates are the derivatives of the attitudes: integrated over the rows \
+                they miss by {} rad, and the rows are too far apart to decide",
                 error(undecided)
             ));
         }

@@ -151,7 +151,7 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
     match (problem.duration.known(), problem.duration.at_most()) {
         (Some(duration), _) => checks.push(check("duration", (told - duration).abs() / duration, limit)),
         (None, Some(longest)) => checks.push(check("longest duration", told / longest - 1.0, limit)),
-        (None, None) => open.push("the duration: it is sought, and any will do".to_string()),
+        (None, None) => open.push("the duration: it is free, so any duration is valid".to_string()),
     }
     for (name, k, end) in [("start", 0, &problem.start), ("end", last, &problem.end)] {
         if k == 0 || !problem.ends_in_any_attitude() {
@@ -173,7 +173,7 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
     };
     for k in (0..last).filter(|k| !motion.goes_on(*k)) {
         let text = format!(
-            "no attitude is told between {:.4} s and {:.4} s: nobody may interpolate from one block into the next",
+            "no attitude is given between {:.4} s and {:.4} s: interpolation between blocks is not allowed",
             time[k],
             time[k + 1]
         );

@@ -44,7 +44,8 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
             let mean = (momentum(k + 1) - momentum(k)).norm() / h;
             let [mean, most] = told_apart([mean, strongest], 6, significant);
             let text = format!(
-                "torque: the rates need {mean} N·m on the average between {:.4} s and {:.4} s, the actuators give {most} N·m at most",
+                "torque: the rates need a mean torque of {mean} N·m between {:.4} s and {:.4} s, and \
+                the actuators give at most {most} N·m",
                 rows.time[k],
                 rows.time[k + 1],
             );

@@ -76,7 +76,7 @@ pub fn checked_threads(threads: usize) -> Result<(), Failure> {
         return Ok(());
     }
     let reason = format!("--threads: {threads} threads are not possible");
-    let remedy = format!("give a number from 1 to {MAX_THREADS}, or leave it out");
+    let remedy = format!("give a number from 1 to {MAX_THREADS}, or remove the option");
     Err(Failure::Output(Message::new("E0115", reason, remedy)))
 }
 
@@ -103,7 +103,8 @@ pub fn conduct(
     }
     if let Some(path) = running.output.as_deref().filter(|path| merge::is_parquet(path)) {
         let shown = escape(&path.to_string_lossy());
-        let reason = format!("{shown}: results are appended as lines of JSON, which Parquet cannot be");
+        let reason =
+            format!("{shown}: results are appended as lines of JSON, and Parquet cannot be appended");
         let remedy = "give -o FILE.jsonl, then `slew merge FILE.jsonl -o FILE.parquet`";
         return Err(Failure::Output(Message::new("E0107", reason, remedy)));
     }
@@ -117,7 +118,7 @@ pub fn conduct(
     if let Some(path) = running.output.as_deref().filter(|path| path.as_os_str() != "-") {
         merge::checked_ending(path, &["jsonl", "ndjson", "csv"])?;
         if merge::is_csv(path) && running.shard.is_some() {
-            let reason = "shards are put together from lines of JSON, not from tables";
+            let reason = "shards are joined from lines of JSON, not from tables";
             let remedy = "give -o FILE.jsonl, then `slew merge FILE.jsonl … -o ALL.csv`";
             return Err(Failure::Output(Message::new("E0107", reason, remedy)));
         }
@@ -186,9 +187,7 @@ fn one(
     console: &mut Console,
 ) -> Result<Exit, Failure> {
     if asked.spec.as_os_str() == "-" {
-        return Err(Failure::Usage(
-            "--case: the spec is read once more for it, so it cannot come from stdin".into(),
-        ));
+        return Err(Failure::Usage("--case: the spec is read twice, so it cannot come from stdin".into()));
     }
     let case = batch.case(number)?;
     let own = case.set.iter().map(|set| format!("{}={}", set.path(), set.value()));
@@ -261,10 +260,10 @@ impl Sink {
                 if found.torn > 0 {
                     let shown = escape(&path.to_string_lossy());
                     let reason = format!(
-                        "{shown}: the last line was cut short, {} bytes of it; it is gone",
+                        "{shown}: the last line was incomplete, {} bytes of it; it is removed",
                         found.torn
                     );
-                    console.warn("W0113", &reason, "nothing to do: its case is planned again");
+                    console.warn("W0113", &reason, "no action is needed: its case is planned again");
                 }
                 Ok(Self::File(path.clone(), Box::new(journal)))
             }

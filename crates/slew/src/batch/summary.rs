@@ -65,11 +65,11 @@ pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     if *stopped {
         let how = match facts.output.as_deref() {
             Some(path) if super::merge::is_csv(path) => {
-                "a table is not gone on with: with -o FILE.jsonl the same command would"
+                "a table cannot be continued: with -o FILE.jsonl this command can continue the run"
             }
-            Some(_) if facts.forced => "the same command without --force goes on where this was left",
-            Some(_) => "the same command goes on where this was left",
-            None => "nothing was kept: with -o FILE.jsonl the same command would go on where it was left",
+            Some(_) if facts.forced => "this command without --force continues the run",
+            Some(_) => "this command continues the run",
+            None => "no results were kept: with -o FILE.jsonl this command can continue the run",
         };
         lines.line("resume", how);
     }

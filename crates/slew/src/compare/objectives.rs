@@ -44,9 +44,12 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
         }
     }
     if problem.objective == Objective::Time {
-        lines.line("duration", format!("none given: effort and fuel have {STRETCH} times the shortest"));
+        lines.line(
+            "duration",
+            format!("not given: effort and fuel have {STRETCH} times the shortest duration"),
+        );
     } else if problem.duration.known().is_none() {
-        lines.line("duration", "none given: effort and fuel have that which the price of time chooses");
+        lines.line("duration", "not given: effort and fuel have the duration that the price of time selects");
     }
     console.say(&lines.join("\n"));
     let document = document! {

@@ -67,7 +67,7 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
 fn found_alone(run: &MethodRun, by_itself: &ByItself) -> String {
     let cost = by_itself.cost.map_or(String::new(), |cost| format!(", cost {}", significant(cost, 6)));
     format!(
-        "{}: along the path of the cheapest answer; by itself {}{cost}",
+        "{}: along the path of the cheapest answer; alone {}{cost}",
         name(run.method),
         standing(by_itself.status)
     )
@@ -115,7 +115,7 @@ fn agreed(agreement: &Agreement) -> Vec<String> {
             let text = format!("against the shooting's costates {}, of the largest", parts.join(", "));
             lines.line("duals", &text);
             if agreement.costates_unique == Some(false) {
-                lines.line("", "a symmetry: costates are not unique, and need not agree");
+                lines.line("", "a symmetry: costates are not unique and may differ");
             }
         }
     }

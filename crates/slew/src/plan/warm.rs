@@ -44,7 +44,8 @@ pub fn begun<'a>(
     let lasts = problem.duration.known().unwrap_or(f64::NAN);
     if ![whole, moment.duration].iter().any(|duration| (lasts - duration).abs() <= SAME * duration) {
         let reason = format!(
-            "the spec lasts {lasts} s; the plan {whole} s, of which {} s are left: its end keeps its time",
+            "the spec has a duration of {lasts} s; the plan has {whole} s, of which {} s remain: its \
+            end keeps its time",
             moment.duration
         );
         return Err(misfit(reason, "set maneuver.duration_s to one of the two"));
@@ -52,10 +53,10 @@ pub fn begun<'a>(
     let (all, left) = (replanner.problem().steps, moment.steps);
     if !problem.chooses_steps && ![all, left].contains(&problem.steps) {
         let reason = format!(
-            "the spec has {} steps; the plan {all}, of which {left} are left: they are not refined",
+            "the spec has {} steps; the plan has {all}, of which {left} remain: they are not refined",
             problem.steps
         );
-        return Err(misfit(reason, "leave maneuver.steps out, or set it to one of the two"));
+        return Err(misfit(reason, "remove maneuver.steps, or set it to one of the two"));
     }
     identity.epoch = epoch(identity.epoch, of_plan.epoch, at)?;
     Ok(Warm { path, replanner, at })
@@ -67,8 +68,8 @@ fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option
     let begins = of_plan.after(at);
     let is = |moment: &Epoch, other: &Epoch| moment.since(other).abs() <= SAME_MOMENT;
     if given.is_some_and(|given| !is(&given, &of_plan) && !is(&given, &begins)) {
-        let reason = format!("the epoch of the spec is neither that of the plan nor {at} s after it");
-        return Err(misfit(reason, "leave the epoch out, or set it to one of the two"));
+        let reason = format!("the epoch of the spec is neither the epoch of the plan nor {at} s after it");
+        return Err(misfit(reason, "remove the epoch, or set it to one of the two"));
     }
     Ok(Some(begins))
 }
@@ -92,7 +93,7 @@ impl Warm<'_> {
         let told = match found.warm {
             Ok(1) => format!("1 Newton step from {name} at {at} s"),
             Ok(steps) => format!("{steps} Newton steps from {name} at {at} s"),
-            Err(left) => format!("{name} at {at} s was left, because {left}: searched anew"),
+            Err(left) => format!("{name} at {at} s was not used, because {left}: new search"),
         };
         Ok((found.problem, found.plan, Some(told)))
     }
@@ -103,9 +104,9 @@ fn refused(path: &Path, error: &NotReplanned) -> Failure {
     let remedy = match error {
         NotReplanned::Time { .. } => return Failure::Usage(format!("--at: {error}")),
         NotReplanned::Other(_) => "give the plan of this maneuver, or plan without --warm",
-        NotReplanned::Trajectory => "give a plan that is solved, or plan without --warm",
+        NotReplanned::Trajectory => "give a solved plan, or plan without --warm",
         NotReplanned::Limited(_) | NotReplanned::Translation => {
-            "begin from its path: --guess, or plan without --warm"
+            "start from its path with --guess, or plan without --warm"
         }
         _ => "plan without --warm",
     };

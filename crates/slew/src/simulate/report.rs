@@ -186,7 +186,7 @@ impl Seen {
 fn in_words(facts: &Facts, symmetry: Symmetry) -> String {
     let evaluations = match facts.force_evaluations {
         Some(count) => format!("{} a step", counted(count as usize, "force evaluation")),
-        None => "as many force evaluations as it needs".into(),
+        None => "a variable number of force evaluations".into(),
     };
     let mut words = vec![format!("order {}", facts.order)];
     words.push(if facts.explicit { "explicit" } else { "implicit" }.into());
