@@ -35,7 +35,7 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
         }
         let start = line.len() - rest.len();
         if let Some(quoted) = rest.strip_prefix('"') {
-            let end = closing(quoted).ok_or("a quote is opened and never closed on its line")?;
+            let end = closing(quoted).ok_or("a quote is opened and not closed on its line")?;
             let inside = &quoted[..end];
             let text = if inside.contains('"') { inside.replace("\"\"", "\"").into() } else { inside.into() };
             found.push(Cell { text, start: start + 1 });
@@ -45,7 +45,7 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
                 rest = after;
             }
             if rest.chars().next().is_some_and(|sign| !parts(sign)) {
-                return Err("after a quoted cell there is more than the sign between cells");
+                return Err("a quoted cell is followed by more text before the next separator");
             }
         } else {
             let end = rest.find(parts).unwrap_or(rest.len());

@@ -65,19 +65,19 @@ impl Scale {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EpochError {
     /// Nothing says in which scale.
-    #[error("no time scale is named: UTC and TAI are 37 s apart")]
+    #[error("the time scale is missing: UTC and TAI differ by 37 s")]
     NoScale,
     /// Something says so, but not in a way that is known.
-    #[error("the time scale {0} is not known")]
+    #[error("the time scale {0} is unknown")]
     Scale(String),
     /// It is told as an offset from UTC.
-    #[error("an offset of {0} from UTC is not read")]
+    #[error("an offset of {0} from UTC is not supported")]
     Offset(String),
     /// No date and time of day as ISO 8601 writes them.
-    #[error("this is no date and time of day, such as 2026-11-21T07:00:00.25")]
+    #[error("this is not a date with a time of day, such as 2026-11-21T07:00:00.25")]
     Form,
     /// There is no such day, or no such second.
-    #[error("there is no such moment on the calendar")]
+    #[error("this date does not exist")]
     Calendar,
 }
 

@@ -33,7 +33,7 @@ pub enum BatchError {
         remedy: String,
     },
     /// The stream that results go to has been closed by its reader.
-    #[error("nobody reads the results any more")]
+    #[error("the reader of the results has closed the stream")]
     Closed,
 }
 
@@ -55,8 +55,8 @@ impl BatchError {
 
     /// A file of results that cannot be written to its end.
     pub(super) fn unwritable(path: &Path, error: &io::Error) -> Self {
-        let reason = format!("writing {} failed, what was finished is kept: {error}", shown(path));
-        Self::file("E0097", reason, "free some space; the same command then continues")
+        let reason = format!("writing {} failed, finished cases are kept: {error}", shown(path));
+        Self::file("E0097", reason, "free some space; this command then continues the run")
     }
 }
 

@@ -118,7 +118,7 @@ impl FlightCase {
 impl Entry for FlightCase {
     type Header = FlightHeader;
 
-    const REMEDY: &'static str = "give another file, or remove this one";
+    const REMEDY: &'static str = "give another file, or delete this one";
 
     fn header(path: &Path, line: &[u8]) -> Result<FlightHeader, BatchError> {
         let none = || {
@@ -154,19 +154,19 @@ impl Entry for FlightCase {
         let fits = self.loops.len() == header.loops.len()
             && self.loops.iter().flatten().all(is_whole)
             && self.parameters.len() == parameters;
-        if fits { Ok(()) } else { Err("it has other numbers than the first line says".into()) }
+        if fits { Ok(()) } else { Err("its numbers contradict the first line".into()) }
     }
 
     fn another(found: &FlightHeader, wanted: &FlightHeader) -> String {
         if found.generator != wanted.generator {
-            format!("{} flew them, this is {}", found.generator, wanted.generator)
+            format!("they are of {}, this program is {}", found.generator, wanted.generator)
         } else if found.seed != wanted.seed {
             format!("they are of seed {}, not of {}", found.seed, wanted.seed)
         } else if found.loops != wanted.loops {
             let told = |loops: &[String]| shown(loops.join(" and ").as_ref());
             format!("they are of the {}, not of the {}", told(&found.loops), told(&wanted.loops))
         } else {
-            "the plan, or what it is flown with, is another".into()
+            "the plan, its gains or its uncertainty differ".into()
         }
     }
 }

@@ -71,14 +71,14 @@ impl Journal {
         let failed = |error| BatchError::unwritable(path, &error);
         let create = |error: io::Error| {
             let reason = format!("cannot open {} for writing: {error}", shown(path));
-            BatchError::file("E0096", reason, "choose another folder, or ask for the right to write there")
+            BatchError::file("E0096", reason, "choose another folder, or change its permissions")
         };
         let mut options = OpenOptions::new();
         let mut file =
             options.read(true).write(true).create(true).truncate(false).open(path).map_err(create)?;
         // A system that has no locks does without.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            let reason = format!("{} is being written by another process", shown(path));
+            let reason = format!("another process writes {}", shown(path));
             return Err(BatchError::file("E0118", reason, "wait for it, or give another file"));
         }
         if anew {
@@ -177,7 +177,7 @@ fn check<E: Entry>(
 impl Entry for CaseResult {
     type Header = Header;
 
-    const REMEDY: &'static str = "give another file; --force throws these results away";
+    const REMEDY: &'static str = "give another file; --force discards these results";
 
     fn header(path: &Path, line: &[u8]) -> Result<Header, BatchError> {
         read_header(path, line)
@@ -194,7 +194,7 @@ impl Entry for CaseResult {
         let told =
             |shard: Option<Shard>| shard.map_or("all cases".to_string(), |shard| format!("shard {shard}"));
         if found.generator != wanted.generator {
-            format!("{} wrote them, this is {}", found.generator, wanted.generator)
+            format!("they are of {}, this program is {}", found.generator, wanted.generator)
         } else if found.kind != wanted.kind || found.keys != wanted.keys || found.cases != wanted.cases {
             format!(
                 "they are of {} cases over {}, not {} over {}",
@@ -204,11 +204,11 @@ impl Entry for CaseResult {
                 of(wanted)
             )
         } else if found.fingerprint != wanted.fingerprint {
-            "the spec, a key set on the command line, or a case is another".into()
+            "the spec, a key set on the command line, or a case differs".into()
         } else if found.shard != wanted.shard {
             format!("they are of {}, not of {}", told(found.shard), told(wanted.shard))
         } else if found.times != wanted.times {
-            "one has wall times and the other has none".into()
+            "one has wall times and the other does not".into()
         } else {
             format!(
                 "their spec is called {}, not {}",

@@ -130,7 +130,7 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
     let wrong = |reason: String, remedy: &str| Err(BatchError::file("E0117", reason, remedy));
     let mut files = paths.iter().map(|path| Results::open(path)).collect::<Result<Vec<_>, _>>()?;
     let Some(first) = files.first() else {
-        return wrong("there is nothing to merge".into(), "name the files of all shards");
+        return wrong("no shard is given".into(), "name the files of all shards");
     };
     let shard = |file: &Results| file.header().shard.unwrap_or(Shard::ALL);
     let (batch, of) = (whole(first), shard(first).of());
@@ -139,14 +139,14 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
         if whole(file) != batch {
             return wrong(
                 format!("{path} and {here} hold results of different batches"),
-                "merge the shards of one batch",
+                "give the shards of one batch",
             );
         }
         if shard(file).of() != of {
             let (one, other) = (shard(file), shard(&files[0]));
             return wrong(
                 format!("{path} is shard {one} and {here} is shard {other}"),
-                "merge the shards of one division",
+                "give shards with one number of shards",
             );
         }
     }
@@ -155,7 +155,7 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
         let (one, other) = (shown(pair[0].path()), shown(pair[1].path()));
         return wrong(
             format!("{one} and {other} are both shard {}", shard(&pair[0])),
-            "name each shard once",
+            "give each shard once",
         );
     }
     let missing: Vec<String> = (1..=of)
@@ -166,22 +166,18 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
         let more =
             if missing.len() > NAMED { format!(", … {} in all", missing.len()) } else { String::new() };
         let named = missing[..missing.len().min(NAMED)].join(", ");
-        let cases = if of > batch.cases {
-            " (they have no case, and their files are needed all the same)"
-        } else {
-            ""
-        };
+        let cases = if of > batch.cases { " (they have no case, but their files are needed)" } else { "" };
         return wrong(
             format!("missing: shard {named}{more}{cases}"),
-            "run them with --shard, then merge all",
+            "run them with --shard, then merge all shards",
         );
     }
     Ok(files)
 }
 
 fn astray(path: &Path, found: u64, wanted: u64) -> BatchError {
-    let reason = format!("{}: case {found} stands where case {wanted} belongs", shown(path));
-    BatchError::file("E0114", reason, "the file was changed by hand, or its disk fails: run the shard anew")
+    let reason = format!("{}: case {found} is in the place of case {wanted}", shown(path));
+    BatchError::file("E0114", reason, "the file was edited, or its disk fails: run the shard again")
 }
 
 /// A shard that ends before `case`.
@@ -193,5 +189,5 @@ fn unfinished(file: &Results, case: u64) -> BatchError {
     let named: Vec<String> = lacking.iter().take(NAMED).map(u64::to_string).collect();
     let more = if lacking.len() > NAMED { format!(", … {} in all", lacking.len()) } else { String::new() };
     let reason = format!("{} lacks case {}{more}", shown(file.path()), named.join(", "));
-    BatchError::file("E0117", reason, "run the same command on it again: it goes on where it was left")
+    BatchError::file("E0117", reason, "run its command again: it continues the run")
 }

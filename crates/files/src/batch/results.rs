@@ -69,7 +69,7 @@ pub(super) fn read_header(path: &Path, line: &[u8]) -> Result<Header, BatchError
         return Err(BatchError::file(
             "E0112",
             reason,
-            "use the slew that wrote it, or begin anew in another file",
+            "use the version of slew that wrote it, or start again with another file",
         ));
     }
     serde_json::from_slice(line).map_err(|_| no_results(path))
@@ -85,16 +85,12 @@ pub(super) fn read_result<E: DeserializeOwned>(
 
 pub(super) fn no_results(path: &Path) -> BatchError {
     let reason = format!("{} exists and holds no results", shown(path));
-    BatchError::file("E0112", reason, "give another name; --force replaces what is there")
+    BatchError::file("E0112", reason, "give another name; --force replaces the file")
 }
 
 pub(super) fn damaged(path: &Path, line: usize, why: &str) -> BatchError {
-    let reason = format!("{}, line {line} is not the result that belongs there: {why}", shown(path));
-    BatchError::file(
-        "E0114",
-        reason,
-        "the file was changed by hand, or its disk fails: begin anew in another file",
-    )
+    let reason = format!("{}, line {line} is not the expected result: {why}", shown(path));
+    BatchError::file("E0114", reason, "the file was edited, or its disk fails: start again with another file")
 }
 
 /// A file of results, read line by line.

@@ -96,24 +96,29 @@ fn frames(
     let same = own.is_some_and(|own| own.eq_ignore_ascii_case(theirs));
     let apart = |what: &str| {
         let reason = format!(
-            "the attitudes of the file lead to {theirs}, {what}: no rotation between the two is known here"
+            "the attitudes of the file map to {theirs}, {what}: the rotation between the two is unknown"
         );
-        Err((reason, "turn the attitudes into the frame of the spec, or name their frame in its [names] reference_frame".into()))
+        Err((
+            reason,
+            "convert the attitudes to the frame of the spec, or name their frame in its [names] \
+         reference_frame"
+                .into(),
+        ))
     };
     let rotation = match (meaning(theirs), own.map(meaning)) {
         (Meaning::Orbit(axes), _) if turns => axes.transpose(),
         (_, _) if turns && !(same && meaning(theirs) == Meaning::Unknown) => {
-            return apart("those of the spec to the frame of the orbit");
+            return apart("the attitudes of the spec to the frame of the orbit");
         }
         (Meaning::Inertial(theirs), Some(Meaning::Inertial(own))) => own.transpose() * theirs,
         (Meaning::Orbit(theirs), Some(Meaning::Orbit(own))) => own * theirs.transpose(),
         _ if same => return Ok(None),
         (Meaning::Inertial(_) | Meaning::Unknown, None) => {
-            open.push(format!("whether {theirs} is the reference frame of the spec, which names none"));
+            open.push(format!("whether {theirs} is the reference frame of the spec, which names no frame"));
             return Ok(None);
         }
-        (_, Some(_)) => return apart(&format!("those of the spec to {}", own.unwrap_or_default())),
-        (_, None) => return apart("which turns, those of the spec to a frame that does not"),
+        (_, Some(_)) => return apart(&format!("the attitudes of the spec to {}", own.unwrap_or_default())),
+        (_, None) => return apart("which turns, the attitudes of the spec to a frame that does not turn"),
     };
     Ok((rotation != Matrix3::identity()).then_some(rotation))
 }
@@ -124,12 +129,17 @@ fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Res
     match identity.body_frame.as_deref() {
         Some(own) if own.eq_ignore_ascii_case(theirs) => Ok(()),
         Some(own) => Err((
-            format!("the attitudes of the file are those of {theirs}, those of the spec of {own}: how the one is mounted is not known here"),
-            "turn the attitudes into those of the body of the spec, or name the frame of the file in its [names] body_frame".into(),
+            format!(
+                "the attitudes of the file are of {theirs}, the attitudes of the spec of {own}: the \
+             rotation between the two is unknown"
+            ),
+            "convert the attitudes to the body frame of the spec, or name the frame of the file in \
+            its [names] body_frame"
+                .into(),
         )),
         None if theirs.eq_ignore_ascii_case(Identity::BODY_FRAME) => Ok(()),
         None => {
-            open.push(format!("whether {theirs} is the body frame of the spec, which names none"));
+            open.push(format!("whether {theirs} is the body frame of the spec, which names no frame"));
             Ok(())
         }
     }
@@ -139,7 +149,7 @@ fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Res
 fn moment(found: &Attitudes, duration: f64, identity: &Identity, open: &mut Vec<String>) -> Option<Check> {
     if let Some(begins) = found.begins {
         if begins.abs() > found.printed_time {
-            open.push(format!("the moment: times of the file begin at {begins} s"));
+            open.push(format!("the start: times of the file begin at {begins} s"));
         }
         return None;
     }
@@ -150,11 +160,11 @@ fn moment(found: &Attitudes, duration: f64, identity: &Identity, open: &mut Vec<
             Some(Check { name: MOMENT.into(), value, limit, passed: value <= limit })
         }
         (Some(_), None) => {
-            open.push("the moment: the spec has no epoch".into());
+            open.push("the start: the spec has no epoch".into());
             None
         }
         (None, _) => {
-            open.push("the moment: the file does not say it".into());
+            open.push("the start: the file has no epoch".into());
             None
         }
     }

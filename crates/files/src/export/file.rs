@@ -38,7 +38,7 @@ pub enum FileError {
         reason: std::io::Error,
     },
     /// Writing failed on the way: usually a full disk.
-    #[error("writing {path} failed, nothing was kept: {reason}")]
+    #[error("writing {path} failed, no part is kept: {reason}")]
     Write {
         /// The output as given.
         path: String,
@@ -91,9 +91,9 @@ impl FileError {
         match self {
             Self::FolderMissing { .. } => "create it first",
             Self::FolderIsFile { .. } => "choose another folder",
-            Self::NotWritable { .. } => "choose another folder, or ask for the right to write there",
+            Self::NotWritable { .. } => "choose another folder, or change its permissions",
             Self::Write { .. } => "free some space, or choose another folder",
-            Self::Protected { .. } => "choose another name, or allow writing to it",
+            Self::Protected { .. } => "choose another name, or change the permissions",
             Self::Exists { .. } => "give `--force` to replace it",
             Self::Name { .. } | Self::IsInput { .. } => "choose another name",
         }
@@ -145,14 +145,14 @@ impl Target {
         if let Ok(metadata) = fs::symlink_metadata(&path) {
             let regular = fs::metadata(&path).map_or(metadata.is_symlink(), |target| target.is_file());
             if !regular {
-                let reason = "a folder, device or pipe has that name";
+                let reason = "a folder, device or pipe has this name";
                 return Err(FileError::Name { path: shown, reason });
             }
             // What no `--force` helps against comes first, so that nobody is asked for it in vain.
             if metadata.is_symlink() {
                 path = fs::canonicalize(&path).map_err(|_| FileError::Name {
                     path: shown.clone(),
-                    reason: "a symbolic link of that name leads nowhere",
+                    reason: "it is a symbolic link to a missing file",
                 })?;
                 folder = path.parent().map_or(folder, Path::to_path_buf);
             }
@@ -334,7 +334,7 @@ fn unusable_name(path: &Path) -> Option<&'static str> {
     let numbered =
         |prefix: &str| stem.strip_prefix(prefix).is_some_and(|rest| matches!(rest.as_bytes(), [b'1'..=b'9']));
     if matches!(stem.as_str(), "CON" | "PRN" | "AUX" | "NUL") || numbered("COM") || numbered("LPT") {
-        return Some("that name is a device on Windows");
+        return Some("Windows reserves this name for a device");
     }
     None
 }

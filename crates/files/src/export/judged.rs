@@ -23,12 +23,14 @@ pub struct Judgement {
 }
 
 /// What no witness of a motion can judge.
-const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: `slew plan` finds that again";
+const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: only `slew \
+ plan` determines this";
 /// Of a smoothed law.
 const SMOOTHED: &str =
-    "the extremal of continuous time beside the smoothed inputs: the file does not hold its arcs";
+    "the extremal of continuous time near the smoothed inputs: the file does not hold its arcs";
 /// What is left out where the plan was made to another spec, or was not verified to the end.
-const FIGURES: &str = "the figures of the witnesses that the file records: they are those of its own spec, and of a run to the end";
+const FIGURES: &str =
+    "the recorded figures of the witnesses: they belong to the plan's own spec, and to a complete run";
 
 /// Relative error that a recorded figure may have: that of sums in another order.
 const RECORDED: f64 = 1e-9;

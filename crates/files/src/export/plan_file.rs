@@ -378,7 +378,7 @@ impl<R: Read> Read for Bounded<R> {
         let read = self.input.read(buffer)?;
         self.left = self.left.checked_sub(read as u64).ok_or_else(|| {
             io::Error::other(format!(
-                "the input goes on beyond {} GiB: no plan is that long",
+                "the input is longer than {} GiB: no plan has this size",
                 MOST_BYTES >> 30
             ))
         })?;

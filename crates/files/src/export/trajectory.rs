@@ -142,7 +142,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
         trajectory.wheel_momentum = keys.wheel_momentum_n_m_s.values;
         trajectory.costates = keys.costates.values;
         if let Some(target) = &keys.target {
-            let refused = || D::Error::custom("`trajectory.target.attitude.matrix` is no rotation matrix");
+            let refused = || D::Error::custom("`trajectory.target.attitude.matrix` is not a rotation matrix");
             trajectory.target = Some(target.state().ok_or_else(refused)?);
         }
         // Rows and columns that have changed places would fit as well.

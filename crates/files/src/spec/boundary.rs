@@ -44,7 +44,8 @@ impl<'a> Boundary<'a> {
             return;
         }
         if !self.section.has("second") {
-            let reason = "a start on a target needs `second`: the roll about the boresight is open without";
+            let reason = "a start on a target needs `second`: the roll about the boresight is undetermined \
+             without it";
             self.section.error(
                 "E0078",
                 "point",

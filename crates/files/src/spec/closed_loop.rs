@@ -66,13 +66,13 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     if let Some(section) = root.section("uncertainty")
         && let Some(cause) = unsuited(problem)
     {
-        let remedy = "take [uncertainty] away: the plan itself does not need it";
+        let remedy = "remove [uncertainty]: the plan itself does not need it";
         section.error_here("E0170", cause.to_string(), remedy);
     }
     let turns = PosedPlan::is_of(problem)
         && (problem.actuation.wheels.is_some() || problem.actuation.thrusters.is_some());
     if let (Some(section), true) = (root.section("feedback"), turns) {
-        let remedy = "take [feedback] away: the plan itself does not need it";
+        let remedy = "remove [feedback]: the plan itself does not need it";
         section.error_here("E0170", Unlinearised::Thrusters.to_string(), remedy);
     }
     let uncertainty = root.section("uncertainty").map(|section| uncertain::uncertainty(section, problem));
@@ -121,17 +121,19 @@ fn every(section: &Section, problem: &Problem) -> Option<f64> {
     }
     let every = section.number("every_s")?;
     let Some(duration) = problem.duration.known().filter(|_| !problem.switches()) else {
-        let reason = "the duration is sought, and with it the step: no tick is a whole number of steps that are not known";
-        return section.refuse("E0176", "every_s", reason, "leave it out: the tick is then the step");
+        let reason =
+            "the duration is free, so the step is unknown, and a tick cannot be a whole number of steps";
+        return section.refuse("E0176", "every_s", reason, "remove the key: the tick is then the step");
     };
     if let Some(step) = step(problem) {
         if is_whole(every / step) && every <= duration * (1.0 + WHOLE) {
             return Some(every);
         }
-        let reason = format!("a tick of {} s is no whole number of steps of {} s", show(every), show(step));
+        let reason =
+            format!("a tick of {} s is not a whole number of steps of {} s", show(every), show(step));
         return section.refuse("E0176", "every_s", reason, remedy_of(every, duration));
     }
-    let reason = "a tick is a whole number of steps, and how many there are is left to the plan";
+    let reason = "a tick is a whole number of steps, and the plan chooses the number of steps";
     section.refuse("E0176", "every_s", reason, remedy_of(every, duration))
 }
 
@@ -141,11 +143,11 @@ fn remedy_of(every: f64, duration: f64) -> String {
     const STEPS: f64 = 100.0;
     let ticks = duration / every;
     if !is_whole(ticks) {
-        return format!("give a tick of which {} s is a whole number", show(duration));
+        return format!("give a tick so that {} s is a whole number of ticks", show(duration));
     }
     let ticks = ticks.round();
     format!(
-        "write maneuver.steps = {}, which are {} a tick",
+        "write maneuver.steps = {}, which are {} for each tick",
         (STEPS / ticks).ceil() * ticks,
         (STEPS / ticks).ceil()
     )
@@ -167,16 +169,17 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
     if kind == "neighbouring" {
         if problem.switches() {
             let reason = format!(
-                "where {} is minimised inputs switch between their limits, and a neighbouring plan moves the switches",
+                "if the objective is {}, inputs switch between their limits: neighbouring gains do \
+                not exist, because a neighbour has other switching times",
                 problem.objective.name()
             );
             return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\"");
         }
         if let Some(key) = weights.iter().find(|key| section.has(key)) {
             let reason = format!(
-                "`{key}` is a weight of the regulator, and neighbouring gains have the cost of the plan"
+                "`{key}` is a weight of the regulator, and neighbouring gains use the cost of the plan"
             );
-            return section.refuse("E0171", key, reason, "write kind = \"tvlqr\", or leave it out");
+            return section.refuse("E0171", key, reason, "write kind = \"tvlqr\", or remove the key");
         }
         return Some(Kind::Neighbouring { freeze: section.number("freeze").unwrap_or(Kind::FREEZE) });
     }
@@ -185,20 +188,22 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
             return section.refuse("E0171", "kind", cause.to_string(), "write kind = \"tvlqr\"");
         }
         if uncertain {
-            let reason = "switching times are corrected once, at the start: what that makes of covariances and flights is not known";
-            let remedy = "write kind = \"tvlqr\", or take [uncertainty] away";
+            let reason = "switching times are corrected once, at the start: their covariances and flights are not \
+             supported";
+            let remedy = "write kind = \"tvlqr\", or remove [uncertainty]";
             return section.refuse("E0171", "kind", reason, remedy);
         }
     }
     if let (Some(key), true) =
         (weights.iter().find(|key| section.has(key)), problem.motion == Motion::RigidBody)
     {
-        let reason = format!("`{key}` says nothing of position and velocity, which are to be regulated too");
-        return section.refuse("E0171", key, reason, "leave it out: the regulator has weights by default");
+        let reason =
+            format!("`{key}` does not weigh position and velocity, which the regulator must weigh too");
+        return section.refuse("E0171", key, reason, "remove the key: the regulator has default weights");
     }
     if section.has("freeze") {
-        let reason = "gains of the regulator do not grow without bound, and are not held";
-        return section.refuse("E0171", "freeze", reason, "leave it out");
+        let reason = "gains of the regulator stay bounded and are not frozen";
+        return section.refuse("E0171", "freeze", reason, "remove the key");
     }
     let of = |weights| if kind == "switching" { Kind::Switching(weights) } else { Kind::Tvlqr(weights) };
     let given = weights.map(|key| section.number(key));
@@ -209,7 +214,7 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
             Some(of(Some(RegulatorWeights { attitude, rate, end })))
         }
         _ => {
-            let reason = "the weights of attitude and rate belong together";
+            let reason = "the weights of attitude and rate are needed together";
             section.refuse_here("E0171", reason, "give both, or neither")
         }
     }
@@ -221,9 +226,9 @@ fn plant(section: &Section, problem: &Problem) -> Plant {
     if let (true, Some(step)) = (tick > 0.0, step(problem))
         && !is_whole(step / tick)
     {
-        let reason = format!("a tick of {} s is no whole part of a step of {} s", show(tick), show(step));
+        let reason = format!("a step of {} s is not a whole number of ticks of {} s", show(step), show(tick));
         let remedy = if tick > step {
-            "leave it out; a controller that acts more seldom than each step has [feedback] every_s".into()
+            "remove it; for a controller with a longer period write [feedback] every_s".into()
         } else {
             format!("write tick_s = {}, or other steps", short(step / (step / tick).ceil()))
         };

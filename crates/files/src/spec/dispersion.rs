@@ -139,8 +139,8 @@ pub(crate) fn read(root: &Section, tree: &Node) -> Option<Dispersion> {
         if let Some(other) =
             earlier.clone().find(|other| inside(&other.key, &one.key) || inside(&one.key, &other.key))
         {
-            let reason = format!("`{}` varies already, with `{}`", escape(&one.key), escape(&other.key));
-            return section.list("vary")[index].refuse("E0011", "key", reason, "let each number vary once");
+            let reason = format!("`{}` already varies, with `{}`", escape(&one.key), escape(&other.key));
+            return section.list("vary")[index].refuse("E0011", "key", reason, "vary each number once");
         }
     }
     Some(Dispersion { seed: section.whole("seed")?, cases: section.whole("cases")?, varied })
@@ -161,8 +161,8 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
     let fits = |count: usize| count == numbers.len() || (inertia && count == 3);
     let misfit = |count: usize| {
         let needed = if inertia { "3 (the diagonal) or 6".into() } else { numbers.len().to_string() };
-        let reason = format!("`{name}` is for {count} numbers, `{}` has {needed}", escape(path));
-        entry.refuse("E0026", name, reason, "give one for each number")
+        let reason = format!("`{name}` has {count} numbers, and `{}` has {needed}", escape(path));
+        entry.refuse("E0026", name, reason, "give one number for each")
     };
     let map = match name {
         "covariance" | "semi_axes" => {
@@ -182,7 +182,8 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
                 Limits::Each(spreads) => return misfit(spreads.len()),
             };
             if relative && matches!(nominal, Nominal::Attitude(_) | Nominal::Turn(_)) {
-                let reason = format!("`{name}`: an attitude has no size that this could be a part of");
+                let reason =
+                    format!("`{name}`: an attitude has no size, so a relative spread has no meaning");
                 let remedy = format!("write {} in the unit of the key", name.trim_end_matches("_relative"));
                 return entry.refuse("E0160", name, reason, remedy);
             }
@@ -199,12 +200,7 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     const ROUNDING: f64 = 1e-12;
     let size = covariance.amax();
     let refuse = |reason: String| {
-        entry.refuse(
-            "E0160",
-            "covariance",
-            reason,
-            "it must be symmetric, with no direction of negative variance",
-        )
+        entry.refuse("E0160", "covariance", reason, "give a symmetric, positive semidefinite covariance")
     };
     if (&covariance - covariance.transpose()).amax() > ROUNDING * size {
         return refuse("the covariance is not symmetric".into());
@@ -239,7 +235,7 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
     if let Ok(Place::Key(key)) = paths::place(tree, path)
         && matches!(key.kind, Kind::Steps(_) | Kind::Count(..) | Kind::Format)
     {
-        let reason = format!("`{}` counts: it cannot vary by parts", escape(path));
+        let reason = format!("`{}` is a count: it cannot vary continuously", escape(path));
         return entry.refuse("E0160", "key", reason, "sweep it: `slew sweep SPEC --over KEY=A,B,C`");
     }
     let mut node = Some(tree);
@@ -253,7 +249,7 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
     match numbers(node) {
         Some(nominal) => Some((path.into(), nominal, 1.0)),
         None => {
-            let reason = format!("`{}` holds no numbers that could vary", escape(path));
+            let reason = format!("`{}` holds no numbers", escape(path));
             let remedy = "name a key with a number, a list or rows of numbers; an attitude as end.attitude.rotation_vector_deg";
             entry.refuse("E0160", "key", reason, remedy)
         }
@@ -261,8 +257,8 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
 }
 
 fn absent<T>(entry: &Section, path: &str) -> Option<T> {
-    let reason = format!("`{}` varies, but the spec does not give it", escape(path));
-    entry.refuse("E0160", "key", reason, "write its value, about which it varies")
+    let reason = format!("`{}` varies, but the spec has no value for it", escape(path));
+    entry.refuse("E0160", "key", reason, "write its mean value")
 }
 
 /// A number, a list or rows.

@@ -168,7 +168,7 @@ pub(crate) fn of_simulation(section: &Section, names: &[&str]) -> Option<Simulat
             let names: Vec<_> = names.iter().take(6).map(|name| cut(name, 40)).collect();
             let reason = match named {
                 Some(name) => format!("no body is called \"{}\"", cut(name, 40)),
-                None => format!("[{}] does not say of which body", section.path),
+                None => format!("[{}] does not name a body", section.path),
             };
             section.refuse("E0021", "body", reason, format!("give body = one of {}", names.join(", ")))
         })

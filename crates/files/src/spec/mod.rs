@@ -349,7 +349,7 @@ fn understand(
     let simulated = is_simulation(root);
     if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
         let spot = Spot { span: key.key_span, key: key.key.clone() };
-        let reason = format!("`{}` makes this spec a simulation: there is no maneuver to plan", key.key);
+        let reason = format!("`{}` makes this spec a simulation: it has no maneuver", key.key);
         let remedy = "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]";
         return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], sources));
     }
@@ -426,7 +426,7 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
         Err(vec![Finding::error(code, Span { source: 0, start, end }, reason, remedy)])
     };
     let first = text.len() - text.trim_start().len();
-    let empty = || wrong("E0001", (0, 0), "the spec is empty", "write a first one with `slew init`");
+    let empty = || wrong("E0001", (0, 0), "the spec is empty", "`slew init` writes a first spec");
     if text[first..].is_empty() {
         return empty();
     }
@@ -451,7 +451,8 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
         Value::Table(entries) if entries.is_empty() => empty(),
         Value::Table(_) if root.entry("trajectory").is_some() && root.entry("exit_code").is_some() => {
             let reason = "this is a plan file, not a spec";
-            let remedy = "`slew verify`, `slew report` and `slew export` take it; its own spec is what stands in it under `spec`";
+            let remedy =
+                "`slew verify`, `slew report` and `slew export` read it; its key `spec` holds its spec";
             wrong("E0018", (first, first + 1), reason, remedy)
         }
         Value::Table(_) => Ok(root),

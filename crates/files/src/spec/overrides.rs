@@ -35,13 +35,13 @@ impl Override {
     pub fn new(path: &str, value: &str) -> Result<Self, String> {
         let path = path.trim();
         if path.split('.').any(|part| part.trim().is_empty()) {
-            return Err(format!("`{}` is no key path; {WANTED}", cut(path, 60)));
+            return Err(format!("`{}` is not a key path; {WANTED}", cut(path, 60)));
         }
         if path.split('.').count() > toml_text::MAX_DEPTH {
             return Err(format!("the key path is deeper than {}; {WANTED}", toml_text::MAX_DEPTH));
         }
         if path.len() + value.len() > MAX_BYTES {
-            return Err("the value is larger than a spec may be".into());
+            return Err("the value is larger than the limit of a spec".into());
         }
         Ok(Self { path: path.into(), value: value.trim().into(), origin: None })
     }

@@ -45,11 +45,11 @@ impl Budget {
             return true;
         }
         let reason = format!(
-            "a shape of {faces} faces and {points} points; all bodies together may have {MAX_FACES} faces and \
-             {MAX_POINTS} points, and {} and {} are left",
+            "a shape of {faces} faces and {points} points; all bodies together may have {MAX_FACES} \
+            faces and {MAX_POINTS} points, and {} and {} remain",
             self.faces, self.points
         );
-        section.error_here("E0034", reason, "take a coarser shape, or a lower gauss_order");
+        section.error_here("E0034", reason, "use a coarser shape, or a lower gauss_order");
         false
     }
 
@@ -61,10 +61,9 @@ impl Budget {
         }
         let megabytes = |bytes: u64| short(bytes as f64 / f64::from(1 << 20));
         let [size, most, left] = [size, MAX_BYTES, self.bytes].map(megabytes);
-        let reason = format!(
-            "the file has {size} MiB; all OBJ files together may have {most} MiB, and {left} are left"
-        );
-        section.error("E0034", "obj", reason, "take a coarser shape");
+        let reason =
+            format!("the file has {size} MiB; all OBJ files together may have {most} MiB, and {left} remain");
+        section.error("E0034", "obj", reason, "use a coarser shape");
         false
     }
 }
@@ -101,7 +100,7 @@ pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &m
     }
     let known = kind == "points" || body.has("mass_kg") || (solid && section.has("density_kg_m3"));
     if !known {
-        let reason = format!("[{}] needs `mass_kg`: the shape alone does not give the mass", body.path);
+        let reason = format!("[{}] needs `mass_kg`: the shape alone does not determine the mass", body.path);
         let remedy = if solid {
             "add mass_kg = 1 to it, or density_kg_m3 = 2000 to its shape"
         } else {
@@ -116,8 +115,8 @@ pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &m
             let dumbbell = Dumbbell { mass: mass?, length, sphere_radius };
             if length < 2.0 * sphere_radius {
                 let reason = format!(
-                    "the spheres overlap: their centers are {} m apart and their radii add up to {} m, and the inertia \
-                     counts twice what is in both",
+                    "the spheres overlap: their centers are {} m apart, the sum of their radii is {} \
+                    m, and the inertia counts the common part twice",
                     short(length),
                     short(2.0 * sphere_radius)
                 );
@@ -255,7 +254,7 @@ pub(super) fn open(
     let shown = cut(&path.to_string_lossy(), 200);
     let escapes = |how: &str| {
         let reason = format!("\"{}\" leads {how} the folder of the spec", cut(written, 100));
-        ("E0091", reason, "put the file beside the spec, or into a folder below".into())
+        ("E0091", reason, "put the file into the folder of the spec, or into a folder below".into())
     };
     if !inside {
         return Err(escapes("out of"));
@@ -270,7 +269,7 @@ pub(super) fn open(
         return Err(escapes("through a link out of"));
     }
     if !real.metadata().map_err(missing)?.is_file() {
-        let reason = format!("\"{}\" is no file", cut(written, 100));
+        let reason = format!("\"{}\" is not a file", cut(written, 100));
         return Err(("E0090", reason, format!("name {what}")));
     }
     let file = File::open(&real).map_err(missing)?;

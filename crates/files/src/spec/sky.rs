@@ -80,7 +80,7 @@ impl Reading {
         });
         let orbit = match (section, &around) {
             (Some(section), None) => {
-                let reason = "[orbit] needs `epoch`: where a satellite is depends on the date";
+                let reason = "[orbit] needs `epoch`: the position of a satellite depends on the date";
                 section.error_here("E0075", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top");
                 None
             }
@@ -90,8 +90,9 @@ impl Reading {
         let turns =
             root.section("environment").is_some_and(|environment| environment.has("orbital_rate_rad_s"));
         if let (Some(section), true) = (section, turns) {
-            let reason = "[orbit] places the satellite among the stars, and `orbital_rate_rad_s` in a frame that turns";
-            section.error_here("E0028", reason, "leave one of the two out");
+            let reason = "[orbit] places the satellite in inertial space, and `orbital_rate_rad_s` in a frame \
+             that turns";
+            section.error_here("E0028", reason, "remove one of the two");
         }
         let light = Light {
             takes_time: root.word("light_time") == Some("one_way"),
@@ -99,12 +100,12 @@ impl Reading {
         };
         if let (true, None) = (light != Light::default(), &around) {
             let key = if light.takes_time { "light_time" } else { "aberration" };
-            let reason = format!("`{key}` needs `epoch`: what is seen depends on the date");
+            let reason = format!("`{key}` needs `epoch`: visibility depends on the date");
             root.error(
                 "E0075",
                 key,
                 reason,
-                "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, or leave it out",
+                "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, or remove the key",
             );
         }
         // Of an orbit that is wrong something has been said already.
@@ -213,7 +214,7 @@ impl Reading {
     pub fn limb(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         let Some(sky) = &self.sky else {
             if self.around.is_none() {
-                let reason = "where the Earth is depends on the date, and the spec has no `epoch`";
+                let reason = "the position of the Earth depends on the date, and the spec has no `epoch`";
                 section.error(
                     "E0075",
                     "limb_of",
@@ -236,15 +237,15 @@ impl Reading {
             return Some(());
         }
         let reason = format!(
-            "targets are known for {} s ahead, and the maneuver may take {} s",
+            "targets are computed for {} s, and the maneuver may take {} s",
             short(MOST_AHEAD),
             short(self.ahead)
         );
-        section.refuse("E0076", key, reason, "shorten it, or bound it by duration_at_most_s")
+        section.refuse("E0076", key, reason, "shorten the maneuver, or bound it by duration_at_most_s")
     }
 
     fn without_epoch<T>(&self, section: &Section, word: &str) -> Option<T> {
-        let reason = format!("where \"{word}\" is depends on the date, and the spec has no `epoch`");
+        let reason = format!("the position of \"{word}\" depends on the date, and the spec has no `epoch`");
         section.refuse("E0075", "at", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top")
     }
 
@@ -253,7 +254,7 @@ impl Reading {
             Ok(_) => "",
             Err(SkyError::NoOrbit) => "add [orbit] with tle, oem, or the keys of a Keplerian orbit",
             Err(SkyError::BelowLimb(..)) => "give a smaller height_m",
-            Err(SkyError::Orbit(OrbitError::Decays(_))) => "take newer elements, or a shorter maneuver",
+            Err(SkyError::Orbit(OrbitError::Decays(_))) => "use newer elements, or a shorter maneuver",
             Err(_) => "check [orbit]",
         };
         let key = if section.has("at") { "at" } else { "limb_of" };
@@ -264,8 +265,8 @@ impl Reading {
     pub fn check_boundary(boundary: &Section) {
         for key in ["second", "rate"] {
             if boundary.has(key) && !boundary.has("point") {
-                let reason = format!("`{key}` goes with `point`, which [{}] does not have", boundary.path);
-                let remedy = "add point = { boresight_body = [0, 0, 1], at = \"sun\" }, or leave it out";
+                let reason = format!("`{key}` needs `point`, which [{}] does not have", boundary.path);
+                let remedy = "add point = { boresight_body = [0, 0, 1], at = \"sun\" }, or remove the key";
                 boundary.error("E0021", key, reason, remedy);
             }
         }

@@ -43,7 +43,7 @@ pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<No
 /// A nesting error.
 pub(crate) fn nesting(span: Span) -> Finding {
     let reason = format!("tables and lists are nested deeper than {MAX_DEPTH} levels");
-    Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is never closed")
+    Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is not closed")
 }
 
 /// Turns toml's tree into ours, without recursing deeper than [`MAX_DEPTH`].
@@ -128,7 +128,7 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
         let first = first_set(text, range.start, key);
         let first = first.map_or(String::new(), |line| format!(", first on line {line}"));
         let reason = format!("`{}` is set twice{first}", super::diagnostic::cut(key, 60));
-        return finding("E0011", reason, "keep one of the two");
+        return finding("E0011", reason, "remove one of the two");
     }
     const VALUE: &str =
         "write `key = value`: a number such as 0.3, a list such as [0, 0, 1], or text in quotes";

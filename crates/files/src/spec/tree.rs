@@ -133,7 +133,7 @@ impl Node {
             }
             other => Err((
                 *key_span,
-                format!("`{}` would stand inside {}, not a table", cut(key, 60), other.kind()),
+                format!("`{}` would be inside {}, which is not a table", cut(key, 60), other.kind()),
             )),
         }
     }

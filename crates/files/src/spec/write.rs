@@ -557,7 +557,7 @@ fn environment(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> 
         Description::UniformGravity { .. } | Description::GravityGradient { .. } => false,
     };
     if acts_on_orbit != moves {
-        return Err(Unwritable("an environment that does not go with what moves"));
+        return Err(Unwritable("an environment that does not fit the motion of the body"));
     }
     match description {
         Description::Free => {}

@@ -120,7 +120,7 @@ impl Grid {
     pub fn new(axes: Vec<Axis>, base: &Base) -> Result<Self, BatchError> {
         if axes.is_empty() {
             let remedy = "give --over key=start:stop:count, or --over key=a,b,c";
-            return Err(BatchError::argument("E0110", "there is no key to sweep", remedy));
+            return Err(BatchError::argument("E0110", "no key is given", remedy));
         }
         let keys: Vec<String> = axes.iter().map(|axis| axis.key.clone()).collect();
         check_distinct(&keys, "--over")?;

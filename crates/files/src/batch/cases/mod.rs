@@ -85,7 +85,7 @@ impl Batch {
     /// The spec, or what is uncertain in it.
     pub fn of_dispersion(base: Base) -> Result<Self, BatchError> {
         let Some(dispersion) = base.read(&[])?.dispersion else {
-            let reason = format!("{}: the spec does not say what is uncertain", escape(base.name()));
+            let reason = format!("{}: the spec has no [dispersion]", escape(base.name()));
             let remedy =
                 "add [dispersion] with seed, cases and [[dispersion.vary]], as `slew help monte-carlo` shows";
             return Err(BatchError::argument("E0160", reason, remedy));
@@ -170,7 +170,7 @@ impl Batch {
     /// There is none.
     pub fn case(&self, number: u64) -> Result<Case, BatchError> {
         let none = || {
-            let reason = format!("--case: there is no case {number}");
+            let reason = format!("--case: case {number} does not exist");
             BatchError::argument("E0111", reason, format!("cases are numbered from 1 to {}", self.count()))
         };
         if number == 0 || number > self.count() {
@@ -206,7 +206,7 @@ fn check_distinct(keys: &[String], what: &str) -> Result<(), BatchError> {
             let reason = if other == key {
                 format!("{what}: `{key}` is set twice")
             } else {
-                format!("{what}: `{key}` also sets `{other}`, which is set by itself")
+                format!("{what}: `{key}` also sets `{other}`, which is set separately")
             };
             return Err(BatchError::argument("E0011", reason, "set each key once"));
         }

@@ -16,7 +16,11 @@ pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
     let lacks = |set: &ActuatorSet, what: &str| Some(format!("nothing {what} {}", shown(&direction(set)?)));
     lacks(&actuation.torque, "turns the body about")
         .or_else(|| lacks(force?, "pushes the body along"))
-        .or_else(|| force.map(|_| "each way by itself is there, but not every push with every turn".into()))
+        .or_else(|| {
+            force.map(|_| {
+                "each direction alone is possible, but not every combination of force and torque".into()
+            })
+        })
 }
 
 /// A unit vector along which no input has an output, or none of both signs and this one lacks.

@@ -32,13 +32,13 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let others = others.into_iter().chain(TORQUE_LIMITS).chain(forces).chain(FORCE_LIMITS);
     let mut good = true;
     for key in others.filter(|key| section.has(key)) {
-        let reason = format!("both `thruster` and `{key}` are given: each thruster is an input of its own");
+        let reason = format!("both `thruster` and `{key}` are given: each thruster is an input by itself");
         section.error("E0028", key, reason, "give one of the two");
         good = false;
     }
     let sections = section.list("thruster");
     if section.is_empty_list("thruster") {
-        let reason = "the list of thrusters is empty: nothing turns the body";
+        let reason = "the list of thrusters is empty: no input turns the body";
         let few = if motion == Motion::RigidBody { "seven" } else { "four" };
         section.error("E0026", "thruster", reason, format!("give {few} thrusters or more, or torque axes"));
     }
@@ -51,7 +51,7 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
             (Motion::Attitude, Some(position)) => turning(section, index, &thruster, position),
             (Motion::RigidBody, None) => {
                 let reason = format!(
-                    "{} is told by its torque, but the body moves: its force counts too",
+                    "{} has a torque alone, but the body translates: its force is needed too",
                     called("thruster", section, index)
                 );
                 let remedy = "give position_m, force_direction_body and force_limit_n; or remove the positions of [start] and [end]";
@@ -91,7 +91,7 @@ fn turning(section: &Section, index: usize, thruster: &Thruster, position: Vecto
     let lever = torque.norm();
     if lever <= NO_LEVER * position.norm() || lever < SMALLEST {
         let reason = format!(
-            "{} pushes through the mass center, by a lever of {} m: it turns nothing",
+            "{} pushes through the mass center, with a lever of {} m: it has no torque",
             called("thruster", section, index),
             short(lever)
         );
@@ -99,7 +99,7 @@ fn turning(section: &Section, index: usize, thruster: &Thruster, position: Vecto
             "E0054",
             "force_direction_body",
             reason,
-            "leave it out, or check where it sits",
+            "remove the thruster, or check its position",
         );
     }
     let (limit, price) = (thruster.limit * lever, thruster.price / lever);
@@ -115,8 +115,11 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
         (["position_m", "force_limit_n"], ["torque_limit_n_m"; 3])
     };
     if let Some(key) = others.into_iter().find(|key| section.has(key)) {
-        let reason =
-            format!("{}: `{key}` does not go with `{}`", called("thruster", section, index), needed[0]);
+        let reason = format!(
+            "{}: `{key}` cannot be combined with `{}`",
+            called("thruster", section, index),
+            needed[0]
+        );
         let remedy = "give torque_axis_body and torque_limit_n_m, or position_m, force_direction_body and force_limit_n";
         return section.refuse("E0028", key, reason, remedy);
     }
@@ -126,7 +129,9 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
             let reason = format!("{} needs `{key}`", called("thruster", section, index));
             let sample = match key {
                 "position_m" => "add position_m = [0.5, 0, 0.2], from the mass center",
-                "force_direction_body" => "add force_direction_body = [0, 1, 0], the way it pushes the body",
+                "force_direction_body" => {
+                    "add force_direction_body = [0, 1, 0], the direction of the force on the body"
+                }
                 "force_limit_n" => "add force_limit_n = 1",
                 _ => "add torque_limit_n_m = 0.5",
             };
@@ -137,10 +142,10 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
         let vector = section.vector(key)?;
         if vector.amax() < SMALLEST {
             let reason = format!(
-                "`{key}` of {} has length zero, and so no direction",
+                "`{key}` of {} has length zero, so it has no direction",
                 called("thruster", section, index)
             );
-            return section.refuse("E0054", key, reason, "give it a direction, or leave the thruster out");
+            return section.refuse("E0054", key, reason, "give it a direction, or remove the thruster");
         }
         Some(section.unit(vector))
     };

@@ -17,7 +17,7 @@ fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &
         Limits::Each(values) if values.len() == count => values.iter().map(|value| value * unit).collect(),
         Limits::Each(values) => {
             let told = if count == 3 { "three".into() } else { count.to_string() };
-            let reason = format!("has {} numbers, one for {all} or {told} are needed", values.len());
+            let reason = format!("has {} numbers, and one for {all} or {told} are needed", values.len());
             section.error("E0026", key, reason, format!("write one number, or {told}"));
             vec![0.0; count]
         }
@@ -38,7 +38,7 @@ const ROUNDING: f64 = 1e-6;
 fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f64, N, N>> {
     let rows = if section.has(key) { section.square(key)? } else { return None };
     if rows.len() != N {
-        let reason = format!("has {} rows, a covariance of these has {N}", rows.len());
+        let reason = format!("has {} rows, and this covariance has {N}", rows.len());
         return section.refuse(
             "E0175",
             key,
@@ -48,7 +48,11 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
     }
     let given = DMatrix::from_fn(N, N, |row, column| rows[row][column]);
     if let Some(row) = (0..N).find(|row| given[(*row, *row)] < 0.0) {
-        let reason = format!("the variance in row {} is {}, below zero", row + 1, show(given[(row, row)]));
+        let reason = format!(
+            "the variance in row {} is {}: it must not be negative",
+            row + 1,
+            show(given[(row, row)])
+        );
         return section.refuse("E0175", key, reason, "a variance is the square of a deviation");
     }
     // Beside unit variances: radians and rates are not of one size.
@@ -77,16 +81,22 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
             show(given[(row, column)]),
             short(sigma(row) * sigma(column))
         );
-        return section.refuse("E0175", key, reason, "a correlation is between -1 and 1: write less");
+        return section.refuse(
+            "E0175",
+            key,
+            reason,
+            "a correlation is between -1 and 1: write a smaller number",
+        );
     }
     let symmetric = 0.5 * (&scaled + scaled.transpose());
     let least = symmetric.symmetric_eigenvalues().min();
     if least < -ROUNDING * N as f64 {
         let reason = format!(
-            "some combination of the numbers has a variance below zero: scaled to variances of 1, the least eigenvalue is {}",
+            "the covariance is not positive semidefinite: scaled to variances of 1, its least \
+            eigenvalue is {}",
             short(least)
         );
-        return section.refuse("E0175", key, reason, "make the correlations smaller");
+        return section.refuse("E0175", key, reason, "reduce the correlations");
     }
     Some(SMatrix::from_fn(|row, column| 0.5 * (given[(row, column)] + given[(column, row)])))
 }
