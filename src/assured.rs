@@ -74,7 +74,8 @@ pub enum NotKnown {
     NoGains(#[from] NoGains),
     /// A tick of the loop is no whole number of equal steps.
     #[error(
-        "a tick of {every} s is no whole number of the {steps} steps of this plan, which take {duration} s"
+        "a tick of {every} s is not a whole number of the {steps} steps of this plan, which last \
+        {duration} s"
     )]
     Tick {
         /// The tick.
@@ -245,10 +246,10 @@ pub enum NotKept {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// There is no limit of this name.
-    #[error("there is no constraint and no limit of the torques called \"{0}\"")]
+    #[error("no constraint and no limit of the torques is called \"{0}\"")]
     Unknown(String),
     /// More of a limit is to be left than there is.
-    #[error("\"{name}\" is {bound} {unit}, of which {needed} {unit} would be left to corrections{part}")]
+    #[error("\"{name}\" is {bound} {unit}, and corrections need {needed} {unit} of it{part}")]
     Reserve {
         /// Name of the limit.
         name: String,

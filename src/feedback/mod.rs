@@ -112,22 +112,21 @@ impl RegulatorWeights {
 pub enum NoGains {
     /// Inputs that switch have no neighbouring extremal of continuous gains.
     #[error(
-        "inputs that switch between their limits leave nothing to correct with: a neighbouring plan moves the switches"
+        "neighbouring gains do not exist if inputs switch between their limits: a neighbour has \
+        other switching times"
     )]
     Switching,
     /// The inputs that are not at their limits cannot bring the craft to the end from everywhere beside the start.
-    #[error(
-        "the inputs that are not at their limits along the plan cannot bring every error beside its start to the end"
-    )]
+    #[error("the inputs that are not at their limits along the plan cannot correct every error of its start")]
     Unreachable,
     /// The arcs of the plan are not those that a start moves.
-    #[error("no arcs of it are moved by its start: {0}")]
+    #[error("no lengths of its arcs depend on its start: {0}")]
     Arcs(&'static str),
     /// Weights of attitude and rate, of a body that translates.
-    #[error("weights of attitude and rate say nothing of position and velocity")]
+    #[error("weights of attitude and rate alone do not weigh position and velocity: weigh these too")]
     Weights,
     /// Covariances of a motion whose switches are moved at the start.
-    #[error("the covariance of a motion whose switching times are corrected at the start is not known")]
+    #[error("the covariance of a motion whose switching times are corrected at the start is unknown")]
     MovedStart,
     /// A number is not finite.
     #[error("a gain is not finite")]

@@ -55,28 +55,30 @@ const SAME: f64 = 1e-9;
 #[non_exhaustive]
 pub enum NotReplanned {
     /// Positions are planned too.
-    #[error("the body translates: attitudes alone are planned again from a plan")]
+    #[error("the body translates: replanning supports attitudes alone")]
     Translation,
     /// Its inputs switch, or its duration was sought.
     #[error(
-        "it is no plan of least effort in a given duration: one whose inputs switch or whose duration is sought has no neighbour of the same grid"
+        "replanning needs a plan of least effort in a given duration: a plan with switching inputs \
+        or a free duration has no neighbour on its grid"
     )]
     Form,
     /// Something that the shooting does not take limits it.
-    #[error("what limits it has no continuous costates: {0}")]
+    #[error("its limits have no continuous costates: {0}")]
     Limited(Obstacle),
     /// Its end is the plan's to choose.
-    #[error("its end is the plan's to choose, and not a given attitude and rate")]
+    #[error("its end attitude is free: replanning needs a given attitude and rate at the end")]
     End,
     /// It has no trajectory with costates, or one that does not lead to its end.
-    #[error("its costates do not lead to its end: it did not converge, or is the plan of another maneuver")]
+    #[error("its costates do not lead to its end: it did not converge, or belongs to another maneuver")]
     Trajectory,
     /// It is the plan of something else.
-    #[error("it is the plan of a maneuver with {0}")]
+    #[error("it belongs to a maneuver with {0}")]
     Other(&'static str),
     /// A time before the plan or within its last two steps.
     #[error(
-        "at {at} s fewer than two of its steps are left, or it has not begun: from 0 to {latest} s it can be begun from"
+        "at {at} s replanning is impossible, because it needs at least two remaining steps: choose a \
+        time from 0 to {latest} s"
     )]
     Time {
         /// What was asked for \[s\].
@@ -114,13 +116,13 @@ impl fmt::Display for Left {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotConverged { steps, residual, .. } if residual.is_finite() => {
-                write!(f, "after {steps} Newton steps the end was still missed by {residual:.1e}")
+                write!(f, "after {steps} Newton steps the motion still missed the end by {residual:.1e}")
             }
-            Self::NotConverged { .. } => f.write_str("the plan's costates lead nowhere from this start"),
+            Self::NotConverged { .. } => f.write_str("the plan's costates do not converge from this start"),
             Self::Dearer { cost, expected } => {
-                write!(f, "the extremal costs {cost:.4}, a neighbour of the plan {expected:.4}")
+                write!(f, "the extremal costs {cost:.4}, and a neighbour of the plan costs {expected:.4}")
             }
-            Self::NoMinimum => f.write_str("the extremal is no minimum, or goes the other way round"),
+            Self::NoMinimum => f.write_str("the extremal is not a minimum, or has another homotopy class"),
         }
     }
 }

@@ -57,7 +57,8 @@ pub struct SwitchingGains {
 /// An arc would last for no time, or less.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error(
-    "arc {} would last {length:.3} s from this start: the best plan from there has other arcs, and is to be sought anew",
+    "arc {} would have the length {length:.3} s from this start: the optimal plan from there has \
+    other arcs, so search again",
     arc + 1
 )]
 pub struct Reversed {
@@ -74,7 +75,7 @@ pub enum NotCorrected {
     #[error(transparent)]
     Reversed(#[from] Reversed),
     /// The plan is another than that of the gains, or its motion cannot be followed.
-    #[error("the plan is not that of the gains, or its motion cannot be followed")]
+    #[error("the plan is not the plan of the gains, or its motion cannot be propagated")]
     Trajectory,
 }
 
@@ -109,7 +110,7 @@ impl SwitchingGains {
             matches!(problem.duration, Duration::Given(_)) || problem.duration.at_most().is_some_and(all);
         let given = given && problem.objective.fuel().is_some();
         let gains = lengths_by_start(&extremal, &held, given).ok_or(NoGains::Arcs(
-            "its arcs are too few, or too much alike, to correct six errors at the end by their lengths",
+            "its arcs are too few, or too similar, to correct six errors at the end by their lengths",
         ))?;
         let unit = |column: usize| if column < 3 { units.time } else { units.time / units.momentum() };
         let rows = (0..6 * arcs.len()).map(|index| gains[(index / 6, index % 6)] * unit(index % 6)).collect();
@@ -201,15 +202,12 @@ fn suited(problem: &Problem) -> Result<(), NoGains> {
             problem.actuation.torque.frame() == AxisFrame::Reference,
             "its torques are fixed in the reference frame",
         ),
-        (problem.actuation.wheels.is_some(), "wheels store what its inputs give"),
-        (!problem.environment.is_free(), "something else acts on the body"),
-        (
-            !problem.constraints.is_empty(),
-            "constraints have arcs of their own, on which no input is at its limit",
-        ),
-        (limits.size.is_none(), "the norm of its torque is limited, whose direction turns"),
+        (problem.actuation.wheels.is_some(), "wheels store the momentum of its inputs"),
+        (!problem.environment.is_free(), "a field acts on the body"),
+        (!problem.constraints.is_empty(), "constraints have arcs on which no input is at its limit"),
+        (limits.size.is_none(), "the norm of its torque is limited, so the direction of the torque varies"),
         (problem.shortest_pulse().is_some(), "its pulses have a shortest length"),
-        (problem.end_condition != EndCondition::State, "its end is the plan's to choose"),
+        (problem.end_condition != EndCondition::State, "its end attitude is free"),
     ];
     refused.iter().find(|(refused, _)| *refused).map_or(Ok(()), |(_, why)| Err(NoGains::Arcs(why)))
 }

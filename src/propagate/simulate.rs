@@ -100,7 +100,7 @@ pub enum SimulationError {
     #[error(transparent)]
     Problem(#[from] ProblemError),
     /// The inputs are not one per actuator, or not finite.
-    #[error("{found} inputs, the maneuver has {expected}; each must be finite")]
+    #[error("{found} inputs are given, and the maneuver has {expected}; each must be finite")]
     Inputs {
         /// How many were given.
         found: usize,
@@ -108,10 +108,12 @@ pub enum SimulationError {
         expected: usize,
     },
     /// The integrators know no reaction wheels.
-    #[error("the integrators know no reaction wheels; propagate the maneuver by `verify::propagation`")]
+    #[error(
+        "the integrators do not support reaction wheels; propagate the maneuver by `verify::propagation`"
+    )]
     Wheels,
     /// The duration of the maneuver is sought.
-    #[error("the duration of the maneuver is sought: nothing says how long its motion is to be followed")]
+    #[error("the duration of the maneuver is free, so the length of its motion is unknown")]
     Sought,
     /// Duration, steps or stride are not positive.
     #[error("duration, steps and stride must be positive, and the duration finite")]

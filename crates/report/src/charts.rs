@@ -215,8 +215,8 @@ fn clearance(subject: &Subject) -> Option<Shown> {
     chart.levels.push(Level { value: 0.0, label: "violated below".into() });
     let cones = course.clearances.iter();
     chart.spans = cones.flat_map(|clearance| active(subject, &clearance.name, "cone active")).collect();
-    let remark = "the smallest on each step, between the nodes too, margins of the spec included; by the witnesses: \
-                  discrete motion, and continuous motion under the held torque";
+    let remark = "the smallest clearance on each step, also between the nodes, with the margins of the spec; by \
+     the witnesses: discrete motion, and continuous motion under the held torque";
     Some(shown("clearance", chart, remark))
 }
 

@@ -43,9 +43,9 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let chart =
         Chart::new("Convergence", Axis::linear("iteration"), Axis::logarithmic("scaled residual"), curves);
     let remark = if solved {
-        "the runs that led to the plan, one after the other, grid by grid"
+        "the runs that led to the plan, in order, on each grid"
     } else {
-        "the runs that came nearest, side by side"
+        "the nearest runs, side by side"
     };
     Some(shown("convergence", chart, remark))
 }

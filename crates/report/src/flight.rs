@@ -92,10 +92,10 @@ fn pointing(subject: &Subject) -> Option<Shown> {
     let axis = Axis::logarithmic("angle from the plan, deg");
     let mut chart = Chart::new("Pointing errors", time_axis(), axis, curves);
     chart.subtitle = match &boresights[..] {
-        [one] => format!("{}: within this with the probability named", one.name),
-        _ => format!("within this with {}", LEVELS[0].1),
+        [one] => format!("{}: within this angle with the stated probability", one.name),
+        _ => format!("within this angle with {}", LEVELS[0].1),
     };
-    Some(shown("pointing", chart, "of the linear motion beside the plan"))
+    Some(shown("pointing", chart, "of the linear motion near the plan"))
 }
 
 /// Three deviations of the correction of each input, and what its limit leaves.
@@ -153,11 +153,10 @@ fn corrections(subject: &Subject) -> Option<Shown> {
     let axis = Axis::logarithmic(format!("input, {}", unit_of(0).1));
     let mut chart = Chart::new("Corrections by the gains", time_axis(), axis, curves);
     chart.subtitle = match limited {
-        true => "three standard deviations, and what the limits leave".into(),
-        false => "three standard deviations; the inputs are not limited".into(),
+        true => "three standard deviations, and the room below the limits".into(),
+        false => "three standard deviations; the inputs have no limits".into(),
     };
-    let remark =
-        if at_the_bottom { "where a limit leaves nothing its line runs along the bottom" } else { "" };
+    let remark = if at_the_bottom { "the line is at the bottom where a limit leaves no room" } else { "" };
     Some(shown("corrections", chart, remark))
 }
 
@@ -266,7 +265,7 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
     for (index, chance) in longest.iter().enumerate() {
         let when = |of_motion: bool| if of_motion { " over the motion" } else { "" };
         let asked = subject.closed_loop()?.asked(&chance.name).map_or(String::new(), |asked| {
-            format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
+            format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
         });
         // Open loop nothing asks for more of an input than the plan.
         let cell = |chances: &Vec<Chance>| {
@@ -281,8 +280,8 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         let cell = |covariance: &Covariance| largest_share(covariance, uncertainty, first);
         rows.push(row(format!("most of the variance of the {label} at the end"), &cell));
     }
-    let remark = "To first order in what is uncertain. The chance is that of one instant; errors of neighbouring instants are \
-                  one error.";
+    let remark = "To first order in the uncertainty. The chance is that of one instant; errors of neighbouring \
+     instants are correlated.";
     Some(Table { title: "In flight", head, rows, remark })
 }
 

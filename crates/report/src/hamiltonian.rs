@@ -44,21 +44,21 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
 pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     let problem = subject.problem;
     if subject.trajectory().time.len() < 2 {
-        return Some("the plan has no steps: the body is where it should be");
+        return Some("the plan has no steps: the body is already in its end attitude");
     }
     if subject.trajectory().costates.is_empty() {
         return Some("the plan has no costates");
     }
     if problem.is_shaped() {
         return Some(
-            "the costates of least time or fuel on equal steps belong to a cost that is in part effort",
+            "the costates of least time or fuel on equal steps belong to a cost that contains effort",
         );
     }
     let names = problem.actuation.limits().map(|limit| limit.name);
     let mut names: Vec<&str> = names.filter(|_| problem.actuation.wheels.is_some()).collect();
     names.retain(|name| subject.plan.solution.active.iter().any(|active| active.name == *name));
     if !names.is_empty() {
-        return Some("a limit of the wheels acts: the costates of their momenta are then not in the plan");
+        return Some("a limit of the wheels is active: the plan does not hold the costates of their momenta");
     }
     let turning = problem.environment.frame_rate() != Vector3::zeros();
     if turning && problem.motion == Motion::RigidBody {

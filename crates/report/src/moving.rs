@@ -130,7 +130,7 @@ pub(super) fn ground(subject: &Subject) -> Option<Shown> {
     });
     let ground = Ground {
         title: "On the ground".into(),
-        subtitle: "where boresights meet the ellipsoid of WGS 84".into(),
+        subtitle: "intersections of the boresights with the ellipsoid of WGS 84".into(),
         tracks,
         places: places.into_iter().collect(),
     };

@@ -70,7 +70,7 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
     ("cases", "Over the cases", &CASE_KEYS),
     ("compared", "Side by side", &COMPARISON_KEYS),
     ("integrators", "Side by side", INTEGRATOR_KEYS),
-    ("directions", "Where the boresights go", &["sky", "around", "ground"]),
+    ("directions", "Boresights in space", &["sky", "around", "ground"]),
     (
         "limits",
         "Inputs, rates and momenta",
@@ -160,7 +160,7 @@ fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
 fn flight_missing(subject: &Subject) -> Option<(&'static str, String)> {
     let (_, beside) = subject.flight.as_ref()?;
     let error = beside.as_ref().err()?;
-    Some(("flight", format!("No gains and no covariance along this plan: {error}.")))
+    Some(("flight", format!("No gains and no covariance for this plan: {error}.")))
 }
 
 /// Texts of which the first has the label.
@@ -373,12 +373,13 @@ fn write_table(html: &mut String, table: &Table) {
 
 fn stage(html: &mut String) {
     html.push_str(
-        "<div class=\"stage\"><canvas id=\"stage\" role=\"img\" aria-label=\"the body as it turns\" tabindex=\"0\">\
-         </canvas></div>\n<div class=\"controls\"><button id=\"play\" type=\"button\">Play</button>\
-         <input id=\"slider\" type=\"range\" min=\"0\" max=\"1000\" value=\"0\" step=\"1\" aria-label=\"time\">\
-         <output id=\"clock\"></output></div>\n<div class=\"legend\" id=\"stage-legend\"></div>\n<p class=\"remark\">A box \
-         in the place of the body, of its principal moments where they are known. Drag to look from elsewhere, or use the arrow keys; the slider is the time of \
-         the cursor in every chart.</p>\n",
+        "<div class=\"stage\"><canvas id=\"stage\" role=\"img\" aria-label=\"the body as it turns\" \
+        tabindex=\"0\"></canvas></div>\n<div class=\"controls\"><button id=\"play\" \
+        type=\"button\">Play</button><input id=\"slider\" type=\"range\" min=\"0\" max=\"1000\" \
+        value=\"0\" step=\"1\" aria-label=\"time\"><output id=\"clock\"></output></div>\n<div \
+        class=\"legend\" id=\"stage-legend\"></div>\n<p class=\"remark\">A box represents the body, \
+        with its principal moments where they are known. Drag, or use the arrow keys, to change the \
+        view. The slider is the time of the cursor in every chart.</p>\n",
     );
 }
 
@@ -386,15 +387,15 @@ fn foot(html: &mut String, charts: bool, nodes: usize) {
     html.push_str("</main>\n<footer>\n<p>");
     if charts {
         html.push_str(
-            "In the charts: move or tap for values, drag to zoom, double click or 0 for everything; with the keyboard, \
-             arrows move the cursor, + and − zoom.",
+            "In the charts: move or tap for values, drag to zoom, double click or 0 for the whole \
+            chart; with the keyboard, arrows move the cursor, + and − zoom.",
         );
     }
     if nodes > MOST_POINTS {
         let _ = write!(
             html,
-            " Curves show at most {MOST_POINTS} of {nodes} points, with the lowest and the highest of each stretch; the \
-             file that the report is made of has all."
+            " Curves show at most {MOST_POINTS} of {nodes} points, with the lowest and the highest \
+            of each stretch; the source file of the report has all points."
         );
     }
     let _ = writeln!(html, "</p>\n<p>{}</p>\n</footer>", escape(GENERATOR));

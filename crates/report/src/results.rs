@@ -83,7 +83,7 @@ impl Cases {
         for costs in self.tally.objectives.values().filter(|_| one) {
             shown.extend(distribution("distribution", "Distribution of the cost", "cost", &costs.all));
         }
-        let title = "Distribution of what the continuous motion misses";
+        let title = "Distribution of the miss of the continuous motion";
         shown.extend(distribution("miss", title, "miss of the attitude, deg", &self.misses));
         shown
     }
@@ -188,7 +188,7 @@ impl Cases {
                 title: "Cases that failed",
                 head: vec!["case", "status", "values", "because"],
                 rows: failed.collect(),
-                remark: "At most fifty of them. `--case NUMBER -o plan.json` plans one again.",
+                remark: "At most fifty cases. `--case NUMBER -o plan.json` plans one again.",
             },
             Table {
                 title: "Costliest cases",

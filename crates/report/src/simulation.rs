@@ -32,8 +32,8 @@ pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
         name: &file.name,
         words: &words(file),
         proved: vec![
-            "Nothing about an optimum: a simulation only follows its bodies. What should be conserved is held against where \
-             it began."
+            "No optimum is claimed: a simulation only propagates its bodies. Conserved quantities \
+            are compared with their initial values."
                 .into(),
         ],
         shown,

@@ -110,8 +110,8 @@ fn accuracy(found: &Accuracy) -> Option<String> {
     (missed > found.wanted_deg).then(|| {
         let missed = significant(missed, 3);
         let how = match found.steps {
-            Some(steps) => format!("{steps} steps would bring that under {wanted} deg"),
-            None => format!("no number of steps would bring that under {wanted} deg"),
+            Some(steps) => format!("{steps} steps would reduce that below {wanted} deg"),
+            None => format!("no number of steps would reduce that below {wanted} deg"),
         };
         line("accuracy", &format!("the motion under these torques ends {missed} deg off the target; {how}"))
     })

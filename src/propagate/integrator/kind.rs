@@ -68,7 +68,7 @@ impl Default for ErrorControl {
 
 /// No method has this name.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("no integrator is called '{name}'; there are {}", Kind::NAMES.join(", "))]
+#[error("no integrator is called '{name}'; the integrators are {}", Kind::NAMES.join(", "))]
 pub struct UnknownKind {
     /// The name given.
     pub name: String,

@@ -130,8 +130,8 @@ pub struct Work {
 pub enum StepError {
     /// The implicit attitude equation has no physical solution.
     #[error(
-        "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and there may be no step with a \
-         turn of 90° or more; take a step of {} s or less", figures::rounded(*step, 4), figures::rounded(step * 0.5 / turn, 4)
+        "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and a step must turn the body \
+        by less than 90°; use a step of {} s or less", figures::rounded(*step, 4), figures::rounded(step * 0.5 / turn, 4)
     )]
     TooLong {
         /// Number of the body, from 1.
@@ -154,7 +154,7 @@ pub enum StepError {
     },
     /// The error control asks for steps that are too small to make progress, or for too many of them.
     #[error(
-        "the error control gave up within a step of {} s; loosen the tolerance or look for a collision",
+        "the error control failed within a step of {} s; increase the tolerance or look for a collision",
         figures::rounded(*step, 4)
     )]
     GaveUp {
@@ -162,6 +162,6 @@ pub enum StepError {
         step: f64,
     },
     /// A number is NaN or infinite.
-    #[error("the step leads to numbers that are not finite; look for a collision, or shorten the step")]
+    #[error("the step gives numbers that are not finite; look for a collision, or shorten the step")]
     NotFinite,
 }

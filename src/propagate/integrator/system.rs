@@ -51,9 +51,7 @@ pub enum SystemError {
     #[error("a system needs at least one body")]
     Empty,
     /// A mass that is not positive, or not finite.
-    #[error(
-        "body {body}: the mass is {mass} kg, it must be positive; leave it out where the body only turns"
-    )]
+    #[error("body {body}: the mass is {mass} kg: it must be positive; remove it if the body only turns")]
     Mass {
         /// Number of the body, from 1.
         body: usize,
@@ -75,7 +73,7 @@ pub enum SystemError {
         body: usize,
     },
     /// An attitude is not a rotation.
-    #[error("body {body}: its attitude is off a rotation by {error:.1e}, at most 1e-9 is accepted")]
+    #[error("body {body}: its attitude differs from a rotation by {error:.1e}: at most 1e-9 is accepted")]
     Attitude {
         /// Number of the body, from 1.
         body: usize,
@@ -83,21 +81,19 @@ pub enum SystemError {
         error: f64,
     },
     /// The step is not a positive number.
-    #[error("the step is {step} s, it must be positive and finite")]
+    #[error("the step is {step} s: it must be positive and finite")]
     Step {
         /// The step given \[s\].
         step: f64,
     },
     /// No Galerkin method has this degree.
-    #[error("a Galerkin method of degree {degree} is not offered, the degrees are 1 to 6")]
+    #[error("no Galerkin method has the degree {degree}: the degrees are 1 to 6")]
     Degree {
         /// The degree given.
         degree: usize,
     },
     /// The tolerance is unusable.
-    #[error(
-        "the tolerance is {tolerance:e}, it must lie between 1e-14, below which there is only round-off, and 0.1"
-    )]
+    #[error("the tolerance is {tolerance:e}: it must be between 1e-14, the limit of round-off, and 0.1")]
     Tolerance {
         /// The tolerance given.
         tolerance: f64,

@@ -129,7 +129,7 @@ fn pointing(subject: &Subject, bands: &Bands) -> Option<Shown> {
         _ => LEVELS[0].1.into(),
     };
     chart.subtitle = format!("{of}: percentiles of {} cases, {}", bands.cases, bands.name);
-    Some(shown("flown_pointing", chart, "marks: flown, as slew fly does; lines: linear theory"))
+    Some(shown("flown_pointing", chart, "marks: flights, as in slew fly; lines: linear theory"))
 }
 
 /// What holds 99.73 % of the commands of each input.
@@ -163,7 +163,7 @@ fn commands(subject: &Subject, bands: &Bands) -> Option<Shown> {
         .collect();
     let bounds: Vec<(&str, &[f64])> = bounds.iter().map(|(name, bounds)| (*name, &bounds[..])).collect();
     within(&mut chart, &bounds, unit);
-    let about = format!("the plan, and what holds 99.73 % of {} cases, {}", bands.cases, bands.name);
+    let about = format!("the plan, and the range of 99.73 % of {} cases, {}", bands.cases, bands.name);
     chart.subtitle = if chart.subtitle.is_empty() { about } else { format!("{about}; {}", chart.subtitle) };
     Some(shown("flown_commands", chart, ""))
 }

@@ -81,7 +81,7 @@ pub fn compare(
         let (sought, name) = (objective == Objective::Time, objective.name());
         let in_time = if sought { Some(Duration::SOUGHT) } else { duration.map(Duration::Given) };
         let run = match in_time {
-            None => Err("no duration is given, and none is found".to_string()),
+            None => Err("the spec has no duration, and none was found".to_string()),
             Some(in_time) => {
                 let of_this = problem.clone().with_duration(in_time).with_objective(objective);
                 plan::plan(&of_this, settings, None, observer).map_err(|error| {

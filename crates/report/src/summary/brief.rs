@@ -154,7 +154,7 @@ fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     let value = significant(solution.cost, 6);
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let price = problem.objective.given_time_price();
-    let timed = price.map_or(String::new(), |_| ", the price of time included".into());
+    let timed = price.map_or(String::new(), |_| ", with the price of time".into());
     let mut text = format!("{value}{unit}, {what}{timed}");
     if matches!(problem.path, Path::Best | Path::Shortest) {
         text.push_str(&against(problem, solution));
@@ -204,8 +204,8 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     if missed > accuracy.wanted_deg {
         let wanted = short(accuracy.wanted_deg);
         lines.push(match accuracy.steps {
-            Some(steps) => format!("more than {wanted} deg: {steps} steps would do"),
-            None => format!("more than {wanted} deg, which no number of steps changes"),
+            Some(steps) => format!("more than {wanted} deg: {steps} steps would suffice"),
+            None => format!("more than {wanted} deg, for any number of steps"),
         });
     }
     lines
@@ -285,13 +285,13 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     if let Some(switching) = &solution.switching {
         let part = switching.gap / switching.continuous_cost;
         let gap = match 100.0 * part {
-            small if small < 1e-3 => "within 0.001 % of the least nearby".into(),
-            part => format!("within {} % of the least nearby", significant(part, 2)),
+            small if small < 1e-3 => "within 0.001 % of the nearby minimum".into(),
+            part => format!("within {} % of the nearby minimum", significant(part, 2)),
         };
         return match switching.structure {
-            Structure::Rest => "nothing to do: the body is where it should be".into(),
+            Structure::Rest => "no action is needed: the body is already in its end attitude".into(),
             _ if switching.beside_optimum => {
-                "switches meet the end; the best of this grid was not found".into()
+                "the switching plan meets the end; the optimum of this grid was not found".into()
             }
             Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits if problem.is_shaped() => {
                 let unit = if problem.objective == Objective::Time { " s" } else { "" };
@@ -318,26 +318,28 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
     if problem.is_shaped() {
         return match solution.convex.map_or(0.0, |work| work.effort_share) {
-            share if share > 1e-6 => "nearly the least nearby: a little effort is counted as well".into(),
-            _ => "the least nearby, to first order; others may be better".into(),
+            share if share > 1e-6 => "nearly a local minimum: the cost contains a small effort term".into(),
+            _ => "a local minimum, to first order; others may be better".into(),
         };
     }
     match solution.optimality.second_order() {
-        SecondOrder::Minimum => "a local minimum; that nothing else is better is not proved".into(),
+        SecondOrder::Minimum => "a local minimum; no proof that it is global".into(),
         SecondOrder::Saddle if matches!(problem.path, Path::AsGiven(_)) => {
             "not a minimum: another rotation than the given one costs less".into()
         }
-        SecondOrder::Saddle => "not a minimum: there is a way down, but nothing better was found".into(),
-        SecondOrder::Undecided => "an extremal; whether it is a minimum is not decided".into(),
-        SecondOrder::NotTested => "an extremal; whether it is a minimum was not tested, as asked".into(),
+        SecondOrder::Saddle => {
+            "not a minimum: the cost decreases in a direction, but no better plan was found".into()
+        }
+        SecondOrder::Undecided => "an extremal; whether it is a minimum is undecided".into(),
+        SecondOrder::NotTested => "an extremal; whether it is a minimum was not tested, as requested".into(),
     }
 }
 
 /// Which way a path goes.
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
-        _ if problem.ends_in_any_attitude() => "to an attitude of its choice",
-        _ if problem.aim().is_some_and(|aim| aim.has_roll()) => "to a roll of its choice",
+        _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",
+        _ if problem.aim().is_some_and(|aim| aim.has_roll()) => "to a roll chosen by the plan",
         Sense::Short => "the short way round",
         Sense::Long => "the long way round",
     }

@@ -65,7 +65,7 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
     let mut texts: Vec<String> = told
         .map(|chance| {
             let of = closed_loop.asked(&chance.name).map_or(String::new(), |asked| {
-                format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked))
+                format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked))
             });
             let tail = if chance.largest() < SAMPLED { " (by the tail of the normal law)" } else { "" };
             let at = significant(beside.linear.times()[chance.worst().node], 3);
@@ -75,7 +75,7 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
         .collect();
     texts.extend(closed_loop.chances.iter().filter(|chance| chance.is_joint).map(|chance| {
         let names = escape(&chance.limits.join(", "));
-        format!("any of {names}: asked at most {} over the motion", significant(chance.at_most, 2))
+        format!("any of {names}: requested at most {} over the motion", significant(chance.at_most, 2))
     }));
     texts
 }
@@ -127,7 +127,8 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
         rates.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((f64::INFINITY, 0), 0));
     let and = if first == second { String::new() } else { format!(", and arc {}", second + 1) };
     format!(
-        "{} deg about {} off, or {} deg/s about {}, leave arc {}{and} no time: then plan anew",
+        "errors of {} deg about {}, or {} deg/s about {}, would make arc {}{and} shorter than zero: \
+        then plan anew",
         significant(turn.to_degrees(), 2),
         axis(of_turn),
         significant(rate.to_degrees(), 2),
@@ -175,7 +176,7 @@ fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<S
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let (name, part) = shares.first().filter(|(_, part)| part.is_finite() && *part > 0.0)?;
     Some(format!(
-        "{} of its variance is of constant errors, most of {} ({})",
+        "{} of its variance is from constant errors, most of {} ({})",
         percent(of_parameters / all),
         escape(name),
         percent(*part)
@@ -204,7 +205,8 @@ fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<Str
     let at = significant(beside.linear.times()[step], 3);
     (part > 1.0).then(|| {
         format!(
-            "input {} has less left than three deviations of its correction, at {at} s: leave more, or plan within less",
+            "input {} has less reserve than three deviations of its correction, at {at} s: increase \
+            the reserve, or plan with smaller limits",
             input + 1
         )
     })
@@ -239,9 +241,9 @@ pub fn kept(margins: &MarginsRecord) -> String {
         )
     });
     let flown: String = flown.collect();
-    let agreed = if margins.agreed { "" } else { "; margins and covariances do not agree yet" };
+    let agreed = if margins.agreed { "" } else { "; margins and covariances have not converged yet" };
     format!(
-        "{} for the chances asked, found in {}; without them the cost is {}{flown}{agreed}",
+        "{} for the requested chances, found in {}; without them the cost is {}{flown}{agreed}",
         margins.held.iter().map(held).collect::<Vec<_>>().join(", "),
         counted(margins.plans, "plan"),
         significant(margins.cost_without, 6)
@@ -263,7 +265,7 @@ pub fn case(
     lines.line(
         "case",
         format!(
-            "{case}, {name}: ends {} deg and {} deg/s beside the plan",
+            "{case}, {name}: ends {} deg and {} deg/s from the plan",
             significant(turn.norm().to_degrees(), 3),
             significant(rate.norm().to_degrees(), 3)
         ),
@@ -310,7 +312,7 @@ fn told(one: &LoopRecord) -> Vec<String> {
         significant(most(&end.rate_sigma_linear_deg_s), 3),
     ));
     lines.push(format!(
-        "{} inside of the ellipsoid that is to hold 99.73 %{}",
+        "{} inside of the 99.73 % ellipsoid{}",
         percent(end.inside_9973.part),
         end.eigenvalues.map_or(String::new(), |[least, largest]| format!(
             ", variances {} to {} times the linear",
@@ -320,9 +322,11 @@ fn told(one: &LoopRecord) -> Vec<String> {
     ));
     for cone in end.constraints.iter().chain(&end.limits) {
         let violated = match cone.violated.count {
-            0 => format!("violated by none, below {} at 95 %", significant(cone.violated.interval[1], 2)),
+            0 => {
+                format!("violated in no flight, below {} at 95 %", significant(cone.violated.interval[1], 2))
+            }
             count => format!(
-                "violated by {count} ({}, {} to {})",
+                "violated in {count} flights ({}, {} to {})",
                 percent(cone.violated.part),
                 percent(cone.violated.interval[0]),
                 percent(cone.violated.interval[1])
@@ -331,13 +335,13 @@ fn told(one: &LoopRecord) -> Vec<String> {
         lines.push(format!("{}: {violated}", escape(&cone.name)));
     }
     if one.saturated > 0.0 {
-        lines.push(format!("limits cut the commands of {} of the steps", percent(one.saturated)));
+        lines.push(format!("limits saturate the commands of {} of the steps", percent(one.saturated)));
     }
     if one.rejected_inertias > 0 {
-        lines.push(format!("{} inertias drawn that are none, and drawn again", one.rejected_inertias));
+        lines.push(format!("{} drawn inertias were impossible and were drawn again", one.rejected_inertias));
     }
     if one.lost > 0 {
-        lines.push(format!("{} lost: they turn faster than can be followed", counted(one.lost, "case")));
+        lines.push(format!("{} cases lost: they turn too fast to be propagated", counted(one.lost, "case")));
     }
     lines.iter().flat_map(|text| wrapped(text, TEXT)).collect()
 }

@@ -16,7 +16,7 @@ pub(super) fn stopped(solution: &Solution) -> &'static str {
         Outcome::Stalled => "no step reduces the terminal error any more",
         Outcome::StepTooLong => "the body turns too far in one step: the implicit equation has no solution",
         Outcome::NotFinite => "a number became NaN or infinite",
-        Outcome::Singular => "the sensitivity matrix is singular: the costates do not steer the end state",
+        Outcome::Singular => "the sensitivity matrix is singular: the costates do not control the end state",
         Outcome::Infeasible => "proved infeasible: no plan exists",
         Outcome::TimeLimit => "the time limit was reached",
         Outcome::Interrupted => "interrupted; this is the best iterate",
@@ -34,7 +34,7 @@ pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     let mut told = Vec::new();
     if let Some(bound) = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound) {
         let longer = short(rounded_up(1.2 * bound));
-        told.push(format!("{key} = {longer}, as no plan takes less than {} s", about(bound)));
+        told.push(format!("{key} = {longer}, as no plan is shorter than {} s", about(bound)));
     }
     if let Some(longer) = solution.longer {
         told.push(format!("{key} = {}, for which a plan was found", short(longer)));
@@ -42,16 +42,20 @@ pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     match solution.outcome {
         Outcome::Converged | Outcome::Interrupted => {}
         Outcome::Infeasible => {
-            told.push("what the reason names; or other torque axes, terminal rates or attitudes".into());
+            told.push(
+                "changes of the quantities in the reason; or other torque axes, terminal rates or \
+             attitudes"
+                    .into(),
+            );
         }
         Outcome::TimeLimit => told.push("more time to search, solver.time_limit_s; or fewer steps".into()),
         Outcome::IterationLimit => told.push("more solver.max_iterations, or more maneuver.steps".into()),
         Outcome::StepTooLong => told.push("more maneuver.steps".into()),
         Outcome::Singular => {
-            told.push("other torque axes, or rates at the end that the present ones can reach".into())
+            told.push("other torque axes, or rates at the end that the present axes can reach".into())
         }
         Outcome::Stalled | Outcome::NotFinite => {
-            told.push("more steps, looser limits, or solver.search = \"thorough\"".into());
+            told.push("more steps, larger limits, or solver.search = \"thorough\"".into());
         }
     }
     told

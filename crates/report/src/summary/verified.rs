@@ -91,7 +91,7 @@ pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String>
         if check.name == "continuous terminal" && check.value > check.limit {
             lines.lines(
                 "",
-                ["the steps are too coarse: the motion under this torque ends", "elsewhere; take more steps"],
+                ["the steps are too coarse: the motion under this torque ends", "elsewhere; use more steps"],
             );
         }
     }

@@ -77,7 +77,7 @@ pub struct Asked {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StudyError {
     /// A list is empty or too long.
-    #[error("a comparison needs 1 to {limit} {what}, not {found}")]
+    #[error("a comparison needs 1 to {limit} {what}, and {found} are given")]
     Count {
         /// What the list holds.
         what: &'static str,
@@ -87,7 +87,7 @@ pub enum StudyError {
         limit: usize,
     },
     /// A number is not positive and finite, or the list is not in order.
-    #[error("the {what} must be positive numbers in {order} order, {value} is not")]
+    #[error("the {what} must be positive numbers in {order} order, and {value} is not")]
     Order {
         /// What the list holds.
         what: &'static str,
@@ -109,7 +109,7 @@ pub enum StudyError {
     },
     /// More steps than anyone waits for.
     #[error(
-        "{steps:.1e} steps of {} s to the horizon {} s are too many, at most {:.0e} are taken",
+        "{steps:.1e} steps of {} s to the horizon {} s are too many: at most {:.0e} are allowed",
         short(*step), short(*horizon), Study::STEPS
     )]
     TooManySteps {
@@ -121,7 +121,7 @@ pub enum StudyError {
         horizon: f64,
     },
     /// The step to show is none of the steps.
-    #[error("the step to show, {} s, is none of the steps compared", short(*step))]
+    #[error("the step to show, {} s, is not one of the compared steps", short(*step))]
     ShownStep {
         /// The step \[s\].
         step: f64,
