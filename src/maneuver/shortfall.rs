@@ -1,18 +1,20 @@
-//! What is missing where no plan was found: causes with their figures, and their sentences in one place.
+//! The reasons for which no plan was found: causes with their figures, and their sentences in one
+//! place.
 
 use crate::maneuver::problem::ProblemError;
 use crate::numerics::figures::{short, significant};
 use std::fmt;
 
-/// What is missing where no plan was found; that proves nothing. Displayed as a sentence for people.
+/// The reason for which no plan was found. It proves nothing. It displays as a sentence for
+/// people.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shortfall {
-    /// Limits, constraints or the end are not met where SCP came nearest.
+    /// The nearest iterate of SCP violates limits, constraints or the end.
     Violated {
         /// The subproblems after which the limit of iterations came, where it came first.
         cut_short_after: Option<usize>,
-        /// What stays violated.
+        /// The remaining violations.
         violations: Vec<Violation>,
         /// Whether the path reaches the end.
         reaches_end: bool,
@@ -22,7 +24,7 @@ pub enum Shortfall {
         /// How many times as large the limits are within which it has a plan.
         factor: f64,
     },
-    /// The conditions of the optimum are met, but the inputs replayed from the start miss the end.
+    /// The conditions of the optimum hold, but the inputs replayed from the start miss the end.
     Missed {
         /// The largest terminal error, scaled.
         error: f64,
@@ -33,7 +35,7 @@ pub enum Shortfall {
     OtherWay {
         /// Whether the nearest goes the short way.
         short: bool,
-        /// By how much it turns \[deg\].
+        /// The angle of its rotation \[deg\].
         turned_deg: f64,
     },
     /// No extremal of the smoothed law of inputs that switch.
@@ -67,7 +69,7 @@ pub enum Shortfall {
     },
     /// The duration is shorter than the shortest that was found.
     TooShort {
-        /// The duration asked for \[s\].
+        /// The requested duration \[s\].
         asked: f64,
         /// The shortest that was found, locally minimal \[s\].
         shortest: f64,
@@ -84,13 +86,13 @@ pub enum Shortfall {
         /// The longest \[s\].
         to: f64,
     },
-    /// In the duration with which the search for it would begin the maneuver cannot be planned.
+    /// The maneuver cannot be planned in the first duration of the search.
     Unusable(ProblemError),
-    /// What is missing, and what came of other durations.
+    /// The reason, and the results for other durations.
     InOtherTime {
-        /// What is missing.
+        /// The reason for the requested duration.
         missing: Box<Shortfall>,
-        /// The duration asked for \[s\].
+        /// The requested duration \[s\].
         asked: f64,
         /// The shortest that was found, locally minimal \[s\].
         shortest: Option<f64>,
@@ -106,11 +108,11 @@ pub enum Shortfall {
 pub struct Violation {
     /// Its name.
     pub name: String,
-    /// By how much.
+    /// The size of the violation.
     pub excess: Excess,
 }
 
-/// How far a limit or constraint is exceeded.
+/// The size by which a limit or constraint is exceeded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Excess {
     /// A cone, by an angle \[rad\].
@@ -196,7 +198,7 @@ impl fmt::Display for Shortfall {
     }
 }
 
-/// What stays violated at the last iterate of SCP.
+/// Describes the remaining violations at the last iterate of SCP.
 fn violated(cut_short_after: Option<usize>, violations: &[Violation], reaches_end: bool) -> String {
     let cut = cut_short_after
         .map(|subproblems| format!("the iteration limit ended the search, after {subproblems} subproblems"));

@@ -1,4 +1,4 @@
-//! What no input can change about a free body without wheels.
+//! The quantities of a free body without wheels that no input can change.
 //!
 //! Two inputs steer an asymmetric body anywhere, so the rank of the linearisation proves nothing. These
 //! arguments do, for a body on which nothing acts but its actuators:

@@ -1,14 +1,15 @@
-//! Momentum to gain and a distance to go, for which torque or force and time do not suffice.
+//! A required change of momentum and a required distance, for which torque or force and time do
+//! not suffice.
 //!
-//! The kicks of a maneuver add up to `|R_N Π_N − R_0 Π_0| ≤ T (ū + m̄)` for a body without wheels, and to
-//! `|γ_N − γ_0| ≤ T F̄` for one that nothing but its forces pushes. Of the latter, with the weights `w_j` of
-//! the kicks and `x_{k+1} = x_k + h γ_k/m`,
+//! The kicks of a maneuver have the sum `|R_N Π_N − R_0 Π_0| ≤ T (ū + m̄)` for a body without
+//! wheels, and `|γ_N − γ_0| ≤ T F̄` for a body on which only its own forces act. For the latter,
+//! with the weights `w_j` of the kicks and `x_{k+1} = x_k + h γ_k/m`,
 //!
 //! ```text
 //! m |x_N − x_0 − T (ẋ_0 + ẋ_N)/2| = h² |Σ w_j (N/2 − j) f_j| ≤ F̄ h² Σ w_j |N/2 − j| = F̄ T²/4
 //! ```
-//! (a quarter of `h²F̄` more for an odd N), as in continuous time. All sums are those of the discrete maneuver
-//! and of the continuous one.
+//! (`h²F̄/4` more for an odd N), as in continuous time. All sums hold for the discrete maneuver
+//! and for the continuous one.
 
 use super::Proof;
 use super::capability::{Ends, SLACK, means, standing, strongest};
@@ -20,7 +21,8 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     angular(problem).or_else(|| linear(problem))
 }
 
-/// No plan under the `needed` duration, all else being equal, where that is a duration at all.
+/// Builds the proof that no plan takes less than the duration `needed`, all else being equal, if
+/// that is finite.
 fn missed(
     problem: &Problem,
     limit: f64,
@@ -87,7 +89,7 @@ fn linear(problem: &Problem) -> Option<Proof> {
         let drift = if mean == Vector3::zeros() { "" } else { " beyond the mean of the terminal velocities" };
         let [needed, possible] = exceeding(way.norm(), allowed);
         let what = format!("the body must move {needed} m{drift}, and at most {possible} m are possible");
-        // At rest the way is the same in any time.
+        // From rest the required distance does not depend on the time.
         let shortest = (mean == Vector3::zeros()).then(|| duration * (way.norm() / allowed).sqrt());
         missed(problem, limit, "N", what, shortest, way.norm() / allowed)
     })

@@ -1,27 +1,27 @@
-//! What does not go together in a maneuver.
+//! The properties of a maneuver that contradict each other.
 
 use thiserror::Error;
 
-/// What is minimised does not go with what the maneuver has, or lacks.
+/// The objective contradicts the actuators, the limits or the end of the maneuver.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unsuited {
     /// A duration is given where time has a cost.
     #[error("time has a price, and the duration is given: use a free duration")]
     GivenDuration,
-    /// A duration is sought, and nothing says how to choose it.
+    /// The duration is free, and neither a price nor a bound selects it.
     #[error("the duration is free: give a price of time or a bound")]
     SoughtDuration,
     /// Minimum time has a longest duration.
     #[error("the duration is the objective and has a bound: remove the bound")]
     LongestDuration,
-    /// A duration of least effort is sought by another scheme than Lie–Verlet.
+    /// A free duration of least effort with another scheme than Lie–Verlet.
     #[error("a free duration needs Lie–Verlet")]
     SchemeOfSoughtDuration,
     /// Inputs push to one side only where effort is minimised.
     #[error("thrusters push to one side only: they need minimum time or fuel")]
     ThrustersOfEffort,
-    /// Torques have prices that are those of thrusters which push as well.
+    /// Thrusters that push and turn have prices of torques.
     #[error("thrusters that push and turn have prices of torques: give prices of forces")]
     TorquePricesOfThrusters,
     /// Several prices where the norm of the torque counts.
@@ -48,16 +48,17 @@ pub enum Unsuited {
     /// Minimum time or fuel by another scheme than Lie–Verlet.
     #[error("minimum time and fuel need Lie–Verlet")]
     SchemeOfSwitching,
-    /// One way round is asked for where any attitude will do.
+    /// A homotopy class is requested for a free end attitude.
     #[error("a free end attitude has no homotopy class: remove the choice of the path")]
     WayToAnyAttitude,
-    /// One way round is asked for where the roll about the boresight is free.
+    /// A homotopy class is requested for a free roll about the boresight.
     #[error("a target has several end attitudes, and all paths are compared: remove the choice of the path")]
     WayToTarget,
-    /// Least fuel in a duration that is sought, to a target that moves.
+    /// Least fuel in a free duration to a moving target.
     #[error("least fuel to a moving target needs a given duration")]
     FuelToMovingTarget,
-    /// Least effort in a duration that is sought, to a target that moves, within more than limits of the torques.
+    /// Least effort in a free duration to a moving target, with more limits than those of the
+    /// torques.
     #[error("least effort to a moving target needs a given duration if more than the torques is limited")]
     LimitsToMovingTarget,
     /// A shortest pulse where any attitude will do.
@@ -84,16 +85,16 @@ pub enum Unsuited {
     /// A shortest pulse with cones or limits of the rates.
     #[error("pulses cannot be combined with cones or rate limits")]
     PulsesUnderConstraints,
-    /// A shortest pulse where SCP is asked for.
+    /// A shortest pulse together with SCP.
     #[error("pulses begin and end between equal steps: method = \"scp\" does not support them")]
     PulsesOnEqualSteps,
     /// Thrusters that push and turn, with limits of another kind than one for each.
     #[error("thrusters that push and turn have a limit each and push to one side only: remove other limits")]
     ThrusterLimits,
-    /// Thrusters that push a body of which the attitude alone is planned.
+    /// Thrusters that push the body in a maneuver of the attitude alone.
     #[error("thrusters with a force need a body that moves")]
     ThrustersOfAttitude,
-    /// Thrusters that push and turn beside wheels.
+    /// Thrusters that push and turn together with wheels.
     #[error("thrusters that push and turn cannot be combined with wheels")]
     ThrustersWithWheels,
     /// Thrusters that push along other axes than they turn about.
