@@ -1,15 +1,17 @@
-//! Gains of plans whose inputs switch: how long each arc lasts from a start beside that of the plan.
+//! Gains of plans whose inputs switch: the lengths of the arcs from a neighbouring start.
 //!
 //! ```text
 //! d = d* + K z ,     z = [log(R*_0ᵀ R_0); Π_0 − Π*_0]
 //! ```
 //!
-//! The neighbour of a plan of arcs has the same arcs, of other lengths (`optimize::methods::switching::moved` has the equations).
-//! From the corrected start the end is missed by the square of `z`, and the duration is that of the neighbouring optimum. Once the first
-//! switches are past, too few lengths are left for six errors: so a plan is corrected once, at its start, and a regulator with torque
-//! held back for it follows the corrected motion.
+//! The neighbour of a plan of arcs has these arcs with other lengths
+//! (`optimize::methods::switching::moved` has the equations). From the corrected start the motion
+//! misses the end by the square of `z`, and the duration is that of the neighbouring optimum.
+//! After the first switches too few lengths remain for six errors. A plan is therefore corrected
+//! once, at its start, and a regulator with reserved torque follows the corrected motion.
 //!
-//! An error that takes more from an arc than it lasts asks for other arcs, which no derivative knows ([`Reversed`]): plan again.
+//! If an error would make an arc shorter than zero, the optimal plan has other arcs, which no
+//! derivative gives ([`Reversed`]): plan again.
 
 use super::NoGains;
 use crate::flight::Flight;
@@ -64,7 +66,7 @@ pub struct SwitchingGains {
 pub struct Reversed {
     /// Index of the arc.
     pub arc: usize,
-    /// What would be left of it \[s\].
+    /// The length that the arc would have \[s\].
     pub length: f64,
 }
 
@@ -74,14 +76,15 @@ pub enum NotCorrected {
     /// Other arcs are needed.
     #[error(transparent)]
     Reversed(#[from] Reversed),
-    /// The plan is another than that of the gains, or its motion cannot be followed.
+    /// The plan is not the plan of the gains, or its motion cannot be propagated.
     #[error("the plan is not the plan of the gains, or its motion cannot be propagated")]
     Trajectory,
 }
 
 impl SwitchingGains {
-    /// Of the arcs of `plan`, a trajectory of `problem` on its own grid: of those that are flown, whose switches are beside those of
-    /// the continuous extremal by the square of the step.
+    /// Designs gains for the arcs of `plan`, a trajectory of `problem` on its own grid. These are
+    /// the flown arcs; their switches differ from those of the continuous extremal by the square
+    /// of the step.
     ///
     /// # Errors
     /// [`NoGains::Arcs`]: of plans whose inputs do not stay at limits or off, are limited by something else, or whose arcs are too few
@@ -117,10 +120,11 @@ impl SwitchingGains {
         Ok(Self { arcs, rows })
     }
 
-    /// Whether the arcs of a plan of `problem` decide all of its motion, and lead to a given state.
+    /// Checks that the arcs of a plan of `problem` determine its whole motion, and lead to a
+    /// given state.
     ///
     /// # Errors
-    /// [`NoGains::Arcs`] with what stands in the way.
+    /// Returns [`NoGains::Arcs`] with the obstacle.
     pub fn suits(problem: &Problem) -> Result<(), NoGains> {
         suited(problem)
     }
@@ -130,7 +134,8 @@ impl SwitchingGains {
         &self.rows[6 * arc..6 * arc + 6]
     }
 
-    /// By how much an arc lasts longer from a start `z` beside that of the plan, in rad and N·m·s.
+    /// Returns the additional length of an arc from a start that differs from the plan by `z`, in
+    /// rad and N·m·s.
     pub fn change(&self, arc: usize, z: &Vector6) -> f64 {
         self.row(arc).iter().zip(z.iter()).map(|(gain, z)| gain * z).sum()
     }
@@ -138,11 +143,11 @@ impl SwitchingGains {
     /// How long the arcs last from there \[s\].
     ///
     /// # Errors
-    /// [`Reversed`] where one of them would not last at all.
+    /// Returns [`Reversed`] if an arc would be shorter than zero.
     pub fn lengths(&self, z: &Vector6) -> Result<Vec<f64>, Reversed> {
         let length = |(index, arc): (usize, &Arc)| {
             let length = arc.length + self.change(index, z);
-            // Written so that what is not a number is none.
+            // This form also rejects NaN.
             if length > 0.0 { Ok(length) } else { Err(Reversed { arc: index, length }) }
         };
         self.arcs.iter().enumerate().map(length).collect()
@@ -192,7 +197,7 @@ impl SwitchingGains {
     }
 }
 
-/// Whether the arcs of a plan decide all of its motion, and lead to a given state.
+/// Checks that the arcs of a plan determine its whole motion, and lead to a given state.
 fn suited(problem: &Problem) -> Result<(), NoGains> {
     let limits = problem.actuation.torque.limits();
     let refused = [

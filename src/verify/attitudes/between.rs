@@ -1,17 +1,20 @@
 //! Cones and limits of the rate, at the rows and between them.
 //!
-//! At one rate about one axis the angle between a boresight and a direction has a closed form ([`Arc`]), also where the reference frame
-//! turns: a direction that is fixed in space turns back in it. The rate itself is one all along, `ρ = φ/h`, and beside a turning frame
+//! If the body turns at one rate about one axis, the angle between a boresight and a direction
+//! has a closed form ([`Arc`]). This also holds if the reference frame turns: a direction that is
+//! fixed in space turns back in it. The rate itself is constant, `ρ = φ/h`; in a turning frame
 //!
 //! ```text
 //! |ρ + A(τ)ᵀω|² = |ρ|² + |ω|² + 2 ρ·A₀ᵀω ,      (A(τ)ᵀω)ᵢ = |ω| cos ∠(A(τ) eᵢ, ω)
 //! ```
 //!
-//! By the mean value theorem no motion between the two attitudes has a smaller largest rate, so that a mean rate above the limit is a
-//! violation whatever the body does.
+//! By the mean value theorem every motion between the two attitudes has a largest rate of at
+//! least the mean rate. A mean rate above the limit is therefore a violation for any motion of
+//! the body.
 //!
-//! Along the cubic through attitudes and rates an angle changes by the steepest slope of the rotation vector at most. A stretch whose
-//! middle is further from the rim than half of that is clear; any other is halved, until it is shorter than the tolerance.
+//! Along the cubic through attitudes and rates an angle changes at most at the steepest slope of
+//! the rotation vector. A stretch is clear if the distance of its middle from the rim exceeds
+//! half of this change. Any other stretch is halved, until it is shorter than the tolerance.
 
 use super::{AttitudeReport, Motion};
 use crate::Vector3;
@@ -27,7 +30,7 @@ use crate::numerics::figures::{decimals, significant, told_apart};
 pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let mut far = Vec::new();
     for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
-        // Within the digits half a turn may go either way.
+        // Within the printed digits half a turn has two possible directions.
         if motion.turn(k).norm()
             > std::f64::consts::PI - motion.tolerance.max(2.0 * motion.rows.rounding.attitude)
         {

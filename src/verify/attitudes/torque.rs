@@ -9,8 +9,8 @@ use crate::maneuver::infeasible::strongest;
 use crate::numerics::figures::{significant, told_apart};
 use crate::{Vector3, lie};
 
-/// Part by which the mean torque of rates may exceed what the actuators have: that of a plan that is within its limits to round-off,
-/// printed in many digits.
+/// The relative excess of the mean torque of rates over the limits of the actuators that is
+/// accepted: a plan that keeps its limits to round-off, printed with many digits.
 const SLACK: f64 = 1e-6;
 
 /// Tells what is needed, and where that is more than there is.
@@ -57,7 +57,7 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
         let (turn, h) = (motion.turn(k), motion.step(k));
         motion.attitude[k] * lie::exp(&(0.5 * turn)) * (j * (turn / h))
     };
-    // At an end the body has the rate that is asked for.
+    // At an end the body has the requested rate.
     let end = |k: usize, rate: &Vector3| motion.attitude[k] * (j * rate);
     let mut peak = None::<f64>;
     let mut meet = |change: Vector3, time: f64| {
