@@ -1,4 +1,4 @@
-//! What the constructors of bodies and potentials reject, and the checks they share.
+//! Errors of the constructors of bodies and potentials, and the checks that they share.
 
 use crate::Vector3;
 use crate::mechanics::number::NumberError;
@@ -13,7 +13,7 @@ pub enum FullBodyError {
     /// A count is zero, or beyond what memory and time are good for.
     #[error("{name}: {count}; the number must be from 1 to {limit}")]
     Count {
-        /// What was counted.
+        /// The name of the counted items.
         name: &'static str,
         /// How many there are.
         count: usize,

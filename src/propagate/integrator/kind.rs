@@ -133,7 +133,7 @@ impl Kind {
         NAMES.iter().find(|(kind, _)| *kind == self).map_or("galerkin", |(_, name)| name)
     }
 
-    /// What is known of it.
+    /// Returns the properties of the method.
     pub fn facts(self) -> Facts {
         let variational = Facts::VARIATIONAL;
         let on_group = |tableau: &Tableau| Facts {
