@@ -1,4 +1,4 @@
-//! What many cases came to, in words.
+//! The results of many cases in words.
 
 use super::summary::Lines;
 use slewkit::numerics::figures::{error, rounded, short, significant};
@@ -109,7 +109,7 @@ fn brief(set: &str) -> String {
     }
 }
 
-/// What stands between the numbers of a value.
+/// The characters between the numbers of a value.
 const SEPARATORS: [char; 6] = [',', '[', ']', '{', '}', ' '];
 /// Characters of a value that a summary shows.
 const LONGEST: usize = 60;

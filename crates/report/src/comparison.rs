@@ -1,7 +1,7 @@
 //! The page of a comparison: methods or objectives on one maneuver, integrators on one motion.
 //!
-//! It is made of the document that `slew compare --format json` prints. What is in no file, the motions and what errors do
-//! over time, is shown where it is handed over beside it.
+//! The page is made from the document that `slew compare --format json` prints. Motions and
+//! errors over time, which are in no file, are shown if the caller supplies them.
 
 use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};
@@ -23,7 +23,7 @@ use slewkit::propagate::integrator::{ErrorControl, Kind};
 use slewkit_files::export::ExportError;
 use std::io::{BufReader, Read};
 
-/// What is read of the document of a comparison.
+/// The part of the document of a comparison that a page uses.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ComparisonFile {
     name: String,
@@ -33,7 +33,7 @@ pub struct ComparisonFile {
     /// The motions by the names of what was compared, of those that have one.
     #[serde(skip)]
     pub motions: Vec<Motion>,
-    /// What the inputs of the motions are called, in their order; empty: by their numbers.
+    /// The names of the inputs of the motions, in their order; empty for numbers.
     #[serde(skip)]
     pub inputs: Vec<String>,
     /// The integrators over time at one step.
@@ -44,7 +44,7 @@ pub struct ComparisonFile {
 /// The motion of one of those that are compared.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// Of what.
+    /// The name of the motion.
     pub name: String,
     /// The motion.
     pub trajectory: Trajectory,
@@ -120,7 +120,7 @@ impl ComparisonFile {
         Ok(serde_json::from_reader(BufReader::new(input))?)
     }
 
-    /// Of the document itself.
+    /// Builds the page from the document itself.
     ///
     /// # Errors
     /// One that is no comparison.
@@ -151,7 +151,7 @@ pub fn comparison_page(file: &ComparisonFile) -> String {
     })
 }
 
-/// What there is to see of a comparison.
+/// Returns the pictures of a comparison.
 pub fn comparison_pictures(file: &ComparisonFile) -> Vec<Shown> {
     let mut all = Vec::new();
     for (key, motion) in INPUT_KEYS.into_iter().zip(&file.motions) {
@@ -201,7 +201,8 @@ fn turning(motions: &[Motion]) -> Shown {
     shown("turning", chart, "")
 }
 
-/// How far the attitudes of the others are from those of the first, where methods are compared.
+/// Returns the distances of the attitudes of the other methods from the first, if methods are
+/// compared.
 fn difference(file: &ComparisonFile) -> Option<Shown> {
     let (first, others) = file.motions.split_first()?;
     if !matches!(file.compared, Compared::Methods { .. }) || others.is_empty() {
@@ -225,7 +226,7 @@ fn difference(file: &ComparisonFile) -> Option<Shown> {
     Some(shown("difference", chart, ""))
 }
 
-/// The study of integrators, put together again from what its document says.
+/// Rebuilds the study of integrators from its document.
 fn study(file: &ComparisonFile) -> Option<(Study, WorkPrecision)> {
     let Compared::Integrators { integrators, steps_s, horizons_s, energy_scale_j, levels, runs, equal_error } =
         &file.compared

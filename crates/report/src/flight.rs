@@ -16,7 +16,8 @@ use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_6, TAU};
 
-/// Nodes at most at which a radius is sought: covariances are smooth along a plan.
+/// The largest number of nodes at which a radius is computed: covariances are smooth along a
+/// plan.
 const MOST_NODES: usize = 120;
 
 /// Ellipses along a track.
@@ -60,7 +61,7 @@ pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     linear.chain(bands::charts(subject)).collect()
 }
 
-/// How far each boresight is from where the plan has it.
+/// Returns the chart of the angle between each boresight and its planned direction.
 fn pointing(subject: &Subject) -> Option<Shown> {
     let (beside, loops) = (subject.beside()?, loops(subject));
     let boresights = boresights(subject);
@@ -160,7 +161,8 @@ fn corrections(subject: &Subject) -> Option<Shown> {
     Some(shown("corrections", chart, remark))
 }
 
-/// Ellipses along the tracks of the boresights that hold them with 99.73 %, and how many times they are enlarged.
+/// Returns the 99.73 % ellipses along the tracks of the boresights, and the factor by which they
+/// are enlarged.
 pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
     let Some(beside) = subject.beside() else { return (Vec::new(), 1) };
     // σ of a circle holds so much of it.
@@ -172,7 +174,7 @@ pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
                 let axes =
                     axes(&boresight.vector, &of_attitude(&covariance.states[node])).map(|axis| axis * reach);
                 let size = axes[0].norm().max(axes[1].norm());
-                // Linear theory says nothing of larger ones.
+                // Linear theory does not describe larger ellipses.
                 if size > 0.0 && size <= FRAC_PI_6 {
                     let attitude = beside.linear.node(node).0;
                     found.push((style, name, attitude * boresight.vector, axes.map(|axis| attitude * axis)));
@@ -198,7 +200,7 @@ pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
     (found.iter().map(ring).collect(), factor)
 }
 
-/// What the ellipses on the map are.
+/// Describes the ellipses on the map.
 pub(super) fn told_of_rings(rings: &[SkyRing], factor: i32) -> String {
     let what = match (rings.iter().any(|ring| ring.filled), rings.iter().any(|ring| !ring.filled)) {
         (true, true) => "99.73 % ellipses: filled under the gains, outlined without",
@@ -267,7 +269,7 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         let asked = subject.closed_loop()?.asked(&chance.name).map_or(String::new(), |asked| {
             format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
         });
-        // Open loop nothing asks for more of an input than the plan.
+        // In open loop no correction adds to the input of the plan.
         let cell = |chances: &Vec<Chance>| {
             let Some(chance) = chances.get(index) else { return "–".into() };
             let at = significant(beside.linear.times()[chance.worst().node], 3);

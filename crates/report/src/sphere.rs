@@ -1,4 +1,4 @@
-//! What the boresights see: their tracks on the sphere of directions, with the cones of the spec.
+//! The tracks of the boresights on the sphere of directions, with the cones of the spec.
 
 use super::boresight::{Boresight, body_axes, boresights};
 use super::{MOST_POINTS, Shown, Subject, flight, moving};
@@ -20,7 +20,7 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let mut marks: Vec<SkyMark> =
         all.iter().map(|cone| SkyMark { name: String::new(), at: cone.axis }).collect();
     let moving = all.iter().any(|cone| !cone.way.is_empty());
-    // Where the end asked for is, the track may not be: a plan that failed.
+    // The track of a failed plan may not reach the requested end.
     for (track, boresight) in tracks.iter().zip(boresights(subject)) {
         let target = subject.problem.end.attitude * boresight.vector;
         let ends = track.points.last().map_or(f64::INFINITY, |end| (end - target).norm());

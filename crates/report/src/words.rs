@@ -1,4 +1,4 @@
-//! What a report says: what is proved and what is not, the checks, the margins, the rivals.
+//! The words of a report: what is proved and what is not, the checks, the margins, the rivals.
 
 use super::Subject;
 use super::arcs;
@@ -47,7 +47,7 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
     told
 }
 
-/// What the certificate of arcs says.
+/// Describes the certificate of arcs.
 fn extremal(switching: &Switching) -> Option<String> {
     let gap = error(100.0 * switching.gap / switching.continuous_cost);
     match switching.structure {
@@ -79,7 +79,7 @@ fn extremal(switching: &Switching) -> Option<String> {
     }
 }
 
-/// Of a plan that lands the true motion comes first: it is what flies.
+/// For a plan that lands the true motion comes first, because it is flown.
 fn witnessed(found: &Verification, lands: bool) -> Vec<String> {
     let mut told = Vec::new();
     if lands {
@@ -181,7 +181,7 @@ fn firings_told(subject: &Subject) -> Table {
     }
 }
 
-/// The arcs of the continuous extremal; no rows where there are none.
+/// Returns the table of the arcs of the continuous extremal; without arcs it has no rows.
 fn arcs_told(subject: &Subject) -> Table {
     let switching = subject.plan.solution.switching.as_ref();
     let arcs = switching.map_or(&[][..], |switching| &switching.arcs);
@@ -287,7 +287,7 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
     }
 }
 
-/// Of what a margin is: an input by its name, where the spec gives it one.
+/// Returns the name of the limited quantity: the name of an input in the spec, if it has one.
 fn named(subject: &Subject, margin: &Margin) -> String {
     margin.input(subject.problem).map_or_else(|| margin.at.clone(), |input| subject.input_name(input))
 }

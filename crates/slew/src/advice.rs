@@ -1,4 +1,4 @@
-//! What to try next: the command to type, most promising first.
+//! The suggested next commands, the most promising first.
 
 use super::SpecArgs;
 use slewkit::maneuver::{Method, Outcome, Problem, Settings};
@@ -9,7 +9,8 @@ use slewkit::verify::Accuracy;
 /// Terminal errors up to this multiple of the tolerance count as nearly there.
 const NEARLY: f64 = 1e4;
 
-/// `slew plan` with the spec and the overrides of this run, the last of which sets `key`; and why.
+/// Formats `slew plan` with the spec and the overrides of this run, plus one that sets `key`, and
+/// the reason.
 fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -> String {
     let (path, other) = (args.spec.to_string_lossy(), |set: &&String| !set.starts_with(&format!("{key}=")));
     let mut words = vec!["slew".into(), "plan".into(), word(&path)];
@@ -32,7 +33,7 @@ pub fn word(text: &str) -> String {
     }
 }
 
-/// What to try next.
+/// Returns the suggested next commands.
 pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Plan) -> Vec<String> {
     let solution = &plan.solution;
     let more_steps =
@@ -65,7 +66,7 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         (Status::Solved, _) => finer.into_iter().collect(),
         (Status::VerificationFailed, _) => vec![finer.unwrap_or_else(more_steps)],
         (_, Outcome::Stalled) if problem.objective.switches() && solution.longer.is_some() => vec![longer()],
-        // A duration that is sought cannot be set.
+        // A free duration cannot be set.
         (_, Outcome::Stalled | Outcome::NotFinite) if problem.switches() || problem.seeks_duration() => {
             vec![more_steps(), again(args, "solver.search", "thorough", "more starts")]
         }

@@ -35,20 +35,20 @@ pub struct Args {
     pub tables: TableArgs,
 }
 
-/// What tables hold.
+/// The options of tables.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct TableArgs {
     /// Tick of `--format flight`; by default the step of the plan
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub tick: Option<f64>,
-    /// In CSV and Parquet, also tell at each node the margin of every limit and constraint, and the angle in degrees
-    /// between each boresight and what it is to keep away from or near to, as the Sun
+    /// In CSV and Parquet, also write the margin of every limit and constraint at each node, and
+    /// the angle in degrees between each boresight and the direction of its cone, such as the Sun
     #[arg(long)]
     pub margins: bool,
 }
 
 impl TableArgs {
-    /// What is asked for, if the format can tell it.
+    /// Returns the requested contents, if the format can hold them.
     pub fn checked(self, destination: &Destination) -> Result<Tables, Failure> {
         let format = destination.format().and_then(Format::of_data);
         if self.margins && !format.is_some_and(formats::Format::tells_margins) {
@@ -88,7 +88,7 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Refuses a format for which the maneuver does not say enough.
+/// Refuses a format for which the maneuver lacks data.
 pub fn check(destination: &Destination, problem: &Problem, identity: &Identity) -> Result<(), Failure> {
     let Some(format) = destination.format().and_then(Format::of_data) else { return Ok(()) };
     format.check(problem, identity).map_err(|lacking| Failure::from(ExportError::from(lacking)))

@@ -51,20 +51,20 @@ pub struct Args {
     /// Keep every case in FILE.jsonl, a JSON object a line; a file that has some of them is continued
     #[arg(long, value_name = "FILE")]
     pub keep: Option<PathBuf>,
-    /// Number of threads; by default that of the machine. It changes no result
+    /// Number of threads; by default the number of the machine. It does not change the results
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
     /// Fly this case alone, counted from 0, and show it step by step
     #[arg(long, value_name = "NUMBER", conflicts_with_all = ["keep", "threads"])]
     pub case: Option<u64>,
-    /// Which loop: with the gains of the plan, without, or both side by side
+    /// Loop: with the gains of the plan, without, or both side by side
     #[arg(long = "loop", value_name = "LOOP", default_value = "both")]
     pub which: Which,
     #[command(flatten)]
     pub output: OutputArgs,
 }
 
-/// Which loop is flown.
+/// The loop of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Which {
     /// With the gains of the plan
@@ -78,7 +78,7 @@ pub enum Which {
 /// Formats that can hold cases.
 const FORMATS: [Format; 4] = [Format::Text, Format::Json, Format::Csv, Format::Npz];
 
-/// Cases between two looks at what the user wants: some tenths of a second.
+/// The number of cases between two polls of Ctrl-C: some tenths of a second.
 const CHUNK: usize = 4096;
 
 /// Runs the command.
@@ -119,7 +119,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
 }
 
-/// The loops that are asked for: closed, open.
+/// Returns the requested loops: closed, open.
 fn loops(args: &Args, runs: &Runs<'_>) -> Result<Vec<bool>, Failure> {
     let has = runs.beside.gains.is_some();
     match args.which {

@@ -124,7 +124,7 @@ enum Command {
     },
     /// Print completions for a shell
     Completions {
-        /// Which shell
+        /// Name of the shell
         shell: clap_complete::Shell,
     },
 }
@@ -233,7 +233,8 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
 fn tell(said: &clap::Error) -> Exit {
     let words = said.to_string();
     let shown = escape_lines(&words);
-    // What was typed is quoted as it is, and no terminal is to obey it.
+    // The message quotes the input of the user; escape sequences in it must not reach the
+    // terminal.
     let told = if said.use_stderr() && shown != words {
         write!(io::stderr().lock(), "{shown}")
     } else {

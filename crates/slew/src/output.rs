@@ -11,10 +11,12 @@ use std::path::{Path, PathBuf};
 /// Output of a command that makes a trajectory.
 #[derive(Debug, clap::Args)]
 pub struct OutputArgs {
-    /// Format of the data, on stdout or in the file of `-o`; by default that of the file name, on stdout JSON
+    /// Format of the data, on stdout or in the file of `-o`; by default the ending of the file
+    /// selects it, JSON for stdout
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
-    /// Write the data to FILE, whole or not at all; its ending says in which format. `-` is stdout
+    /// Write the data to FILE, completely or not at all; its ending selects the format. `-` is
+    /// stdout
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Replace FILE if it exists
@@ -68,12 +70,13 @@ pub enum Format {
 }
 
 impl Format {
-    /// What a plan is written as; text for people is none of that.
+    /// Returns the format of a plan; `None` for text for people.
     pub fn of_data(self) -> Option<formats::Format> {
         formats::Format::named(&self.name())
     }
 
-    /// Endings of the names of files that may hold it. Of several formats with one ending it means the first.
+    /// Returns the endings of file names for the format. If several formats have one ending, it
+    /// selects the first.
     fn endings(self) -> &'static [&'static str] {
         self.of_data().map_or(&[], formats::Format::endings)
     }
@@ -168,14 +171,15 @@ impl OutputArgs {
     }
 }
 
-/// The format of the file at `path`: as asked for, unless its ending says otherwise.
+/// Returns the format of the file at `path`: the requested one, unless the ending of the path
+/// contradicts it.
 fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<Format, Failure> {
     let shown = escape(&path.to_string_lossy());
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let has = |format: &Format| ending.as_deref().is_some_and(|ending| format.endings().contains(&ending));
     let meant = formats.iter().copied().find(has);
     match (asked, meant) {
-        // What has no ending of ours may hold anything.
+        // A file without a known ending may have any format.
         (Some(asked), None) => Ok(asked),
         (Some(asked), Some(_)) if has(&asked) => Ok(asked),
         (Some(asked), Some(meant)) => {

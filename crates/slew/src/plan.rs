@@ -1,4 +1,4 @@
-//! `slew plan`: solve, verify, tell, write.
+//! `slew plan`: solves, verifies, reports, writes.
 
 mod warm;
 
@@ -46,9 +46,10 @@ pub struct Args {
     /// attitudes. `-` reads stdin
     #[arg(long, value_name = "FILE")]
     pub guess: Option<PathBuf>,
-    /// Plan again what is left of a plan: from the start of SPEC, where the craft is at the time --at of that plan, to the
-    /// end of SPEC, in the time and on the steps that are left. A few Newton steps; where they do not do a search is made
-    /// anew, and the summary says so. `-` reads stdin
+    /// Replan the rest of a plan: from the start of SPEC, which is the state of the craft at the
+    /// time --at of that plan, to the end of SPEC, in the remaining time and on the remaining
+    /// steps. A few Newton steps suffice as a rule; otherwise a new search runs, and the summary
+    /// reports it. `-` reads stdin
     #[arg(long, value_name = "PLAN.json", conflicts_with = "guess")]
     pub warm: Option<PathBuf>,
     /// Time of that plan at which the craft is at the start of SPEC, from its beginning; 0 by default
@@ -170,7 +171,7 @@ fn planned(
     Ok((with, plan, Some(margins)))
 }
 
-/// What is known of a plan beside it, where the spec asks for that and there is a plan.
+/// Computes the quantities near a plan, if the spec requests them and a plan exists.
 fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Beside> {
     if !closed_loop.is_asked() || is_posed(problem) || plan.solution.outcome != Outcome::Converged {
         return None;
@@ -182,14 +183,14 @@ fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mu
     }
 }
 
-/// Gains along a plan of which no covariance is known.
+/// Designs gains along a plan without a covariance.
 fn gains(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Gains> {
     let converged = Some(&plan.solution).filter(|solution| solution.outcome == Outcome::Converged)?;
     gains_alone(problem, &converged.trajectory, closed_loop)?
         .map_or_else(|error| unknown(&error, console), Some)
 }
 
-/// Why nothing is known beside a plan.
+/// Reports why no quantities near a plan are known.
 fn unknown<T>(error: &NotKnown, console: &mut Console) -> Option<T> {
     let reason = format!("no gains and no covariance for this plan: {error}");
     console.warn("W0171", &reason, "give [feedback] kind = \"tvlqr\", or larger limits");
@@ -231,7 +232,7 @@ pub fn refusal(error: PlanError) -> Failure {
     }
 }
 
-/// A spec that reads well and asks what cannot be.
+/// Builds the failure for a spec that is valid key by key but impossible as a whole.
 pub fn invalid(error: ProblemError) -> Failure {
     let (code, remedy) = match &error {
         ProblemError::StepTooLong { steps, .. } => {

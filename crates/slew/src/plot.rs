@@ -43,7 +43,7 @@ pub struct Args {
     /// An SVG, PNG or PDF file, or a folder for one SVG file a picture
     #[arg(short, long, value_name = "DIR|FILE.svg")]
     pub output: PathBuf,
-    /// Which pictures, in this order; by default all in a folder, the first four in a file
+    /// Names of the pictures, in this order; by default all in a folder, the first four in a file
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(keys()), hide_possible_values = true)]
     pub charts: Vec<String>,
     #[command(flatten)]
@@ -56,7 +56,7 @@ pub struct Args {
     pub quiet: bool,
 }
 
-/// What one file of pictures is.
+/// The format of a file of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Svg,
@@ -149,7 +149,7 @@ impl Args {
         Ok(target)
     }
 
-    /// Those of `shown` that are asked for, in that order.
+    /// Returns the requested pictures of `shown`, in the requested order.
     fn chosen<'a>(&self, shown: &'a [Shown]) -> Result<Vec<&'a Shown>, Failure> {
         let find = |key: &String| {
             shown.iter().find(|shown| shown.key == *key).ok_or_else(|| {
@@ -187,7 +187,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     draw(args, target, &shown, console)
 }
 
-/// Writes the pictures that are asked for.
+/// Writes the requested pictures.
 fn draw(
     args: &Args,
     target: Option<(Target, Format)>,

@@ -84,7 +84,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// The file of a page, checked before any work: its name says that it is one, and it is none of `inputs`.
+/// Returns the file of a page, checked before any work: its name must have the ending of a page,
+/// and must not be one of `inputs`.
 pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Failure> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !["html", "htm"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
@@ -97,7 +98,7 @@ pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Fail
     Ok(target)
 }
 
-/// Writes a page and says so.
+/// Writes a page and reports it.
 pub fn write(target: &Target, text: &str, console: &mut Console) -> Result<(), Failure> {
     target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
     summary::wrote(console, target);

@@ -38,19 +38,21 @@ struct Line {
     ra_dec_deg: [[f64; 2]; 2],
     /// How fast the direction turns \[deg/s\].
     rate_deg_s: [f64; 2],
-    /// Absent of what has none.
+    /// The distance; absent for a direction without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     range_km: Option<[f64; 2]>,
-    /// Of the spacecraft above the horizon of a station \[deg\].
+    /// The elevation of the spacecraft above the horizon of a station \[deg\].
     #[serde(skip_serializing_if = "Option::is_none")]
     elevation_deg: Option<[f64; 2]>,
-    /// Between the direction that is planned with and that of the full theories \[arcsec\].
+    /// The angle between the direction of the planner and the direction of the full theories
+    /// \[arcsec\].
     apart_arcsec: [f64; 2],
-    /// By how much light time and aberration move it \[arcsec\]: in the directions, or left out, as the spec says.
+    /// The displacement by light time and aberration \[arcsec\], which the directions include or
+    /// omit, as the spec states.
     by_light_arcsec: [f64; 2],
 }
 
-/// What a spec's sky is like.
+/// The report on the sky of a spec.
 #[derive(Debug, Serialize)]
 struct Told {
     /// One revolution \[s\]; absent without an orbit.
@@ -67,7 +69,7 @@ struct Told {
     targets: Vec<Line>,
 }
 
-/// How far ahead is looked where the duration is sought \[s\].
+/// The time for which targets are computed if the duration is free \[s\].
 const AHEAD: f64 = 600.0;
 
 /// Runs the command.

@@ -1,5 +1,6 @@
-//! The summary for who flies the plan: what turns by how much in what time, what that costs, how near it comes to every limit,
-//! and where the true motion ends. A dozen lines of eighty columns; what the solver did stands in [`super::details`].
+//! The summary for the users of a plan: the angle, the duration, the cost, the margins to every
+//! limit, and the end of the true motion. It has about a dozen lines of eighty columns;
+//! [`super::details`] describes the work of the solver.
 
 use super::found::rotation_beside_path;
 use super::inputs;
@@ -23,10 +24,11 @@ const MOST_LINES: usize = 12;
 /// Lines around these: the headline, and what to type next.
 const AROUND: usize = 2;
 
-/// A part below this is nothing to an engineer: costs are told to a tenth of a percent.
+/// The relative difference below which two costs count as equal: costs are printed to a tenth of
+/// a percent.
 const SAME: f64 = 5e-4;
 
-/// Less room than this is none to an engineer \[deg\].
+/// The clearance below which a cone counts as touched \[deg\].
 const LITTLE: f64 = 1e-3;
 
 /// The lines below the headline, but for what to type next.
@@ -75,7 +77,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     lines
 }
 
-/// Why there is no plan.
+/// Returns the reason for which no plan was found.
 fn unsolved(solution: &Solution) -> Vec<String> {
     let mut lines = Vec::new();
     let reason = match &solution.infeasible {
@@ -98,7 +100,7 @@ fn unsolved(solution: &Solution) -> Vec<String> {
     lines
 }
 
-/// Which set of each of the alternatives holds until when.
+/// Returns the sets of the alternatives and the times until which they hold.
 fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
     let end = solution.duration(problem);
     let told = solution.turns.iter().map(|Turns { of, shifts }| {
@@ -132,7 +134,7 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     let steps = counted(solution.steps, "step");
     match rotation_beside_path(problem, solution) {
         Some(rotation) => {
-            // As one line.
+            // The line combines angle, way and duration.
             let way = round.trim_end_matches(" round");
             format!("{rotation:.1} deg{moved}, {way} by {turned:.1} deg, in {duration} s{sought}, {steps}")
         }
@@ -162,7 +164,7 @@ fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     text
 }
 
-/// The cost against that of the turn about a fixed axis, where that is known.
+/// Compares the cost with that of the turn about a fixed axis, if known.
 fn against(problem: &Problem, solution: &Solution) -> String {
     let Some(fixed) = fixed_axis::cost(problem, solution) else { return String::new() };
     let part = solution.cost / fixed - 1.0;
@@ -236,10 +238,10 @@ fn rate(problem: &Problem, found: &Verification) -> String {
     if told.is_empty() { format!("{peak} at most") } else { format!("{peak} at most; {}", told.join(", ")) }
 }
 
-/// The margin in the true motion; that of inputs, which are held, is one with that of the plan.
+/// Returns the margin in the true motion; inputs are held, so their margin is that of the plan.
 fn met(margin: &Margin) -> f64 {
     let value = margin.continuous_margin.unwrap_or(margin.margin);
-    // What acts touches its limit up to round-off, of either sign.
+    // An active limit is touched up to round-off, of either sign.
     let scale = if margin.scaled == 0.0 { 1.0 } else { (margin.margin / margin.scaled).abs() };
     if value.abs() <= Margin::ROUND_OFF * scale { 0.0 } else { value }
 }
@@ -261,7 +263,8 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
         match left {
             left if left < 0.0 => format!("{name}: {} deg too near {at}", significant(-left, 2)),
             left => {
-                // What is drawn in until the true motion holds it touches it up to the tolerance of that.
+                // A limit that was tightened for the true motion is touched up to the tolerance
+                // of the tightening.
                 let spare = if left < LITTLE {
                     format!("less than {LITTLE} deg")
                 } else {
@@ -280,7 +283,7 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     lines
 }
 
-/// What is known of it as an optimum.
+/// Describes the plan as an optimum.
 fn proof(problem: &Problem, solution: &Solution) -> String {
     if let Some(switching) = &solution.switching {
         let part = switching.gap / switching.continuous_cost;
@@ -335,7 +338,7 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Which way a path goes.
+/// Describes the way of a path.
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
         _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",
@@ -345,12 +348,12 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// What else was found, in words.
+/// Describes the rivals.
 fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let best = solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before);
     let nearest = solution.rivals.first()?;
     let round = way(problem, nearest.sense);
-    // Of switching times alone no path is known.
+    // Switching times alone do not determine the path.
     let way = if solution.switching.is_some() && !problem.is_shaped() {
         "another way".into()
     } else {
@@ -362,7 +365,7 @@ fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     };
     let cost = format!("{}{unit}", significant(nearest.cost, 4));
     let against = match nearest.cost / best {
-        // Where nothing is needed all else is infinitely dear.
+        // If the plan costs nothing, every other cost is infinitely higher.
         part if !part.is_finite() => format!("at {cost}"),
         part if part >= 10.0 => format!("at {} times the cost ({cost})", significant(part, 3)),
         part if part > 1.0 + SAME => format!("at {} % more ({cost})", significant(100.0 * (part - 1.0), 2)),

@@ -1,4 +1,4 @@
-//! What is told of gains, of what is uncertain, and of a plan that was flown.
+//! The summary of gains, of uncertainty, and of flights of a plan.
 
 use super::lines::{Lines, TEXT, wrapped};
 use super::{Tone, headline};
@@ -13,10 +13,10 @@ use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit_files::flown::{HeldRecord, LoopRecord, MarginsRecord, RunRecord, boresights};
 use slewkit_files::spec::{ClosedLoop, escape};
 
-/// Probabilities below this are told by the tail of the normal law alone.
+/// The probability below which only the tail of the normal law is reported.
 const SAMPLED: f64 = 1e-4;
 
-/// What the summary of a plan says of the plan beside it.
+/// Returns the lines about the quantities near a plan.
 pub fn beside(
     problem: &Problem,
     closed_loop: &ClosedLoop,
@@ -39,7 +39,7 @@ pub fn beside(
     {
         lines.lines("", wrapped(&text, TEXT));
     }
-    // A chance that is asked of the limit says it better.
+    // A chance of the limit contains more information.
     let limit = problem.actuation.limit_name(LimitKind::Size, false);
     let is_asked = closed_loop.chances.iter().any(|chance| chance.limits.iter().any(|name| name == limit));
     if beside.gains.is_some()
@@ -56,7 +56,8 @@ pub fn beside(
     lines
 }
 
-/// The chance of each constraint, and of each limit of which one is asked; then those that several share.
+/// Returns the chance of each constraint, and of each limit with a requested chance; then the
+/// joint chances.
 fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<String> {
     let is_constraint = |name: &str| problem.constraints.iter().any(|constraint| constraint.name == name);
     let shared =
@@ -80,7 +81,7 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
     texts
 }
 
-/// What a summary says of gains along a plan with these nodes \[s\].
+/// Describes gains along a plan with these nodes \[s\].
 pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
     let steps = times.len() - 1;
     let every = if gains.every > 1 {
@@ -112,7 +113,7 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     };
     let axis = |column: usize| ["x", "y", "z"][column % 3];
     let ((turn, first), of_turn) = least(0..3);
-    // In rates: the momentum of an error of one rate alone.
+    // The error is converted to rates: the momentum of an error of one rate alone.
     let by_rate = |axis: usize| {
         let momentum = problem.body.inertia.j().column(axis).into_owned();
         let least = |(index, arc): (usize, &slewkit::feedback::Arc)| {
@@ -160,7 +161,7 @@ fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) 
     }
 }
 
-/// What makes most of the attitude's variance at the end.
+/// Returns the source of the largest part of the attitude's variance at the end.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<String> {
     let all: f64 = (0..3).map(|row| covariance.end[(row, row)]).sum();
     let of_parameters: f64 = (0..3).map(|row| covariance.end_of_parameters[(row, row)]).sum();
@@ -187,7 +188,7 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 2))
 }
 
-/// The largest correction, three deviations, beside what the limit leaves.
+/// Compares the largest correction, three deviations, with the room below the limit.
 fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<String> {
     let craft = problem.of_craft();
     let sizes = craft.actuation.torque.limits().size.as_ref()?;
@@ -212,7 +213,7 @@ fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<Str
     })
 }
 
-/// What a plan holds of a limit: one number, or the least and the most of several.
+/// Formats the reserve of a limit: one number, or the least and the largest of several.
 fn held(of: &HeldRecord) -> String {
     let number = |number: f64| significant(number, 4);
     let range = |numbers: &[f64]| {
@@ -230,7 +231,7 @@ fn held(of: &HeldRecord) -> String {
     format!("{} {}{limit} {}", escape(&of.name), range(&of.held), of.unit)
 }
 
-/// What keeping chances takes.
+/// Describes the margins of chance constraints.
 pub fn kept(margins: &MarginsRecord) -> String {
     let flown = margins.counted.iter().map(|(name, counted)| {
         let [low, high] = counted.interval.map(percent);
@@ -250,7 +251,7 @@ pub fn kept(margins: &MarginsRecord) -> String {
     )
 }
 
-/// What one case came to.
+/// Describes the result of one case.
 pub fn case(
     problem: &Problem,
     uncertainty: &Uncertainty,
@@ -285,7 +286,7 @@ pub fn case(
     lines
 }
 
-/// What many cases came to.
+/// Describes the results of many cases.
 pub fn runs(colour: bool, record: &RunRecord) -> Vec<String> {
     let lost: usize = record.loops.iter().map(|one| one.lost).sum();
     let verdict = format!("{} flown", counted(record.cases, "case"));

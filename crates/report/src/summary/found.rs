@@ -1,4 +1,4 @@
-//! What was found: method, path, cost, arcs, optimality.
+//! The results of the search: method, path, cost, arcs, optimality.
 
 use super::lines::{Lines, line};
 use slewkit::lie;
@@ -10,7 +10,7 @@ use slewkit::numerics::figures::{counted, error, short, significant, time};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// A gap of this part of the cost is that of a singular arc which is cut into enough arcs.
+/// The relative gap of a singular arc that is replaced by enough arcs.
 const SMALL_GAP: f64 = 1e-4;
 
 /// Durations that differ by this part are one.
@@ -47,7 +47,7 @@ pub(super) fn method(problem: &Problem, solution: &Solution) -> String {
     format!("{how}, {} {scheme} steps{step}", solution.steps)
 }
 
-/// What a converged solve found.
+/// Describes the result of a converged solve.
 pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let unit = match problem.motion {
         Motion::Attitude => "  N²·m²·s",
@@ -110,7 +110,8 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         None => "not tested, as requested".into(),
     };
     let timed = solution.switching.is_some() || problem.is_shaped();
-    // The shooting tests both in one sweep, which may not have been asked for, or have been stopped.
+    // The shooting tests both in one sweep, which may not have been requested, or may have been
+    // stopped.
     let known = Some(optimality.stationarity).filter(|stationarity| !stationarity.is_nan());
     let first = known.map(|stationarity| format!("stationarity {}", error(stationarity)));
     let second = if solution.switching.as_ref().is_some_and(|switching| switching.beside_optimum) {
@@ -126,7 +127,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
             None => String::new(),
         };
         let mut path = format!("{}, turned {:.1} deg", way(problem, rival.sense), rival.turned_deg);
-        // What passes cones on different sides may turn the same way.
+        // Paths on different sides of a cone may have one homotopy class.
         if solution.method == Method::Scp {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
@@ -144,7 +145,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
     lines
 }
 
-/// How the discrete target was shifted until the true motion met the end.
+/// Describes the corrections of the discrete target until the true motion met the end.
 fn landed(landing: &Landing) -> String {
     let figure = |miss: Option<&f64>| miss.map_or("?".into(), |miss| error(*miss));
     let (first, last) = (figure(landing.misses.first()), figure(landing.misses.last()));
@@ -308,7 +309,8 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
 /// How many residuals are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
 
-/// What is said of a plan of time or fuel on the convex road, whose second order is not tested.
+/// Describes the optimality of a plan of time or fuel by the convex iteration, whose second order
+/// is not tested.
 fn minimal(solution: &Solution) -> String {
     // Below this what a share of the effort adds to the cost is out of sight.
     const SEEN: f64 = 1e-6;

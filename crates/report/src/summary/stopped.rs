@@ -23,12 +23,12 @@ pub(super) fn stopped(solution: &Solution) -> &'static str {
     }
 }
 
-/// The terminal error of the best iterate, if one reached the end at all.
+/// Describes the terminal error of the best iterate, if one reached the end.
 pub(super) fn best(error: &TerminalError) -> String {
     if error.largest().is_finite() { terminal(error) } else { "no iterate reached the end".into() }
 }
 
-/// What would do where there is no plan, most promising first.
+/// Returns the remedies if no plan was found, the most promising first.
 pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     let key = if problem.duration.at_most().is_some() { "duration_at_most_s" } else { "duration_s" };
     let mut told = Vec::new();
@@ -90,7 +90,8 @@ fn ended(outcome: Outcome) -> &'static str {
     }
 }
 
-/// Runs of one rung, one after the other, beyond which they share a line; a file has them all.
+/// The number of consecutive runs of one strategy beyond which they share a line; a file has all
+/// runs.
 const CROWD: usize = 8;
 
 /// Everything tried, one line a run, a crowd of equal ones in one.

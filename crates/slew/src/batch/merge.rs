@@ -59,7 +59,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// Refuses a name of results whose ending is none of `endings`; what is no file, such as `/dev/null`, needs none.
+/// Refuses a name of results whose ending is not one of `endings`. A path that is not a file,
+/// such as `/dev/null`, needs no ending.
 pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let is_known = ending.as_deref().is_some_and(|ending| endings.contains(&ending));

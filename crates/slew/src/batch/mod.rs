@@ -24,14 +24,15 @@ use std::time::Instant;
 /// How cases are planned and where results go, the same in all commands of many cases.
 #[derive(Debug, clap::Args)]
 pub struct Running {
-    /// Append the results to FILE.jsonl, a JSON object a line; a file that has some of them is continued. FILE.csv is a
-    /// table, written at the end. `-` is stdout. With --case: the plan file
+    /// Append the results to FILE.jsonl, one JSON object on each line; an incomplete file is
+    /// continued. FILE.csv is a table, written at the end. `-` is stdout. With --case: the plan
+    /// file
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Throw away the results that FILE holds; replace the plan file
     #[arg(long)]
     pub force: bool,
-    /// Number of threads; by default that of the machine. It changes no result
+    /// Number of threads; by default the number of the machine. It does not change the results
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
     /// Only every n-th case from the i-th on, for one of n processes; `slew merge` puts them together
@@ -80,7 +81,7 @@ pub fn checked_threads(threads: usize) -> Result<(), Failure> {
     Err(Failure::Output(Message::new("E0115", reason, remedy)))
 }
 
-/// How a batch was asked for, to say how one of its cases is planned again.
+/// The command line of a batch, to print the command that plans one of its cases again.
 pub struct Asked<'a> {
     /// The command with what makes its cases: `slew sweep SPEC --over …`.
     pub command: String,
@@ -91,7 +92,7 @@ pub struct Asked<'a> {
     pub reading: &'a Reading,
 }
 
-/// Plans the cases, or the one asked for.
+/// Plans the cases, or the requested one.
 pub fn conduct(
     batch: &Batch,
     asked: &Asked<'_>,
@@ -130,7 +131,7 @@ pub fn conduct(
     let mut tally = Tally::default();
     let mut sink = Sink::open(running, &header, &mut tally, console)?;
     let done = tally.cases;
-    // Of a run that goes on they are its own, and one that a kill left is replaced.
+    // The plans of a continued run belong to it, and a plan that a kill left is replaced.
     if let Some(folder) = options.plans.as_ref().filter(|_| done == 0 && !running.force) {
         batch.check_plans(folder, shard)?;
     }
@@ -153,7 +154,7 @@ pub fn conduct(
     let ended = run(batch, shard, done, &options, &interrupt::requested, &mut take, &mut tick);
     console.clear_progress();
     let ended = match ended {
-        // As `head` does.
+        // The reader closed the stream, as `head` does.
         Err(BatchError::Closed) => return Ok(Exit::Solved),
         ended => ended?,
     };

@@ -10,7 +10,7 @@ use slewkit::plan::Observer;
 #[cfg(feature = "sdp")]
 use slewkit_report::studies::methods::{Global, global};
 
-/// A bound, or why there is none, in words and as a document.
+/// A bound, or the reason for its absence, in words and as a document.
 pub struct Bound {
     /// Lines of the summary.
     pub lines: Vec<String>,
@@ -31,7 +31,7 @@ pub fn available() -> Result<(), Failure> {
     ))
 }
 
-/// As [`available`].
+/// Returns the failure of [`available`].
 #[cfg(not(feature = "sdp"))]
 pub fn bound(_: &Problem, _: &Settings, _: Option<usize>, _: &mut dyn Observer) -> Result<Bound, Failure> {
     available()?;

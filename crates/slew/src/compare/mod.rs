@@ -85,7 +85,8 @@ impl Args {
     }
 }
 
-/// Writes the page of a comparison, where one is asked for: its document, and what is in no document.
+/// Writes the page of a comparison, if requested: its document, and the data that no document
+/// holds.
 fn page(
     target: Option<&Target>,
     document: &impl Serialize,
@@ -101,7 +102,7 @@ fn page(
     report::write(target, &comparison_page(&file), console)
 }
 
-/// What wrote a comparison.
+/// The program that wrote a comparison.
 const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"));
 
 /// Runs the command.

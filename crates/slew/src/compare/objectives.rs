@@ -17,7 +17,8 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
     let Loaded { problem, settings, identity, .. } = loaded;
     let target = args.target(&loaded.files)?;
     interrupt::watch();
-    // What switches has ways of its own, which stand before the objectives unless these alone are asked for.
+    // A maneuver whose inputs switch has several methods, which come before the objectives unless
+    // only these are requested.
     let ways = (problem.switches() && !args.objectives)
         .then(|| ways::compare(problem, settings, &mut Watcher(console)).map_err(refusal))
         .transpose()?;

@@ -9,7 +9,8 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::Loaded;
 use std::path::Path;
 
-/// Part by which two durations, and seconds by which two epochs, may differ and be one.
+/// The relative difference of two equal durations, and the difference in seconds of two equal
+/// epochs.
 const SAME: f64 = 1e-9;
 const SAME_MOMENT: f64 = 1e-3;
 
@@ -75,7 +76,7 @@ fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option
 }
 
 impl Warm<'_> {
-    /// What was left, its plan, and what there is to tell of it.
+    /// Replans the rest of the maneuver; returns the rest, its plan, and its report.
     pub fn plan(
         &self,
         problem: &Problem,

@@ -1,4 +1,4 @@
-//! What held inputs of a maneuver do to its limits.
+//! The limits that the held inputs of a maneuver exceed.
 
 use slewkit::maneuver::Problem;
 use slewkit::mechanics::{InputLimit, LimitKind};

@@ -47,7 +47,7 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Number of steps; by default those of the spec
+    /// Number of steps; by default that of the spec
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub steps: Option<u64>,
     /// Steps from one row to the next; by default the output_stride of the spec, or 1
@@ -64,7 +64,7 @@ pub struct Args {
 /// Rows of one JSON document, one for each body, held in memory.
 const MAX_DOCUMENT_ROWS: u64 = 10_000_000;
 
-/// What a motion of bodies can be written as.
+/// The formats for a motion of bodies.
 const FORMATS: [Format; 4] = [Format::Text, Format::Json, Format::Jsonl, Format::Csv];
 
 /// Runs the command.
@@ -120,7 +120,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
     written?;
     if closed {
-        // The reader has seen enough: the motion was not followed to its end, and there is nothing to tell of it.
+        // The reader closed the stream: the motion is incomplete, and no summary is printed.
         console.clear_progress();
         return Ok(Exit::Solved);
     }
@@ -145,7 +145,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(stopped.map_or(Exit::Solved, |(exit, _)| exit))
 }
 
-/// What is propagated, and by whom.
+/// A motion and its method.
 struct Motion {
     layout: Layout,
     carrier: Carrier,
@@ -229,7 +229,7 @@ impl Motion {
             duration,
             steps,
             stride,
-            // What the wheels do is between them and the body.
+            // Torques of wheels are internal: they act between wheels and body.
             symmetry: problem.environment.symmetry(),
             keeps_energy: !works(inputs),
             wheels: limits::wheel_momenta(problem, inputs),
@@ -273,7 +273,7 @@ struct Job<'a> {
     /// How the program will end where the motion ends early, and the steps made until then: before Ctrl-C, or up to
     /// the last row whose numbers are finite.
     stopped: Option<(Exit, u64)>,
-    /// What is to be said of that.
+    /// The message for the user.
     message: Option<Message>,
 }
 
