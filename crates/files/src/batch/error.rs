@@ -1,4 +1,5 @@
-//! Why a batch cannot be begun or go on. What is wrong with one case is a result, not an error.
+//! The reasons for which a batch cannot start or continue. An error of one case is a result, not
+//! an error of the batch.
 
 use crate::export::{ExportError, FileError};
 use crate::spec::{Diagnostics, escape};
@@ -12,14 +13,14 @@ pub enum BatchError {
     /// The spec, or the table of cases; with line, reason and remedy.
     #[error("{0}")]
     Spec(#[from] Diagnostics),
-    /// What was asked for is impossible, as shard 5 of 4.
+    /// The request is impossible, such as shard 5 of 4.
     #[error("{reason}")]
     Argument {
         /// Stable code.
         code: &'static str,
-        /// What is wrong.
+        /// The reason.
         reason: String,
-        /// What to do next.
+        /// The remedy.
         remedy: String,
     },
     /// A file of cases or results.
@@ -27,9 +28,9 @@ pub enum BatchError {
     File {
         /// Stable code.
         code: &'static str,
-        /// What is wrong.
+        /// The reason.
         reason: String,
-        /// What to do next.
+        /// The remedy.
         remedy: String,
     },
     /// The stream that results go to has been closed by its reader.
@@ -38,7 +39,7 @@ pub enum BatchError {
 }
 
 impl BatchError {
-    /// An argument that cannot be met.
+    /// Builds the error of an impossible argument.
     pub(super) fn argument(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Argument { code, reason: reason.into(), remedy: remedy.into() }
     }

@@ -1,7 +1,8 @@
 //! The file of results: written line by line, and continued where it was left.
 //!
-//! A line is there when its line break is. What a kill left of a line is cut off when the file is continued; every
-//! other line is read and checked, so that no case is lost, doubled or of another batch.
+//! A line counts when its line break is written. A partial line that a kill left is removed when
+//! the file is continued. Every other line is read and checked, so that no case is lost, doubled
+//! or from another batch.
 
 use super::error::shown;
 use super::results::{Line, Lines, damaged, no_results, read_header, read_result};
@@ -17,7 +18,7 @@ pub trait Entry: DeserializeOwned {
     /// The first line: what decides all others.
     type Header: Serialize + PartialEq;
 
-    /// What to do where a file holds others.
+    /// The remedy if a file holds results of another batch.
     const REMEDY: &'static str;
 
     /// Reads the first line of the file at `path`.
@@ -32,7 +33,7 @@ pub trait Entry: DeserializeOwned {
     /// Why it is not.
     fn check(&self, header: &Self::Header, done: u64) -> Result<(), String>;
 
-    /// What differs between the results that are there and those that are to come.
+    /// Describes the difference between the existing results and the new ones.
     fn another(found: &Self::Header, wanted: &Self::Header) -> String;
 }
 
@@ -45,7 +46,7 @@ pub struct Journal {
     whole: u64,
 }
 
-/// What a file of results held when it was opened.
+/// The contents of a file of results when it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Found {
     /// Results that are there.
@@ -99,7 +100,8 @@ impl Journal {
     /// Adds a result.
     ///
     /// # Errors
-    /// The disk. What the file holds are whole lines all the same, where the system allows to cut the rest.
+    /// Returns the error of the disk. The file still holds whole lines, if the system allows to
+    /// cut the rest.
     pub fn line(&mut self, line: &str) -> Result<(), BatchError> {
         let mut text = String::with_capacity(line.len() + 1);
         text.push_str(line);
@@ -109,7 +111,7 @@ impl Journal {
 
     fn append(&mut self, text: &str) -> Result<(), BatchError> {
         if let Err(error) = self.file.write_all(text.as_bytes()) {
-            // On a full disk a part of the line may stand there. The next run cuts it off in any case.
+            // A full disk may leave a part of the line. The next run removes it.
             let _ = self.file.set_len(self.whole);
             return Err(BatchError::unwritable(&self.path, &error));
         }
@@ -120,7 +122,7 @@ impl Journal {
     /// Adds a result as its line.
     ///
     /// # Errors
-    /// As of [`Journal::line`].
+    /// Returns the errors of [`Journal::line`].
     pub fn add(&mut self, entry: &impl Serialize) -> Result<(), BatchError> {
         self.line(&serde_json::to_string(entry).map_err(ExportError::from)?)
     }
@@ -134,7 +136,8 @@ impl Journal {
     }
 }
 
-/// What the file holds of the batch of `header`, and up to which byte.
+/// Checks which results of the batch of `header` the file holds, and returns the byte at which
+/// they end.
 fn check<E: Entry>(
     path: &Path,
     file: &mut File,

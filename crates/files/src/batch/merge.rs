@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 /// Cases that a message names.
 const NAMED: usize = 8;
 
-/// Writes the results of all `shards` of one batch to `target`, whole or not at all; how many.
+/// Writes the results of all `shards` of one batch to `target`, completely or not at all; returns
+/// their number.
 ///
 /// # Errors
 /// Files of different batches, a shard that is missing or given twice, cases that a shard lacks, and the files
@@ -28,7 +29,7 @@ pub fn merge(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
 /// Writes them as a table of comma-separated values, a row a case, for spreadsheets.
 ///
 /// # Errors
-/// As of [`merge`].
+/// Returns the errors of [`merge`].
 pub fn merge_to_csv(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     let mut files = in_order(shards)?;
     let header = whole(&files[0]);
@@ -42,7 +43,7 @@ pub fn merge_to_csv(shards: &[PathBuf], target: &Target) -> Result<u64, BatchErr
 /// Writes them as Parquet, a row a case: the same results, for programs that analyse them.
 ///
 /// # Errors
-/// As of [`merge`]; a build without the feature `parquet`.
+/// Returns the errors of [`merge`], and an error in a build without the feature `parquet`.
 #[cfg(feature = "parquet")]
 pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     let mut files = in_order(shards)?;
@@ -69,19 +70,20 @@ pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, Batc
 /// This build has no Parquet.
 ///
 /// # Errors
-/// It says so.
+/// Returns the error of a build without Parquet.
 #[cfg(not(feature = "parquet"))]
 pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
     let lacking = crate::exchange::Lacking::Parquet;
     Err(BatchError::argument(lacking.code(), lacking.to_string(), lacking.remedy()))
 }
 
-/// The batch of which a file holds a part, or all.
+/// Returns the header of the whole batch of a file that holds a part of it.
 fn whole(file: &Results) -> Header {
     Header { shard: None, ..file.header().clone() }
 }
 
-/// Writes a file. What is wrong with the results is told rather than that the writing came to no end.
+/// Writes a file. An error of the results takes precedence over the error that the writing is
+/// incomplete.
 fn written(
     target: &Target,
     write: impl FnOnce(&mut dyn Write, &mut Option<BatchError>) -> Result<(), ExportError>,
@@ -94,7 +96,7 @@ fn written(
     }
 }
 
-/// What takes a result with its line.
+/// A function that receives a result with its line.
 type Take<'t> = dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError> + 't;
 
 /// Takes the results in the order of their cases, each with its line. An error of theirs goes to `wrong`: it is no error of

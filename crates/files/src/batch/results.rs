@@ -2,10 +2,10 @@
 //!
 //! # How is a file continued?
 //!
-//! Its first line has a hash of the spec, of all that is set, of the cases and of the version of the program. Every line is
-//! read and checked on the way; a last line without its end is cut off. A lock keeps a second process out. There is no
-//! checksum per line: what a kill leaves is a prefix, and what is edited by hand into another valid result of the same case
-//! is the editor's.
+//! Its first line has a hash of the spec, of all set keys, of the cases and of the version of the
+//! program. Every line is read and checked; an incomplete last line is removed. A lock excludes a
+//! second process. Lines have no checksum: a kill leaves a prefix, and an edit into another valid
+//! result of the case is the responsibility of the editor.
 
 use super::error::shown;
 use super::{BatchError, CaseResult, Header};
@@ -28,7 +28,7 @@ pub(super) enum Line {
 pub(super) struct Lines<R> {
     path: PathBuf,
     input: BufReader<R>,
-    /// Of the line read last, from 1.
+    /// The number of the last line read, from 1.
     pub number: usize,
 }
 
@@ -114,7 +114,7 @@ impl Results {
         }
     }
 
-    /// Which batch the results are of.
+    /// Returns the header of the batch of the results.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -124,8 +124,8 @@ impl Results {
         &self.lines.path
     }
 
-    /// The next result, with its line as it stands in the file. A line without an end is none: a run that goes on
-    /// will write it.
+    /// Returns the next result, with its line in the file. An incomplete line is no result: a
+    /// continued run will write it.
     ///
     /// # Errors
     /// The file, or a line that is no result.

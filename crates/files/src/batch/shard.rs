@@ -42,7 +42,7 @@ impl Shard {
     /// Reads `3/40`.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Returns the error of the text.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let parts =
             text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));

@@ -1,5 +1,6 @@
-//! Attitudes of a file against a maneuver: frames, epoch and body are those of the spec, or are turned into them, or it is told that
-//! nobody can say. What is left is judged by [`slewkit::verify::judge_attitudes`].
+//! Compares attitudes of a file with a maneuver. Frames, epoch and body must be those of the
+//! spec, or are converted to them; otherwise the comparison is reported as impossible.
+//! [`slewkit::verify::judge_attitudes`] judges the rest.
 
 use super::Attitudes;
 use super::frames::{Meaning, meaning};
@@ -9,17 +10,17 @@ use slewkit::maneuver::Problem;
 use slewkit::verify::{AttitudeReport, AttitudeRows, Check, judge_attitudes};
 use slewkit::{Matrix3, lie};
 
-/// What was found of a file.
+/// The results for a file.
 #[derive(Clone, Debug)]
 pub struct FileReport {
-    /// What the rows say.
+    /// The results for the rows.
     pub attitudes: AttitudeReport,
-    /// What is not judged, a sentence each without its point.
+    /// The items that are not judged, each a sentence without its point.
     pub not_judged: Vec<String>,
 }
 
 impl FileReport {
-    /// Whether nothing that could be judged speaks against the file.
+    /// Returns whether no check of the file failed.
     pub fn passed(&self) -> bool {
         self.attitudes.passed()
     }
@@ -27,7 +28,8 @@ impl FileReport {
 
 /// The name of the check that rows begin when the maneuver does.
 const MOMENT: &str = "moment of the start";
-/// How far that may be off beside the digits, relative to the duration: as far as the duration itself.
+/// The allowed relative error of the start time in addition to the printed digits: that of the
+/// duration.
 const MOMENT_SHARE: f64 = 1e-6;
 
 /// Judges attitudes of the file `name` against a maneuver and what its spec calls it; `tolerance` \[rad\] is for attitudes.
@@ -123,7 +125,7 @@ fn frames(
     Ok((rotation != Matrix3::identity()).then_some(rotation))
 }
 
-/// Whether the body of the file is that of the spec.
+/// Checks that the body of the file is the body of the spec.
 fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Result<(), Apart> {
     let Some(theirs) = found.body_frame.as_deref() else { return Ok(()) };
     match identity.body_frame.as_deref() {

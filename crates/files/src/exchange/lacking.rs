@@ -1,8 +1,8 @@
-//! What a maneuver leaves unsaid, or a program cannot write.
+//! Data that a maneuver lacks, or formats that the program cannot write.
 
 use thiserror::Error;
 
-/// What a format needs and the maneuver does not say, or the program does not have.
+/// A requirement of a format that the maneuver or the program does not meet.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Lacking {
     /// Calendar time.
@@ -63,7 +63,7 @@ impl Lacking {
         }
     }
 
-    /// What to do next.
+    /// Returns the remedy.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Epoch => {

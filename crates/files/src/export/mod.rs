@@ -1,4 +1,4 @@
-//! Files: plans as JSON, trajectories as CSV or JSON lines, all written whole or not at all.
+//! Files: plans as JSON, trajectories as CSV or JSON lines, all written completely or not at all.
 //!
 //! Every number is printed with the digits that read back to the same bits. A trajectory that holds
 //! a number that is not finite is refused; elsewhere such a number is `null` and reads back as NaN.
@@ -88,7 +88,7 @@ impl ExportError {
         }
     }
 
-    /// What to do with a plan file that gives this error.
+    /// Returns the remedy for a plan file with this error.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",

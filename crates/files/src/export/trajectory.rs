@@ -64,7 +64,8 @@ struct Matrix {
 }
 
 impl TargetDocument {
-    /// What the product of a rotation with its transpose may be beside the identity.
+    /// The largest difference between the identity and the product of a rotation with its
+    /// transpose.
     const ROTATION: f64 = 1e-9;
 
     fn of(target: &State, moves: bool) -> Self {
@@ -76,7 +77,7 @@ impl TargetDocument {
         }
     }
 
-    /// The state; `None` where the attitude is none.
+    /// Returns the state; `None` if the attitude is not a rotation.
     fn state(&self) -> Option<State> {
         let attitude = Matrix3::from(self.attitude.matrix).transpose();
         let is_rotation = (attitude.transpose() * attitude - Matrix3::identity()).amax() <= Self::ROTATION

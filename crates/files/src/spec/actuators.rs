@@ -18,7 +18,7 @@ pub(crate) struct Actuated {
     pub force_prices: Option<Vec<f64>>,
 }
 
-/// The actuators and what their inputs cost, with the defaults that go with the motion.
+/// Reads the actuators and the costs of their inputs, with the defaults of the motion.
 pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     let shortest_pulse = match section.filter(|section| section.has(SHORTEST_PULSE)) {
         Some(section) => Some(section.number(SHORTEST_PULSE)?),
@@ -124,7 +124,7 @@ const FORCE_LIMITS: [&str; 3] = ["force_limit_n", "force_norm_limit_n", "force_r
 /// Inputs of one kind, and their weight where one is given.
 type Channel = (ActuatorSet, Option<DMatrix<f64>>);
 
-/// How far the length of an axis may be from 1 where its input has a limit in N·m or N.
+/// The largest deviation from 1 of the length of an axis whose input has a limit in N·m or N.
 const UNIT_ROUNDING: f64 = 1e-3;
 
 /// The channel under the limits of the spec.

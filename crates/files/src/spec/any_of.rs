@@ -3,7 +3,7 @@
 use super::{Section, constraint, escape};
 use slewkit::maneuver::{Alternatives, AlternativesError, Constraint};
 
-/// All alternatives; `None` when the report says what is wrong with one.
+/// Reads all alternatives; `None` if the report has an error of one.
 pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option<Vec<Alternatives>> {
     let sections = root.tables("any_of")?;
     let mut all: Vec<Alternatives> = Vec::new();

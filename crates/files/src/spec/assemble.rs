@@ -19,7 +19,7 @@ use slewkit::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::path::Path as FilePath;
 
-/// What a spec says, all of it valid unless the report holds an error.
+/// The contents of a spec, valid unless the report holds an error.
 pub(crate) struct Assembled {
     pub problem: Problem,
     pub settings: Settings,
@@ -28,7 +28,7 @@ pub(crate) struct Assembled {
     pub heavens: Option<sky::Heavens>,
 }
 
-/// Builds the problem; `None` when the report says why not. Files are relative to `folder`.
+/// Builds the problem; `None` if the report has the reason. Files are relative to `folder`.
 pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) -> Option<Assembled> {
     let body_section = root.section("body");
     let inertia = body_section.as_ref().and_then(|section| body::inertia(section));
@@ -78,7 +78,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let (start, end) = (start?, end?);
     let path = path(section, &end);
     let start_rotation = start.rotation.as_ref()?;
-    // Of any attitude that of the start is as good a guess as another.
+    // For a free end attitude the attitude of the start is a good guess.
     let end_rotation = if end.is_open() { start_rotation } else { end.rotation.as_ref()? };
     let end_condition = match aim {
         Some(aim) => EndCondition::Aim(aim),
@@ -89,7 +89,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
-    // What is told against other axes of the orbit is turned to ours; what leads from start to end stays as it is.
+    // Attitudes given in other axes of the orbit are converted to ours; the rotation from start
+    // to end does not change.
     let to_nadir = root.section("environment").and_then(|section| section.word("lvlh_axes"))
         == Some("velocity_antinormal_nadir");
     let axes =
@@ -292,7 +293,7 @@ fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     constraint
 }
 
-/// Rest to rest in the same place, no whole turn asked for.
+/// Returns whether the maneuver is from rest to rest in one attitude, without a whole turn.
 fn is_same(start: &State, end: &State, path: &Path) -> bool {
     const SAME: f64 = 1e-14;
     let turned = match path {
@@ -318,7 +319,7 @@ fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &Report) {
     }
 }
 
-/// What [`Problem::check`] found, with its place in the spec.
+/// Reports an error of [`Problem::check`] at its place in the spec.
 fn refuse(
     error: &ProblemError,
     problem: &Problem,
@@ -396,7 +397,7 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
     let remedy = match cause {
         // Told at the key itself.
         Unsuited::SchemeOfSoughtDuration | Unsuited::SchemeOfSwitching => return,
-        // The rotation that leads to an attitude where none is given is told at its own key.
+        // A rotation without an attitude is reported at its own key.
         Unsuited::WayToAnyAttitude => {
             if maneuver.has("path") {
                 let reason = format!("{reason}: only path = \"best\" is possible");

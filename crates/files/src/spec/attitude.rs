@@ -19,7 +19,7 @@ pub(crate) struct Rotation {
     pub maybe_identity: Option<&'static str>,
 }
 
-/// What the rotation is for; decides which angles look mistaken.
+/// The purpose of the rotation, which decides which angles look mistaken.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
     /// An attitude: more than a full turn means nothing.
@@ -28,7 +28,7 @@ pub(crate) enum Use {
     Turn,
 }
 
-/// What a matrix of a plan file may miss of a rotation, and is kept as it is: round-off.
+/// The largest defect of a matrix of a plan file that is kept unchanged: round-off.
 const KEPT: f64 = 1e-6;
 
 /// Reads the one notation that an attitude table holds.
@@ -175,7 +175,7 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     } else {
         (matrix.transpose() * matrix - Matrix3::identity()).amax()
     };
-    // Of a row of length 1 + ε the square is 1 + 2ε.
+    // A row of length 1 + ε has the square 1 + 2ε.
     let limit = 2.0 * ROTATION;
     if residual > limit {
         let reason = format!(

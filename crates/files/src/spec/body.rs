@@ -60,7 +60,7 @@ pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<I
     Some(inertia)
 }
 
-/// An inertia that is none, in words.
+/// Describes an impossible inertia.
 fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
     match error {
         InertiaError::NotSymmetric { row, column, upper, lower } => (
@@ -101,7 +101,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
     }
 }
 
-/// Warns of an inertia that does not go with the mass, as from g·cm² taken for kg·m².
+/// Warns of an inertia that does not fit the mass, such as g·cm² taken for kg·m².
 pub(crate) fn warn_density(body: &Section, inertia: &Inertia, mass: f64) {
     let radius = (inertia.mean() / mass).sqrt();
     let density = mass / radius.powi(3);

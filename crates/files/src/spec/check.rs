@@ -25,7 +25,7 @@ struct Checker {
     /// The keys of the whole spec.
     root: &'static Table,
     keeps_rounding: bool,
-    /// What the sections are given for the second pass.
+    /// The report that sections pass to the second pass.
     report: Report,
 }
 
@@ -116,8 +116,8 @@ impl Checker {
         section
     }
 
-    /// Reports a key that belongs to another value of the selector. Without a valid selector nothing is
-    /// said: that is the one error to report.
+    /// Reports a key that belongs to another value of the selector. Without a valid selector it
+    /// reports nothing, because the selector is the error.
     fn misplaced(
         &mut self,
         entry: &Entry,
@@ -139,7 +139,7 @@ impl Checker {
         }
     }
 
-    /// Reports keys of which only one may be given.
+    /// Reports keys of which at most one is allowed.
     fn contradictions(&mut self, node: &Node, table: &'static Table, path: &str) {
         for group in table.exclusive {
             let given: Vec<&Entry> =
@@ -232,7 +232,7 @@ impl Checker {
         Ok(Parsed::Tables(tables?))
     }
 
-    /// What is aimed at, or a list of it: words and tables.
+    /// Checks a target, or a list of targets: words and tables.
     fn targets(&mut self, node: &Node, path: &str) -> Read<Parsed> {
         let mut one = |node: &Node, path: &str| match &node.value {
             Value::Table(_) => Ok(self.table(node, &TARGET, path)),

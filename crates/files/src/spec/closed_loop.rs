@@ -15,24 +15,24 @@ use slewkit::mechanics::AxisFrame;
 use slewkit::optimize::discrete::linear_plan::{PosedPlan, Unlinearised};
 use slewkit::uncertainty::Uncertainty;
 
-/// What a plan is flown with; nothing where the spec says nothing.
+/// The gains, the uncertainty and the plant of a plan; empty if the spec has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ClosedLoop {
     /// Gains along the plan.
     pub feedback: Option<Feedback>,
-    /// What the craft differs by.
+    /// The uncertainty of the craft.
     pub uncertainty: Option<Uncertainty>,
     /// How its actuators follow.
     pub plant: Plant,
-    /// What chances limits keep.
+    /// The chances of limits.
     pub chances: Vec<Chance>,
-    /// The sections as they stand in the spec.
+    /// The sections as in the spec.
     written: Map<String, serde_json::Value>,
 }
 
 impl ClosedLoop {
-    /// The sections by name, as they stand in the spec.
+    /// Returns the sections by name, as in the spec.
     pub(crate) fn written(&self) -> &Map<String, serde_json::Value> {
         &self.written
     }
@@ -42,8 +42,8 @@ impl ClosedLoop {
         self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))
     }
 
-    /// What is uncertain and the chances to keep, where limits have some: such a maneuver is planned by
-    /// [`slewkit::assured::plan`].
+    /// Returns the uncertainty and the chances of limits, if there are any:
+    /// [`slewkit::assured::plan`] plans such a maneuver.
     pub fn kept(&self) -> Option<(&Uncertainty, Vec<Kept<'_>>)> {
         let uncertainty = self.uncertainty.as_ref().filter(|_| !self.chances.is_empty())?;
         let all = self.chances.iter().map(|chance| {
@@ -54,7 +54,7 @@ impl ClosedLoop {
         Some((uncertainty, all.collect()))
     }
 
-    /// Whether there is anything to tell along a plan.
+    /// Returns whether the spec requests quantities near a plan.
     pub fn is_asked(&self) -> bool {
         self.feedback.is_some() || self.uncertainty.is_some()
     }
@@ -78,7 +78,7 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     let uncertainty = root.section("uncertainty").map(|section| uncertain::uncertainty(section, problem));
     let chances = chances::chances(root, problem, uncertainty.is_some());
     chances::hold(root, problem);
-    // Gains, ticks and covariances are those of equal steps, where any constraint may shape the plan.
+    // Gains, ticks and covariances need equal steps, on which any constraint may shape the plan.
     if problem.is_shaped() && (root.has("feedback") || root.has("uncertainty")) {
         problem.stepping = Stepping::Equal;
     }
@@ -101,13 +101,13 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     }
 }
 
-/// The step of the plan \[s\], where the spec says which it is.
+/// Returns the step of the plan \[s\], if the spec gives it.
 fn step(problem: &Problem) -> Option<f64> {
     let duration = problem.duration.known().filter(|_| !problem.chooses_steps && !problem.switches())?;
     Some(duration / problem.steps as f64)
 }
 
-/// Part by which a time may be beside a whole number of others.
+/// The part by which a time may differ from a whole number of others.
 const WHOLE: f64 = 1e-6;
 
 fn is_whole(number: f64) -> bool {
@@ -153,7 +153,7 @@ fn remedy_of(every: f64, duration: f64) -> String {
     )
 }
 
-/// Why there is no linear motion beside a plan of the maneuver.
+/// Returns the reason for which no linear motion near a plan of the maneuver exists.
 fn unsuited(problem: &Problem) -> Option<Unlinearised> {
     if problem.motion == Motion::RigidBody {
         return Some(Unlinearised::Translation);

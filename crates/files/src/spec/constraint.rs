@@ -8,7 +8,7 @@ use slewkit::optimize::shooting_obstacle;
 /// Pairs of a boresight and a direction in all constraints together.
 const MAX_PAIRS: usize = 10_000;
 
-/// What reports call the limits of the actuators, which no constraint may be called too.
+/// The names of the limits of the actuators in reports, which no constraint may have.
 const TAKEN: [&str; 9] = [
     "torque limit",
     "torque norm limit",
@@ -26,7 +26,7 @@ pub(super) fn is_taken(name: &str) -> bool {
     TAKEN.contains(&name)
 }
 
-/// All constraints; `None` when the report says what is wrong with one.
+/// Reads all constraints; `None` if the report has an error of one.
 pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Constraint>> {
     let sections = root.tables("constraint")?;
     let names = names(sections);
@@ -150,7 +150,7 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     } else {
         section.angle("half_angle_deg", "half_angle_rad")
     };
-    // What is held on a cone has none: that has been said.
+    // A cone on which boresights are held has no margin, which was reported already.
     let has_margin = !matches!(side, Side::On { .. });
     let margin_given = has_margin && (section.has("margin_deg") || section.has("margin_rad"));
     let margin = if margin_given { section.angle("margin_deg", "margin_rad") } else { None };
@@ -209,7 +209,7 @@ fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Optio
     (!directions.is_empty()).then_some(directions)
 }
 
-/// What kind of constraint the problem calls `name`.
+/// Returns the rule of the constraint `name`.
 fn rule_of<'a>(problem: &'a Problem, name: &str) -> Option<&'a Rule> {
     problem.constraints.iter().find(|constraint| constraint.name == name).map(|constraint| &constraint.rule)
 }

@@ -8,14 +8,14 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use slewkit::lie::{exp, log};
 use slewkit::{Matrix3, Vector3};
 
-/// What is uncertain in a spec, as `slew monte-carlo` takes it.
+/// The uncertain numbers of a spec, for `slew monte-carlo`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dispersion {
     /// Seed of the random numbers.
     pub seed: u64,
     /// Number of cases.
     pub cases: u64,
-    /// What varies; each draws by itself.
+    /// The varied numbers; each is drawn independently.
     pub varied: Vec<Varied>,
 }
 
@@ -24,11 +24,12 @@ pub struct Dispersion {
 pub struct Varied {
     /// The key that a case sets.
     pub key: String,
-    /// What stands there without dispersion.
+    /// The value without dispersion.
     pub nominal: Nominal,
     /// Distribution of ξ.
     pub distribution: Distribution,
-    /// From ξ to the offset of the numbers, in the unit of the key; for an attitude the offset is a rotation vector, rad.
+    /// The map from ξ to the offset of the numbers, in the unit of the key; the offset of an
+    /// attitude is a rotation vector, rad.
     pub map: DMatrix<f64>,
 }
 
@@ -56,7 +57,7 @@ pub enum Nominal {
     Inertia(Matrix3),
     /// An attitude, its rotation vector \[rad\]; an offset δ makes it R exp(δ).
     Attitude(Vector3),
-    /// A rotation from the start, any angle; the same, and whole turns are kept.
+    /// A rotation from the start, of any angle; whole turns are kept.
     Turn(Vector3),
 }
 
@@ -121,13 +122,13 @@ impl Nominal {
 /// The rotation vector of the same rotation as `shortest`, with whole turns, that is nearest to `wanted`.
 fn nearest_turn(shortest: &Vector3, wanted: &Vector3) -> Vector3 {
     let angle = shortest.norm();
-    // Whole turns about no axis: those of the axis that was.
+    // Whole turns keep the axis of the nominal rotation.
     let axis = if angle > 0.0 { shortest / angle } else { wanted.try_normalize(0.0).unwrap_or_default() };
     let turns = ((wanted.dot(&axis) - angle) / std::f64::consts::TAU).round();
     axis * (angle + turns * std::f64::consts::TAU)
 }
 
-/// Reads `[dispersion]`; `None` where there is none, or where the report says why not.
+/// Reads `[dispersion]`; `None` if it is absent, or if the report has an error.
 pub(crate) fn read(root: &Section, tree: &Node) -> Option<Dispersion> {
     let section = root.section("dispersion")?;
     let varied: Vec<Option<Varied>> =
@@ -156,7 +157,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
         _ => Distribution::Ball,
     };
     let numbers = nominal.numbers();
-    // Of an inertia the diagonal alone may vary.
+    // Only the diagonal of an inertia may vary.
     let inertia = matches!(nominal, Nominal::Inertia(_));
     let fits = |count: usize| count == numbers.len() || (inertia && count == 3);
     let misfit = |count: usize| {
@@ -196,7 +197,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
 
 /// A with `A Aᵀ` the covariance.
 fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    /// What rounding of the entries may make of a zero.
+    /// The value that rounding of the entries may give a zero.
     const ROUNDING: f64 = 1e-12;
     let size = covariance.amax();
     let refuse = |reason: String| {
@@ -213,7 +214,8 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(eigenvectors * DMatrix::from_diagonal(&deviations))
 }
 
-/// The key that is set, what stands there, and the unit of its spread in that of its offset.
+/// Returns the key that is set, its value, and the unit of its spread relative to that of its
+/// offset.
 fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(String, Nominal, f64)> {
     if let Err((code, reason, remedy)) = paths::place(tree, path) {
         return entry.refuse(code, "key", reason, remedy);

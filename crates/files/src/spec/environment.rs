@@ -112,7 +112,7 @@ impl Surroundings<'_> {
         accept(CentralGravity::of_masses(parameter?, points), section)
     }
 
-    /// What the environment asks of the states, the start first.
+    /// Checks the requirements of the environment on the states, the start first.
     pub fn check_ends(&self, ends: &[&Boundary<'_>]) {
         let Some(section) = &self.section else { return };
         match section.word("kind") {

@@ -20,7 +20,8 @@ pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
 }
 
-/// The duration: needed where effort or fuel is minimised and time has neither price nor bound; otherwise it is sought.
+/// Reads the duration: required if effort or fuel is the objective and time has neither price nor
+/// bound; otherwise the plan finds it.
 pub(crate) fn duration(section: &Section) -> Option<Duration> {
     let minimize = section.word("minimize");
     let (priced, bounded) = (section.has("time_price_per_s"), section.has("duration_at_most_s"));
@@ -58,7 +59,7 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
         };
         return section.refuse("E0029", "duration_s", reason, remedy);
     }
-    // A number that is wrong is told, and not that a duration is missing.
+    // A wrong number is reported, and not a missing duration.
     for (given, key) in [(bounded, "duration_at_most_s"), (priced, "time_price_per_s")] {
         if given {
             section.number(key)?;
@@ -71,7 +72,7 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
     Some(Duration::Sought { at_most: section.number("duration_at_most_s") })
 }
 
-/// The number of steps of a maneuver whose duration is sought, given or chosen for its angle.
+/// Returns the number of steps of a maneuver with a free duration, given or chosen for its angle.
 pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<usize> {
     if section.has("steps") {
         section.whole("steps")?.try_into().ok()
@@ -80,7 +81,7 @@ pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<
     }
 }
 
-/// Refuses the scheme that a maneuver cannot have whose inputs switch, or whose duration is sought.
+/// Refuses a scheme that switching inputs, or a free duration, do not allow.
 pub(crate) fn refuse_scheme(section: &Section) {
     if section.word("scheme") == Some("lie_euler") {
         let reason = "a free duration, and inputs that switch, need the second-order scheme";

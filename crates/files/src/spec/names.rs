@@ -1,11 +1,11 @@
-//! `epoch` and `[names]`: what files for other programs say of the maneuver.
+//! `epoch` and `[names]`: the identity of the maneuver in files for other programs.
 
 use super::{Section, cut, show};
 use crate::epoch::{Epoch, EpochError};
 use crate::identity::{Identity, Nozzle};
 use slewkit::mechanics::Actuation;
 
-/// The identity; `actuation` is that of the maneuver, where it is known.
+/// Reads the identity; `actuation` is that of the maneuver, if known.
 pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identity {
     let inputs = actuation.map(Actuation::count);
     let mut identity = Identity { epoch: epoch(root), ..Identity::default() };
@@ -33,7 +33,8 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
     identity
 }
 
-/// Thrusters that are all told by place and force. The maneuver has been read from them.
+/// Returns the thrusters if all are given by position and force. The maneuver has been read from
+/// them.
 fn nozzles(root: &Section) -> Option<Vec<Nozzle>> {
     let nozzle = |thruster: &Section| {
         Some(Nozzle {

@@ -9,7 +9,7 @@ use super::{Node, Value, cut};
 
 /// Where a path leads.
 pub(super) enum Place {
-    /// To a key.
+    /// The path of a key.
     Key(&'static Key),
     /// Into the value of a key: an element of a list.
     Element,
@@ -70,7 +70,7 @@ fn no_element(path: &str, count: usize, index: &str) -> (&'static str, String, S
     ("E0025", reason, "elements are counted from 0".into())
 }
 
-/// The end of a path that has come to a key which holds no table; `rest` is what comes next.
+/// Handles the end of a path at a key that holds no table; `rest` is the rest of the path.
 fn element(
     rest: Option<&str>,
     node: Option<&Node>,
@@ -98,7 +98,7 @@ fn element(
     }
 }
 
-/// What is wrong with a value of this key, as far as it can be said without the rest of the spec.
+/// Returns the errors of a value of this key that do not depend on the rest of the spec.
 pub(super) fn faults(key: &'static Key, node: &Node) -> Vec<Fault> {
     match key.kind {
         Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets => vec![],

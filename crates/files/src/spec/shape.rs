@@ -18,10 +18,10 @@ pub(crate) const MAX_POINTS: usize = 2_000_000;
 /// Most bytes of all OBJ files of a spec together: seconds of reading.
 pub(crate) const MAX_BYTES: u64 = 128 << 20;
 
-/// Gauss points along each direction of a tetrahedron, if the spec does not say.
+/// The default number of Gauss points along each direction of a tetrahedron.
 const GAUSS_ORDER: usize = 3;
 
-/// What all shapes of a spec may still take.
+/// The rest of the size that all shapes of a spec may have.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
     faces: usize,
@@ -81,11 +81,12 @@ pub(crate) struct Shape {
     pub dumbbell: Option<Dumbbell>,
     /// Distance of its farthest point from the mass center \[m\].
     pub reach: f64,
-    /// What a surface of faces has said of itself.
+    /// The solid of a shape with faces.
     pub solid: Option<Solid>,
 }
 
-/// Reads the shape of a body with the mass of `mass_kg`, if given; `None` when the report says why not.
+/// Reads the shape of a body with the mass of `mass_kg`, if given; `None` if the report has an
+/// error.
 pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &mut Budget) -> Option<Shape> {
     let section = body.section("shape")?;
     let kind = section.word("kind")?;
@@ -202,7 +203,7 @@ fn homogeneous(
     Some(Shape { mass, inertia, attractor, dumbbell: None, reach, solid: Some(written) })
 }
 
-/// Vertices and faces that stand in the spec.
+/// Reads vertices and faces in the spec.
 fn listed(section: &Section) -> Option<Polyhedron> {
     if !section.has("vertices_m") {
         // The first pass has said that a shape is missing.
@@ -242,7 +243,7 @@ fn from_obj(section: &Section, folder: &Path, budget: &mut Budget) -> Option<Pol
     section.report.accept(read, |_| ("E0089", section.spot("obj"), remedy))
 }
 
-/// A file beside the spec or below: nothing else of the disk is read at a spec's word.
+/// Opens a file in the folder of the spec or below: a spec cannot read other files.
 pub(super) fn open(
     written: &str,
     folder: &Path,
@@ -276,7 +277,7 @@ pub(super) fn open(
     Ok((path, file))
 }
 
-/// What the numbers of a shape make.
+/// Returns the shape, or reports an error of its numbers.
 fn accept<T>(made: Result<T, FullBodyError>, section: &Section) -> Option<T> {
     section.report.accept(made, |_| ("E0086", section.here(), "check the numbers of the shape"))
 }

@@ -16,7 +16,7 @@ use slewkit::propagate::simulate::Simulation;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a simulation spec says, all of it valid unless the report holds an error.
+/// The contents of a simulation spec, valid unless the report holds an error.
 pub(crate) struct Assembled {
     pub simulation: Simulation,
     pub shapes: Vec<Option<BodyShape>>,
@@ -25,7 +25,7 @@ pub(crate) struct Assembled {
     pub files: Vec<PathBuf>,
 }
 
-/// Steps by which the variational methods cannot carry a body: `h|Ω|` \[rad\].
+/// The turn of a step with which the variational methods cannot propagate a body: `h|Ω|` \[rad\].
 const LONGEST_TURN: f64 = 1.0;
 
 /// One body as written.
@@ -38,7 +38,7 @@ struct Member<'a> {
     moves: bool,
 }
 
-/// Builds the simulation; `None` when the report says why not. Files are relative to `folder`.
+/// Builds the simulation; `None` if the report has an error. Files are relative to `folder`.
 pub(crate) fn assemble(root: &Section, default_name: &str, folder: &Path) -> Option<Assembled> {
     let list = root.list("bodies");
     if list.is_empty() {
@@ -118,7 +118,7 @@ fn shown(shape: &Shape) -> BodyShape {
     }
 }
 
-/// What acts must fit the number of bodies.
+/// Checks that the forces fit the number of bodies.
 fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section]) {
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
@@ -275,7 +275,8 @@ fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potent
     gravity.report.accept(built, |error| ("E0086", gravity.here(), remedy(error)))
 }
 
-/// Interactions of one evaluation from which a step takes a good part of a second.
+/// The number of interactions of one evaluation from which on a step takes a good part of a
+/// second.
 const LONG: f64 = 1e8;
 
 /// Warns where a step will take long: nothing is shown within one.

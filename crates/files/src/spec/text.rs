@@ -1,4 +1,4 @@
-//! From file to text: size, kind of file, encoding.
+//! Reads a file as text: size, kind of file, encoding.
 
 use super::{Diagnostic, Diagnostics, Finding, MAX_BYTES, Source, Span, short};
 use slewkit::numerics::encoding::{self, NoText};
@@ -67,7 +67,7 @@ fn too_large(bytes: &[u8], name: &str) -> Result<(), Diagnostics> {
     Ok(())
 }
 
-/// What helps against another encoding.
+/// The remedy for another encoding.
 const SAVE: &str = "save it as UTF-8";
 
 /// The text of a spec: UTF-8, with or without a byte order mark, without control characters.

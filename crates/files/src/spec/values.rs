@@ -1,4 +1,5 @@
-//! One value at a time: its type, its shape, its range. What is returned is the value, or all that is wrong with it.
+//! Reads one value at a time: its type, its shape, its range. Returns the value, or all its
+//! errors.
 
 mod lists;
 
@@ -13,7 +14,7 @@ use slewkit::{Matrix3, Vector3};
 
 pub(crate) use lists::{MAX_DIRECTIONS, MAX_INTERVALS, each};
 
-/// What is wrong with a value: code, place, reason, remedy.
+/// An error of a value: code, place, reason, remedy.
 pub(crate) type Fault = (&'static str, Span, String, String);
 
 /// A value, or all that is wrong with it.
@@ -141,7 +142,8 @@ fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
 const HEAVENLY: [&str; 10] =
     ["sun", "moon", "earth", "mercury", "venus", "mars", "jupiter", "saturn", "uranus", "neptune"];
 
-/// A heavenly body in place of a direction: without ephemerides and an epoch nobody knows where it is.
+/// Reports a body of the sky in place of a direction: without ephemerides and an epoch its
+/// position is unknown.
 pub(crate) fn heavenly_body<T>(node: &Node) -> Read<T> {
     let fixed = "write direction = \"sun\", with an epoch; or its direction at the time of the maneuver: { \
      ra_deg = 231.0, dec_deg = -18.3 }";
@@ -216,7 +218,7 @@ fn text(node: &Node, most: usize) -> Read<&str> {
 
 /// One of some words.
 fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> Read<&'a str> {
-    /// A longer list is not told whole more than once.
+    /// The length from which on a list is not printed in full more than once.
     const LONG: usize = 12;
     let quoted =
         |words: &[&str]| words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");

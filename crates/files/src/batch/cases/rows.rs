@@ -26,7 +26,7 @@ pub(super) struct Row {
     pub cells: Vec<Cell>,
 }
 
-/// The rows of a file; blank lines are none.
+/// The rows of a file, without blank lines.
 #[derive(Debug)]
 pub(super) struct Rows {
     path: PathBuf,

@@ -1,7 +1,7 @@
 //! A table of cases: the head names keys, each row is a case.
 //!
-//! It is read twice: once whole, so that a slip in row 9000 is told before the first case is planned, and once as a
-//! stream. Only the names are held in memory.
+//! The table is read twice: once as a whole, so that an error in row 9000 is reported before the
+//! first case is planned, and once as a stream. Only the names are held in memory.
 
 use super::rows::{Row, Rows};
 use super::{Fingerprint, MAX_CASES, check_distinct};
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 
 /// The column that names the cases.
 const NAME: &str = "name";
-/// A column without a name is left out: an index that a program wrote beside the rows.
+/// The name of a column that is ignored: an index that a program wrote next to the rows.
 const UNNAMED: &str = "";
 /// Longest name, as of a spec.
 const LONGEST_NAME: usize = 200;
-/// More findings help nobody.
+/// The largest number of reported findings.
 const MOST_FINDINGS: usize = 100;
 
 /// A table that has been checked.
@@ -94,7 +94,8 @@ impl Table {
         self.columns.iter().filter(|column| *column != NAME && *column != UNNAMED).cloned().collect()
     }
 
-    /// Its cases, read from the file anew. Of one that has changed since it was opened the last case is an error.
+    /// Reads its cases from the file again. If the file has changed since it was opened, the last
+    /// case is an error.
     pub fn cases(&self) -> Result<impl Iterator<Item = Result<Case, BatchError>> + Send, BatchError> {
         let mut rows = Rows::open(&self.path, self.hashes[0])?;
         rows.next()?;

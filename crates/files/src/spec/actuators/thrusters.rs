@@ -1,8 +1,9 @@
 //! `[[actuators.thruster]]`: thrusters, which push to one side only.
 //!
-//! Where the attitude alone is planned a thruster is an input of its own, in N·m: the torque that it gives about the mass
-//! center. Its limit is that of its torque, or of its force times the lever; its price goes with the torque or the force in
-//! the same way. Where the body moves the input is its force, in N, which pushes and turns at once.
+//! If only the attitude is planned, a thruster is an input in N·m: its torque about the mass
+//! center. Its limit is the limit of its torque, or of its force times the lever; its price
+//! belongs to the torque or the force likewise. If the body moves, the input is its force in N,
+//! which pushes and turns at once.
 
 use super::{Actuated, FORCE_LIMITS, SMALLEST, TORQUE_LIMITS, called};
 use crate::spec::{Section, short};
@@ -12,13 +13,14 @@ use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 
 /// One thruster as written.
 struct Thruster {
-    /// Where it sits, from the mass center \[m\]; of one that is told by its torque there is no such place.
+    /// The position from the mass center \[m\]; absent for a thruster that is given by its
+    /// torque.
     position: Option<Vector3>,
     /// The way in which it pushes, or the axis of its torque; of length 1.
     axis: Vector3,
     /// Largest force \[N\], or torque [N·m].
     limit: f64,
-    /// Of a unit of that, for a second.
+    /// The price of a unit of it, per second.
     price: f64,
 }
 
@@ -85,7 +87,7 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     good.then_some(Actuated { actuation, weights: Weights::default(), prices, force_prices })
 }
 
-/// What a thruster that is told by its force does to the attitude.
+/// Converts a thruster that is given by its force to its torque.
 fn turning(section: &Section, index: usize, thruster: &Thruster, position: Vector3) -> Option<Thruster> {
     let torque = position.cross(&thruster.axis);
     let lever = torque.norm();

@@ -13,11 +13,11 @@ pub struct Chance {
     pub limits: Vec<String>,
     /// The chance, at most.
     pub at_most: f64,
-    /// Whether it is that of the whole motion; else that of the worst instant.
+    /// Whether the chance is over the whole motion; else at the worst instant.
     pub of_motion: bool,
-    /// Whether it is that of any of them, as `[uncertainty]` asks.
+    /// Whether the chance is joint, as in `[uncertainty]`.
     pub is_joint: bool,
-    /// The key of `[actuators]` that asks for it, of a limit of the torques.
+    /// The key of `[actuators]` for a chance of a limit of the torques.
     pub(crate) key: Option<&'static str>,
 }
 
@@ -60,7 +60,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
             section.error("E0172", "chance_over", reason, "add chance = 0.001, or remove the key");
         }
         let margins = ["margin_deg", "margin_rad", "margin_deg_s", "margin_rad_s"];
-        // In a spec that slew wrote the margin is the one that the chance took.
+        // In a spec that slew wrote, the margin is that of the chance.
         if section.has("chance") && !section.keeps_rounding && margins.iter().any(|key| section.has(key)) {
             let reason = "a chance and a margin are given: the larger of the two is active";
             section.warn("W0170", "chance", reason, "remove the margin, unless it has another purpose");
@@ -111,7 +111,7 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
     chances
 }
 
-/// The chance under `key`, and whether it is that of the motion.
+/// Returns the chance under `key`, and whether it is over the motion.
 fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<(f64, bool)> {
     let of_motion = section.has("chance_over") && section.word("chance_over") == Some("motion");
     let at_most = if section.has(key) { section.number(key)? } else { return None };
@@ -189,7 +189,7 @@ fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance>
     Some(Chance { limits, at_most, of_motion: true, is_joint: true, key: None })
 }
 
-/// Has the maneuver hold what the spec says is to be left of rates and torques.
+/// Adds the reserves of rates and torques in the spec to the maneuver.
 pub(super) fn hold(root: &Section, problem: &mut Problem) {
     let rates: Vec<(String, usize)> = problem
         .constraints
