@@ -50,7 +50,7 @@ pub(crate) enum Kind {
     Directions,
     /// A target: a word, a table, or a list of these.
     Targets,
-    /// A heavenly body, whose direction this version cannot know.
+    /// A body of the sky, whose direction this version cannot compute.
     HeavenlyBody,
     /// A list of texts, at most this many.
     Texts(usize),
@@ -74,7 +74,7 @@ pub(crate) enum StepsOf {
 }
 
 impl StepsOf {
-    /// The fewest that it may have.
+    /// Returns the smallest number of steps.
     pub fn least(self) -> u64 {
         match self {
             Self::Plan => Problem::MIN_STEPS as u64,
@@ -82,7 +82,7 @@ impl StepsOf {
         }
     }
 
-    /// The most.
+    /// Returns the largest number of steps.
     pub fn most(self) -> u64 {
         match self {
             Self::Plan => Problem::MAX_STEPS as u64,
@@ -249,9 +249,9 @@ tables! {
         "environment": Table(&ENVIRONMENT);
         /// The required result of the plan; the tests of a collection of problems read it.
         "expect": Table(&EXPECT);
-        /// Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.
+        /// Pointing constraints and limits of the rate, for the whole maneuver. Default: none.
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
-        /// Sets of cones that hold in turns: at every time one of the sets holds as a whole.
+        /// Sets of cones that alternate: at every time one whole set holds.
         "any_of": List(&ANY_OF, 10);
         /// The orbit, if ends or cones aim at targets that depend on it. Axes of the reference
         /// frame are then those of the GCRS (ICRF).
@@ -266,7 +266,7 @@ tables! {
         /// The uncertainty of the craft that flies the plan, for covariances along it and for
         /// `slew fly`.
         "uncertainty": Table(&UNCERTAINTY);
-        /// How the actuators follow when the plan is flown, for `slew fly`.
+        /// The response of the actuators when the plan is flown, for `slew fly`.
         "plant": Table(&PLANT);
         /// The treatment of the rounded last digits of matrices and unit vectors. remove: they
         /// become rotations, and of length 1. keep: each number is used to its last bit, as in a
@@ -286,7 +286,7 @@ tables! {
         "reference_frame": Text(64);
         /// The body frame, from which attitudes map. Default: SC_BODY_1.
         "body_frame": Text(64);
-        /// Who issues the files. Default: UNKNOWN.
+        /// The issuer of the files. Default: UNKNOWN.
         "originator": Text(64);
         /// Number of the object at NAIF, negative, for SPICE kernels.
         "spice_id": Number(q::SPICE_ID);
@@ -296,10 +296,11 @@ tables! {
     }
 
     static BODY {
-        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor signs:
-        /// three rows, or a diagonal of three. The mass of wheels is in it, their moments about their own axes are not.
+        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes,
+        /// tensor signs: three rows, or a diagonal of three. It includes the mass of wheels, and
+        /// excludes their moments about their own axes.
         "inertia_kg_m2": Inertia, needed "inertia_kg_m2 = [2, 3, 4]";
-        /// Mass; needed when positions are given, and nowhere else.
+        /// Mass; required with positions, and only then.
         "mass_kg": Number(q::MASS);
     }
 
@@ -311,8 +312,8 @@ tables! {
         "torque_axes_body": Axes;
         /// Torque axes fixed in the reference frame: the torque is Rᵀ B u.
         "torque_axes_reference": Axes;
-        /// Weight W of the torque inputs in ½uᵀWu: one number per axis, or a full symmetric positive definite
-        /// matrix. Default: 1 each.
+        /// Weight W of the torque inputs in ½uᵀWu: one number for each axis, or a full symmetric
+        /// positive definite matrix. Default: 1 each.
         "effort_weight": Weight;
         /// Force axes fixed in the reference frame; an empty list: no forces. Default: three unit axes when
         /// positions are given.
@@ -321,7 +322,8 @@ tables! {
         "force_axes_body": Axes;
         /// Weight of the force inputs, like effort_weight. Default: 1 each.
         "force_effort_weight": Weight;
-        /// Limit of the size of each torque input: one for all, or one per axis. Default: none.
+        /// Limit of the size of each torque input: one number for all, or one for each axis.
+        /// Default: none.
         "torque_limit_n_m": Limits(q::TORQUE, None);
         /// The chance that the command of an input, with corrections under [feedback], exceeds
         /// its limit at the worst instant, for each input: the plan leaves a reserve. For wheels
@@ -332,26 +334,32 @@ tables! {
         "torque_limit_reserve_n_m": Spread(q::SPREAD);
         /// Limit of the norm of the whole torque. Default: none.
         "torque_norm_limit_n_m": Limit(q::TORQUE_NORM);
-        /// The same chance of the limit of the norm.
+        /// The chance that the norm of the torque exceeds its limit at the worst instant.
         "torque_norm_limit_chance": Number(q::CHANCE);
         /// The reserve of the limit of the norm. Default: 0.
         "torque_norm_limit_reserve_n_m": Spread(q::SPREAD);
-        /// Limit of how fast each torque input changes: one for all, or one per axis. Default: none.
+        /// Limit of the rate of change of each torque input: one number for all, or one for each
+        /// axis. Default: none.
         "torque_rate_limit_n_m_per_s": Limits(q::TORQUE_RATE, None);
-        /// The chance that a held command changes more from a step to the next than the limit allows in a step.
+        /// The chance that the change of a held command from one step to the next exceeds the
+        /// limit for a step.
         "torque_rate_limit_chance": Number(q::CHANCE);
         /// The reserve of that limit: one number for all, or one for each input. Default: 0.
         "torque_rate_limit_reserve_n_m_per_s": Spread(q::SPREAD);
-        /// When limits may be exceeded with their chances, as of constraints: instant or motion. Default: instant.
+        /// The time to which the chances of limits refer, as for constraints: instant or motion.
+        /// Default: instant.
         "chance_over": Choice(&["instant", "motion"], &[]);
-        /// Limit of the size of each force input: one for all, or one per axis. Default: none.
+        /// Limit of the size of each force input: one number for all, or one for each axis.
+        /// Default: none.
         "force_limit_n": Limits(q::FORCE, None);
         /// Limit of the norm of the whole force. Default: none.
         "force_norm_limit_n": Limit(q::FORCE_NORM);
-        /// Limit of how fast each force input changes: one for all, or one per axis. Default: none.
+        /// Limit of the rate of change of each force input: one number for all, or one for each
+        /// axis. Default: none.
         "force_rate_limit_n_per_s": Limits(q::FORCE_RATE, None);
-        /// Shortest pulse: each torque input is off or at its limit, and on for at least so long each time. For minimum fuel in a
-        /// given duration. Default: inputs take any value within their limits.
+        /// Shortest pulse: each torque input is off or at its limit, and each pulse has at least
+        /// this length. For minimum fuel in a given duration. Default: inputs take any value
+        /// within their limits.
         "shortest_pulse_s": Number(q::DURATION);
         /// The cost per second of a N·m of each torque input, if fuel is the objective: one
         /// number for all, or one for each axis; with torque_norm_limit_n_m the cost of a N·m of
@@ -371,13 +379,14 @@ tables! {
     static THRUSTER {
         /// The name of the thruster in messages. Default: its number.
         "name": Text(100);
-        /// Where it sits, from the mass center, body axes.
+        /// Its position from the mass center, body axes.
         "position_m": Vector(q::LENGTH);
-        /// The way in which it pushes the body, body axes, any length.
+        /// The direction of its force on the body, body axes, any length.
         "force_direction_body": Vector(q::COMPONENT);
         /// Its largest force.
         "force_limit_n": Limit(q::FORCE);
-        /// Instead of position, direction and force, where the body does not move: the axis of its torque, body axes, any length.
+        /// Instead of position, direction and force, if the body does not translate: the axis of
+        /// its torque, body axes, any length.
         "torque_axis_body": Vector(q::COMPONENT);
         /// Its largest torque.
         "torque_limit_n_m": Limit(q::TORQUE);
@@ -391,12 +400,12 @@ tables! {
         "name": Text(100);
         /// Spin axis, body axes, of length 1.
         "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
-        /// Limit of the size of its torque; for every wheel or for none. Default: none.
+        /// Limit of the size of its torque; for every wheel or for no wheel. Default: none.
         "torque_limit_n_m": Limit(q::TORQUE);
         /// Limit of the size of its momentum about its axis. Default: none.
         "momentum_limit_n_m_s": Limit(q::WHEEL_LIMIT);
-        /// Its momentum about its axis at the start, against inertial space, not against the body: axial moment times (speed in the body
-        /// plus axis · angular velocity); free at the end. Default: 0.
+        /// Its inertial momentum about its axis at the start: axial moment times (speed in the
+        /// body plus axis · angular velocity); free at the end. Default: 0.
         "momentum_n_m_s": Number(q::WHEEL_MOMENTUM);
         /// Weight of its torque in ½uᵀWu. Default: 1.
         "effort_weight": Number(q::WHEEL_WEIGHT);
@@ -405,12 +414,12 @@ tables! {
     static ANY_OF {
         /// The name in reports. Default: its number.
         "name": Text(100);
-        /// The sets, two at least.
+        /// The sets, at least two.
         "set": List(&SET, 10), needed "set = [{ constraints = [\"A\"] }, { constraints = [\"B\"] }]";
     }
 
     static SET {
-        /// Names of cones, each in this set alone, which hold together.
+        /// Names of cones that hold together; each is in this set only.
         "constraints": Texts(1000), needed "constraints = [\"tracker A off the Sun\"]";
     }
 
@@ -445,43 +454,45 @@ tables! {
         /// The axis of the cone by name, as it moves: "sun", { at = "ground", latitude_deg =
         /// 48.1, longitude_deg = 11.6 }; one or several.
         "direction": Targets, only POINTING;
-        /// Instead of a direction: the disc of the Earth as it is seen; half angles are then counted from its limb.
+        /// Instead of a direction: the disc of the Earth as seen; half angles are then measured
+        /// from its limb.
         "limb_of": Choice(&["earth"], &[]), only POINTING;
         /// Angle beyond the limb, instead of the half angle.
         "beyond_limb_deg": Number(q::MARGIN_DEG), only POINTING;
         /// Half angle of the cone, between 0 and 180.
         "half_angle_deg": Number(q::ANGLE_DEG), only POINTING;
-        /// The same in rad, between 0 and π.
+        /// Half angle of the cone in rad, between 0 and π.
         "half_angle_rad": Number(q::ANGLE_RAD), only POINTING;
         /// Margin: it enlarges a keep-out cone and reduces a keep-in cone. Default: 0.
         "margin_deg": Number(q::MARGIN_DEG), only BESIDE_CONE;
-        /// The same in rad.
+        /// Margin in rad.
         "margin_rad": Number(q::MARGIN_RAD), only BESIDE_CONE;
         /// The largest deviation of a boresight from its cone at the ends and between the nodes;
         /// it is zero at the nodes. Default: 0.1.
         "within_deg": Number(q::TOLERANCE_DEG), only ON_CONE;
-        /// The same in rad.
+        /// The largest deviation in rad.
         "within_rad": Number(q::TOLERANCE_RAD), only ON_CONE;
-        /// When it acts: while a part of the Sun is seen, while a part of it is hidden by the Earth, or while what the cone is about is
-        /// not hidden by the Earth. Needs [orbit]. Default: always.
+        /// The time of activity: while a part of the Sun is visible, while the Earth hides a part
+        /// of it, or while the Earth does not hide the target of the cone. Needs [orbit].
+        /// Default: always.
         "while": Choice(&["always", "sunlit", "eclipse", "target_visible"], &[]), only POINTING;
-        /// The same as intervals of time from the start on: [[0, 40], [60, 90]].
+        /// The times of activity as intervals from the start on: [[0, 40], [60, 90]].
         "during_s": Intervals, only POINTING;
-        /// The chance of violating it at its worst instant, under [uncertainty], with the gains of [feedback]: the plan keeps as much
-        /// margin as that takes. Below 0.5.
+        /// The chance of violating it at its worst instant, under [uncertainty], with the gains
+        /// of [feedback]: the plan keeps the necessary margin. Below 0.5.
         "chance": Number(q::CHANCE), only WITH_CHANCE;
-        /// When it may be violated with the chance. instant: at the worst one, to first order. motion: at any time, counted in flights
-        /// by [plant]; from 1e-4 on. Default: instant.
+        /// The time to which the chance refers. instant: the worst one, to first order. motion:
+        /// any time, counted in flights with [plant]; at least 1e-4. Default: instant.
         "chance_over": Choice(&["instant", "motion"], &[]), only WITH_CHANCE;
         /// Limit of the inertial angular velocity: one number for its norm, or three for its components in
         /// body axes.
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;
-        /// The same in rad/s.
+        /// The limit in rad/s.
         "angular_velocity_limit_rad_s": Limits(q::RATE_LIMIT_RAD, Some(3)), only RATE_LIMIT;
         /// The reserve of the limit: one number, or three for three limits. With a chance the
         /// larger one is active. Default: 0.
         "margin_deg_s": Spread(q::SPREAD), only RATE_LIMIT;
-        /// The same in rad/s.
+        /// The reserve in rad/s.
         "margin_rad_s": Spread(q::SPREAD), only RATE_LIMIT;
     }
 }
@@ -526,7 +537,7 @@ shared_keys! {
     LATITUDE_KEY = "latitude_deg": Number(q::ANGLE_DEG);
     /// East longitude of a station.
     LONGITUDE_KEY = "longitude_deg": Number(q::ANGLE_DEG);
-    /// For limb: about nadir, right-handed, from along the track.
+    /// For limb: the azimuth about nadir, right-handed, from along the track.
     AZIMUTH_KEY = "azimuth_deg": Number(q::ANGLE_DEG);
     /// Height of a station above the ellipsoid of WGS 84, or of a limb above the sphere of its equatorial radius. Default: 0.
     HEIGHT_KEY = "height_m": Number(q::POSITION);
@@ -553,15 +564,16 @@ shared_keys! {
     MOTION_KEY = "velocity_m_s": Vector(q::VELOCITY);
     /// The moment of elements or state. Default: the epoch of the maneuver.
     MOMENT_KEY = "epoch": Text(100);
-    /// How elements or a state go on: about a point mass, or about the flattened Earth. Default: j2.
+    /// The propagation of elements or a state: about a point mass, or about the flattened Earth.
+    /// Default: j2.
     MODEL_KEY = "model": Choice(&["j2", "two_body"], &[]);
     /// For orbit_vector: along the track, the orbit normal, outward.
     ORBIT_VECTOR_KEY = "orbit_vector": Vector(q::COMPONENT);
     /// For turning: the direction at time zero.
     TURNING_KEY = "turning_vector": Vector(q::COMPONENT);
-    /// For turning: the angular velocity of what it is fixed in, reference axes.
+    /// For turning: the angular velocity of the turning object, reference axes.
     TURNING_RATE_KEY = "turning_rate_deg_s": Vector(q::RATE_DEG);
-    /// For track: when it begins. Default: 0.
+    /// For track: its start. Default: 0.
     FROM_KEY = "from_s": Number(q::ELAPSED);
     /// For track: the length of a piece.
     PIECE_KEY = "piece_s": Number(q::DURATION);
@@ -571,7 +583,8 @@ shared_keys! {
     COEFFICIENTS_KEY = "coefficients": Vertices(q::COMPONENT);
     /// For track: the radius of the target, from whose limb cones are measured.
     DISC_KEY = "disc_radius": Number(q::COMPONENT);
-    /// A body axis that points at a target, in place of an attitude: the body then turns with it.
+    /// A body axis that points at a target, instead of an attitude: the body then turns with the
+    /// target.
     POINT_KEY = "point": Table(&POINT_AT);
     /// With point: a second body axis, as near as possible to a second target. Default: the roll
     /// is free.
@@ -602,13 +615,13 @@ targets! {
     /// A target.
     pub(crate) static TARGET {}
 
-    /// The axis that points, and what at.
+    /// The pointing axis and its target.
     static POINT_AT {
-        /// The axis that points, body axes, any length.
+        /// The pointing axis, body axes, any length.
         "boresight_body": Vector(q::COMPONENT), needed "boresight_body = [0, 0, 1]";
     }
 
-    /// The axis that keeps the roll, and what towards.
+    /// The axis that fixes the roll, and its target.
     static SECOND {
         /// The axis, body axes, any length.
         "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
@@ -621,9 +634,9 @@ tables! {
     static ORBIT[exclusive: &[&["tle", "oem", "semi_major_axis_m", "position_m"]], one_of: &[(&["tle", "oem", "semi_major_axis_m", "position_m"], "tle = [\"1 …\", \"2 …\"]")]] {
         TLE_KEY; OEM_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
         PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
-        /// UT1 − UTC, of bulletins: 120 m on the ground at most. Default: 0.
+        /// UT1 − UTC, from bulletins: at most 120 m on the ground. Default: 0.
         "ut1_minus_utc_s": Number(q::ELAPSED);
-        /// Coordinate x of the pole: 15 m on the ground at most. Default: 0.
+        /// Coordinate x of the pole: at most 15 m on the ground. Default: 0.
         "polar_motion_x_arcsec": Number(q::COMPONENT);
         /// Coordinate y of the pole. Default: 0.
         "polar_motion_y_arcsec": Number(q::COMPONENT);
@@ -642,7 +655,8 @@ tables! {
         "earth_axes": Matrix, needed "earth_axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
         /// The target of the end, for people.
         "target": Text(200);
-        /// Metres in the unit of the vector that the end points along; without it that is no place.
+        /// Metres in the unit of the vector that the end points along; absent for a direction
+        /// without a distance.
         "target_unit_m": Number(q::SIZE);
         LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY;
     }
@@ -667,13 +681,16 @@ tables! {
 }
 
 shared_keys! {
-    /// Attitude R, body vectors to reference-frame vectors, in one of the notations.
+    /// Attitude R, body vectors to reference vectors, in one of the notations.
     ATTITUDE_KEY = "attitude": Table(&ATTITUDE);
-    /// Inertial angular velocity in body axes. Default: at rest (needed under gravity_gradient).
+    /// Inertial angular velocity in body axes. Default: at rest (required under
+    /// gravity_gradient).
     RATE_DEG_KEY = "angular_velocity_deg_s": Vector(q::RATE_DEG);
-    /// Inertial angular velocity in body axes. Default: at rest (needed under gravity_gradient).
+    /// Inertial angular velocity in body axes. Default: at rest (required under
+    /// gravity_gradient).
     RATE_RAD_KEY = "angular_velocity_rad_s": Vector(q::RATE_RAD);
-    /// Position of the mass center, reference frame. Given in [start] and [end], the maneuver moves the body too.
+    /// Position of the mass center, reference frame. With positions in [start] and [end] the
+    /// maneuver also moves the body.
     POSITION_KEY = "position_m": Vector(q::POSITION);
     /// Velocity of the mass center, reference frame.
     VELOCITY_KEY = "velocity_m_s": Vector(q::VELOCITY);
@@ -701,7 +718,8 @@ tables! {
         ATTITUDE_KEY;
         RATE_DEG_KEY;
         RATE_RAD_KEY;
-        /// Instead of numbers: at rest against the frame of the orbit, under kind = "gravity_gradient".
+        /// Instead of numbers: at rest relative to the frame of the orbit, under kind =
+        /// "gravity_gradient".
         "angular_velocity": Choice(&["at rest in LVLH"], &[]);
         POINT_KEY;
         SECOND_KEY;
@@ -726,7 +744,8 @@ tables! {
         "rotation_from_start_rad": Vector(q::ANGLE_RAD);
         RATE_DEG_KEY;
         RATE_RAD_KEY;
-        /// Instead of numbers: at rest against the frame of the orbit, under kind = "gravity_gradient".
+        /// Instead of numbers: at rest relative to the frame of the orbit, under kind =
+        /// "gravity_gradient".
         "angular_velocity": Choice(&["at rest in LVLH"], &[]);
         POINT_KEY;
         SECOND_KEY;
@@ -741,7 +760,7 @@ tables! {
         /// duration, which is then not given, or fuel, the integral of Σ price·|u|, or
         /// price·|torque| with torque_norm_limit_n_m. Default: effort.
         "minimize": Choice(&["effort", "time", "fuel"], &[]);
-        /// Duration; of a maneuver of least effort or fuel, unless time has a price.
+        /// The duration of a maneuver of least effort or fuel, unless time has a price.
         "duration_s": Number(q::DURATION);
         /// The longest duration of a maneuver of least effort or fuel, instead of duration_s: the
         /// plan finds the best duration up to it.
@@ -749,8 +768,9 @@ tables! {
         /// The price of a second in addition to effort or fuel, instead of duration_s: the plan
         /// then finds the duration.
         "time_price_per_s": Number(q::PRICE);
-        /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad a step; more where a plan needs them to land, or
-        /// to cost at most about 0.1 % above its optimum in continuous time.
+        /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad for each step;
+        /// more if a plan needs them to land, or to cost at most about 0.1 % above its optimum in
+        /// continuous time.
         "steps": Steps(StepsOf::Plan);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
@@ -776,7 +796,7 @@ tables! {
         /// Limit on the continuous terminal attitude error. Default: 1e-4 degrees; with the target discrete a quarter of the angle
         /// turned, from 5 to 45 degrees.
         "continuous_tolerance_deg": Number(q::TOLERANCE_DEG);
-        /// The same in rad.
+        /// Limit on the continuous terminal attitude error in rad.
         "continuous_tolerance_rad": Number(q::TOLERANCE_RAD);
         /// Limit on the wall-clock time of the plan. Default: none.
         "time_limit_s": Number(q::DURATION);
