@@ -1,13 +1,17 @@
 //! A plan with what is known of how it will be flown: gains, covariances, and chances that limits keep.
 //!
-//! A limit with a chance p keeps what the closed loop needs of it, `room ≥ z σ`, `z = Φ⁻¹(1 − p)`, with σ along the plan under its own
-//! gains: a margin of a cone, a reserve of a rate, of the torque of each input and of how fast it changes. The margin depends on the plan,
-//! and the plan on the margin: so it is iterated, each plan from the one before, until both agree.
+//! A limit with a chance p keeps the room that the closed loop needs, `room ≥ z σ`,
+//! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains: a margin of a cone, or a reserve
+//! of a rate, of the torque of each input and of its rate of change. The margin depends on the
+//! plan, and the plan on the margin. Both are iterated, each plan starting from the last one,
+//! until they agree.
 //!
-//! That is the chance of an instant, to first order. The chance of exceeding a limit at any time of the motion is more, and no sum over
-//! instants, whose errors are one error: it is counted in flights of the closed loop (`closed_loop`), with the same random numbers for
-//! every plan. Several limits may share one chance, that any of them is exceeded: they then have one z, as if each were as likely as
-//! another at its worst instant. A margin moves what is left of its limit by itself, so the next z is
+//! This is the chance at an instant, to first order. The chance of exceeding a limit at any time
+//! of the motion is larger. It is not a sum over instants, because their errors are correlated:
+//! it is counted in flights of the closed loop (`closed_loop`), with equal random numbers for
+//! every plan. Several limits may have a joint chance that any of them is exceeded. They then
+//! have one z, as if each were equally likely at its worst instant. A margin shifts the distance
+//! to its own limit, so the next z is
 //!
 //! ```text
 //! z ← z − q ,    q: what is left of the limits, each in its σ, in the case than which the part p of the cases have less
@@ -29,7 +33,7 @@ use group::{Flights, Group, Needed};
 use limit::Limit;
 use thiserror::Error;
 
-/// Gains, and how often they act.
+/// Gains, and the time between two corrections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feedback {
     /// How the gains are designed.
@@ -44,11 +48,11 @@ impl From<Kind> for Feedback {
     }
 }
 
-/// What is known of a plan beside it.
+/// The quantities near a plan: gains, covariances and chances.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Beside {
-    /// The motion beside the plan, to first order, of the torques that are held.
+    /// The motion near the plan, to first order, under held torques.
     pub linear: LinearPlan,
     /// Gains along it.
     pub gains: Option<Gains>,
@@ -58,12 +62,12 @@ pub struct Beside {
     pub open: Option<Covariance>,
     /// Covariance under them.
     pub closed: Option<Covariance>,
-    /// Chances of the constraints under the gains, or without where there are none; then those of the limits of the torques, under
-    /// gains.
+    /// The chances of the constraints, with gains if the plan has any; then the chances of the
+    /// limits of the torques, with gains.
     pub chances: Vec<Chance>,
 }
 
-/// Why nothing is known of a plan beside it.
+/// The reason for which no gains or covariances near a plan are known.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NotKnown {
     /// The motion is not linearised.
@@ -74,20 +78,22 @@ pub enum NotKnown {
     NoGains(#[from] NoGains),
     /// A tick of the loop is no whole number of equal steps.
     #[error(
-        "a tick of {every} s is no whole number of the {steps} steps of this plan, which take {duration} s"
+        "a tick of {every} s is not a whole number of the {steps} steps of this plan, which last \
+        {duration} s"
     )]
     Tick {
         /// The tick.
         every: String,
         /// Number of steps.
         steps: usize,
-        /// What they take.
+        /// The duration of these steps.
         duration: String,
     },
 }
 
 impl Beside {
-    /// Along a plan of `problem`, which is on the grid of the plan ([`Solution::on_grid`]).
+    /// Computes the quantities near a plan of `problem`, which must be on the grid of the plan
+    /// ([`Solution::on_grid`]).
     ///
     /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
     ///
@@ -99,11 +105,11 @@ impl Beside {
         feedback: Option<Feedback>,
         uncertainty: Option<&Uncertainty>,
     ) -> Result<Self, NotKnown> {
-        // What the plan holds of the limits of the inputs is there for corrections.
+        // The corrections may use the reserve that the plan holds of the limits of the inputs.
         let linear = LinearPlan::flown(&problem.of_craft(), plan)?;
         let gains = feedback.map(|feedback| feedback.along(&linear, problem)).transpose()?;
         let switching = match feedback.map(|feedback| feedback.kind) {
-            // What the correction at the start makes of a covariance is not known.
+            // The effect of the correction at the start on a covariance is unknown.
             Some(Kind::Switching(_)) if uncertainty.is_some() => return Err(NoGains::MovedStart.into()),
             Some(Kind::Switching(_)) => Some(SwitchingGains::along(problem, plan)?),
             _ => None,
@@ -125,7 +131,7 @@ impl Beside {
 }
 
 impl Feedback {
-    /// Part of a step by which a tick may be beside a whole number of steps.
+    /// The part of a step by which a tick may differ from a whole number of steps.
     const WHOLE: f64 = 1e-6;
 
     /// How many steps of a plan with these nodes \[s\] a tick is.
@@ -154,8 +160,8 @@ impl Feedback {
         Ok(gains.held_over(every, linear.count()))
     }
 
-    /// Gains along a plan of which no covariance is known: of a body that translates, or whose torques are fixed in the reference frame
-    /// ([`PosedPlan::is_of`]).
+    /// Designs gains along a plan without a covariance: for a body that translates, or with
+    /// torques fixed in the reference frame ([`PosedPlan::is_of`]).
     ///
     /// # Errors
     /// [`NotKnown`].
@@ -182,9 +188,9 @@ pub struct Kept<'a> {
 /// When a constraint may be violated with its chance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
-    /// At the node of the largest chance, to first order.
+    /// At the node with the largest chance, to first order.
     Instant,
-    /// At any time of the motion, between the nodes too, in flights by this plant.
+    /// At any time of the motion, also between the nodes, counted in flights with this plant.
     Motion(Plant),
 }
 
@@ -195,38 +201,38 @@ impl Over {
     /// Cases that violate a constraint with its chance, of those that are flown: the chance is known to a tenth.
     const VIOLATING: f64 = 100.0;
 
-    /// Of long plans so many at least.
+    /// The least number of violations that the flights of long plans should count.
     const FEWEST: f64 = 20.0;
 
     /// Steps that are flown for a plan: some seconds.
     const STEPS: f64 = 2e7;
 
-    /// Flights that count a chance along a plan of so many steps.
+    /// Returns the number of flights that count a chance along a plan of this many steps.
     fn flights(chance: f64, steps: usize) -> usize {
         let most = Self::STEPS / steps.max(1) as f64;
         (Self::VIOLATING / chance).min(most).max(Self::FEWEST / chance).ceil() as usize
     }
 }
 
-/// What a plan holds of a limit.
+/// The part of a limit that a plan holds in reserve.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Held {
     /// Its name.
     pub name: String,
-    /// What it limits.
+    /// The limited quantity.
     pub quantity: Quantity,
-    /// How much of it: of a cone and of a norm one number, else one for each component or input, SI.
+    /// The reserve: one number for a cone or a norm, else one for each component or input, SI.
     pub parts: Vec<f64>,
-    /// What the craft is allowed of each; infinite of a cone.
+    /// The limits of the craft for each part; infinite for a cone.
     pub bounds: Vec<f64>,
 }
 
-/// What keeping chances took.
+/// The result of the iteration of margins.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Margins {
-    /// What the plan holds of each limit with a chance, in their order.
+    /// The reserve of each limit with a chance, in their order.
     pub held: Vec<Held>,
     /// Cost of the plan without margins.
     pub cost_without: f64,
@@ -234,7 +240,7 @@ pub struct Margins {
     pub plans: usize,
     /// Whether they did; else the plan is the last of them.
     pub agreed: bool,
-    /// Of each chance that is that of a motion how many of the flights of the plan exceed a limit.
+    /// For each chance over the motion: the proportion of flights that exceed a limit.
     pub counted: Vec<Option<Proportion>>,
 }
 
@@ -245,18 +251,18 @@ pub enum NotKept {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// There is no limit of this name.
-    #[error("there is no constraint and no limit of the torques called \"{0}\"")]
+    #[error("no constraint and no limit of the torques is called \"{0}\"")]
     Unknown(String),
     /// More of a limit is to be left than there is.
-    #[error("\"{name}\" is {bound} {unit}, of which {needed} {unit} would be left to corrections{part}")]
+    #[error("\"{name}\" is {bound} {unit}, and corrections need {needed} {unit} of it{part}")]
     Reserve {
         /// Name of the limit.
         name: String,
-        /// Of which component or input, in words.
+        /// The component or input, in words.
         part: String,
         /// The limit, and what its chance takes of it.
         bound: String,
-        /// What it takes.
+        /// The required reserve.
         needed: String,
         /// The unit of both.
         unit: &'static str,
@@ -269,7 +275,8 @@ const MOST_PLANS: usize = 24;
 /// Plans after which margins only grow: where two instants take turns as the worst, the larger of their margins is kept.
 const TURNS: usize = 12;
 
-/// Plans a maneuver of which some limits keep a chance; also the maneuver with the margins that this takes.
+/// Plans a maneuver with chance constraints; also returns the maneuver with the margins that
+/// these need.
 ///
 /// # Errors
 /// [`NotKept`]: as of [`plan::plan`], where an end too near to a limit for its chance is one; or more of a limit is needed than there is.
@@ -305,7 +312,8 @@ pub fn plan(
         };
         let mut needed = all_needed(&groups);
         if agree(&groups, &needed) {
-            // Flights count once margins and deviations are those of one plan: what they leave moves with the margins then.
+            // Flights are counted once margins and deviations belong to one plan. The remaining
+            // room then moves with the margins.
             Flights { beside: &beside, planned: &on_grid, craft: &craft, uncertainty }.count(&mut groups);
             margins.counted = groups.iter().map(|group| group.counted).collect();
             needed = all_needed(&groups);

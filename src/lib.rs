@@ -8,15 +8,15 @@
 //!             (R, Π) given at t = 0 and at t = T
 //! ```
 //!
-//! under limits on inputs and rates, keep-out and keep-in cones, driven by torques or reaction wheels,
-//! and the same on SE(3) with position `x` and linear momentum `γ`. It is discretised by a
-//! variational integrator, so that the discrete optimality conditions are exact and the terminal
-//! conditions are met to round-off.
+//! under limits on inputs and rates, keep-out and keep-in cones, driven by torques or reaction
+//! wheels. On SE(3) the problem also has the position `x` and the linear momentum `γ`. A
+//! variational integrator discretises it, so that the discrete optimality conditions are exact
+//! and the terminal conditions hold to round-off.
 //!
 //! # A body and two attitudes
 //!
-//! A [`Problem`] says who moves, from where, to where and in what time; [`plan()`] solves it, by every way round that is
-//! asked for, and has independent witnesses judge what it finds:
+//! A [`Problem`] describes the body, the start, the end and the duration. [`plan()`] solves it,
+//! in every requested homotopy class, and independent witnesses judge the result:
 //!
 //! ```
 //! use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
@@ -35,10 +35,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`Plan`] has the [`Solution`] with its [`Trajectory`], the [`Verification`] of the witnesses, and a [`Status`]. How a
-//! solver stopped is a value; only what cannot be attempted at all is an error ([`PlanError`]). [`Settings`] choose method,
-//! tolerance and time limit, and whether the true motion under the held inputs meets the end, as by default, or the discrete
-//! one, as in what is published ([`Target`]).
+//! A [`Plan`] has the [`Solution`] with its [`Trajectory`], the [`Verification`] of the
+//! witnesses, and a [`Status`]. The end of a solver is a value; only a problem that cannot be
+//! attempted is an error ([`PlanError`]). [`Settings`] choose method, tolerance and time limit.
+//! They also choose the motion that meets the end: the true motion under the held inputs, by
+//! default, or the discrete motion, as in published plans ([`Target`]).
 //!
 //! # A constraint
 //!
@@ -66,7 +67,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Where no plan exists and that can be proved, the status is [`Status::Infeasible`] and [`Solution::infeasible`] says why:
+//! If a proof shows that no plan exists, the status is [`Status::Infeasible`], and
+//! [`Solution::infeasible`] has the reason:
 //!
 //! ```
 //! # use slewkit::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits, Matrix3, Problem, Settings, Silent};
@@ -131,7 +133,7 @@
 //!
 //! # An observer
 //!
-//! [`Silent`] watches nothing. An [`Observer`] is told what is being tried, and may stop it:
+//! [`Silent`] observes nothing. An [`Observer`] receives the progress of a solve and may stop it:
 //!
 //! ```
 //! use slewkit::{Control, Observer, Progress};
@@ -166,14 +168,16 @@
 //! spec file ──▶ slewkit_files::spec ──▶ Problem, Settings ──▶ plan() ──▶ Plan ──▶ slewkit_files::export
 //! ```
 //!
-//! What has a path at the root is meant to stay. Modules that documentation does not show serve the sibling crates and may
-//! change with any version; the errors of constructors are there: each tells in words which number is wrong, and why.
+//! A path at the root is stable. Modules that the documentation hides serve the sibling crates
+//! and may change with any version. They contain the errors of constructors; each message states
+//! which number is wrong, and why.
 //!
 //! # Features
 //!
-//! None is on by default: the crate solves and verifies. `threads` adds the sum of mutual gravity over several threads and
-//! the tests of a plan on two, `wide` the widest registers of the machine, `argmin` the driver of that name for Newton
-//! iterations, `sdp` global lower bounds. None of them changes a result by a bit; the program takes the first three.
+//! No feature is on by default: the crate solves and verifies. `threads` sums mutual gravity on
+//! several threads and tests a plan on two, `wide` uses the widest registers of the machine,
+//! `argmin` drives Newton iterations with that library, and `sdp` adds global lower bounds. No
+//! feature changes a bit of a result. The program uses the first three.
 //!
 //! # What this crate does not do
 //!
@@ -182,7 +186,7 @@
 //!
 //! # Conventions
 //!
-//! Those of specs and files, in words, are printed by `slew help conventions`.
+//! `slew help conventions` prints the conventions of specs and files.
 //!
 //! - **Attitude** `R` maps body vectors to reference-frame vectors. The reference frame is inertial
 //!   unless the environment turns it ([`Environment::frame_rate`]).
@@ -195,8 +199,9 @@
 //! - **Units** are SI and radians. Solvers work in units in which `T = 1` and the mean principal
 //!   moment of inertia is 1.
 //! - **Quaternions** are Hamilton, scalar first, `[w, x, y, z]`; `q` and `−q` are one attitude.
-//! - **Numbers of equations**, as (4.13), are those of Leok, *An overview of Lie group variational integrators and their
-//!   applications to optimal control*; other sources are named where they are used.
+//! - **Numbers of equations**, such as (4.13), refer to Leok, *An overview of Lie group
+//!     variational integrators and their applications to optimal control*. Other sources are
+//!     named where they are used.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -242,7 +247,8 @@ pub use plan::{Control, Guess, Observer, Plan, PlanError, Progress, Silent, Stat
 pub use propagate::simulate::Simulation;
 pub use verify::{Check, Margin, Verification, verify};
 
-/// A vector of three components of double precision, nalgebra's: those of angular velocities, torques, directions.
+/// A nalgebra vector of three components of double precision, such as an angular velocity, a
+/// torque or a direction.
 pub type Vector3 = nalgebra::Vector3<f64>;
 /// A 3×3 matrix of double precision, nalgebra's: attitudes, inertias, weights.
 pub type Matrix3 = nalgebra::Matrix3<f64>;

@@ -1,15 +1,16 @@
 //! Plan a maneuver: solve it, then have it verified.
 //!
-//! [`plan`] takes a [`Problem`] and [`Settings`], and gives a [`Plan`]: the [`Solution`], what the witnesses found
-//! ([`Verification`]), and a [`Status`] that says in a word what became of it. How a solver stopped is a value; only
-//! what cannot be attempted at all is a [`PlanError`].
+//! [`plan`] solves a [`Problem`] with [`Settings`] and returns a [`Plan`]: the [`Solution`], the
+//! results of the witnesses ([`Verification`]), and a [`Status`] that summarises them. The end of
+//! a solver is a value; only a problem that cannot be attempted is a [`PlanError`].
 //!
 //! # What does a user of the library pay for?
 //!
-//! With default features off, for solving and verifying only. Files (TOML, JSON, temporary files), argmin, threads and the
-//! command line are features, each of which builds alone (`.ci/run`). serde, serde_json and thiserror stay: the cone solver
-//! brings them in any case, and its own default features cannot be left out, because it does not compile without them.
-//! Results do not depend on features: sums are taken in one order whether one thread evaluates or many.
+//! Without default features it pays for solving and verifying only. Files (TOML, JSON, temporary
+//! files), argmin, threads and the command line are features, each of which builds alone
+//! (`.ci/run`). serde, serde_json and thiserror remain: the cone solver needs them, and does not
+//! compile without its own default features. Results do not depend on features: sums have one
+//! order on one thread and on many.
 
 pub use crate::feedback::replan::{Left, NotReplanned, Replanner};
 pub use crate::optimize::search::memory::PeakMemory;
@@ -24,7 +25,8 @@ use std::cell::{Cell, RefCell};
 use std::time::Instant;
 use thiserror::Error;
 
-/// What became of a plan; one for each exit code of the command line ([`Status::exit_code`]).
+/// The status of a plan. Each status has an exit code of the command line
+/// ([`Status::exit_code`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
@@ -32,7 +34,8 @@ pub enum Status {
     Solved,
     /// Proved infeasible; [`Solution::infeasible`] is the proof.
     Infeasible,
-    /// No extremal was found; that proves nothing. [`Solution::shortfall`] and [`Solution::longer`] say what would help.
+    /// No extremal was found, which proves nothing. [`Solution::shortfall`] and
+    /// [`Solution::longer`] name possible remedies.
     NotConverged,
     /// The time limit came first: before a solution, or before the witnesses had judged it.
     LimitReached,
@@ -65,7 +68,8 @@ impl Status {
         }
     }
 
-    /// Whether a solve that ended as `outcome` says, and what the witnesses found, can have this status.
+    /// Returns whether a solve with `outcome` and the results of the witnesses can have this
+    /// status.
     #[doc(hidden)]
     pub fn agrees_with(self, outcome: Outcome, found: Option<&Verification>) -> bool {
         match found {
@@ -91,7 +95,7 @@ impl Status {
     }
 }
 
-/// A solution and what the witnesses say of it.
+/// A solution with the results of the witnesses.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Plan {
@@ -99,7 +103,7 @@ pub struct Plan {
     pub solution: Solution,
     /// The witnesses' findings; `None` when there was no converged solution to judge.
     pub verification: Option<Verification>,
-    /// What became of it.
+    /// The status of the plan.
     pub status: Status,
 }
 
@@ -117,8 +121,9 @@ impl Plan {
 /// iterations and may stop the solve; [`Silent`] does neither. Equal inputs give equal outputs, to the last bit, unless
 /// a time limit or the observer ends the solve.
 ///
-/// The discretisation and its discrete necessary conditions are those of Lee, Leok and McClamroch, *Optimal Attitude
-/// Control of a Rigid Body using Geometrically Exact Computations on SO(3)*, 2006 (arXiv math/0601424).
+/// The discretisation and its discrete necessary conditions come from Lee, Leok and McClamroch,
+/// *Optimal Attitude Control of a Rigid Body using Geometrically Exact Computations on SO(3)*,
+/// 2006 (arXiv math/0601424).
 ///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error: see
@@ -156,7 +161,7 @@ pub fn plan(
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct WarmPlan {
-    /// What was left of the maneuver at that moment: its start, duration and steps.
+    /// The rest of the maneuver at that time: its start, duration and steps.
     pub problem: Problem,
     /// Its plan.
     pub plan: Plan,
@@ -170,16 +175,17 @@ pub enum ReplanError {
     /// The plan cannot be begun from, or not there.
     #[error(transparent)]
     Unfit(#[from] NotReplanned),
-    /// What is left cannot be planned as it stands.
+    /// The rest of the maneuver cannot be planned.
     #[error(transparent)]
     Plan(#[from] PlanError),
 }
 
-/// Plans again what is left of a maneuver at the time `at` \[s\] of its plan: from the start of `problem` to its end, on the steps
-/// that are left. Duration and steps are the plan's, not those of `problem`.
+/// Replans the rest of a maneuver at the time `at` \[s\] of its plan: from the start of `problem`
+/// to its end, on the remaining steps. Duration and steps come from the plan, not from `problem`.
 ///
-/// The plan is moved to its neighbour in a few Newton steps. Where that fails, or leads to no minimum, a search is made anew as by
-/// [`plan`], and [`WarmPlan::warm`] says why. A neighbour goes the way round of its plan, whatever another would cost.
+/// A few Newton steps move the plan to its neighbour. If they fail, or do not reach a minimum,
+/// [`plan`] searches again, and [`WarmPlan::warm`] states the reason. A neighbour keeps the
+/// homotopy class of its plan, even if another one costs less.
 ///
 /// # Errors
 /// [`ReplanError`] where the plan does not fit the maneuver, or fewer than two of its steps are left; as [`plan`] otherwise.
@@ -235,8 +241,8 @@ pub fn replan(
     Ok(WarmPlan { problem: rest, plan, warm: Err(left) })
 }
 
-/// A solution with what the witnesses say of it, where it converged. They too end with the time limit, which runs
-/// since `began`, or when `observer` asks for it.
+/// Adds the results of the witnesses to a solution, if it converged. The witnesses also stop at
+/// the time limit, which runs since `began`, or when `observer` requests it.
 #[doc(hidden)]
 pub fn judged(
     problem: &Problem,

@@ -29,11 +29,12 @@ pub struct Campaign<'a> {
     /// The actuators and the constraints of the craft: with what the plan holds of them, and without margins.
     actuators: ActuatorSet,
     constraints: Vec<Constraint>,
-    /// What the nominal motion has settled on.
+    /// The converged nominal motion.
     nominal: Flight<'a>,
     /// Ticks a step of the plan.
     ticks: usize,
-    /// Commands without feedback, and from when on each acts: those given before the start, then those of the steps.
+    /// Commands without feedback, with the time from which each acts: those given before the
+    /// start, then those of the steps.
     feedforward: Vec<(f64, Vec<f64>)>,
 }
 
@@ -44,7 +45,8 @@ impl<'a> Campaign<'a> {
     /// Most cases of a run.
     pub const MOST_CASES: u64 = 1_000_000;
 
-    /// Of a maneuver and the motion beside its plan (torques held); without gains it is flown open loop.
+    /// Builds flights of a maneuver and the motion near its plan (torques held); without gains
+    /// the flights are in open loop.
     pub fn new(
         problem: &'a Problem,
         plan: &'a LinearPlan,
@@ -101,7 +103,8 @@ impl<'a> Campaign<'a> {
         Ok((flown, moments))
     }
 
-    /// Shares the cases among so many threads, which changes none of them; by default among those there are.
+    /// Shares the cases among `threads` threads, by default all available ones. The number
+    /// changes no case.
     #[must_use]
     pub fn with_threads(self, threads: Option<usize>) -> Self {
         Self { threads, ..self }

@@ -1,4 +1,5 @@
-//! What a craft differs by, and what its actuators make of a command: limits, then the delay.
+//! The differences of a craft from the model, and the response of its actuators to a command:
+//! limits, then the delay.
 
 use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::discrete::linear_plan::Parameter;
@@ -59,7 +60,7 @@ impl DelayLine {
         self.waiting.push_back((from, inputs));
     }
 
-    /// What acts at a time, and until when.
+    /// Returns the active command at a time, and the time of its end.
     pub fn at(&mut self, time: f64) -> (&[f64], f64) {
         while self.waiting.front().is_some_and(|(from, _)| *from <= time) {
             if let Some((_, inputs)) = self.waiting.pop_front() {
@@ -75,16 +76,17 @@ impl DelayLine {
 /// Sizes and norm are cut; how fast a command changes is counted and not cut, because a held command jumps.
 pub(super) struct Limited<'a> {
     set: &'a ActuatorSet,
-    /// What the actuators can give, as a multiple of their limits.
+    /// The capacity of the actuators, as a multiple of the limits of the plan.
     authority: f64,
     /// The command before.
     before: Option<Vec<f64>>,
-    /// What is least left, SI: of each size, of the norm, of how fast each input changes, of those there are.
+    /// The smallest room so far, SI: of each size, of the norm, of the rate of each input, for
+    /// the limits that exist.
     pub room: Vec<f64>,
 }
 
 impl<'a> Limited<'a> {
-    /// Part of a limit by which an input may exceed it without being counted.
+    /// The relative excess over a limit that does not count as a violation.
     const ROUNDING: f64 = 1e-9;
 
     pub fn new(set: &'a ActuatorSet, authority: f64) -> Self {
@@ -102,9 +104,9 @@ impl<'a> Limited<'a> {
             for (input, size) in inputs.iter_mut().zip(sizes) {
                 let size = size * self.authority;
                 let least = if limits.one_sided { 0.0 } else { -size };
-                // What is at a limit by round-off is not cut.
+                // An input at a limit by round-off is not saturated.
                 cut |= *input > size * (1.0 + Self::ROUNDING) || *input < least - size * Self::ROUNDING;
-                // `clamp` would panic on bounds that are none.
+                // `clamp` would panic on invalid bounds.
                 *input = if *input > size {
                     size
                 } else if *input < least {
@@ -127,7 +129,7 @@ impl<'a> Limited<'a> {
     /// Counts what a command leaves that is given for `step` \[s\], before it is cut.
     pub fn meet(&mut self, step: f64, inputs: &[f64]) {
         let limits = self.set.limits();
-        // What pushes one way has no limit below but that it can't pull.
+        // A one-sided input has no lower limit except zero.
         let size = |input: f64| if limits.one_sided { input } else { input.abs() };
         let sizes = limits.size.iter().flatten().zip(inputs);
         let sizes = sizes.map(|(limit, input)| limit * self.authority - size(*input));

@@ -1,4 +1,4 @@
-//! What is drawn once a case, and the roots of what is drawn anew at every step.
+//! The draws of each case, and the square roots of the covariances that are drawn at every step.
 //!
 //! Every quantity has a stream of random numbers of its own, from the seed, the case and its purpose: a new sensor does not shift the
 //! numbers of another.
@@ -19,7 +19,8 @@ pub(super) mod stream {
     pub const TORQUE: u32 = PARAMETERS + 3;
 }
 
-/// Inertias drawn before a case is given up: one in two is none about a plate.
+/// The largest number of inertias drawn for a case. For a plate about half of the draws are
+/// impossible.
 const MOST_DRAWS: u32 = 64;
 
 /// The random numbers of all cases of a seed.

@@ -7,7 +7,7 @@
 use super::Plant;
 use crate::optimize::discrete::linear_plan::LinearPlan;
 
-/// Part of a tick by which two times may differ and be one.
+/// The part of a tick by which two equal times may differ.
 pub(super) const SAME_TIME: f64 = 1e-6;
 
 /// The commands of a plan for a plant that changes its torque `ticks` times a step.
@@ -18,7 +18,8 @@ pub(super) struct Feedforward<'a> {
 }
 
 impl Feedforward<'_> {
-    /// From when on each acts, and what it is: those that are given before the start, then those of the steps.
+    /// Returns the commands with the time from which each acts: those given before the start,
+    /// then those of the steps.
     pub fn commands(&self) -> Vec<(f64, Vec<f64>)> {
         let times = self.plan.times();
         let count = self.plan.count();
@@ -54,7 +55,8 @@ impl Feedforward<'_> {
         (1..=self.ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / self.ticks as f64
     }
 
-    /// Mean of the plan's inputs between two times; beyond its end those of its last step.
+    /// Returns the mean of the plan's inputs between two times; after its end, the inputs of its
+    /// last step.
     fn planned(&self, from: f64, to: f64) -> Vec<f64> {
         let times = self.plan.times();
         let last = self.plan.count() - 1;

@@ -8,9 +8,11 @@
 //! within limits ─▶ quantum ─▶ delay ─▶ lag  v += (1 − e^{−h/τ})(c − v) ─▶ τ = exp S(α) B (1 + s) v + b + η
 //! ```
 //!
-//! Every case of a seed has random numbers of its own, from a key and a counter (`numerics::random`): the same bits for any number
-//! of threads, in any order, alone or among others. Constant errors are drawn once a case; an inertia that is none, because two
-//! of its moments are less than the third, is drawn again, and how often is told.
+//! Every case of a seed has its own random numbers, from a key and a counter
+//! (`numerics::random`): the bits do not depend on the number of threads, the order, or the other
+//! cases. Constant errors are drawn once for each case. If an inertia is impossible, because two
+//! of its moments are less than the third, it is drawn again, and the number of such draws is
+//! reported.
 
 mod campaign;
 mod craft;
@@ -24,20 +26,22 @@ pub use statistics::{Proportion, Sampled, quantile};
 use crate::optimize::discrete::linear_plan::Vector6;
 use crate::{Matrix3, Vector3};
 
-/// How the actuators follow what they are told; by default at once, within the limits of the plan.
+/// The response of the actuators to commands; by default immediate, within the limits of the
+/// plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
     /// Time constant of their lag \[s\].
     pub lag: f64,
     /// Time from a command to its effect \[s\].
     pub delay: f64,
-    /// What commands are multiples of, in the unit of an input; 0: any number.
+    /// The quantum of commands, in the unit of an input; 0: any number.
     pub quantum: f64,
     /// Time between two changes of the torque \[s\]; 0: the step of the plan.
     pub tick: f64,
     /// Whether the plan's commands lead a lag and a delay, which are known.
     pub leads: bool,
-    /// What the actuators can give, as a multiple of the limits that the plan keeps: what is above 1 is held back for gains.
+    /// The capacity of the actuators, as a multiple of the limits that the plan keeps. The part
+    /// above 1 is reserved for gains.
     pub authority: f64,
 }
 
@@ -47,20 +51,21 @@ impl Default for Plant {
     }
 }
 
-/// What became of one case.
+/// The result of one case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flown {
     /// `[ζ; δΩ]` at the end, rad and rad/s: true minus planned, body axes.
     pub end: Vector6,
-    /// What is least left of each constraint without its margin, along the whole motion: \[rad\] of cones, of rates a part of the
-    /// limit; negative where it is violated.
+    /// The smallest room to each constraint without its margin, along the whole motion: \[rad\]
+    /// for cones, relative to the limit for rates; negative for a violation.
     pub room: Vec<f64>,
-    /// What commands leave of each limit of the torques, along the whole motion, SI: of the size of each input, of the norm, of how fast
-    /// each changes, of those there are; negative where it is exceeded.
+    /// The smallest room of the commands to each limit of the torques, along the whole motion,
+    /// SI: of the size of each input, of the norm, of the rate of each input, for the limits that
+    /// exist; negative for a violation.
     pub input_room: Vec<f64>,
     /// Part of the steps in which a limit of the inputs cut a command.
     pub saturated: f64,
-    /// Inertias that were drawn and are none.
+    /// The number of impossible inertias that were drawn.
     pub rejected: u32,
     /// The parameters that were drawn, in the order of [`Uncertainty::parameters`](crate::uncertainty::Uncertainty::parameters).
     pub parameters: Vec<f64>,
@@ -76,13 +81,13 @@ pub struct Moment {
     pub attitude: Matrix3,
     /// Angular velocity [rad/s].
     pub angular_velocity: Vector3,
-    /// `[ζ; δΩ]` beside the plan, rad and rad/s.
+    /// `[ζ; δΩ]` relative to the plan, rad and rad/s.
     pub beside: Vector6,
     /// Inputs that were commanded in the step that begins here, SI; none at the end.
     pub commanded: Vec<f64>,
 }
 
-/// A case that cannot be told: it turned faster than can be followed, or no inertia was one.
+/// A case that failed: it turned too fast to be propagated, or no drawn inertia was possible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lost;
 

@@ -1,16 +1,17 @@
-//! What many cases say: counts with their intervals, quantiles, and covariances beside the linear prediction.
+//! Statistics of many cases: counts with confidence intervals, quantiles, and covariances next to
+//! the linear prediction.
 
 use crate::optimize::discrete::linear_plan::{Matrix6, Vector6};
 use nalgebra::DMatrix;
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
-/// A part of so many cases, with its interval of 95 % (Clopper and Pearson 1934).
+/// A proportion of cases, with its interval of 95 % (Clopper and Pearson 1934).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proportion {
     /// How many.
     pub count: u64,
-    /// Of how many.
+    /// The number of all cases.
     pub of: u64,
     /// The lower end of the interval.
     pub low: f64,
@@ -19,7 +20,7 @@ pub struct Proportion {
 }
 
 impl Proportion {
-    /// What is left outside of the interval.
+    /// The probability outside of the interval.
     const OUTSIDE: f64 = 0.05;
 
     /// `count` of `of` cases.
@@ -62,14 +63,14 @@ pub struct Sampled {
     pub inside: Proportion,
 }
 
-/// Cases in a block of a sum: blocks are summed in order, whoever has computed them.
+/// The number of cases in a block of a sum: blocks are summed in order, on any thread.
 const BLOCK: usize = 1024;
 
 /// Eigenvalues of a scaled covariance below this part of the largest are directions of no extent.
 const FLAT: f64 = 1e-12;
 
 impl Sampled {
-    /// Of the ends `[ζ; δΩ]` of cases, beside the covariance `linear` that was predicted.
+    /// Compares the ends `[ζ; δΩ]` of cases with the predicted covariance `linear`.
     pub fn of(ends: &[Vector6], linear: &Matrix6) -> Self {
         let n = ends.len() as f64;
         let summed = |of: &dyn Fn(&Vector6) -> Matrix6| -> Matrix6 {
@@ -106,7 +107,7 @@ impl Sampled {
             cases: ends.len(),
             mean,
             covariance,
-            // Of few cases some are zero, by round-off below.
+            // With few cases some eigenvalues are zero, or negative by round-off.
             eigenvalues: ratios.map(|ratios| [ratios.min().max(0.0), ratios.max()]),
             inside: Proportion::new(inside as u64, ends.len() as u64),
         }

@@ -85,7 +85,8 @@ fn end_of(campaign: &Campaign<'_>, values: &[f64], beside: &Vector6) -> Vector6 
     campaign.run(values, inertia, beside, streams, |_| ()).unwrap().end
 }
 
-/// How far the derivatives of the flown loop by its parameters are from the linear ones, of the largest of these.
+/// Returns the largest relative difference between the derivatives of the flown loop by its
+/// parameters and the linear ones.
 fn derivatives_apart(problem: &Problem, closed: bool) -> f64 {
     let linear = LinearPlan::flown(problem, &planned(problem)).unwrap();
     let gains = Gains::along(&linear, Kind::Tvlqr(None), false).unwrap();
@@ -122,7 +123,7 @@ fn the_loop_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(maneuver);
 }
 
-/// The same of wheels, which store what they give: their momenta are states, and are as large as that of the body.
+/// Checks wheels too: their momenta are states, and are as large as that of the body.
 #[test]
 fn the_loop_of_wheels_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(|steps| {
@@ -132,7 +133,7 @@ fn the_loop_of_wheels_has_the_derivatives_of_the_linear_model() {
     });
 }
 
-/// With wheels about these axes, of which some store something.
+/// Returns the maneuver with wheels about these axes, some of which store momentum.
 fn with_wheels(problem: Problem, axes: Vec<Vector3>) -> Problem {
     let count = axes.len();
     let momentum = [0.3, -0.2, 0.4, 0.1][..count].to_vec();
@@ -272,11 +273,12 @@ fn a_plate_whose_inertias_are_drawn_again_says_how_often() {
     let uncertainty = Uncertainty { parameters: moments.collect(), ..Uncertainty::default() };
     let campaign = Campaign::new(&problem, &linear, None, &uncertainty, Plant::default(), 3);
     let rejected: u32 = campaign.fly_all(0, 500).into_iter().map(|flown| flown.unwrap().rejected).sum();
-    // Half of the draws are none: one more a case on average.
+    // Half of the draws are impossible: one more draw for each case on average.
     assert!((400..620).contains(&rejected), "{rejected}");
 }
 
-/// Along a plan that uses all of its limits gains can do nothing within them; a tenth held back brings the body to the end.
+/// If a plan uses all of its limits, gains have no effect within them. With a tenth in reserve
+/// they bring the body to the end.
 #[test]
 fn authority_held_back_flies_a_plan_of_least_time() {
     use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
@@ -302,8 +304,9 @@ fn authority_held_back_flies_a_plan_of_least_time() {
     assert!(held < 0.02 * open && held < 0.2 * cut, "{open:e} {cut:e} {held:e}");
 }
 
-/// Every deviation of what is flown at some nodes, the rates, the commands and how they change from a step to the next, over the linear
-/// one: those of 4,000 cases err by 1.1 %. Of wheels too, whose gains answer to what they store.
+/// Compares every deviation of flights at some nodes (the rates, the commands and their changes
+/// from step to step) with the linear one. With 4,000 cases they have an error of 1.1 %. Wheels
+/// are included; their gains use the stored momentum.
 #[test]
 fn sampled_rates_and_commands_have_the_linear_deviations() {
     let uncertainty = everything();
@@ -399,8 +402,9 @@ fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
     }
 }
 
-/// About a principal axis the motion beside a slew is a double integrator: deviations of attitude, rate and torque are those of a
-/// recursion of two numbers, with a start, a constant torque, noise of the sensor, and a correction that is held over a tick.
+/// About a principal axis the motion near a slew is a double integrator. The deviations of
+/// attitude, rate and torque follow a recursion of two numbers, with a start, a constant torque,
+/// noise of the sensor, and a correction that is held over a tick.
 #[test]
 fn deviations_about_a_principal_axis_are_those_of_a_double_integrator() {
     use nalgebra::{Matrix2, RowVector2, Vector2};

@@ -1,30 +1,32 @@
-//! Gains along a plan: what keeps a craft that is beside it on it, and brings it to the end.
+//! Gains along a plan. They keep a craft near the plan on it, and bring it to the end.
 //!
 //! ```text
 //! u = u*_k − K_k z_k ,     z = [log(R*_kᵀ R); Π − Π*_k]
 //! ```
 //!
-//! - [`Kind::Neighbouring`]: the neighbouring extremal. Of all corrections that bring the craft to the end to first order,
-//!   those of least cost: the plan's own problem, solved beside it. A backward sweep of 6×6 blocks, with `Q = B S Bᵀ/h`, `S` the
-//!   authority `B W⁻¹Bᵀ` of the inputs that are not at their limits:
+//! - [`Kind::Neighbouring`]: the neighbouring extremal. It is the correction of least cost among
+//!     all corrections that bring the craft to the end to first order. A backward sweep of 6×6
+//!     blocks computes it, with `Q = B S Bᵀ/h` and `S` the authority `B W⁻¹Bᵀ` of the inputs that
+//!     are not at their limits:
 //!
 //!   ```text
 //!   Λ_{N−1} = I ,  Z_N = −K₋⁻¹ Q/2 (torques at nodes, Lie–Verlet), else 0
 //!   Z_k = A_k⁻¹ (Z_{k+1} + Q_k Λ_k) ,   P_k = Λ_k Z_k⁻¹ ,   K_k = W⁻¹Bᵀ (B_kᵀ P_k)/h ,   Λ_{k−1} = A_kᵀ Λ_k + H_k Z_k
 //!   ```
 //!
-//!   Of reaction wheels what they store is a state too, `[ζ; δΠ; δμ]`; at the end it is free, `λ^μ = 0`: conservation decides it.
+//!   With reaction wheels the stored momentum is a state too, `[ζ; δΠ; δμ]`. Its end is free,
+//!   `λ^μ = 0`, because conservation determines it.
 //!
-//!   A torque that is held, or whose axes turn, acts in the second derivatives of its step too: `A`, `H` and `K` then have the terms of
-//!   `linear_plan::stage` beside these.
+//!   A torque that is held, or whose axes turn, also enters the second derivatives of its step.
+//!   `A`, `H` and `K` then have the additional terms of `linear_plan::stage`.
 //!
 //!   The gains grow like `4/(T − t)` and `6/(T − t)²`; the last of them would answer the noise of sensors with all the torque
 //!   there is, so they are held from [`Gains::frozen_from`] on.
 //! - [`Kind::Tvlqr`]: the regulator of given weights, from the Riccati recursion.
 //! - [`Kind::Switching`]: the same behind a correction of the switching times at the start ([`SwitchingGains`]).
 //!
-//! Signs, orders and the index of every step are held by the landing law: what the corrected motion misses falls with the square
-//! of what it began beside the plan (tests).
+//! The landing law checks signs, orders and the index of every step: the miss of the corrected
+//! motion falls with the square of the initial deviation from the plan (tests).
 
 pub mod replan;
 mod sweep;
@@ -55,8 +57,8 @@ pub enum Kind {
     },
     /// The regulator of these weights.
     Tvlqr(Option<RegulatorWeights>),
-    /// Of inputs that switch: their switching times once, at the start, and then the regulator of these weights beside the motion that
-    /// this leads to.
+    /// Switching times corrected once, at the start, and then the regulator with these weights
+    /// near the resulting motion.
     Switching(Option<RegulatorWeights>),
 }
 
@@ -73,7 +75,7 @@ pub struct RegulatorWeights {
     pub attitude: f64,
     /// `b`, of the error of the rate, in the unit of the cost over s·(rad/s)².
     pub rate: f64,
-    /// `e`: how many times what the whole duration weighs the end does.
+    /// `e`: the weight of the end, relative to the weight of the whole duration.
     pub end: f64,
 }
 
@@ -83,7 +85,8 @@ impl RegulatorWeights {
 
     /// Weights under which a torque that turns the body by a radian in the duration costs what being a radian off does.
     fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
-        // In the solver's units all four are one weight: that of the torque; those of the position that of the force.
+        // In the solver's units the torque weight applies to all four; the weight of the force
+        // applies to position and velocity.
         let authority = |first: usize| {
             let of = |stage: &&Stage<N, C>| {
                 (first..first + 3).map(|row| stage.authority[(row, row)]).sum::<f64>() / 3.0
@@ -112,22 +115,22 @@ impl RegulatorWeights {
 pub enum NoGains {
     /// Inputs that switch have no neighbouring extremal of continuous gains.
     #[error(
-        "inputs that switch between their limits leave nothing to correct with: a neighbouring plan moves the switches"
+        "neighbouring gains do not exist if inputs switch between their limits: a neighbour has \
+        other switching times"
     )]
     Switching,
-    /// The inputs that are not at their limits cannot bring the craft to the end from everywhere beside the start.
-    #[error(
-        "the inputs that are not at their limits along the plan cannot bring every error beside its start to the end"
-    )]
+    /// The inputs that are not at their limits cannot bring the craft to the end from every
+    /// neighbour of the start.
+    #[error("the inputs that are not at their limits along the plan cannot correct every error of its start")]
     Unreachable,
     /// The arcs of the plan are not those that a start moves.
-    #[error("no arcs of it are moved by its start: {0}")]
+    #[error("no lengths of its arcs depend on its start: {0}")]
     Arcs(&'static str),
     /// Weights of attitude and rate, of a body that translates.
-    #[error("weights of attitude and rate say nothing of position and velocity")]
+    #[error("weights of attitude and rate alone do not weigh position and velocity: weigh these too")]
     Weights,
     /// Covariances of a motion whose switches are moved at the start.
-    #[error("the covariance of a motion whose switching times are corrected at the start is not known")]
+    #[error("the covariance of a motion whose switching times are corrected at the start is unknown")]
     MovedStart,
     /// A number is not finite.
     #[error("a gain is not finite")]
@@ -144,7 +147,8 @@ pub struct Gains {
     pub timing: Timing,
     /// Number of inputs m.
     pub inputs: usize,
-    /// The first step whose gains are those of the step before it, held to the end; the number of steps where none are.
+    /// The first step whose gains repeat those of the step before it, held to the end; the number
+    /// of steps if none does.
     pub frozen_from: usize,
     /// Steps from one measurement to the next; a correction is held over them. The rows of these steps are one.
     pub every: usize,
@@ -153,7 +157,8 @@ pub struct Gains {
     pub states: usize,
     /// `K_k`, m×n a step, row-major: SI input for each rad and N·m·s, m and N·s.
     pub rows: Vec<f64>,
-    /// What the first input corrects, m×6, where half a kick opens the maneuver (torques at nodes, neighbouring).
+    /// The correction of the first input, m×6, if half a kick opens the maneuver (torques at
+    /// nodes, neighbouring).
     pub first: Option<Vec<f64>>,
     /// `P_k` of the cost to go, scaled, one a step; in the order of `rows`, empty for frozen steps.
     pub(crate) to_go: Vec<Matrix6>,
@@ -187,7 +192,8 @@ impl Gains {
         }
     }
 
-    /// The neighbouring extremal of wheels: what they store is a state beside `z`, and at the end whatever conservation leaves it.
+    /// Computes the neighbouring extremal with wheels: their momentum is a state next to `z`, and
+    /// conservation determines its end.
     fn of_wheels(plan: &LinearPlan, kind: Kind, freeze: f64) -> Result<Self, NoGains> {
         let (mut left, mut costates) = (Matrix9::zeros(), Matrix9::identity());
         left.fixed_view_mut::<3, 3>(6, 6).fill_with_identity();
@@ -237,7 +243,7 @@ impl Gains {
         Ok(Self { kind, timing, inputs, states: N, frozen_from, every: 1, rows, first: None, to_go })
     }
 
-    /// From the sweep of a plan with torques.
+    /// Builds the gains from the sweep of a plan with torques.
     fn new<const N: usize>(
         plan: &LinearPlan,
         kind: Kind,
@@ -294,7 +300,7 @@ fn si_row<const N: usize, const C: usize>(
     (0..gain.nrows() * N).map(|index| gain[(index / N, index % N)] / unit(index % N)).collect()
 }
 
-/// The rows of all steps; frozen ones are those of the step before.
+/// Returns the rows of all steps in SI units; frozen rows repeat the step before.
 fn si_rows<'a, const N: usize, const C: usize>(
     swept: &Swept<N, C>,
     to_inputs: impl Fn(usize) -> &'a DMatrix<f64>,
@@ -312,7 +318,8 @@ fn si_rows<'a, const N: usize, const C: usize>(
     if rows.iter().all(|value| value.is_finite()) { Ok(rows) } else { Err(NoGains::NotFinite) }
 }
 
-/// What a plan with torques leaves of the states at its end, and the costates there: `Z_N = −K₋⁻¹ Q/2` where half a kick follows.
+/// Returns the free part of the end states of a plan with torques, and the costates there:
+/// `Z_N = −K₋⁻¹ Q/2` if half a kick follows.
 fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     let mut z = Matrix6::zeros();
     let half = plan.half_kick(1);
@@ -330,7 +337,8 @@ fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
 /// G = A_kᵀ P_k + H_k ,     δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,     K₊ = [[I, 0], [w ∂M/∂R, I]] ,     Q/2 = [0, 0; 0, w S]
 /// ```
 ///
-/// with the weight `w` of the half kick that opens it, 0 where there is none. NaN where `I + G Q/2` has no inverse.
+/// with the weight `w` of the half kick that opens it, 0 if the maneuver has none. It is NaN if
+/// `I + G Q/2` is singular.
 fn first_costate(plan: &LinearPlan, to_go: &Matrix6, node: usize) -> Matrix6 {
     let step = &plan.steps()[node];
     let g = step.stage.a.transpose() * to_go + step.stage.h;

@@ -1,4 +1,5 @@
-//! Planning again from where the craft is: the plan's own extremal, moved to a start beside it and solved.
+//! Replanning from the present state of the craft: the plan's own extremal, moved to a
+//! neighbouring start and solved.
 //!
 //! ```text
 //! guess     λ_{k−1} = λ*_{k−1} + D_k z ,     z = [log(R*_kᵀ R); Π − Π*_k] ,     D_k = (I + G_k Q/2)⁻¹ G_k K₊ ,  G_k = A_kᵀ P_k + H_k
@@ -12,10 +13,12 @@
 //! Between nodes, at `t`, the plan is interpolated, and the time that is left is divided into as many equal steps as are nearest to
 //! the plan's own: the end keeps its time, and of n steps each differs from the plan's by at most 1/2n of it.
 //!
-//! A plan that lands has a discrete target beside its end. Here each moment has one of its own, which the plan's inputs reach from
-//! the true motion then: a start that is not moved has the same inputs again, and one that is lands but for `O(h²)` of `z`.
+//! A plan that lands has a discrete target near its end. Here each moment has its own target,
+//! which the plan's inputs reach from the true motion at that time. A start on the plan has the
+//! inputs of the plan again, and a moved start lands up to `O(h²)` of `z`.
 //!
-//! What is found is the neighbour of the plan. That another way round has become cheaper, no neighbour can tell.
+//! The result is the neighbour of the plan. It does not show whether another homotopy class has
+//! become cheaper.
 
 use super::{Gains, Kind, first_costate};
 use crate::lie;
@@ -37,17 +40,21 @@ use thiserror::Error;
 
 /// Newton steps after which a start has left the basin of the plan: from within it three do.
 const MOST_STEPS: usize = 8;
-/// Part of the error to which a step has to bring it: from within the basin its square is left.
+/// The largest ratio of the errors after and before a step: within the basin a step leaves the
+/// square of the error.
 const PROGRESS: f64 = 0.5;
-/// An error from which a step with the derivatives before leads below any tolerance: those are no farther off than 1e-3.
+/// The error from which a step with the previous derivatives meets any tolerance: these
+/// derivatives are accurate to 1e-3.
 const NEARLY: f64 = 1e-9;
-/// Terminal error, scaled, up to which recorded costates are those of their plan.
+/// The scaled terminal error up to which recorded costates belong to their plan.
 const OWN: f64 = 1e-6;
-/// Part by which a neighbour may cost more than the plan's cost to go says to second order.
+/// The largest relative excess of the cost of a neighbour over the cost to go of the plan, which
+/// is of second order.
 const DEARER: f64 = 0.5;
-/// Part of a step within which a time is that of a node: the round-off of times in files.
+/// The part of a step within which a time counts as the time of a node: the round-off of times in
+/// files.
 const AT_NODE: f64 = 1e-9;
-/// Part by which numbers of one body may differ: the round-off of notations.
+/// The relative difference of numbers of one body: the round-off of notations.
 const SAME: f64 = 1e-9;
 
 /// Why a plan cannot be begun from.
@@ -55,38 +62,40 @@ const SAME: f64 = 1e-9;
 #[non_exhaustive]
 pub enum NotReplanned {
     /// Positions are planned too.
-    #[error("the body translates: attitudes alone are planned again from a plan")]
+    #[error("the body translates: replanning supports attitudes alone")]
     Translation,
-    /// Its inputs switch, or its duration was sought.
+    /// Its inputs switch, or its duration was free.
     #[error(
-        "it is no plan of least effort in a given duration: one whose inputs switch or whose duration is sought has no neighbour of the same grid"
+        "replanning needs a plan of least effort in a given duration: a plan with switching inputs \
+        or a free duration has no neighbour on its grid"
     )]
     Form,
     /// Something that the shooting does not take limits it.
-    #[error("what limits it has no continuous costates: {0}")]
+    #[error("its limits have no continuous costates: {0}")]
     Limited(Obstacle),
     /// Its end is the plan's to choose.
-    #[error("its end is the plan's to choose, and not a given attitude and rate")]
+    #[error("its end attitude is free: replanning needs a given attitude and rate at the end")]
     End,
     /// It has no trajectory with costates, or one that does not lead to its end.
-    #[error("its costates do not lead to its end: it did not converge, or is the plan of another maneuver")]
+    #[error("its costates do not lead to its end: it did not converge, or belongs to another maneuver")]
     Trajectory,
     /// It is the plan of something else.
-    #[error("it is the plan of a maneuver with {0}")]
+    #[error("it belongs to a maneuver with {0}")]
     Other(&'static str),
     /// A time before the plan or within its last two steps.
     #[error(
-        "at {at} s fewer than two of its steps are left, or it has not begun: from 0 to {latest} s it can be begun from"
+        "at {at} s replanning is impossible, because it needs at least two remaining steps: choose a \
+        time from 0 to {latest} s"
     )]
     Time {
-        /// What was asked for \[s\].
+        /// The requested time \[s\].
         at: f64,
         /// The latest time \[s\].
         latest: f64,
     },
 }
 
-/// Why the neighbour of a plan was not found, or is none.
+/// The reason for which no neighbour of the plan was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Left {
@@ -103,10 +112,10 @@ pub enum Left {
     Dearer {
         /// Its cost.
         cost: f64,
-        /// What a neighbour costs, to second order.
+        /// The expected cost of a neighbour, to second order.
         expected: f64,
     },
-    /// What it converged to is no minimum, or does not go the way that is asked for.
+    /// The extremal is not a minimum, or has another homotopy class than requested.
     NoMinimum,
 }
 
@@ -114,25 +123,25 @@ impl fmt::Display for Left {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotConverged { steps, residual, .. } if residual.is_finite() => {
-                write!(f, "after {steps} Newton steps the end was still missed by {residual:.1e}")
+                write!(f, "after {steps} Newton steps the motion still missed the end by {residual:.1e}")
             }
-            Self::NotConverged { .. } => f.write_str("the plan's costates lead nowhere from this start"),
+            Self::NotConverged { .. } => f.write_str("the plan's costates do not converge from this start"),
             Self::Dearer { cost, expected } => {
-                write!(f, "the extremal costs {cost:.4}, a neighbour of the plan {expected:.4}")
+                write!(f, "the extremal costs {cost:.4}, and a neighbour of the plan costs {expected:.4}")
             }
-            Self::NoMinimum => f.write_str("the extremal is no minimum, or goes the other way round"),
+            Self::NoMinimum => f.write_str("the extremal is not a minimum, or has another homotopy class"),
         }
     }
 }
 
-/// A time of a plan from which it is planned again: a node, or between two.
+/// A time of a plan at which replanning starts: a node, or between two nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     /// Time \[s\].
     pub time: f64,
     /// Steps that are left, two at least.
     pub steps: usize,
-    /// What is left of the duration \[s\].
+    /// The rest of the duration \[s\].
     pub duration: f64,
     /// The node at or before it.
     node: usize,
@@ -188,8 +197,8 @@ impl Replanner {
     /// Prepares a plan of `problem` to be begun from.
     ///
     /// # Errors
-    /// [`NotReplanned`]: but for plans of least effort in a given duration, of an attitude to an attitude and a rate, with no limits
-    /// or those of torques.
+    /// Returns [`NotReplanned`] unless the plan has least effort in a given duration, from an
+    /// attitude to an attitude and a rate, with no limits or limits of torques.
     pub fn new(problem: &Problem, plan: &Solution) -> Result<Self, NotReplanned> {
         if problem.motion == Motion::RigidBody {
             return Err(NotReplanned::Translation);
@@ -218,7 +227,7 @@ impl Replanner {
         let mut nodes = Vec::with_capacity(rows);
         let swept = search::first_costate(&problem, &bvp, costates)
             .and_then(|costate| bvp.sweep_into(&costate, &mut nodes).map_err(outcome_of));
-        // Written so that what is not a number is none.
+        // This form also rejects NaN.
         if !swept.is_ok_and(|end| end.residual() <= OWN) {
             return Err(NotReplanned::Trajectory);
         }
@@ -231,7 +240,7 @@ impl Replanner {
         let (corrects, lands) = (gains.is_some(), trajectory.target.is_some());
         let mut new = Self { problem, bvp, nodes: Vec::new(), tolerance, corrects, lands };
         let costs = new.costs_to_go(&nodes);
-        // From the last two on nothing is begun: no gains lead to the end.
+        // No replanning starts in the last two steps: no gains lead to the end.
         for (node, swept) in nodes.iter().enumerate().take(new.problem.steps - Problem::MIN_STEPS + 1) {
             let point = match trajectory.target {
                 Some(_) => new.bvp.dynamics.point(&State::attitude(
@@ -281,7 +290,8 @@ impl Replanner {
         Ok(Moment { time: node as f64 * step, steps: left, duration, node, share: 0.0 })
     }
 
-    /// The moment of a time \[s\]: that of a node where it is one to round-off.
+    /// Returns the moment of a time \[s\]: the moment of a node if the time equals that of a node
+    /// to round-off.
     ///
     /// # Errors
     /// [`NotReplanned::Time`] before the plan begins, or where fewer than two steps are left.
@@ -313,15 +323,16 @@ impl Replanner {
         State::attitude(lie::project_to_rotation(&point.attitude.value), rate)
     }
 
-    /// Whether costates are corrected by gains. Where inputs are at their limits for too long there are none; then the plan's own
-    /// costates are the guess.
+    /// Returns whether gains correct the costates. If inputs are at their limits for too long, no
+    /// gains exist; then the plan's own costates are the guess.
     pub fn corrects(&self) -> bool {
         self.corrects
     }
 
-    /// Plans again: from `start` at `moment`, to `end`, or that of the plan. Nothing is tested to second order, and of a plan that
-    /// lands the target is that of its own inputs ([`Replanner::solution`] lands exactly). A step allocates a factor of 300 bytes,
-    /// and nothing that grows with the plan.
+    /// Replans from `start` at `moment`, to `end` or to the end of the plan. The second order is
+    /// not tested. For a plan that lands, the target is reached by its own inputs
+    /// ([`Replanner::solution`] lands exactly). A step allocates a factor of 300 bytes, and
+    /// nothing that grows with the plan.
     ///
     /// # Errors
     /// [`Left`] where the neighbour of the plan is not found: then a search is due.
@@ -349,15 +360,16 @@ impl Replanner {
         Ok(Replanned { newton_steps, guess_error, residual, cost, costates: costates.into() })
     }
 
-    /// What is left of `problem` at a moment: with its start and its end, in the time and on the steps that are left. Which way
-    /// round it goes is the plan's affair, but at its start that which is asked for.
+    /// Returns the rest of `problem` at a moment, with its start and its end, in the remaining
+    /// time and on the remaining steps. The homotopy class is the plan's; at its start it is the
+    /// requested one.
     pub fn remaining(&self, problem: &Problem, moment: &Moment) -> Problem {
         let path = if moment.time > 0.0 { Path::Best } else { problem.path };
         Problem { path, ..problem.clone().with_duration(moment.duration).with_steps(moment.steps) }
     }
 
-    /// The plan of what has been planned again, like any other: recorded, tested to second order, made to land where `settings` ask
-    /// for it.
+    /// Returns the result as a plan like any other: recorded, tested to second order, and landed
+    /// if `settings` request it.
     ///
     /// # Errors
     /// [`PlanError`] when start, end or settings cannot be used.
@@ -404,7 +416,8 @@ impl Replanner {
         BoundaryValueProblem::of_parts(&self.bvp.dynamics.on_grid(grid), start, terminal)
     }
 
-    /// What the discrete motion is aimed at: the end, or of a plan that lands where it comes to under the inputs of the plan.
+    /// Returns the target of the discrete motion: the end, or for a plan that lands the state to
+    /// which the inputs of the plan lead.
     fn target(&self, moment: &Moment, from: &Beginning) -> Result<Point, Left> {
         let dynamics = &self.bvp.dynamics;
         if !self.lands {
@@ -474,8 +487,9 @@ struct Solved {
 
 /// Newton from a guess in its basin: every step whole, and every error less than half of the one before.
 ///
-/// With errors `e₀, e₁` the next is about `e₁ (e₁/e₀)²`. Where that is all but the tolerance its sweep goes without derivatives, which
-/// take longer: the factor at hand will do for what may be left.
+/// After the errors `e₀, e₁` the next error is about `e₁ (e₁/e₀)²`. If that nearly meets the
+/// tolerance, its sweep omits the derivatives, which take longer: the present factor suffices for
+/// the rest.
 fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Result<Solved, Left> {
     let failed = |outcome, steps, residual| Left::NotConverged { outcome, steps, residual };
     let (mut end, psi) =

@@ -1,4 +1,4 @@
-//! Backward sweeps along the steps beside a plan, whatever states and inputs they have (`linear_plan::stage`).
+//! Backward sweeps along the steps near a plan, for any states and inputs (`linear_plan::stage`).
 
 use super::{Kind, NoGains};
 use crate::optimize::discrete::linear_plan::Stage;
@@ -9,15 +9,16 @@ type Square<const N: usize> = SMatrix<f64, N, N>;
 /// Part of the largest singular value of `Z` below which a direction is one that no input reaches.
 const UNREACHED: f64 = 1e-11;
 
-/// What a sweep gives: the duals `(h + U S)⁻¹(V + BᵀP)` of each step, from which inputs follow by `W⁻¹Bᵀ`, and `P`.
+/// The result of a sweep: the duals `(h + U S)⁻¹(V + BᵀP)` of each step, from which inputs follow
+/// by `W⁻¹Bᵀ`, and `P`.
 pub(super) struct Swept<const N: usize, const C: usize> {
     pub duals: Vec<SMatrix<f64, C, N>>,
     pub to_go: Vec<Square<N>>,
     pub frozen_from: usize,
 }
 
-/// Of all corrections that lead to the end those of least cost. `end` is `(Z_N, Λ_{N−1})`: the states at the end that are left, and
-/// the costates there.
+/// Computes the corrections of least cost among those that lead to the end. `end` is
+/// `(Z_N, Λ_{N−1})`: the free part of the states at the end, and the costates there.
 pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,
@@ -26,7 +27,8 @@ pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
 ) -> Result<Swept<N, C>, NoGains> {
     let held =
         if freeze > 0.0 { Kind::LEAST_FROZEN.max((freeze * count as f64).round() as usize) } else { 0 };
-    // The gain of step N − held is the last that is designed; that of the first step always is.
+    // The gain of step N − held is the last that is designed; the gain of the first step is
+    // always designed.
     let frozen_from = (count + 1).saturating_sub(held).clamp(1, count);
     let mut duals = vec![SMatrix::zeros(); count];
     let mut to_go = vec![Square::zeros(); count];
@@ -79,13 +81,13 @@ pub(super) fn regulator<'a, const N: usize, const C: usize>(
     Swept { duals, to_go, frozen_from: count }
 }
 
-/// `Z⁻¹`, and whether it is that of all numbers; else the least-squares inverse, because inputs that are at their limits, or a last
-/// kick, cannot meet them all.
+/// Returns `Z⁻¹`, and whether it is the full inverse. Otherwise it is the least-squares inverse,
+/// because inputs at their limits, or a last kick, cannot control all numbers.
 fn inverse_of<const N: usize>(z: &Square<N>) -> Option<(Square<N>, bool)> {
     if !z.iter().all(|value| value.is_finite()) {
         return None;
     }
-    // An inverse that is no larger than this tells by itself that all directions are reached.
+    // An inverse below this size shows that all directions are reached.
     if let Some(inverse) = z.try_inverse()
         && inverse.norm() * z.norm() * UNREACHED < 1.0
     {

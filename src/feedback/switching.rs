@@ -1,15 +1,17 @@
-//! Gains of plans whose inputs switch: how long each arc lasts from a start beside that of the plan.
+//! Gains of plans whose inputs switch: the lengths of the arcs from a neighbouring start.
 //!
 //! ```text
 //! d = d* + K z ,     z = [log(R*_0ᵀ R_0); Π_0 − Π*_0]
 //! ```
 //!
-//! The neighbour of a plan of arcs has the same arcs, of other lengths (`optimize::methods::switching::moved` has the equations).
-//! From the corrected start the end is missed by the square of `z`, and the duration is that of the neighbouring optimum. Once the first
-//! switches are past, too few lengths are left for six errors: so a plan is corrected once, at its start, and a regulator with torque
-//! held back for it follows the corrected motion.
+//! The neighbour of a plan of arcs has these arcs with other lengths
+//! (`optimize::methods::switching::moved` has the equations). From the corrected start the motion
+//! misses the end by the square of `z`, and the duration is that of the neighbouring optimum.
+//! After the first switches too few lengths remain for six errors. A plan is therefore corrected
+//! once, at its start, and a regulator with reserved torque follows the corrected motion.
 //!
-//! An error that takes more from an arc than it lasts asks for other arcs, which no derivative knows ([`Reversed`]): plan again.
+//! If an error would make an arc shorter than zero, the optimal plan has other arcs, which no
+//! derivative gives ([`Reversed`]): plan again.
 
 use super::NoGains;
 use crate::flight::Flight;
@@ -57,13 +59,14 @@ pub struct SwitchingGains {
 /// An arc would last for no time, or less.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error(
-    "arc {} would last {length:.3} s from this start: the best plan from there has other arcs, and is to be sought anew",
+    "arc {} would have the length {length:.3} s from this start: the optimal plan from there has \
+    other arcs, so search again",
     arc + 1
 )]
 pub struct Reversed {
     /// Index of the arc.
     pub arc: usize,
-    /// What would be left of it \[s\].
+    /// The length that the arc would have \[s\].
     pub length: f64,
 }
 
@@ -73,14 +76,15 @@ pub enum NotCorrected {
     /// Other arcs are needed.
     #[error(transparent)]
     Reversed(#[from] Reversed),
-    /// The plan is another than that of the gains, or its motion cannot be followed.
-    #[error("the plan is not that of the gains, or its motion cannot be followed")]
+    /// The plan is not the plan of the gains, or its motion cannot be propagated.
+    #[error("the plan is not the plan of the gains, or its motion cannot be propagated")]
     Trajectory,
 }
 
 impl SwitchingGains {
-    /// Of the arcs of `plan`, a trajectory of `problem` on its own grid: of those that are flown, whose switches are beside those of
-    /// the continuous extremal by the square of the step.
+    /// Designs gains for the arcs of `plan`, a trajectory of `problem` on its own grid. These are
+    /// the flown arcs; their switches differ from those of the continuous extremal by the square
+    /// of the step.
     ///
     /// # Errors
     /// [`NoGains::Arcs`]: of plans whose inputs do not stay at limits or off, are limited by something else, or whose arcs are too few
@@ -109,17 +113,18 @@ impl SwitchingGains {
             matches!(problem.duration, Duration::Given(_)) || problem.duration.at_most().is_some_and(all);
         let given = given && problem.objective.fuel().is_some();
         let gains = lengths_by_start(&extremal, &held, given).ok_or(NoGains::Arcs(
-            "its arcs are too few, or too much alike, to correct six errors at the end by their lengths",
+            "its arcs are too few, or too similar, to correct six errors at the end by their lengths",
         ))?;
         let unit = |column: usize| if column < 3 { units.time } else { units.time / units.momentum() };
         let rows = (0..6 * arcs.len()).map(|index| gains[(index / 6, index % 6)] * unit(index % 6)).collect();
         Ok(Self { arcs, rows })
     }
 
-    /// Whether the arcs of a plan of `problem` decide all of its motion, and lead to a given state.
+    /// Checks that the arcs of a plan of `problem` determine its whole motion, and lead to a
+    /// given state.
     ///
     /// # Errors
-    /// [`NoGains::Arcs`] with what stands in the way.
+    /// Returns [`NoGains::Arcs`] with the obstacle.
     pub fn suits(problem: &Problem) -> Result<(), NoGains> {
         suited(problem)
     }
@@ -129,7 +134,8 @@ impl SwitchingGains {
         &self.rows[6 * arc..6 * arc + 6]
     }
 
-    /// By how much an arc lasts longer from a start `z` beside that of the plan, in rad and N·m·s.
+    /// Returns the additional length of an arc from a start that differs from the plan by `z`, in
+    /// rad and N·m·s.
     pub fn change(&self, arc: usize, z: &Vector6) -> f64 {
         self.row(arc).iter().zip(z.iter()).map(|(gain, z)| gain * z).sum()
     }
@@ -137,11 +143,11 @@ impl SwitchingGains {
     /// How long the arcs last from there \[s\].
     ///
     /// # Errors
-    /// [`Reversed`] where one of them would not last at all.
+    /// Returns [`Reversed`] if an arc would be shorter than zero.
     pub fn lengths(&self, z: &Vector6) -> Result<Vec<f64>, Reversed> {
         let length = |(index, arc): (usize, &Arc)| {
             let length = arc.length + self.change(index, z);
-            // Written so that what is not a number is none.
+            // This form also rejects NaN.
             if length > 0.0 { Ok(length) } else { Err(Reversed { arc: index, length }) }
         };
         self.arcs.iter().enumerate().map(length).collect()
@@ -191,7 +197,7 @@ impl SwitchingGains {
     }
 }
 
-/// Whether the arcs of a plan decide all of its motion, and lead to a given state.
+/// Checks that the arcs of a plan determine its whole motion, and lead to a given state.
 fn suited(problem: &Problem) -> Result<(), NoGains> {
     let limits = problem.actuation.torque.limits();
     let refused = [
@@ -201,15 +207,12 @@ fn suited(problem: &Problem) -> Result<(), NoGains> {
             problem.actuation.torque.frame() == AxisFrame::Reference,
             "its torques are fixed in the reference frame",
         ),
-        (problem.actuation.wheels.is_some(), "wheels store what its inputs give"),
-        (!problem.environment.is_free(), "something else acts on the body"),
-        (
-            !problem.constraints.is_empty(),
-            "constraints have arcs of their own, on which no input is at its limit",
-        ),
-        (limits.size.is_none(), "the norm of its torque is limited, whose direction turns"),
+        (problem.actuation.wheels.is_some(), "wheels store the momentum of its inputs"),
+        (!problem.environment.is_free(), "a field acts on the body"),
+        (!problem.constraints.is_empty(), "constraints have arcs on which no input is at its limit"),
+        (limits.size.is_none(), "the norm of its torque is limited, so the direction of the torque varies"),
         (problem.shortest_pulse().is_some(), "its pulses have a shortest length"),
-        (problem.end_condition != EndCondition::State, "its end is the plan's to choose"),
+        (problem.end_condition != EndCondition::State, "its end attitude is free"),
     ];
     refused.iter().find(|(refused, _)| *refused).map_or(Ok(()), |(_, why)| Err(NoGains::Arcs(why)))
 }

@@ -117,8 +117,8 @@ fn the_cost_to_go_has_a_symmetric_hessian() {
     }
 }
 
-/// The same of torques that are held, which act in the drift of their step too, along costates that follow its own matrices; in a
-/// field as well, and held over one step or over three.
+/// Checks torques that are held. They act in the drift of their step, along costates that follow
+/// its own matrices; also in a field, and held over one step or three.
 #[test]
 fn the_cost_to_go_of_held_torques_has_a_symmetric_hessian() {
     let mut random = Random(23);
@@ -163,7 +163,8 @@ impl<'a> Loop<'a> {
         Self { problem, plan, gains, dynamics: Dynamics::on(problem, grid.clone()), grid }
     }
 
-    /// States before each drift, and the physical end, from `z_0` beside the start, scaled; `planned` as without it.
+    /// Returns the states before each drift, and the physical end, from `z_0` near the start,
+    /// scaled; `planned` is the result without `z_0`.
     fn fly(&self, recorded: &Trajectory, z: &Vector6, planned: Option<&[Point]>) -> Vec<Point> {
         let units = self.plan.units();
         let set = &self.problem.actuation.torque;
@@ -257,7 +258,8 @@ pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
     }
 }
 
-/// What a corrected motion misses falls with the square of what it began beside the plan: slope 2.00 ± 0.1 between 1e-2 and 1e-3.
+/// The miss of a corrected motion falls with the square of its initial deviation from the plan:
+/// slope 2.00 ± 0.1 between 1e-2 and 1e-3.
 #[test]
 fn neighbouring_gains_land_to_second_order() {
     let mut random = Random(42);
@@ -270,7 +272,8 @@ fn neighbouring_gains_land_to_second_order() {
         let direction = Vector6::from_fn(|_, _| random.uniform()).normalize();
         let flown = Loop::new(&problem, &linear, Some(&gains));
         let planned = Loop::new(&problem, &linear, None).fly(&plan, &Vector6::zeros(), None);
-        // Limits that begin or end to act beside the plan are of first order in the time that they do: too small to see here.
+        // A change of the active limits has a first-order effect over its duration: too small to
+        // appear here.
         let miss = |size: f64| flown.miss(&plan, &(direction * size), &planned);
         slopes.push(((miss(1e-2) / miss(1e-3)).log10(), case % 5, miss(1e-3)));
     }

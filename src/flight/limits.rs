@@ -1,4 +1,4 @@
-//! By how much the true motion exceeds rates and cones.
+//! The excess of the true motion over rates and cones.
 
 use crate::maneuver::constraint::{Arc, Constraint, Rule, on_arc};
 use crate::maneuver::problem::Problem;
@@ -17,7 +17,7 @@ impl<'a> Excess<'a> {
     /// Pieces of a step between which the motion is taken for a rotation about one axis.
     pub const PIECES: usize = 8;
 
-    /// For the constraints of a maneuver; `None` where it has none.
+    /// Builds the check for the constraints of a maneuver; `None` without constraints.
     pub fn of(problem: &'a Problem) -> Option<Self> {
         let constraints = &problem.constraints[..];
         (!constraints.is_empty()).then(|| Self::beside(constraints, problem.environment.frame_rate()))

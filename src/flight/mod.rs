@@ -27,7 +27,7 @@ use crate::mechanics::environment::Pose;
 use crate::numerics::tableau::{FOURTH, SIXTH, Tableau};
 use crate::{Matrix3, Vector3, lie};
 
-/// What actuators give over a step, each in the axes in which its set is fixed [N, N·m].
+/// The outputs of the actuators over a step, each in the axes in which its set is fixed [N, N·m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Held {
     pub force: Vector3,
@@ -42,7 +42,7 @@ pub(crate) struct Body {
     /// Body → inertial.
     attitude: Matrix3,
     momentum: Vector3,
-    /// What the wheels store, body axes.
+    /// The momentum in the wheels, body axes.
     stored: Vector3,
     position: Vector3,
     linear_momentum: Vector3,
@@ -83,13 +83,13 @@ impl<'a> Flight<'a> {
     /// 1e-13 a step.
     const SLOW: f64 = 8e-3;
 
-    /// Ends that differ by less, scaled, are those of one motion.
+    /// The scaled difference below which two ends belong to one motion.
     const SETTLED: f64 = 1e-10;
 
     /// Most parts of a step.
     const MOST_PARTS: usize = 256;
 
-    /// From the start of `problem`.
+    /// Starts a flight at the start of `problem`.
     pub fn new(problem: &'a Problem) -> Self {
         let moves = problem.motion == Motion::RigidBody;
         let torque_frame = problem.actuation.torque.frame();
@@ -120,7 +120,8 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// What a recorded plan holds over each step, and how long \[s\].
+    /// Returns the outputs that a recorded plan holds over each step, and the length of each step
+    /// \[s\].
     pub fn of_plan(problem: &Problem, plan: &Trajectory) -> Vec<(Held, f64)> {
         let output = |row: usize| {
             let (force, torque) = problem.actuation.split(plan.inputs(row));
@@ -213,7 +214,8 @@ impl<'a> Flight<'a> {
         Some(flown)
     }
 
-    /// As [`Flight::fly`]; `visit` hears the time after each step, and where the body is then.
+    /// Flies as [`Flight::fly`] does, and calls `visit` with the time and the state of the body
+    /// after each step.
     fn pass(
         &self,
         steps: &[(Held, f64)],
@@ -279,17 +281,17 @@ impl<'a> Flight<'a> {
         self.start
     }
 
-    /// What the wheels store there, body axes [N·m·s].
+    /// Returns the momentum in the wheels, body axes [N·m·s].
     pub fn stored(body: &Body) -> Vector3 {
         body.stored
     }
 
-    /// The least parts of a step that another flight has settled on.
+    /// Starts with the subdivision of the steps that another flight has reached.
     pub fn refined_as(&self, other: &Self) -> Self {
         Self { parts: other.parts, ..self.clone() }
     }
 
-    /// Where the body is at `time`, as states of a maneuver are told.
+    /// Returns the state of the body at `time`, in the form of a maneuver's state.
     pub fn state(&self, time: f64, body: &Body) -> State {
         let attitude = self.frame(time).map_or(body.attitude, |frame| frame * body.attitude);
         State {

@@ -27,8 +27,9 @@ fn apart(problem: &Problem, steps: &[(Held, f64)]) -> f64 {
     flight.apart(&found, &witness, steps)
 }
 
-/// Claim: the flow ends where that of the witness does: free bodies and bodies in fields, torques and forces in either axes, a
-/// frame that turns, and over a turn of some radians on coarse and on fine steps.
+/// The flow ends where the flow of the witness ends: for free bodies and bodies in fields,
+/// torques and forces in either axes, a frame that turns, and a turn of some radians on coarse
+/// and on fine steps.
 #[test]
 fn the_flow_is_that_of_the_witness() {
     let mut random = Random(41);

@@ -4,8 +4,9 @@
 //! R(s) = R₀ exp(φ(s)),   φ(0) = 0,  φ'(0) = h Ω₀,  φ(1) = log(R₀ᵀ R₁),  φ'(1) = J_r⁻¹(φ(1)) h Ω₁
 //! ```
 //!
-//! What such an interpolation misses is measured on the rows themselves: every second one is left out and found again
-//! from its neighbours. Twice the distance makes it an upper bound for the rows as they are.
+//! The error of such an interpolation is measured on the rows themselves: every second row is
+//! omitted and interpolated from its neighbours. Twice the distance makes it an upper bound for
+//! the full rows.
 
 use crate::{Matrix3, Vector3, lie};
 

@@ -115,7 +115,7 @@ pub(crate) struct Second {
 }
 
 impl Second {
-    /// At `t²`. The closed forms are those of the derivatives of `B'` and `C'`.
+    /// Evaluates the kernel at `t²`. The closed forms are the derivatives of `B'` and `C'`.
     pub fn at(t2: f64) -> Self {
         if t2 < 1.0 {
             return Self::series(&SECOND, FEW, t2);

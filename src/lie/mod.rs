@@ -1,6 +1,6 @@
 //! The rotation group SO(3): exponential, logarithm, their Jacobians, Cayley map, quaternions; [`Rotation`] as one value.
 //!
-//! With `t = |f|` every map of a rotation vector here is `I + a S(f) + b S(f)²`:
+//! With `t = |f|` every map of a rotation vector in this module is `I + a S(f) + b S(f)²`:
 //!
 //! | map | a | b |
 //! |---|---|---|

@@ -35,7 +35,8 @@ pub(super) fn shepperd(r: &Matrix3) -> [f64; 4] {
     }
 }
 
-/// Of `q` and `−q` the one that continues the quaternion `before`; `q` itself where there is none.
+/// Returns the sign of the quaternion that continues `before`: `q` or `−q`; without `before` it
+/// returns `q`.
 pub(crate) fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64; 4] {
     let dot = |before: &[f64; 4]| before.iter().zip(&quaternion).map(|(a, b)| a * b).sum::<f64>();
     if before.is_some_and(|before| dot(before) < 0.0) { quaternion.map(|part| -part) } else { quaternion }
@@ -54,9 +55,9 @@ pub fn rotation_from_quaternion(quaternion: &[f64; 4]) -> Matrix3 {
 /// Rotation nearest to a nearly orthogonal matrix: its polar factor, by Newton's iteration
 /// `X ← ½ (X + X⁻ᵀ)`.
 ///
-/// For input off by rounding or by file digits. It converges for every matrix of positive
-/// determinant that is not nearly singular; a negative determinant leads to a reflection, and a
-/// singular or non-finite matrix to values that are not finite.
+/// Use it for input with rounding errors or few digits. It converges for every matrix of positive
+/// determinant that is not nearly singular. A negative determinant gives a reflection, and a
+/// singular or non-finite matrix gives values that are not finite.
 pub fn project_to_rotation(matrix: &Matrix3) -> Matrix3 {
     // Quadratic once near: five iterations from a percent off. The rest is slack for bad scale.
     const MAX_ITERATIONS: usize = 40;

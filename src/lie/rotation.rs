@@ -2,10 +2,11 @@
 //!
 //! # Where is an attitude a `Rotation`, and where a matrix?
 //!
-//! A `Rotation` at the border: constructors take one, and so whatever of nalgebra becomes one. A matrix inside: there an
-//! attitude is a compensated sum of increments, a rotation to round-off and no more, and its nine numbers are what is added
-//! to. So `State`, `Pose` and what follows from them hold the matrix, and `lie::minus` is ⊖ on matrices. A matrix becomes a
-//! `Rotation` unchecked, because the check stands where its message can name the end of the maneuver or the body
+//! Public constructors take a `Rotation`, into which every rotation of nalgebra converts. The
+//! solvers use a matrix: there an attitude is a compensated sum of increments of its nine
+//! numbers, and is a rotation only to round-off. `State`, `Pose` and derived values therefore
+//! hold the matrix, and `lie::minus` is ⊖ on matrices. A matrix becomes a `Rotation` unchecked,
+//! because the check is made where its message can name the end of the maneuver or the body
 //! (`Problem::check`, `System::check`).
 
 use super::{exp, log, quaternion_from_rotation, rotation_from_quaternion};
@@ -14,8 +15,9 @@ use nalgebra::{Rotation3, UnitQuaternion};
 use std::ops::Mul;
 use thiserror::Error;
 
-/// `a ⊖ b = log(bᵀ a)` \[rad\]: the rotation vector that leads from `b` to `a`, `b exp S(a ⊖ b) = a`, in the axes
-/// that `b` turns with. As long as the angle between them, at most π.
+/// Returns `a ⊖ b = log(bᵀ a)` \[rad\]: the rotation vector from `b` to `a`,
+/// `b exp S(a ⊖ b) = a`, in the axes that turn with `b`. Its length is the angle between them, at
+/// most π.
 pub fn minus(a: &Matrix3, b: &Matrix3) -> Vector3 {
     log(&b.tr_mul(a))
 }
@@ -25,7 +27,8 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
     (rotation.tr_mul(rotation) - Matrix3::identity()).norm()
 }
 
-/// A rotation `R` ∈ SO(3), an orthogonal matrix of determinant 1. As an attitude it maps body to reference vectors.
+/// A rotation `R` ∈ SO(3), an orthogonal matrix of determinant 1. As an attitude it maps body
+/// vectors to reference vectors.
 ///
 /// Every constructor of this crate that takes an attitude takes what can be made into one: the unit quaternions and
 /// rotations of nalgebra, and matrices.
@@ -62,10 +65,11 @@ pub struct NotARotation {
 }
 
 impl Rotation {
-    /// What a matrix may miss a rotation by, as the boundary states of a maneuver may.
+    /// The largest defect of a rotation matrix that is accepted, as for the boundary states of a
+    /// maneuver.
     pub const DEFECT: f64 = 1e-12;
 
-    /// From a matrix that is checked.
+    /// Builds a rotation from a matrix, and checks it.
     ///
     /// # Errors
     /// [`NotARotation`] where the matrix misses one by more than [`Rotation::DEFECT`].
@@ -74,7 +78,7 @@ impl Rotation {
         if defect <= Self::DEFECT { Ok(Self { matrix }) } else { Err(NotARotation { defect }) }
     }
 
-    /// No turn at all.
+    /// Returns the identity.
     pub fn identity() -> Self {
         Self { matrix: Matrix3::identity() }
     }
@@ -89,7 +93,8 @@ impl Rotation {
         log(&self.matrix)
     }
 
-    /// From a Hamilton quaternion `[w, x, y, z]` of any length but zero, which gives NaN.
+    /// Builds a rotation from a Hamilton quaternion `[w, x, y, z]` of any nonzero length; zero
+    /// gives NaN.
     pub fn from_quaternion(quaternion: &[f64; 4]) -> Self {
         Self { matrix: rotation_from_quaternion(quaternion) }
     }
@@ -115,8 +120,8 @@ impl Rotation {
         minus(&self.matrix, &other.matrix)
     }
 
-    /// How far the matrix is from a rotation: `‖I − RᵀR‖` (Frobenius), 2 for a reflection, NaN where a number is not
-    /// finite.
+    /// Returns the defect of the matrix as a rotation: `‖I − RᵀR‖` (Frobenius), 2 for a
+    /// reflection, NaN if a number is not finite.
     pub fn defect(&self) -> f64 {
         let reflects = self.matrix.determinant() < 0.0;
         if reflects { 2.0 } else { orthogonality(&self.matrix) }

@@ -19,9 +19,10 @@ pub fn exp_minus_identity(f: &Vector3) -> Matrix3 {
 
 /// Rotation vector \[rad\] of a rotation, `|f| ≤ π`, the inverse of [`exp`].
 ///
-/// Through the quaternion of largest pivot (Shepperd): `f = 2 atan2(|v|, w) v/|v|`. The usual
-/// `θ/(2 sin θ) (R − Rᵀ)` loses every digit near π. At π, to round-off, `f` and `−f` are one
-/// rotation; the one whose first nonzero component is positive is returned.
+/// The function computes the quaternion with the largest pivot (Shepperd):
+/// `f = 2 atan2(|v|, w) v/|v|`. The usual `θ/(2 sin θ) (R − Rᵀ)` loses every digit near π. At π,
+/// to round-off, `f` and `−f` are one rotation; the function returns the one whose first nonzero
+/// component is positive.
 pub fn log(rotation: &Matrix3) -> Vector3 {
     let [w, x, y, z] = shepperd(rotation);
     let v = Vector3::new(x, y, z);

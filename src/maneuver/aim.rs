@@ -1,25 +1,29 @@
 //! An end on a target: a body axis points at it, which may move, and the roll about that axis is the plan's to choose, all of
 //! it or within a band.
 //!
-//! Such ends are a family of states over the roll ρ and the time T. With the direction `d(t)` and its rate in
-//! inertial space, axes of the reference frame as it stands at that time:
+//! The end states on a target are a family over the roll ρ and the time T. The target has the
+//! direction `d(t)` and a rate, both in inertial axes (the axes of the reference frame at that
+//! time):
 //!
 //! ```text
 //! R(ρ) b = d ,   R(ρ) = R_0 exp(ρ S(b)) ,   Ω = 0   or   Ω = R(ρ)ᵀ ω ,   ω = d × ḋ
 //! ```
 //!
-//! where `R_0` is the attitude of the start, turned the shortest way until b points to d. Where a second axis `b₂` is to point
-//! towards a second direction as well as it can, `R_0 = [t₁ t₂ t₃][s₁ s₂ s₃]ᵀ` with `t₁ = d₁`, `t₂ ∥ d₁ × d₂` and `s` the same of
-//! `b, b₂` ("align and constrain"), ω is the rate of that frame, and the roll is zero or within a band about it.
+//! Here `R_0` is the attitude of the start, turned the shortest way until b points to d. If a
+//! second axis `b₂` should point towards a second direction as closely as possible, then
+//! `R_0 = [t₁ t₂ t₃][s₁ s₂ s₃]ᵀ` with `t₁ = d₁`, `t₂ ∥ d₁ × d₂`, and `s` built from `b, b₂` like
+//! `t` from the directions ("align and constrain"). ω is then the rate of that frame, and the
+//! roll is zero or within a band about it.
 //!
-//! The least cost V of the family is stationary in its parameters. With the costates `μ` of the physical state at the end,
+//! The least cost V of the family is stationary in its parameters. The costates `μ` of the
+//! physical state at the end give
 //!
 //! ```text
 //! dV/dρ = −(μ^R·b + μ^Π·J(Ω × b)) ,     dV/dT = ℋ − μ^R·v' − μ^Π·J v'' ,     v' = Rᵀω ,  v'' = Rᵀω̇ ,
 //! ```
 //!
-//! of which the first is the transversality of a free roll (for a target that moves *not* `μ^R·b = 0`: the matched rate turns
-//! with the roll).
+//! The first condition is the transversality of a free roll. For a moving target it is *not*
+//! `μ^R·b = 0`, because the matched rate turns with the roll.
 
 use crate::lie;
 use crate::maneuver::constraint::angle_between;
@@ -35,9 +39,9 @@ pub struct Aim {
     pub boresight: Vector3,
     /// Where it points, in axes of the reference frame.
     pub at: Direction,
-    /// What the roll about it is.
+    /// The choice of the roll about the boresight.
     pub roll: Roll,
-    /// At which rate the body turns.
+    /// The rate of the body at the end.
     pub rate: AimRate,
 }
 
@@ -60,7 +64,8 @@ pub enum Roll {
 /// The rate at an end on a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AimRate {
-    /// That of the direction: the boresight stays on the target, without a rate of roll, or with that of the aligned frame.
+    /// The body turns with the direction: the boresight stays on the target. The rate about the
+    /// boresight is zero, or the rate of the aligned frame.
     Matched,
     /// None.
     Zero,
@@ -70,23 +75,24 @@ pub enum AimRate {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum AimError {
     /// An axis is not a unit vector.
-    #[error("an axis that is to point has length {length}, it must be 1")]
+    #[error("the pointing axis has length {length}: give a vector of length 1")]
     Axis {
         /// Its length.
         length: f64,
     },
     /// The second axis is the first, or its opposite.
-    #[error("the axis that keeps the roll lies along the one that points: it must be another")]
+    #[error("the axis that fixes the roll is parallel to the pointing axis: give another one")]
     Parallel,
-    /// The band of the roll is none.
-    #[error("the roll is to stay within {degrees} deg: from 0 to 180 are possible")]
+    /// The band of the roll is not an angle from 0 to 180°.
+    #[error("the roll band is {degrees} deg: give a value from 0 to 180")]
     Band {
         /// Its half width \[deg\].
         degrees: f64,
     },
     /// The two directions are as good as parallel where the maneuver ends: they leave the roll open, and its rate has no bound.
     #[error(
-        "at t = {time} s the two directions are {degrees} deg apart: within {LEAST_APART} deg they do not keep the roll"
+        "at t = {time} s the two directions are {degrees} deg apart: within {LEAST_APART} deg they \
+        do not determine the roll"
     )]
     Undefined {
         /// When \[s\].
@@ -110,7 +116,7 @@ pub struct Ends {
     /// Angular velocity of the body there, and how fast that changes, same axes \[rad/s\], \[rad/s²\]: as the end turns, or none.
     rate: Vector3,
     acceleration: Vector3,
-    /// How far the roll may go to either side \[rad\].
+    /// The largest deviation of the roll to either side \[rad\].
     within: f64,
 }
 
@@ -120,7 +126,7 @@ pub struct Meeting {
     pub(crate) aim: Aim,
     /// When the target is where the end of the maneuver has it \[s\].
     pub(crate) time: f64,
-    /// How the time by which a plan is late changes with the time of its end: −1 for a target that stands.
+    /// The derivative of the delay of a plan by its end time: −1 for a fixed target.
     pub(crate) slope: f64,
 }
 
@@ -149,7 +155,8 @@ impl Aim {
         Self { rate: AimRate::Zero, ..self }
     }
 
-    /// Whether the end depends on the time at which it is come to, in axes of a reference frame that turns at `frame_rate`.
+    /// Returns whether the end depends on the arrival time, in axes of a reference frame that
+    /// turns at `frame_rate`.
     pub fn moves(&self, frame_rate: &Vector3) -> bool {
         let second = match &self.roll {
             Roll::Free => None,
@@ -172,7 +179,8 @@ impl Aim {
     /// Checks the numbers.
     ///
     /// # Errors
-    /// An [`AimError`] that says which; [`AimError::Undefined`] is told by [`Aim::ends`].
+    /// Returns the [`AimError`] of the first violated condition. [`Aim::ends`] reports
+    /// [`AimError::Undefined`].
     pub fn check(&self) -> Result<(), AimError> {
         let unit = |axis: &Vector3| {
             let length = axis.norm();
@@ -196,7 +204,7 @@ impl Aim {
     /// # Errors
     /// [`AimError::Undefined`].
     pub fn ends(&self, time: f64, start: &Matrix3, frame_rate: &Vector3) -> Result<Ends, AimError> {
-        // Rates are those in inertial space, axes those of the reference frame as it stands at that time.
+        // Rates are inertial, in the axes of the reference frame at that time.
         let turned = lie::exp(&(frame_rate * -time));
         let seen = |direction: &Direction| {
             let LineOfSight { direction, rate, acceleration } = direction.in_space(time, frame_rate);
@@ -239,7 +247,7 @@ impl Ends {
         self.within > 0.0
     }
 
-    /// How far the roll may go to either side \[rad\]: π where it is free.
+    /// Returns the largest deviation of the roll to either side \[rad\]: π for a free roll.
     pub fn within(&self) -> f64 {
         self.within
     }

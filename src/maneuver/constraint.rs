@@ -1,7 +1,7 @@
 //! Constraints on where the body may point and how fast it may turn.
 //!
-//! A constraint holds along the whole discrete trajectory: at the nodes and on the arcs between them,
-//! on each of which the body turns about one fixed axis at one fixed rate.
+//! A constraint holds along the whole discrete trajectory: at the nodes, and on the arcs between
+//! them. On an arc the body turns about one fixed axis at one fixed rate.
 
 mod alternatives;
 mod arc;
@@ -19,19 +19,20 @@ use crate::{Matrix3, Vector3};
 use std::f64::consts::PI;
 use thiserror::Error;
 
-/// What a boundary value may be beyond its limit, relative to it (in \[rad\] for a cone): rounding.
+/// The rounding by which a boundary value may exceed its limit, relative to the limit (in \[rad\]
+/// for a cone).
 pub const BOUNDARY_ROUNDING: f64 = 1e-9;
 
-/// One constraint, with the name under which reports speak of it.
+/// A constraint with the name that reports use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint {
     /// Its name, for people.
     pub name: String,
-    /// What it asks.
+    /// The condition on the motion.
     pub rule: Rule,
 }
 
-/// What a constraint asks.
+/// The condition of a constraint.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
     /// Boresights stay outside of, or inside, cones about directions.
@@ -52,13 +53,13 @@ pub enum Side {
     /// Every boresight is held at the angle from every direction: at the nodes exactly, on the arcs between them and at the ends as
     /// near as is stated. An arc that joins two points of a cone leaves it by a share of the square of its angle.
     On {
-        /// What it may be off by \[rad\].
+        /// The largest deviation from the cone \[rad\].
         within: f64,
     },
 }
 
 impl Side {
-    /// The angles on an arc that tell the least room.
+    /// Returns the extremes on an arc at which the margin is smallest.
     fn extremes(self) -> &'static [Extreme] {
         match self {
             Self::KeepOut => &[Extreme::Nearest],
@@ -75,12 +76,12 @@ pub struct Pointing {
     pub side: Side,
     /// Unit vectors, body axes.
     pub boresights: Vec<Vector3>,
-    /// What the cones are about.
+    /// The axes of the cones.
     pub directions: Vec<Direction>,
     /// Half angle of the cones \[rad\], in (0, π).
     pub half_angle: f64,
-    /// Margin \[rad\]: added to the half angle of a keep-out cone, taken from that of a keep-in cone; 0 where a boresight is held
-    /// on the cone.
+    /// The margin \[rad\]. It enlarges a keep-out cone and reduces a keep-in cone. It is 0 if a
+    /// boresight is held on the cone.
     pub margin: f64,
     /// When it acts. Default: always.
     pub during: During,
@@ -90,7 +91,7 @@ pub struct Pointing {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ConstraintError {
     /// A boresight or direction is not a unit vector.
-    #[error("a vector of a pointing constraint has length {length}, it must be 1")]
+    #[error("a vector of a pointing constraint has length {length}: it must be 1")]
     Vector {
         /// Its length.
         length: f64,
@@ -99,27 +100,28 @@ pub enum ConstraintError {
     #[error("a pointing constraint needs at least one boresight and one direction")]
     Nothing,
     /// The angle is not one of a cone.
-    #[error(
-        "a cone of {degrees} deg: half angle and margin together must give more than 0 and less than 180"
-    )]
+    #[error("the half angle with the margin is {degrees} deg: it must be more than 0 and less than 180")]
     Angle {
         /// Half angle with margin \[deg\].
         degrees: f64,
     },
     /// A boresight is held on a cone with a margin, or within nothing.
-    #[error("a boresight held on a cone has no margin, and what it may be off by must be positive")]
+    #[error(
+        "a boresight held on a cone has a margin, or no positive tolerance: remove the margin and give a \
+     positive tolerance"
+    )]
     OnCone,
     /// Intervals of time are not finite, or overlap.
-    #[error("the intervals in which a constraint acts must be finite, and one after another")]
+    #[error("the intervals of a constraint must be finite and in order, without overlap")]
     Intervals,
     /// A rate limit is not positive and finite.
-    #[error("a rate limit is {value} rad/s, it must be positive and finite")]
+    #[error("a rate limit is {value} rad/s: it must be positive and finite")]
     Rate {
         /// The limit [rad/s].
         value: f64,
     },
-    /// Reports would speak of two constraints by one name.
-    #[error("another constraint has the same name")]
+    /// Another constraint has this name, so reports could not distinguish the two.
+    #[error("another constraint has this name")]
     SameName,
 }
 
@@ -138,12 +140,14 @@ impl Pointing {
         }
     }
 
-    /// How far a boresight at `angle` from a direction is from the cone that counts \[rad\]; negative: violated.
+    /// Returns the margin \[rad\] of a boresight at `angle` from a direction. A negative margin
+    /// is a violation.
     pub fn room(&self, angle: f64) -> f64 {
         self.room_beside(angle, 0.0)
     }
 
-    /// How far a boresight at `angle` from the centre of a disc of angular `radius` is from the cone about its limb \[rad\].
+    /// Returns the margin \[rad\] of a boresight at `angle` from the centre of a disc of angular
+    /// `radius`, for a cone about the limb of the disc.
     pub fn room_beside(&self, angle: f64, radius: f64) -> f64 {
         let outside = angle - self.effective_half_angle() - radius;
         match self.side {
@@ -153,8 +157,9 @@ impl Pointing {
         }
     }
 
-    /// Where on an arc of `step` \[s\] from `time` on there is least room for a boresight beside a target, and how much \[rad\]; `None`
-    /// where the constraint does not act there.
+    /// Returns the time of the smallest margin on an arc of `step` \[s\] from `time` on, for a
+    /// boresight and a target, and that margin \[rad\]. Returns `None` if the constraint is not
+    /// active there.
     pub fn least_room(
         &self,
         arc: &Arc,
@@ -179,9 +184,10 @@ impl Pointing {
     }
 }
 
-/// The direction on the arc of `step` \[s\] that begins at `time` \[s\], in inertial axes: those of the reference frame, which turns at
-/// `frame_rate`, at `t = 0`. One that moves goes from where it is at first to where it is at last at one rate; in between that is off by
-/// `h²|d̈|/8` at most.
+/// Returns the direction on the arc of `step` \[s\] that begins at `time` \[s\], in the axes that
+/// the reference frame has at `t = 0`. The frame turns at `frame_rate`. A moving direction turns
+/// at one rate from its first to its last position on the arc; the error in between is at most
+/// `h²|d̈|/8`.
 pub fn on_arc(direction: &Direction, time: f64, step: f64, frame_rate: &Vector3) -> Target {
     let start = direction.in_space(time, frame_rate).direction;
     match direction {
@@ -207,7 +213,7 @@ impl Constraint {
     /// Checks the numbers.
     ///
     /// # Errors
-    /// A [`ConstraintError`] that says which.
+    /// Returns a [`ConstraintError`] that names the wrong value.
     pub fn check(&self) -> Result<(), ConstraintError> {
         let positive = |value: f64| {
             if value > 0.0 && value.is_finite() { Ok(()) } else { Err(ConstraintError::Rate { value }) }
@@ -228,7 +234,7 @@ impl Constraint {
                 }
                 let angle = pointing.effective_half_angle();
                 let cone = |angle: f64| angle > 0.0 && angle < PI;
-                // From the limb of a disc on, as it is seen at first.
+                // The half angle is measured from the limb of a disc as seen at the start.
                 let discs = pointing.directions.iter().map(|direction| angle + direction.angular_radius(0.0));
                 let angle = discs.fold(angle, f64::max);
                 if let Side::On { within } = pointing.side
@@ -248,8 +254,8 @@ impl Constraint {
     /// How a body in `attitude` with angular velocity `rate` [rad/s] at `time` \[s\] violates the constraint,
     /// in words with the value and the limit; `None` where it holds, also exactly on the limit.
     ///
-    /// The reference frame turns at `frame_rate` [rad/s]. Of several violated pairs the worst is told. Where the time is not
-    /// known, directions that go by in the frame are passed over.
+    /// The reference frame turns at `frame_rate` [rad/s]. If several pairs are violated, the
+    /// worst one is reported. If the time is unknown, moving directions are ignored.
     pub fn violation(
         &self,
         attitude: &Matrix3,
@@ -311,14 +317,14 @@ impl Pointing {
         let margin = match (self.margin > 0.0, self.side) {
             (false, _) => String::new(),
             (true, Side::KeepOut) => format!(", margin of {margin} deg included"),
-            (true, Side::KeepIn) => format!(", margin of {margin} deg taken off"),
+            (true, Side::KeepIn) => format!(", margin of {margin} deg subtracted"),
             (true, Side::On { .. }) => String::new(),
         };
         Some(format!("{boresight} is {angle} deg from {axis}, the cone is {cone} deg{margin}"))
     }
 }
 
-/// Two numbers with few digits, enough to tell them apart.
+/// Formats two numbers with the fewest digits that distinguish them.
 fn distinct(value: f64, limit: f64) -> (String, String) {
     let largest = value.abs().max(limit.abs());
     if !(1e-4..1e7).contains(&largest) {

@@ -1,9 +1,9 @@
-//! The time that a maneuver takes: given, sought, or found.
+//! The time that a maneuver takes: given, free, or found.
 
 /// The time `T` that a maneuver takes.
 ///
-/// What a second costs beside effort or fuel stands in the [`Objective`](crate::Objective): a price belongs to what is
-/// minimised, and the cost of a plan still has it when the duration is found.
+/// The price of time is part of the [`Objective`](crate::Objective): the cost of a plan includes
+/// it even after the duration is found.
 ///
 /// ```
 /// use slewkit::Duration;
@@ -19,10 +19,11 @@ pub enum Duration {
     /// The plan's to choose: the least of minimum time, or the best for effort or fuel where a second has a price or the
     /// duration a bound.
     Sought {
-        /// The longest duration \[s\]: where nothing prices a second, the best one up to it is sought.
+        /// The longest duration \[s\]. If time has no price, the best duration up to this bound
+        /// is found.
         at_most: Option<f64>,
     },
-    /// One that was sought, of a plan that has found it.
+    /// A free duration that a plan has found.
     Found {
         /// `T` \[s\].
         duration: f64,
@@ -35,7 +36,7 @@ impl Duration {
     /// The plan's to choose, without a bound.
     pub const SOUGHT: Self = Self::Sought { at_most: None };
 
-    /// `T` \[s\], given or found; `None` while it is sought.
+    /// Returns `T` \[s\], given or found; `None` while the duration is free.
     pub fn known(self) -> Option<f64> {
         match self {
             Self::Given(duration) | Self::Found { duration, .. } => Some(duration),
@@ -51,7 +52,8 @@ impl Duration {
         }
     }
 
-    /// One of `duration` \[s\]: given where it was given, found where it was sought.
+    /// Returns this duration with the value `duration` \[s\]: given if it was given, found if it
+    /// was free.
     pub(crate) fn lasting(self, duration: f64) -> Self {
         match self {
             Self::Given(_) => Self::Given(duration),

@@ -16,17 +16,20 @@
 //!
 //! # Why does the grid own its steps, and the duration is no unit?
 //!
-//! Minimum time makes the duration an unknown and aligns steps with arcs. So `Grid` has the steps, equal or each of its own
-//! length, node times and kick weights in one place, and the duration in the solvers' unit of time: 1 under effort, because
-//! that unit is the duration that the problem states. The witnesses of a plan of minimum time take their grid from its times.
-//! Lie–Verlet keeps its order on uneven grids, being a chain of symmetric steps (a test shows it); the step matrices and rows
-//! of SCP are tested on uneven grids too, its iteration only on even ones, and no spec asks for uneven ones yet. Equal steps
-//! stay a number, so that a uniform grid costs nothing.
+//! Minimum time makes the duration an unknown and aligns steps with arcs. `Grid` therefore holds
+//! the steps (equal, or each with its own length), the node times, the kick weights, and the
+//! duration in the solvers' unit of time. For effort this duration is 1, because the unit is the
+//! duration of the problem. The witnesses of a plan of minimum time build their grid from its
+//! times. Lie–Verlet keeps its order on uneven grids, because it is a chain of symmetric steps; a
+//! test shows it. The step matrices and rows of SCP are tested on uneven grids too, the SCP
+//! iteration only on even ones. No spec requests uneven steps yet. Equal steps are stored as one
+//! number, so that a uniform grid costs nothing.
 
 use std::sync::Arc;
 use thiserror::Error;
 
-/// The discretisation: a variational integrator on SO(3) or SE(3), of which the plan meets the discrete necessary conditions.
+/// The discretisation: a variational integrator on SO(3) or SE(3). The plan satisfies its
+/// discrete necessary conditions.
 ///
 /// Over a step the body turns by `F = exp S(f)`, which solves the implicit equation `h S(Π) = F J_d − J_d Fᵀ` with the momentum
 /// `Π` after the last kick; a kick adds the impulse of inputs and environment. Lee, Leok and McClamroch 2006.
@@ -106,7 +109,7 @@ pub enum GridError {
     /// A length is not positive and finite.
     #[error("step {index} of the grid has the length {length}: it must be positive and finite")]
     Length {
-        /// Which step, from 0.
+        /// The number of the step, from 0.
         index: usize,
         /// Its length.
         length: f64,
@@ -268,7 +271,8 @@ impl Grid {
         }
     }
 
-    /// How much of the kick at node k the momenta after a full kick are ahead of the physical ones.
+    /// Returns the part of the kick at node k by which the momenta after a full kick are ahead of
+    /// the physical momenta.
     #[inline(always)]
     pub fn ahead(&self, node: usize) -> f64 {
         match self.scheme {

@@ -1,4 +1,4 @@
-//! What a plan minimises.
+//! The objective of a plan.
 //!
 //! The effort of the inputs is
 //!
@@ -6,38 +6,44 @@
 //! ∫ ½ uᵀWu dt ,    on the grid  Σ κ_k ½ u_kᵀWu_k
 //! ```
 //!
-//! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W` for each set of
-//! actuators. Which inputs are optimal follows in `optimize/discrete/control_law`. Minimum time makes the duration `T` the cost,
-//! and fuel `∫ Σ c_j |u_j| dt`, of torques and forces, or `c ∫ |τ| dt` where the norm of the torque alone is limited (of the force
-//! likewise), with a price of time where the duration is sought: inputs are held over steps whose lengths are part of the
-//! answer (`optimize/methods/switching`), or stand at the nodes of equal steps where more than limits of the torques shapes
-//! them, `Σ κ_k Σ c_j |u_j,k|`.
+//! with the weights κ of the kicks ([`Grid::kick`](super::grid::Grid::kick)) and one block of `W`
+//! for each set of actuators. `optimize/discrete/control_law` derives the optimal inputs.
+//! - **Minimum time** has the duration `T` as its cost.
+//! - **Fuel** is `∫ Σ c_j |u_j| dt` of torques and forces. If only the norm of the torque is
+//!   limited, it is `c ∫ |τ| dt`; forces are treated likewise. A free duration adds a price of
+//!   time.
+//!
+//! If only the torques are limited, inputs are held over steps whose lengths are part of the plan
+//! (`optimize/methods/switching`). Otherwise inputs are at the nodes of equal steps, and the fuel
+//! is `Σ κ_k Σ c_j |u_j,k|`.
 //!
 //! # Where does the objective stand?
 //!
-//! On the `Problem`, as an `Objective`: effort, time or fuel; the actuators hold what the body has: axes, frame, limits.
-//! The price of a second stands here and not beside the [`Duration`](super::duration::Duration) that is sought: the cost of a
-//! plan has it too, whose duration is found. A weight needs the set that it weighs: `Weighted` is both, with gain and authority,
-//! derived where they are used and never stored beside axes that may change.
+//! `Problem` has the objective: effort, time or fuel. The actuators have the properties of the
+//! body: axes, frame, limits. The price of time is here and not in
+//! [`Duration`](super::duration::Duration), because the cost of a plan includes it even after the
+//! duration is found. A weight needs its set of inputs: `Weighted` combines both, with gain and
+//! authority. These are derived where they are used, and never stored next to axes that may
+//! change.
 
 use crate::Matrix3;
 use crate::mechanics::actuators::{Actuation, ActuatorSet};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-/// What a plan minimises.
+/// The objective of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Objective {
-    /// The effort `∫ ½ uᵀWu dt` of the inputs, and what time costs where the duration is sought.
+    /// The effort `∫ ½ uᵀWu dt` of the inputs, and the price of time if the duration is free.
     Effort(Weights),
     /// The duration.
     Time,
-    /// The fuel `∫ Σ c_j |u_j| dt` of the inputs; `c ∫ |τ| dt` where the norm of the torque alone is limited, and `c ∫ |f| dt`
-    /// where that of the force is.
+    /// The fuel `∫ Σ c_j |u_j| dt` of the inputs. It is `c ∫ |τ| dt` if only the norm of the
+    /// torque is limited, and `c ∫ |f| dt` if the norm of the force is limited.
     Fuel(Fuel),
 }
 
-/// What fuel costs.
+/// The prices of fuel and time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fuel {
     /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each. All equal where
@@ -45,7 +51,8 @@ pub struct Fuel {
     pub prices: Option<Vec<f64>>,
     /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost; absent: 1 each.
     pub force_prices: Option<Vec<f64>>,
-    /// What a second costs, where the duration is sought, in 1/s up to the user's unit of cost; absent: it is given.
+    /// The price of time for a free duration, in 1/s up to the user's unit of cost. `None` for a
+    /// given duration.
     pub time_price: Option<f64>,
 }
 
@@ -60,7 +67,8 @@ impl Fuel {
         price_of(self.force_prices.as_ref(), input)
     }
 
-    /// What a second costs: the fuel of a row of inputs, those of forces first, and the price of time.
+    /// Returns the cost per second: the fuel of a row of inputs, forces first, and the price of
+    /// time.
     pub fn rate(&self, actuation: &Actuation, inputs: &[f64]) -> f64 {
         let (forces, torques) = actuation.split_costs(inputs);
         let of_set = |set: &ActuatorSet, inputs: &[f64], price: &dyn Fn(usize) -> f64| -> f64 {
@@ -90,7 +98,8 @@ fn price_of(prices: Option<&Vec<f64>>, input: usize) -> f64 {
 }
 
 impl Objective {
-    /// The weights by which inputs that can stand for each other share a torque: those of the effort, otherwise 1.
+    /// Returns the weights by which redundant inputs share a torque: the weights of the effort,
+    /// otherwise 1.
     pub fn weights(&self) -> &Weights {
         match self {
             Self::Effort(weights) => weights,
@@ -103,12 +112,12 @@ impl Objective {
         matches!(self, Self::Time | Self::Fuel(_))
     }
 
-    /// Whether what a plan costs is its duration.
+    /// Returns whether the cost of a plan is its duration.
     pub(crate) fn is_duration(&self) -> bool {
         *self == Self::Time
     }
 
-    /// Whether time counts, so that the duration is sought.
+    /// Returns whether the cost includes time, so that the duration is free.
     pub(crate) fn counts_time(&self) -> bool {
         match self {
             Self::Effort(weights) => weights.time_price.is_some(),
@@ -117,12 +126,12 @@ impl Objective {
         }
     }
 
-    /// What fuel costs, where it does.
+    /// Returns the prices of fuel, if the objective is fuel.
     pub fn fuel(&self) -> Option<&Fuel> {
         if let Self::Fuel(fuel) = self { Some(fuel) } else { None }
     }
 
-    /// What a second costs, where it has a price beside effort or fuel.
+    /// Returns the price of time in addition to effort or fuel, if one is given.
     pub fn given_time_price(&self) -> Option<f64> {
         match self {
             Self::Effort(weights) => weights.time_price,
@@ -140,7 +149,7 @@ impl Objective {
         }
     }
 
-    /// What a second costs: 1 where only time does.
+    /// Returns the price of time: 1 if time is the objective.
     pub fn time_price(&self) -> f64 {
         if *self == Self::Time { 1.0 } else { self.given_time_price().unwrap_or(0.0) }
     }
@@ -170,15 +179,17 @@ impl From<Weights> for Objective {
 
 /// The blocks of the effort weight `W`, absent: the identity; and what time costs.
 ///
-/// A block is m×m for a set of m inputs, symmetric positive definite, in [1/(N·m)²] for torques and [1/N²] for forces
-/// up to the user's unit of cost. That of a set which the maneuver does not have is not used.
+/// A block is m×m for a set of m inputs, symmetric positive definite, in [1/(N·m)²] for torques
+/// and [1/N²] for forces, up to the user's unit of cost. The block of a set that the maneuver
+/// does not have is ignored.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Weights {
     /// Block of the torque inputs.
     pub torque: Option<DMatrix<f64>>,
     /// Block of the force inputs.
     pub force: Option<DMatrix<f64>>,
-    /// What a second costs, where the duration is sought, in 1/s up to the user's unit of cost; absent: it is given.
+    /// The price of time for a free duration, in 1/s up to the user's unit of cost. `None` for a
+    /// given duration.
     pub time_price: Option<f64>,
 }
 
@@ -228,7 +239,7 @@ impl Weights {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WeightError {
     /// The weight is not m×m.
-    #[error("the weight is {rows}x{columns}, the inputs are {count}")]
+    #[error("the weight is {rows}x{columns} for {count} inputs")]
     Shape {
         /// Rows of the weight.
         rows: usize,
@@ -283,7 +294,7 @@ impl<'a> Weighted<'a> {
         Ok(Self { set, weight, gain, authority })
     }
 
-    /// The same, all NaN where the weight cannot be used.
+    /// Builds the weighted set, with NaN in every number if the weight cannot be used.
     fn or_nan(set: &'a ActuatorSet, weight: Option<&DMatrix<f64>>) -> Self {
         let nan = |rows, columns| DMatrix::from_element(rows, columns, f64::NAN);
         let count = set.count();
@@ -296,7 +307,8 @@ impl<'a> Weighted<'a> {
     }
 }
 
-/// Running cost `½ uᵀWu` of inputs under the weight `W`, m×m; in the unit of the weight, or scaled. None where there are none.
+/// Returns the running cost `½ uᵀWu` of inputs under the weight `W`, m×m, in the unit of the
+/// weight, or scaled. It is 0 without inputs.
 pub fn effort(weight: &DMatrix<f64>, inputs: &[f64]) -> f64 {
     if inputs.is_empty() {
         return 0.0;

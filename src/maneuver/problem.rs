@@ -47,7 +47,7 @@ impl State {
         Self { position: still, velocity: still, attitude: *rotation.matrix(), angular_velocity }
     }
 
-    /// At rest in `attitude`, on SO(3).
+    /// Builds a state at rest in `attitude`, on SO(3).
     ///
     /// ```
     /// use slewkit::{State, Vector3, lie};
@@ -60,7 +60,7 @@ impl State {
     }
 }
 
-/// What moves: the attitude alone, or position and attitude.
+/// The moving quantities: the attitude alone, or position and attitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Attitude only, SO(3), tangent dimension 6.
@@ -69,7 +69,7 @@ pub enum Motion {
     RigidBody,
 }
 
-/// Which way round.
+/// The homotopy class of the rotation from the start to the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Path {
     /// Solve every sense and winding, keep the lowest cost.
@@ -78,32 +78,33 @@ pub enum Path {
     Shortest,
     /// The other sense.
     Long,
-    /// The rotation from the start as written: a rotation vector in the body axes of the start \[rad\],
-    /// any angle. In least time and fuel that tells how many whole turns are made, about whatever axes are the cheapest.
+    /// The rotation from the start as written: a rotation vector in the body axes of the start
+    /// \[rad\], of any angle. For least time and fuel it determines the number of whole turns;
+    /// the plan chooses their axes.
     AsGiven(Vector3),
 }
 
-/// What is given of the end; the rest is the plan's to choose, by transversality.
+/// The given part of the end state. The plan chooses the rest, by transversality.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum EndCondition {
     /// Attitude and angular velocity, and of a body that moves position and velocity.
     #[default]
     State,
-    /// All but the attitude: a body is to come to rest, or to a rate in body axes, in any attitude (detumbling).
+    /// All but the attitude: the body comes to rest, or to a rate in body axes, in any attitude
+    /// (detumbling).
     AnyAttitude,
     /// A body axis points at a target, which may move; the roll about it may be free.
     Aim(Aim),
-    /// The state that [`Problem::end`] is, moved on to where a target is when the plan arrives: what the search for ends on targets asks
-    /// for.
+    /// The state [`Problem::end`], moved to the position of a target at the arrival time. The
+    /// search for ends on targets uses it.
     #[doc(hidden)]
     Met(Meeting),
 }
 
 /// A maneuver: who moves, where from, where to, in what time, on which grid.
 ///
-/// Built by [`Problem::attitude`] or [`Problem::rigid_body`] and the `with_` methods, checked by
-/// [`Problem::check`], which the solvers call. What is minimised is its [`Objective`], by default the effort
-/// `∫ ½ uᵀu dt`.
+/// [`Problem::attitude`], [`Problem::rigid_body`] and the `with_` methods build a problem. The
+/// solvers check it by [`Problem::check`]. The default [`Objective`] is the effort `∫ ½ uᵀu dt`.
 ///
 /// ```
 /// use slewkit::{Body, Inertia, Matrix3, Path, Problem, Scheme, State, Vector3, lie};
@@ -120,23 +121,23 @@ pub enum EndCondition {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// What is planned, for people.
+    /// The name of the maneuver, for people.
     pub name: String,
     /// Attitude only, or position and attitude.
     pub motion: Motion,
     /// The body.
     pub body: Body,
-    /// What acts on it.
+    /// The field that acts on the body.
     pub environment: Arc<dyn Environment>,
     /// Its actuators.
     pub actuation: Actuation,
-    /// What is minimised.
+    /// The objective.
     pub objective: Objective,
     /// State at `t = 0`.
     pub start: State,
     /// State at `t = T`. An attitude that is not given ([`Problem::end_condition`]) is a guess until a plan has found it.
     pub end: State,
-    /// What is given of the end.
+    /// The given part of the end state.
     pub end_condition: EndCondition,
     /// Duration `T`: given, or the plan's to choose.
     pub duration: Duration,
@@ -146,16 +147,17 @@ pub struct Problem {
     pub chooses_steps: bool,
     /// The discretisation.
     pub scheme: Scheme,
-    /// Which steps a plan of minimum time or fuel is to have ([`Formulation`]).
+    /// The steps of a plan of minimum time or fuel ([`Formulation`]).
     #[doc(hidden)]
     pub stepping: Stepping,
-    /// Which way round.
+    /// The homotopy class of the rotation.
     pub path: Path,
     /// Where the body may point and how fast it may turn.
     pub constraints: Vec<Constraint>,
-    /// Sets of these constraints that hold in turns; what is in no set holds at all times.
+    /// Sets of these constraints that alternate. A constraint that is in no set holds at all
+    /// times.
     pub alternatives: Vec<Alternatives>,
-    /// What the plan leaves of limits to who flies it.
+    /// The part of the limits that the plan leaves to corrections in flight.
     pub reserve: Reserve,
 }
 
@@ -165,11 +167,11 @@ pub enum ProblemError {
     /// A number is NaN, infinite or out of range.
     #[error("{what} is {value}: {reason}")]
     Value {
-        /// Which quantity.
+        /// The name of the quantity.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The allowed values.
         reason: &'static str,
     },
     /// An attitude is not a rotation.
@@ -182,7 +184,8 @@ pub enum ProblemError {
     },
     /// A boundary rate is too fast for the step: `h |J⁻¹Π| ≥ 1`.
     #[error(
-        "the {end} rate turns {angle:.3} rad in one step, the implicit equation needs less than {limit}: raise the steps to at least {steps}"
+        "the {end} rate turns {angle:.3} rad in one step, and the implicit equation needs less than \
+        {limit}: use at least {steps} steps"
     )]
     StepTooLong {
         /// "start" or "end".
@@ -226,7 +229,7 @@ pub enum ProblemError {
     /// Wheels and torque inputs do not fit together.
     #[error("{0}")]
     Wheels(String),
-    /// What is minimised does not go with what the maneuver has, or lacks.
+    /// The objective does not fit the actuators, the limits or the end of the maneuver.
     #[error(transparent)]
     Unsuited(#[from] Unsuited),
     /// The end is on a target, and that cannot be used.
@@ -250,8 +253,9 @@ impl Problem {
     /// The most constraints.
     pub const MAX_CONSTRAINTS: usize = 1_000;
 
-    /// An attitude maneuver of a free body with three body torques of unit weight, in `duration` \[s\] or one that is
-    /// sought ([`Duration::SOUGHT`]), 100 steps of the second-order scheme or as many as landing needs, every way round.
+    /// Builds an attitude maneuver of a free body. It has three body torques of unit weight, and
+    /// `duration` \[s\] or a free one ([`Duration::SOUGHT`]). The second-order scheme has 100
+    /// steps, or as many as landing needs. All homotopy classes are searched.
     pub fn attitude(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         Self {
             name: String::new(),
@@ -404,7 +408,7 @@ impl Problem {
         }
     }
 
-    /// What it meets, where the state at the end moves on with the duration.
+    /// Returns the meeting with a target, if the end state moves with the duration.
     pub(crate) fn met(&self) -> Option<&Meeting> {
         match &self.end_condition {
             EndCondition::Met(meeting) => Some(meeting),
@@ -419,8 +423,9 @@ impl Problem {
         Self { end, end_condition: EndCondition::State, ..self.clone() }
     }
 
-    /// The same to a target where it is at `time` \[s\], at the roll nearest to that of an attitude; a plan that lands moves its end on to where the target is when
-    /// it arrives. `slope` is how the time by which plans are late changes with the time.
+    /// Builds the problem with the end on a target as it is at `time` \[s\], at the roll nearest
+    /// to the roll of an attitude. A plan that lands moves its end to the position of the target
+    /// at its arrival. `slope` is the derivative of the delay of plans by the time.
     pub(crate) fn meeting(
         &self,
         aim: &Aim,
@@ -450,8 +455,8 @@ impl Problem {
         State { attitude, angular_velocity, ..self.end }
     }
 
-    /// Whether inputs switch, and are held over steps of unequal lengths: those of minimum time and fuel where nothing but
-    /// limits of the torques shapes the plan.
+    /// Returns whether inputs switch, and are held over steps of unequal lengths. This holds for
+    /// minimum time and fuel if the only limits of the plan are limits of the torques.
     pub fn switches(&self) -> bool {
         Formulation::of(self) == Formulation::Switching
     }
@@ -461,8 +466,9 @@ impl Problem {
         self.end_condition == EndCondition::AnyAttitude
     }
 
-    /// Whether a plan of minimum time or fuel has its inputs at the nodes of equal steps, as those of effort do: where more than
-    /// limits of the torques shapes it, or forces or what acts on the body, and where SCP is asked for.
+    /// Returns whether a plan of minimum time or fuel has its inputs at the nodes of equal steps,
+    /// as for effort. This holds for forces and fields, for limits of more than the torques, and
+    /// if SCP is requested.
     pub fn is_shaped(&self) -> bool {
         self.objective.switches() && !self.switches()
     }
@@ -548,15 +554,15 @@ impl Problem {
         Self { duration: duration.into(), ..self }
     }
 
-    /// In `duration` \[s\], which is found where it was sought.
+    /// Returns the problem with `duration` \[s\], which is found if it was free.
     pub(crate) fn lasting(self, duration: f64) -> Self {
         Self { duration: self.duration.lasting(duration), ..self }
     }
 
     /// Asks for the best duration up to `longest` \[s\].
     ///
-    /// From rest to rest more time is never worse, and the plan takes all of it; where the body moves at an end it may
-    /// not.
+    /// From rest to rest more time never costs more, and the plan uses all of it. If the body
+    /// moves at an end, the plan may use less.
     pub fn with_duration_at_most(self, longest: f64) -> Self {
         Self { duration: Duration::Sought { at_most: Some(longest) }, ..self }
     }
@@ -574,11 +580,10 @@ impl Problem {
     /// The duration `T` \[s\], given or found.
     ///
     /// # Panics
-    /// While it is sought: solvers and witnesses work in a duration that is known ([`Problem::with_duration`]).
+    /// Panics if the duration is free: solvers and witnesses need a known duration
+    /// ([`Problem::with_duration`]).
     pub fn seconds(&self) -> f64 {
-        self.duration
-            .known()
-            .expect("a maneuver whose duration is sought has none before a plan has found it")
+        self.duration.known().expect("the duration is free, and no plan has determined it yet")
     }
 
     /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where they switch.
@@ -589,7 +594,7 @@ impl Problem {
     /// The time grid \[s\]: steps of equal length. A plan whose inputs switch has a grid of its own.
     ///
     /// # Panics
-    /// As [`Problem::seconds`].
+    /// Panics as [`Problem::seconds`] does.
     pub fn grid(&self) -> Grid {
         Grid::uniform(self.scheme, self.seconds(), self.steps)
     }
@@ -597,7 +602,7 @@ impl Problem {
     /// Step `h = T/N` \[s\].
     ///
     /// # Panics
-    /// As [`Problem::seconds`].
+    /// Panics as [`Problem::seconds`] does.
     pub fn step(&self) -> f64 {
         self.seconds() / self.steps as f64
     }

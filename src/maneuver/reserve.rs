@@ -1,24 +1,27 @@
-//! What a plan leaves of limits to who flies it: corrections take it, and what is uncertain.
+//! The part of the limits that a plan leaves to corrections and errors in flight.
 
 use super::constraint::{Constraint, Pointing, Rule};
 use crate::Vector3;
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 
-/// What the limits of the craft are beyond those of its maneuver, which the plan keeps, SI. Cones have a margin of their own.
+/// The difference between the limits of the craft and the limits that the plan keeps, in SI
+/// units. Cones have a margin instead.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reserve {
-    /// Of the size of each torque input [N·m]; empty: nothing.
+    /// The reserve of each torque input [N·m]; empty for no reserve.
     pub torque: Vec<f64>,
-    /// Of the norm of the torque [N·m].
+    /// The reserve of the norm of the torque [N·m].
     pub torque_norm: f64,
-    /// Of how fast each torque input changes [N·m/s]; empty: nothing.
+    /// The reserve of the rate of each torque input [N·m/s]; empty for no reserve.
     pub torque_rate: Vec<f64>,
-    /// Of constraints of the angular velocity, by their names: of its norm one number, of its components three [rad/s].
+    /// The reserves of constraints of the angular velocity, by name: one number for the norm,
+    /// three for the components [rad/s].
     pub rates: Vec<(String, Vec<f64>)>,
 }
 
 impl Reserve {
-    /// Of the constraint of the angular velocity `name`; empty: nothing.
+    /// Returns the reserve of the constraint of the angular velocity `name`; empty for no
+    /// reserve.
     pub fn rate(&self, name: &str) -> &[f64] {
         self.rates.iter().find(|(of, _)| of == name).map_or(&[], |(_, reserve)| reserve)
     }
@@ -47,14 +50,15 @@ impl Reserve {
     }
 }
 
-/// What each number is with what is held of it, where something is.
+/// Adds the reserve to each number, if a reserve exists.
 fn sums(numbers: &[f64], held: &[f64]) -> Vec<f64> {
     let held = held.iter().copied().chain(std::iter::repeat(0.0));
     numbers.iter().zip(held).map(|(number, held)| number + held).collect()
 }
 
-/// A limit `whole` of which about `held` is left: what is kept of it, and exactly what that leaves, so that their sum and difference are
-/// without rounding and files hold any two of the three.
+/// Splits a limit `whole`, of which about `held` is reserved, into the part that the plan keeps
+/// and the exact reserve. Sum and difference of the two have no rounding, so files may hold any
+/// two of the three numbers.
 pub fn split(whole: f64, held: f64) -> (f64, f64) {
     // The difference of two numbers within a factor of two is exact (Sterbenz).
     if held <= 0.5 * whole {

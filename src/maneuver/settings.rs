@@ -1,10 +1,10 @@
-//! What a caller may choose about the solve; the solution echoes it.
+//! The settings of a solve. The solution repeats them.
 
 use std::f64::consts::PI;
 use std::time::Duration;
 use thiserror::Error;
 
-/// Which solver.
+/// The choice of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
     /// Shooting with the whole ladder behind it; sequential convex programming, then polish, where
@@ -29,13 +29,13 @@ impl Method {
     }
 }
 
-/// How much is tried before an answer counts as the best.
+/// The number of attempts before an answer counts as the best.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Thoroughness {
     /// A few starts of every maneuver.
     Quick,
-    /// As many as the maneuver is known to need: few for a free body at rest, more where it turns fast, acts in a
-    /// field, or lacks inputs.
+    /// The number that the maneuver is known to need: few for a free body at rest; more if it
+    /// turns fast, is in a field, or lacks inputs.
     #[default]
     Default,
     /// Two hundred starts and more.
@@ -53,13 +53,14 @@ impl Thoroughness {
     }
 }
 
-/// What is to meet the end of the maneuver.
+/// The motion that must meet the end of the maneuver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Target {
     /// The true motion under the inputs of the plan, held over its steps: the plan lands.
     #[default]
     Motion,
-    /// The discrete motion, as published plans do: the true one ends beside it by the error of the discretisation.
+    /// The discrete motion, as in published plans. The true motion misses the end by the error of
+    /// the discretisation.
     Discrete,
 }
 
@@ -89,16 +90,16 @@ impl Target {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Which solver. Default: auto. Change it to compare methods, or to have costates to round-off under limits of
-    /// the inputs (shooting).
+    /// The choice of the solver. Default: auto. Change it to compare methods, or to obtain
+    /// costates to round-off under limits of the inputs (shooting).
     pub method: Method,
-    /// How much is tried before an answer counts as the best.
+    /// The number of attempts before an answer counts as the best.
     pub search: Thoroughness,
     /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`. Default 1e-12; round-off
     /// allows about 4e-15. Loosen it where a hundred thousand steps add up more round-off than that.
     pub tolerance: f64,
-    /// What meets the end: the true motion (the default), or the discrete one, as in what is published
-    /// ([`Settings::discrete`]).
+    /// The motion that meets the end: the true motion (the default), or the discrete one, as in
+    /// published plans ([`Settings::discrete`]).
     pub target: Target,
     /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: 1e-4°; where
     /// the discrete motion is the target a quarter of the angle that the body turns, but between 5° and 45°. Constraints hold in
@@ -135,11 +136,11 @@ impl Default for Settings {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{name} is {value}: {reason}")]
 pub struct SettingsError {
-    /// Which setting.
+    /// The name of the setting.
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// What is allowed.
+    /// The allowed values.
     pub reason: &'static str,
 }
 
@@ -147,16 +148,18 @@ impl Settings {
     /// The smallest tolerance that double precision can reach.
     pub const MIN_TOLERANCE: f64 = 4e-15;
 
-    /// What the true motion may miss the attitude of the end by \[rad\] where nothing is asked for and the plan is to land.
+    /// The default limit on the attitude error of the true motion at the end \[rad\], for a plan
+    /// that lands.
     pub const CONTINUOUS_TOLERANCE: f64 = 1e-4 * PI / 180.0;
 
-    /// The settings of plans as they are published: the discrete motion meets the end, to round-off, and the true one ends
-    /// beside it.
+    /// Returns the settings of published plans: the discrete motion meets the end to round-off,
+    /// and the true motion misses it by the error of the discretisation.
     pub fn discrete() -> Self {
         Self { target: Target::Discrete, ..Self::default() }
     }
 
-    /// The limit on the continuous terminal attitude error \[rad\]; `None` where it goes with the angle that the body turns.
+    /// Returns the limit on the continuous terminal attitude error \[rad\]; `None` if the limit
+    /// is proportional to the angle that the body turns.
     pub fn continuous_limit(&self) -> Option<f64> {
         let lands = self.target == Target::Motion;
         self.continuous_tolerance.or_else(|| lands.then_some(Self::CONTINUOUS_TOLERANCE))
@@ -168,7 +171,7 @@ impl Settings {
     /// The first setting out of its range.
     pub fn check(&self) -> Result<(), SettingsError> {
         if !(self.tolerance >= Self::MIN_TOLERANCE && self.tolerance < 1.0) {
-            let reason = "must be from 4e-15, which is what double precision reaches, to below 1";
+            let reason = "must be from 4e-15, the limit of double precision, to below 1";
             return Err(SettingsError { name: "tolerance", value: self.tolerance, reason });
         }
         if let Some(limit) = self.continuous_tolerance

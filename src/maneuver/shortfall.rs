@@ -1,18 +1,20 @@
-//! What is missing where no plan was found: causes with their figures, and their sentences in one place.
+//! The reasons for which no plan was found: causes with their figures, and their sentences in one
+//! place.
 
 use crate::maneuver::problem::ProblemError;
 use crate::numerics::figures::{short, significant};
 use std::fmt;
 
-/// What is missing where no plan was found; that proves nothing. Displayed as a sentence for people.
+/// The reason for which no plan was found. It proves nothing. It displays as a sentence for
+/// people.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shortfall {
-    /// Limits, constraints or the end are not met where SCP came nearest.
+    /// The nearest iterate of SCP violates limits, constraints or the end.
     Violated {
         /// The subproblems after which the limit of iterations came, where it came first.
         cut_short_after: Option<usize>,
-        /// What stays violated.
+        /// The remaining violations.
         violations: Vec<Violation>,
         /// Whether the path reaches the end.
         reaches_end: bool,
@@ -22,7 +24,7 @@ pub enum Shortfall {
         /// How many times as large the limits are within which it has a plan.
         factor: f64,
     },
-    /// The conditions of the optimum are met, but the inputs replayed from the start miss the end.
+    /// The conditions of the optimum hold, but the inputs replayed from the start miss the end.
     Missed {
         /// The largest terminal error, scaled.
         error: f64,
@@ -33,7 +35,7 @@ pub enum Shortfall {
     OtherWay {
         /// Whether the nearest goes the short way.
         short: bool,
-        /// By how much it turns \[deg\].
+        /// The angle of its rotation \[deg\].
         turned_deg: f64,
     },
     /// No extremal of the smoothed law of inputs that switch.
@@ -67,7 +69,7 @@ pub enum Shortfall {
     },
     /// The duration is shorter than the shortest that was found.
     TooShort {
-        /// The duration asked for \[s\].
+        /// The requested duration \[s\].
         asked: f64,
         /// The shortest that was found, locally minimal \[s\].
         shortest: f64,
@@ -84,13 +86,13 @@ pub enum Shortfall {
         /// The longest \[s\].
         to: f64,
     },
-    /// In the duration with which the search for it would begin the maneuver cannot be planned.
+    /// The maneuver cannot be planned in the first duration of the search.
     Unusable(ProblemError),
-    /// What is missing, and what came of other durations.
+    /// The reason, and the results for other durations.
     InOtherTime {
-        /// What is missing.
+        /// The reason for the requested duration.
         missing: Box<Shortfall>,
-        /// The duration asked for \[s\].
+        /// The requested duration \[s\].
         asked: f64,
         /// The shortest that was found, locally minimal \[s\].
         shortest: Option<f64>,
@@ -106,11 +108,11 @@ pub enum Shortfall {
 pub struct Violation {
     /// Its name.
     pub name: String,
-    /// By how much.
+    /// The size of the violation.
     pub excess: Excess,
 }
 
-/// How far a limit or constraint is exceeded.
+/// The size by which a limit or constraint is exceeded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Excess {
     /// A cone, by an angle \[rad\].
@@ -132,15 +134,15 @@ impl fmt::Display for Shortfall {
             ),
             Self::Missed { error, tolerance } => write!(
                 f,
-                "the conditions of the optimum are met, but the inputs replayed from the start miss the end by {error:.1e}, \
-                 scaled; the tolerance is {tolerance:.1e}"
+                "the conditions of the optimum hold, but the inputs replayed from the start miss the \
+                end by {error:.1e}, scaled; the tolerance is {tolerance:.1e}"
             ),
             Self::OtherWay { short, turned_deg } => {
                 let way = if *short { "short" } else { "long" };
                 write!(
                     f,
-                    "no optimum that goes round as asked was found; the nearest goes the {way} way and turns by \
-                     {turned_deg:.1}°"
+                    "no optimum of the requested homotopy class was found; the nearest goes the \
+                    {way} way and turns by {turned_deg:.1}°"
                 )
             }
             Self::NoSmoothedExtremal => f.write_str("no smoothed extremal was found"),
@@ -148,10 +150,11 @@ impl fmt::Display for Shortfall {
             Self::NoDiscreteOptimum { steps } => write!(f, "no discrete optimum was found on {steps} steps"),
             Self::NoPulses { shortest } => write!(
                 f,
-                "no pulses of at least {} s were found that meet the end; without a shortest pulse there is a plan",
+                "no pulses of at least {} s that meet the end were found; a plan without a shortest \
+                pulse exists",
                 short(*shortest)
             ),
-            Self::FewStepsForPulses { steps } => write!(f, "the pulses found need at least {steps} steps"),
+            Self::FewStepsForPulses { steps } => write!(f, "the pulses need at least {steps} steps"),
             Self::NoDiscretePulses { steps } => {
                 write!(f, "no discrete optimum of the pulses was found on {steps} steps")
             }
@@ -164,7 +167,7 @@ impl fmt::Display for Shortfall {
             Self::NoneWithin { longest } => write!(f, "no plan of {} s or less was found", short(*longest)),
             Self::NoWorthwhile { from, to } => write!(
                 f,
-                "no duration from {} s to {} s was found at which a second is worth its price",
+                "no duration from {} s to {} s was found at which a second gains its price",
                 short(*from),
                 short(*to)
             ),
@@ -175,7 +178,7 @@ impl fmt::Display for Shortfall {
                 match (*shortest, longer) {
                     (Some(shortest), _) if shortest < *asked => {
                         let (asked, shortest) = figures(shortest);
-                        write!(f, "no plan of {asked} s was found, though there is one of {shortest} s")
+                        write!(f, "no plan of {asked} s was found, although a plan of {shortest} s exists")
                     }
                     (Some(shortest), _) => {
                         let (asked, shortest) = figures(shortest);
@@ -185,7 +188,9 @@ impl fmt::Display for Shortfall {
                         )
                     }
                     (None, Some(longer)) => write!(f, "a plan of {longer} s was found"),
-                    (None, None) => f.write_str("none was found for up to three times the duration either"),
+                    (None, None) => {
+                        f.write_str("no plan was found for up to three times the duration either")
+                    }
                 }
             }
             Self::Told(text) => f.write_str(text),
@@ -193,18 +198,22 @@ impl fmt::Display for Shortfall {
     }
 }
 
-/// What stays violated at the last iterate of SCP.
+/// Describes the remaining violations at the last iterate of SCP.
 fn violated(cut_short_after: Option<usize>, violations: &[Violation], reaches_end: bool) -> String {
     let cut = cut_short_after
-        .map(|subproblems| format!("the limit of iterations came first, after {subproblems} subproblems"));
+        .map(|subproblems| format!("the iteration limit ended the search, after {subproblems} subproblems"));
     let of_one = |Violation { name, excess }: &Violation| match excess {
-        Excess::Angle(angle) => format!("\"{name}\" stays violated by {:.3} deg", angle.to_degrees()),
-        Excess::Share(share) => format!("{name} stays exceeded by {:.2} %", 100.0 * share),
+        Excess::Angle(angle) => format!("\"{name}\" remains violated by {:.3} deg", angle.to_degrees()),
+        Excess::Share(share) => format!("{name} remains exceeded by {:.2} %", 100.0 * share),
     };
     let open = (!reaches_end).then(|| match cut_short_after {
         Some(_) => "the path does not yet reach the end".to_string(),
         None => "no path within limits and constraints that reaches the end was found".to_string(),
     });
     let parts: Vec<String> = cut.into_iter().chain(violations.iter().map(of_one)).chain(open).collect();
-    if parts.is_empty() { "the search came near, and did not settle".into() } else { parts.join("; ") }
+    if parts.is_empty() {
+        "the search approached the end but did not converge".into()
+    } else {
+        parts.join("; ")
+    }
 }

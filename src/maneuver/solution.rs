@@ -1,4 +1,4 @@
-//! What a solver returns: how it ended, the trajectory, the costates, and how it got there.
+//! The result of a solver: its outcome, the trajectory, the costates, and the attempts.
 
 use crate::maneuver::constraint::{Shift, Turns};
 use crate::maneuver::duration::Duration;
@@ -15,7 +15,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The terminal conditions are met to the tolerance.
+    /// The terminal conditions hold to the tolerance.
     Converged,
     /// The iteration limit was reached.
     IterationLimit,
@@ -27,7 +27,7 @@ pub enum Outcome {
     NotFinite,
     /// The sensitivity matrix is singular beyond the symmetries of the problem.
     Singular,
-    /// No plan exists, and [`Solution::infeasible`] says why.
+    /// No plan exists, and [`Solution::infeasible`] has the proof.
     Infeasible,
     /// The time limit was reached.
     TimeLimit,
@@ -37,11 +37,11 @@ pub enum Outcome {
 
 /// The discrete trajectory, SI units, frames as in the crate's conventions.
 ///
-/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows for Lie–Euler (`u_1 …
-/// u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`, `λ_{−1} … λ_{N−1}`). Where time or fuel is
-/// minimised inputs and torques are held over steps that need not be equal: row k, of N, belongs to the step from
-/// node k to node k + 1, and costates have `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are
-/// empty.
+/// Poses, rates and times have `N + 1` rows. Inputs, torques, forces and costates have `N` rows
+/// for Lie–Euler (`u_1 … u_N`, `λ_0 … λ_{N−1}`) and `N + 1` for Lie–Verlet (`u_0 … u_N`,
+/// `λ_{−1} … λ_{N−1}`). For minimum time and fuel inputs and torques are held over steps that may
+/// be unequal: row k, of N, belongs to the step from node k to node k + 1, and costates have
+/// `N + 1` rows. On SO(3) the vectors of positions, velocities and forces are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Trajectory {
@@ -66,7 +66,8 @@ pub struct Trajectory {
     /// Momenta of the reaction wheels [N·m·s], row after row, one number per wheel, `N + 1` rows; empty
     /// without wheels.
     pub wheel_momentum: Vec<f64>,
-    /// Costates, row after row, 6 or 12 numbers a row, ordered as the crate's conventions say.
+    /// Costates, row after row, with 6 or 12 numbers in each row, in the order of the crate's
+    /// conventions.
     pub costates: Vec<f64>,
     /// Where the discrete motion ends, if that is not the end of the maneuver: so shifted that the true motion under the
     /// inputs, held over the steps, ends there.
@@ -82,8 +83,9 @@ impl Trajectory {
         &self.input[index * self.input_count..(index + 1) * self.input_count]
     }
 
-    /// A maneuver with what this plan of it has found: the duration where that was sought and inputs do not switch, so that
-    /// the grid of the plan is the maneuver's own, the attitude at the end where any will do, and the roll of an end on a target.
+    /// Returns the maneuver with the values that this plan has found: a free duration if inputs
+    /// do not switch (so that the grid of the plan is the maneuver's own), a free end attitude,
+    /// and the roll of an end on a target.
     pub fn completed(&self, problem: &Problem) -> Problem {
         let found = self.time.last().filter(|_| problem.seeks_duration() && !problem.switches());
         let mut end = problem.end;
@@ -110,11 +112,13 @@ impl Trajectory {
 pub struct Landing {
     /// How often.
     pub corrections: usize,
-    /// What the true motion missed before each correction, and after the last: the largest of the four parts of a
-    /// [`TerminalError`], scaled. By the planner's own flow; the witnesses have theirs.
+    /// The miss of the true motion before each correction and after the last one: the largest of
+    /// the four parts of a [`TerminalError`], scaled. The planner's own flow computes it; the
+    /// witnesses have theirs.
     pub misses: Vec<f64>,
-    /// Cost of the plan whose discrete motion meets the end, from which the corrections began: what published plans state, and
-    /// what [`Solution::rivals`] compare with. Of the landed plan it is [`Solution::cost`].
+    /// The cost of the plan before the corrections, whose discrete motion meets the end.
+    /// Published plans state this cost, and [`Solution::rivals`] compare with it.
+    /// [`Solution::cost`] is the cost of the landed plan.
     pub cost_before: f64,
     /// Constraints that were drawn in because the true motion exceeded them: by how much \[rad\], or of rates which part of the
     /// limit.
@@ -130,8 +134,8 @@ pub struct ChosenSteps {
     pub began: usize,
     /// Whether the true motion lands on those that were chosen, by the planner's own flow.
     pub lands: bool,
-    /// What the plan costs above the optimum in continuous time, relative, by estimate; `None` where there is none, as where it
-    /// costs nothing.
+    /// The estimated relative excess of the cost over the optimum in continuous time; `None`
+    /// without an estimate, such as for a plan of zero cost.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost_error: Option<f64>,
 }
@@ -174,8 +178,9 @@ impl TerminalError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Optimality {
-    /// Whether it was tested. Where that was not asked for ([`Settings::test_second_order`]), conjugate points are not counted,
-    /// and of the shooting the other numbers are unknown too: NaN, and 0 for the rank.
+    /// Whether the second order was tested. If [`Settings::test_second_order`] is off, conjugate
+    /// points are not counted. The other numbers of the shooting are then unknown too: NaN, and 0
+    /// for the rank.
     ///
     /// [`Settings::test_second_order`]: crate::maneuver::Settings::test_second_order
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
@@ -183,10 +188,10 @@ pub struct Optimality {
     /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
     /// of Karush, Kuhn and Tucker.
     pub stationarity: f64,
-    /// Number of conjugate points inside the maneuver; 0: a local minimum. From SCP the number
-    /// of independent directions, among those that limits and constraints leave, in which the cost
-    /// decreases; 0: a strict local minimum. The two are one number. `None`: not decided, as where it decreases in none and is level
-    /// in some.
+    /// The number of conjugate points inside the maneuver; 0 for a local minimum. For SCP it is
+    /// the number of independent directions, within limits and constraints, in which the cost
+    /// decreases; 0 for a strict local minimum. Both definitions give one number. `None` means
+    /// undecided: the cost decreases in no direction, and is constant in some.
     pub conjugate_points: Option<usize>,
     /// Numerical rank of the sensitivity matrix Ψ₁₂.
     pub rank: usize,
@@ -204,12 +209,12 @@ fn is_yes(tested: &bool) -> bool {
 }
 
 impl Optimality {
-    /// Of what was not tested.
+    /// The record of an extremal that was not tested.
     #[doc(hidden)]
     pub const UNTESTED: Self =
         Self { tested: false, stationarity: f64::NAN, conjugate_points: None, rank: 0, condition: f64::NAN };
 
-    /// What the count says of the extremal.
+    /// Returns the result of the second-order test.
     pub fn second_order(&self) -> SecondOrder {
         match self.conjugate_points {
             Some(0) => SecondOrder::Minimum,
@@ -220,7 +225,7 @@ impl Optimality {
     }
 }
 
-/// What the second order says of an extremal.
+/// The result of the second-order test of an extremal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SecondOrder {
@@ -230,11 +235,11 @@ pub enum SecondOrder {
     Saddle,
     /// Not decided.
     Undecided,
-    /// Not tested, because it was not asked for.
+    /// Not tested, because the settings do not request it.
     NotTested,
 }
 
-/// What SCP took.
+/// The work of SCP.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ConvexWork {
@@ -246,7 +251,8 @@ pub struct ConvexWork {
     pub cone_iterations: u32,
     /// Wall time inside the cone solver, all seeds \[s\].
     pub cone_seconds: f64,
-    /// Share of the effort that stands in the cost beside time or fuel, and for which the plan is stationary; 0 otherwise.
+    /// The weight of the effort in the cost of time or fuel for which the plan is stationary; 0
+    /// otherwise.
     pub effort_share: f64,
 }
 
@@ -258,8 +264,9 @@ pub struct ActiveConstraint {
     pub name: String,
     /// Times at which it is active \[s\].
     pub time_s: Vec<f64>,
-    /// Its multipliers there, scaled units, not negative. Of a limit of the inputs, as the shooting finds
-    /// it: how fast the running cost falls as the limit grows, `−∂(cost rate)/∂ ln ū`.
+    /// Its multipliers there, scaled units, nonnegative. For a limit of the inputs found by the
+    /// shooting: the decrease of the running cost per growth of the limit,
+    /// `−∂(cost rate)/∂ ln ū`.
     pub multiplier: Vec<f64>,
 }
 
@@ -270,7 +277,7 @@ impl ActiveConstraint {
     }
 }
 
-/// A rung of the ladder: one way to look for a plan.
+/// A strategy of the search: one method to find a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rung {
@@ -300,7 +307,8 @@ pub enum Rung {
     Pulses,
     /// The discrete optimum on a grid that is aligned with the arcs.
     Aligned,
-    /// No rung, and not in the ladder: the witnesses judge what was found.
+    /// The witnesses, which judge the result. They are not a strategy and not in the fallback
+    /// sequence.
     Witnesses,
 }
 
@@ -332,13 +340,13 @@ impl fmt::Display for Rung {
     }
 }
 
-/// One run of a rung: what was tried and how it ended.
+/// One run of a strategy: its input and its outcome.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RungReport {
-    /// Which rung.
+    /// The strategy.
     pub rung: Rung,
-    /// From which start: "short", "long", "+1 turn", …
+    /// The start: "short", "long", "+1 turn", …
     pub start: String,
     /// Steps of the grid it worked on.
     pub steps: usize,
@@ -362,7 +370,7 @@ impl RungReport {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Rival {
-    /// From which start it was found.
+    /// The start from which it was found.
     pub start: String,
     /// Rotation sense: "short" or "long".
     pub sense: Sense,
@@ -398,7 +406,7 @@ pub enum Sense {
 pub struct Solution {
     /// How the solve ended.
     pub outcome: Outcome,
-    /// Which method led here: shooting, or sequential convex programming with polish.
+    /// The method of the result: shooting, or sequential convex programming with polish.
     pub method: Method,
     /// The discretisation.
     pub scheme: Scheme,
@@ -428,35 +436,39 @@ pub struct Solution {
     pub iterations: usize,
     /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals of each.
     pub ladder: Vec<RungReport>,
-    /// What SCP took, where it was run: subproblems, iterations and time of the cone solver.
+    /// The work of SCP, if it ran: subproblems, iterations and time of the cone solver.
     pub convex: Option<ConvexWork>,
-    /// Which limits and constraints are active: name, times \[s\] and multipliers of each.
+    /// The active limits and constraints: name, times \[s\] and multipliers of each.
     pub active: Vec<ActiveConstraint>,
     /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the continuous extremal, its duration, cost
     /// and gap.
     pub switching: Option<Switching>,
-    /// Which set of each of the alternatives holds when, in their order.
+    /// The sets of the alternatives and their times, in order.
     pub turns: Vec<Turns>,
     /// Other extremals found, cheapest first: start, sense, cost, conjugate points and angle turned of each.
     pub rivals: Vec<Rival>,
-    /// The proof that there is no plan, where there is one: its `reason` in words, and a `duration_lower_bound` \[s\] where one is
-    /// known.
+    /// The proof that no plan exists, if one was found: its `reason` in words, and a
+    /// `duration_lower_bound` \[s\] if one is known.
     pub infeasible: Option<Proof>,
-    /// What stays violated where the search came nearest, and what would help; where no plan was found.
+    /// The remaining violations of the nearest iterate, and possible remedies, if no plan was
+    /// found.
     pub shortfall: Option<Shortfall>,
-    /// The shortest duration \[s\] that was found, a local minimum, where no plan was for the one asked for. Of a plan whose
-    /// duration was sought: less time would cost less, but no plan that takes less was found.
+    /// The shortest duration \[s\] that was found, a local minimum, if no plan was found for the
+    /// requested duration. For a free duration: less time would cost less, but no plan that takes
+    /// less was found.
     pub shortest: Option<f64>,
-    /// A longer duration \[s\] for which a plan was found, where none was for the one asked for.
+    /// A longer duration \[s\] for which a plan was found, if no plan was found for the requested
+    /// one.
     pub longer: Option<f64>,
-    /// Tolerance asked for, scaled.
+    /// The requested tolerance, scaled.
     pub tolerance: f64,
     /// Wall time of the solve alone \[s\], without second-order test and verification.
     pub solve_time: f64,
 }
 
 impl Solution {
-    /// Adds what the time of a plan costs to all that is told of its cost: of a duration that was sought, planned as a given one.
+    /// Adds the price of the duration to every reported cost. It is used for a free duration that
+    /// was planned as a given one.
     pub(crate) fn pay_for_time(&mut self, price: f64) {
         self.cost += price;
         for rival in &mut self.rivals {
@@ -473,7 +485,7 @@ impl Solution {
         }
     }
 
-    /// A solution of which nothing is known, not even the maneuver.
+    /// Returns an empty solution, without the data of a maneuver.
     #[doc(hidden)]
     pub fn unknown() -> Self {
         let nan = f64::NAN;
@@ -508,7 +520,7 @@ impl Solution {
         }
     }
 
-    /// A solution of which nothing is known yet.
+    /// Returns a solution without results.
     pub(crate) fn unsolved(problem: &Problem, tolerance: f64) -> Self {
         let unknown = Self::unknown();
         let translation = (problem.dimension() == 12).then_some(f64::NAN);
@@ -526,7 +538,8 @@ impl Solution {
         }
     }
 
-    /// Duration of the plan \[s\]: that of the maneuver, or the one found where it is sought; NaN where none is.
+    /// Returns the duration of the plan \[s\]: the given one, or the one found; NaN if the
+    /// duration is free and not found.
     pub fn duration(&self, problem: &Problem) -> f64 {
         match problem.duration {
             Duration::Given(duration) => duration,
@@ -536,9 +549,13 @@ impl Solution {
         }
     }
 
-    /// The maneuver as it is planned, on the grid of its plan: with its alternatives in their shifts, the number of steps that the plan
-    /// has, which may have been chosen, or be one more than was asked for, with the duration that was found where it was sought, the
-    /// attitude at the end where any will do, and on equal steps where SCP has planned it, or on those of arcs where no constraint acts.
+    /// Returns the maneuver on the grid of its plan. It has:
+    /// - the shifts of its alternatives
+    /// - the number of steps of the plan, which may have been chosen, or may be one more than
+    ///   requested
+    /// - the duration that was found, if it was free
+    /// - the attitude at the end, if it was free
+    /// - equal steps if SCP has planned it, or the steps of arcs if no constraint is active
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
         let problem = if self.turns.is_empty() { problem } else { &problem.in_turns(&self.turns_flown()) };

@@ -1,16 +1,18 @@
-//! What a plan of minimum time or fuel is made of: its arcs, its certificate, and what it is compared with.
+//! The structure of a plan of minimum time or fuel: its arcs, its certificate, and costs for
+//! comparison.
 
 use serde::{Deserialize, Serialize};
 
-/// What a plan of minimum time or fuel is made of.
+/// The structure of a plan of minimum time or fuel.
 ///
-/// Its costs are of two kinds. That of the plan is the discrete optimum on its own grid, which meets the terminal
-/// conditions to round-off. `continuous_cost` belongs to the extremal of the equations of motion from which the grid
-/// was made, with the exact switching times of `arcs`; the two differ by the square of the step. Where only time counts
-/// the cost is the duration, and `eigenaxis_s` is what a turn about the fixed axis would take.
+/// It has two kinds of costs. The cost of the plan is the discrete optimum on its own grid, which
+/// meets the terminal conditions to round-off. `continuous_cost` belongs to the extremal of the
+/// equations of motion from which the grid was made, with the exact switching times of `arcs`.
+/// The two differ by the square of the step. For minimum time the cost is the duration, and
+/// `eigenaxis_s` is the duration of a turn about the fixed axis.
 ///
-/// Where more than limits of the torques shapes a plan it has equal steps and is a discrete optimum of its own; the arcs are those of the
-/// continuous extremal that it stands for.
+/// If limits other than those of the torques shape a plan, it has equal steps and is a discrete
+/// optimum of its own. The arcs are then those of the corresponding continuous extremal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Switching {
@@ -20,12 +22,14 @@ pub struct Switching {
     pub continuous_duration_s: f64,
     /// Cost of the continuous extremal.
     pub continuous_cost: f64,
-    /// Cost still to be gained, to first order: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching functions s and the inputs
-    /// v of the continuous extremal; of fuel counted by inputs by the costates that make it least. 0 where every input is on
-    /// the right side all the time. Of pulses what they cost above
-    /// the best plan found without a shortest pulse: that bounds what better pulses could gain.
+    /// The possible gain in cost, to first order: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching
+    /// functions s and the inputs v of the continuous extremal. For fuel counted by inputs the
+    /// costates minimise the gap. It is 0 if every input is always at the limit that its
+    /// switching function selects. For pulses it is their cost above the best plan found without
+    /// a shortest pulse, which bounds the gain of better pulses.
     pub gap: f64,
-    /// Of a turn about the fixed axis under the same limits, from rest to rest, seconds; where time is minimised.
+    /// The duration of a turn about the fixed axis under the given limits, from rest to rest,
+    /// seconds; for minimum time.
     pub eigenaxis_s: Option<f64>,
     /// Number of switches; two inputs that switch together count twice.
     pub switches: usize,
@@ -33,13 +37,14 @@ pub struct Switching {
     pub singular_inputs: Vec<usize>,
     /// ε of the smoothed law on the grid, scaled, where the plan has one.
     pub smoothing: Option<f64>,
-    /// Whether the arcs meet the end of the grid next to those of continuous time without being its discrete optimum, because
-    /// none was found: the stationarity of the plan is what is left.
+    /// Whether the plan meets the end on the arcs nearest to the continuous ones without being a
+    /// discrete optimum, because none was found. The stationarity of the plan is the remaining
+    /// residual.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub beside_optimum: bool,
     /// Arcs of the continuous extremal, none where the inputs are smoothed.
     pub arcs: Vec<SwitchingArc>,
-    /// What a shortest pulse took, where there is one.
+    /// The result of the search for pulses, if the spec has a shortest pulse.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pulses: Option<Pulses>,
 }
@@ -52,7 +57,8 @@ pub struct Pulses {
     pub count: usize,
     /// The shortest of them on the grid of the plan, seconds.
     pub shortest_s: f64,
-    /// Continuous cost of the best plan found without a shortest pulse, that of time included where it has a price.
+    /// The continuous cost of the best plan found without a shortest pulse, with the price of
+    /// time.
     pub cost_without: f64,
 }
 
@@ -60,17 +66,19 @@ pub struct Pulses {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Structure {
-    /// Every input at one of its limits, on the side that the maximum principle asks for: an extremal.
+    /// Every input is at the limit that the maximum principle selects: an extremal.
     BangBang,
-    /// Every input, or the norm of the torque, at a limit or off, as the maximum principle asks for: an extremal of fuel.
+    /// Every input, or the norm of the torque, is at a limit or off, as the maximum principle
+    /// selects: an extremal of fuel.
     BangOffBang,
     /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc that is singular, cut into arcs at the
     /// limits, or off.
     TruncatedChattering,
     /// A smoothed law: some input stays within its limits, on a singular arc.
     Singular,
-    /// Every input at a limit or off, or such that a constraint is held, as the maximum principle asks for: an extremal along cones, or
-    /// limits of rates or of wheels. Of torques whose rates are limited it is these that are at a limit, or the torques themselves.
+    /// Every input is at a limit, off, or keeps a constraint active, as the maximum principle
+    /// selects: an extremal along cones, or along limits of rates or wheels. If the rates of
+    /// torques are limited, the rates or the torques are at a limit.
     AlongLimits,
     /// The norm of the torque is limited and its direction turns smoothly.
     Norm,

@@ -76,7 +76,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Whether there is no limit at all.
+    /// Returns whether no limit exists.
     pub fn is_none(&self) -> bool {
         self.size.is_none() && self.norm.is_none() && self.rate.is_none()
     }
@@ -86,7 +86,7 @@ impl Limits {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuatorSetError {
     /// There is no axis, or more than [`ActuatorSet::MAX_INPUTS`].
-    #[error("{count} input axes; from 1 to {} are possible", ActuatorSet::MAX_INPUTS)]
+    #[error("{count} input axes: give from 1 to {}", ActuatorSet::MAX_INPUTS)]
     Count {
         /// How many axes were given.
         count: usize,
@@ -94,11 +94,11 @@ pub enum ActuatorSetError {
     /// An axis is zero or not finite.
     #[error("input axis {index} is zero or not finite")]
     Axis {
-        /// Which axis, from 1.
+        /// The number of the axis, from 1.
         index: usize,
     },
     /// Thrusters do not each have a position that is finite.
-    #[error("{count} positions of thrusters: each needs one, and finite numbers")]
+    #[error("{count} positions of thrusters: give one for each, with finite numbers")]
     Position {
         /// How many were given.
         count: usize,
@@ -106,7 +106,7 @@ pub enum ActuatorSetError {
     /// A limit is not positive and finite, or not one per input.
     #[error("{what}: {count} inputs need as many limits, each positive and finite")]
     Limit {
-        /// Which limit.
+        /// The name of the limit.
         what: &'static str,
         /// Number of inputs.
         count: usize,
@@ -144,8 +144,8 @@ impl ActuatorSet {
     /// Puts limits on the inputs.
     ///
     /// # Errors
-    /// [`ActuatorSetError::Limit`] when a limit is not positive and finite, or their number is not that of the
-    /// inputs.
+    /// Returns [`ActuatorSetError::Limit`] if a limit is not positive and finite, or if their
+    /// number differs from the number of inputs.
     pub fn with_limits(mut self, limits: Limits) -> Result<Self, ActuatorSetError> {
         let count = self.count();
         let usable = |value: &f64| *value > 0.0 && value.is_finite();
@@ -234,9 +234,10 @@ impl ActuatorSet {
     }
 }
 
-/// Thrusters that push and turn the body at once: input j, in N, is the force of thruster j. It acts along axis j of the
-/// forces, `d_j`, and axis j of the torques, in m, is its moment `p_j × d_j`, zero where it pushes through the mass center.
-/// One row of inputs drives both sets, which are fixed to the body and have the same limits.
+/// Thrusters that push and turn the body at once: input j, in N, is the force of thruster j. It
+/// acts along axis j of the forces, `d_j`. Axis j of the torques, in m, is its moment
+/// `p_j × d_j`, which is zero if the thruster pushes through the mass center. One row of inputs
+/// drives both sets, which are fixed to the body and have equal limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thrusters {
     /// Where each sits, `p_j`, from the mass center, body axes \[m\].
@@ -246,17 +247,18 @@ pub struct Thrusters {
 /// Reaction wheels that drive the torque inputs: input i is the torque that wheel i exerts on the body
 /// about its axis, so the momentum of the wheel changes by `ḣ_i = −u_i`.
 ///
-/// The spin axes are those of the torque inputs, which are fixed to the body. The body's inertia
-/// contains the wheels, but for their spin. The total momentum in body axes is `JΩ + Σ a_i h_i`.
+/// The spin axes are the axes of the torque inputs, which are fixed to the body. The body's
+/// inertia contains the wheels, but not their spin. The total momentum in body axes is
+/// `JΩ + Σ a_i h_i`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wheels {
     /// Momentum `h_i` of each wheel about its axis at the start [N·m·s].
     pub momentum: Vec<f64>,
-    /// Limit of `|h_i|`, one per wheel; infinite where there is none [N·m·s].
+    /// The limit of `|h_i|` for each wheel [N·m·s]; infinite for no limit.
     pub momentum_limit: Vec<f64>,
 }
 
-/// What a limit of the actuators limits.
+/// The quantity that a limit of the actuators bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitKind {
     /// [`Limits::size`].
@@ -272,9 +274,9 @@ pub enum LimitKind {
 /// One limit of the actuators: of all inputs of a set, or of the wheels behind them.
 #[derive(Clone, Copy, Debug)]
 pub struct InputLimit<'a> {
-    /// What is limited.
+    /// The limited quantity.
     pub kind: LimitKind,
-    /// The name under which reports speak of it, see [`Actuation::limit_name`].
+    /// The name that reports use, see [`Actuation::limit_name`].
     pub name: &'static str,
     /// Whether it is of the forces, or else of the torques.
     pub of_force: bool,
@@ -282,7 +284,8 @@ pub struct InputLimit<'a> {
     pub set: &'a ActuatorSet,
     /// Where these begin among all inputs.
     pub first: usize,
-    /// What is allowed, one number per input or wheel, infinite where there is no limit; a single one for the norm.
+    /// The bounds, one number for each input or wheel, infinite for no limit; a single number for
+    /// the norm.
     pub bounds: &'a [f64],
 }
 
@@ -385,7 +388,8 @@ impl Actuation {
         self.first_torque() + self.torque.count()
     }
 
-    /// Which input the first one of the torques is: forces come first, but thrusters are both.
+    /// Returns the index of the first torque input: forces come first. Thrusters are forces and
+    /// torques, so their index is 0.
     pub fn first_torque(&self) -> usize {
         let forces = self.force.as_ref().filter(|_| self.thrusters.is_none());
         forces.map_or(0, ActuatorSet::count)
@@ -399,7 +403,8 @@ impl Actuation {
         inputs.split_at(inputs.len().saturating_sub(self.torque.count()))
     }
 
-    /// The force inputs and the torque inputs of a row by what inputs cost: those of thrusters that give both count once, as forces.
+    /// Splits a row into force inputs and torque inputs by their costs: inputs of thrusters that
+    /// give both count once, as forces.
     pub fn split_costs<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         let (forces, torques) = self.split(inputs);
         (forces, if self.thrusters.is_some() { &[] } else { torques })
@@ -423,7 +428,8 @@ impl Actuation {
         }
     }
 
-    /// Of thrusters that push and turn a body that `moves`: force and torque of each, these by arms in the unit of the longest.
+    /// Returns force and torque of each thruster that pushes and turns a body that `moves`; the
+    /// arms are in the unit of the longest arm.
     fn wrenches(&self, moves: bool) -> Option<DMatrix<f64>> {
         let (Some(force), Some(_), true) = (&self.force, &self.thrusters, moves) else { return None };
         let longest = self.torque.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
@@ -440,7 +446,8 @@ impl Actuation {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
     }
 
-    /// All limits: those of the torques, of the wheels, then of the forces. Those of thrusters are of forces.
+    /// Returns all limits: those of the torques, of the wheels, then of the forces. Limits of
+    /// thrusters are limits of forces.
     pub fn limits(&self) -> impl Iterator<Item = InputLimit<'_>> {
         let torque = Some(&self.torque).filter(|_| self.thrusters.is_none());
         let sets = [(torque, self.first_torque(), false), (self.force.as_ref(), 0, true)];
@@ -463,9 +470,9 @@ impl Actuation {
         )
     }
 
-    /// Name under which reports speak of a limit of the forces, or else of the torques: "torque limit",
-    /// "torque norm limit", "torque rate limit", "wheel torque limit", "wheel torque rate limit", "wheel
-    /// momentum limit", "force limit", "force norm limit", "force rate limit".
+    /// Returns the name that reports use for a limit of the forces or of the torques: "torque
+    /// limit", "torque norm limit", "torque rate limit", "wheel torque limit", "wheel torque rate
+    /// limit", "wheel momentum limit", "force limit", "force norm limit", "force rate limit".
     pub fn limit_name(&self, kind: LimitKind, of_force: bool) -> &'static str {
         let wheels = self.wheels.is_some();
         match kind {
@@ -485,12 +492,12 @@ impl Actuation {
     #[doc(hidden)]
     pub fn without_limits(&self) -> Self {
         let free = |channel: &ActuatorSet| ActuatorSet { limits: Limits::default(), ..channel.clone() };
-        // Of thrusters what a force and a torque that do not know of each other would do.
+        // For thrusters this treats the force and the torque as independent.
         Self { force: self.force.as_ref().map(free), ..Self::torques(free(&self.torque)) }
     }
 
-    /// The actuators as if inputs could jump, nothing were stored in wheels, and each input's own limit, where there
-    /// is one, stood for that of the norm.
+    /// Returns the actuators with inputs that may jump, without storage in wheels. A limit of
+    /// each input, if given, replaces the limit of the norm.
     pub(crate) fn of_jumping_inputs(&self) -> Self {
         let jumping = |channel: &ActuatorSet| {
             let norm = channel.limits.norm.filter(|_| channel.limits.size.is_none());

@@ -46,7 +46,7 @@ pub enum InertiaError {
         principal: [f64; 3],
     },
     /// The principal moments differ by more than a factor of 1e8.
-    #[error("principal moments differ by a factor of {ratio:.1e}; at most 1e8 is accepted")]
+    #[error("principal moments differ by a factor of {ratio:.1e}: it must be at most 1e8")]
     IllConditioned {
         /// Largest over smallest principal moment.
         ratio: f64,
@@ -101,17 +101,19 @@ impl Inertia {
         Ok(Self { j, j_d, j_inverse, principal })
     }
 
-    /// As [`Inertia::new`] of moments that are printed in a few digits: where the largest principal moment exceeds the sum of the others
-    /// by at most the part `rounding` of itself it is taken for the sum, that of a flat plate. Gives by which part it did, or zero.
+    /// Builds an inertia, as [`Inertia::new`] does, from moments that are printed with few
+    /// digits. If the largest principal moment exceeds the sum of the others by at most the part
+    /// `rounding` of itself, it is reduced to the sum, as for a flat plate. Also returns the
+    /// relative reduction, or zero.
     ///
     /// # Errors
-    /// As [`Inertia::new`].
+    /// Returns the errors of [`Inertia::new`].
     pub fn of_rounded(j: Matrix3, rounding: f64) -> Result<(Self, f64), InertiaError> {
         match Self::new(j) {
             Err(InertiaError::Triangle { principal: [a, b, c] }) if c - (a + b) <= rounding * c => {
                 let (_, axes) = principal_axes(&(0.5 * (j + j.transpose())));
                 let plate = axes * Matrix3::from_diagonal(&Vector3::new(a, b, a + b)) * axes.transpose();
-                // A body whose axes are those of the inertia keeps its zeros and its other moments.
+                // If the body axes are principal axes, zeros and the other moments do not change.
                 let plate =
                     Matrix3::from_fn(
                         |row, column| if j[(row, column)] == 0.0 { 0.0 } else { plate[(row, column)] },
@@ -125,7 +127,7 @@ impl Inertia {
     /// A diagonal inertia [kg·m²].
     ///
     /// # Errors
-    /// As [`Inertia::new`].
+    /// Returns the errors of [`Inertia::new`].
     pub fn diagonal(moments: Vector3) -> Result<Self, InertiaError> {
         Self::new(Matrix3::from_diagonal(&moments))
     }
@@ -157,7 +159,7 @@ impl Inertia {
 
     /// Whether the body is a flat plate or a rod: an eigenvalue of `J_d` below 1e-3 of the largest.
     ///
-    /// The implicit equation then wants steps of half the usual bound.
+    /// The implicit equation then needs steps of half the usual bound.
     pub fn is_degenerate(&self) -> bool {
         let half_trace = 0.5 * self.j.trace();
         half_trace - self.principal[2] < 1e-3 * (half_trace - self.principal[0])

@@ -16,9 +16,10 @@ pub enum Direction {
     Fixed(Vector3),
     /// Fixed in the reference frame, and turning with it: a unit vector, its axes.
     InFrame(Vector3),
-    /// Along a vector that moves, inertial axes: those of the reference frame at `t = 0`.
+    /// Along a moving vector, in the axes that the reference frame has at `t = 0`.
     Moving(Track),
-    /// To the limb of a sphere whose centre is at the end of a vector that moves: cones about it begin at its limb.
+    /// To the limb of a sphere whose centre is the end of a moving vector: cones are measured
+    /// from its limb.
     Disc {
         /// The vector to the centre, in the unit of the radius.
         centre: Track,
@@ -31,11 +32,12 @@ pub enum Direction {
 const MOST_QUARTERS: f64 = 1e4;
 
 impl Direction {
-    /// Along a vector that moves, of any length, inertial axes, over `from … to` \[s\]: fitted by Chebyshev polynomials of degree `degree`
-    /// on pieces of at most `piece` \[s\], whose derivatives it has.
+    /// Builds a direction along a moving vector, of any length, inertial axes, over `from … to`
+    /// \[s\]. It is fitted by Chebyshev polynomials of degree `degree` on pieces of at most
+    /// `piece` \[s\], and has the derivatives of the polynomials.
     ///
     /// # Errors
-    /// A [`TrackError`]: of a span that is none, or a vector that is not finite or vanishes.
+    /// Returns a [`TrackError`] for an empty span, or a vector that is not finite or vanishes.
     pub fn along(
         from: f64,
         to: f64,
@@ -49,9 +51,9 @@ impl Direction {
     /// Fixed in something that turns at a constant rate \[rad/s\], inertial axes, over `0 … to` \[s\]: along `vector` at time zero.
     ///
     /// # Errors
-    /// A [`TrackError`]: of a vector that is none, or a span that is.
+    /// Returns a [`TrackError`] for an invalid vector or span.
     pub fn turning(vector: Vector3, rate: Vector3, to: f64) -> Result<Self, TrackError> {
-        // On a quarter of a turn polynomials of this degree leave round-off.
+        // Polynomials of this degree have round-off errors over a quarter of a turn.
         const DEGREE: usize = 18;
         let piece = (0.25 * std::f64::consts::TAU / rate.norm()).min(to);
         if to / piece > MOST_QUARTERS {
@@ -96,7 +98,8 @@ impl Direction {
         }
     }
 
-    /// Angle between the centre and the limb of what it leads to \[rad\]: 0 where that is a point. Inside of a sphere all around is limb.
+    /// Returns the angle between the centre and the limb of the target \[rad\]: 0 for a point.
+    /// Inside of a sphere every direction is limb.
     pub fn angular_radius(&self, time: f64) -> f64 {
         match self {
             Self::Disc { centre, radius } => (radius / centre.at(time)[0].norm()).min(1.0).asin(),
@@ -129,8 +132,8 @@ impl Direction {
         }
     }
 
-    /// A length that is none of a direction: of a vector that is not of length 1, or a radius that is not positive and finite. `None`
-    /// where all is well.
+    /// Returns the invalid length of a direction: of a vector that is not of length 1, or a
+    /// radius that is not positive and finite. Returns `None` for a valid direction.
     pub fn length_defect(&self) -> Option<f64> {
         match self {
             Self::Fixed(vector) | Self::InFrame(vector) => {

@@ -1,6 +1,6 @@
 //! The implicit attitude equation `h S(Π) = F J_d − J_d Fᵀ` (2.1, 4.5), in Cayley form.
 //!
-//! With `F = cay(c)` and `g = hΠ` it is the polynomial (2.6)
+//! With `F = cay(c)` and `g = hΠ` the equation is the polynomial (2.6)
 //!
 //! ```text
 //! G(c) = g + g×c + (g·c) c − 2Jc = 0,     ∇G = S(g) + (g·c) I + c gᵀ − 2J
@@ -29,7 +29,7 @@ pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vec
     solve_counting(j, j_inverse, g).map(|(c, _)| c)
 }
 
-/// As [`solve`], with the Newton iterations it took.
+/// Solves as [`solve`] does, and also returns the number of Newton iterations.
 #[inline(always)]
 pub(crate) fn solve_counting(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {
     // One pass of the fixed point c = ½J⁻¹(g + g×c + (g·c)c): error O(|c|³).
@@ -41,7 +41,8 @@ pub(crate) fn solve_counting(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> O
     }
 }
 
-/// As [`solve_counting`], from a guess `c`; `None` also where it leads astray.
+/// Solves as [`solve_counting`] does, from a guess `c`; returns `None` also if the iteration does
+/// not converge from it.
 #[inline(always)]
 pub(crate) fn solve_from(j: &Matrix3, g: &Vector3, c: Vector3) -> Option<(Vector3, u32)> {
     // A guess that is not a number fails at once.

@@ -1,4 +1,4 @@
-//! What moves, what acts on it, and what drives it.
+//! The bodies, the fields that act on them, and their actuators.
 
 pub mod actuators;
 pub mod body;

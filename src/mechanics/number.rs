@@ -1,4 +1,4 @@
-//! What constructors reject of single numbers, and the checks they share.
+//! Errors of single numbers that constructors reject, and the checks that they share.
 
 use crate::Vector3;
 use thiserror::Error;
@@ -9,13 +9,13 @@ pub enum NumberError {
     /// A number is NaN or infinite, or a sum or product of the numbers overflows.
     #[error("{name} is not finite")]
     NotFinite {
-        /// What was given.
+        /// The name of the number.
         name: &'static str,
     },
     /// A quantity that must be positive is zero or negative.
     #[error("{name} is {value}; it must be positive")]
     NotPositive {
-        /// What was given.
+        /// The name of the number.
         name: &'static str,
         /// Its value, SI units.
         value: f64,
@@ -23,7 +23,7 @@ pub enum NumberError {
     /// A quantity that may be zero is negative.
     #[error("{name} is {value}; it must not be negative")]
     Negative {
-        /// What was given.
+        /// The name of the number.
         name: &'static str,
         /// Its value, SI units.
         value: f64,

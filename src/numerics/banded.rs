@@ -9,7 +9,7 @@ pub(crate) struct Banded {
     half: usize,
     /// Row i holds columns `i − half … i + 2 half`: room for the fill that pivoting brings.
     rows: Vec<f64>,
-    /// Past the last column of each row that is not zero: most rows end far before the band does.
+    /// The index after the last nonzero column of each row: most rows end well inside the band.
     ends: Vec<usize>,
 }
 
@@ -31,8 +31,9 @@ impl Banded {
         self.ends[row] = self.ends[row].max(column + 1);
     }
 
-    /// Solves `A x = b` over `b`; `false` where the matrix is singular to working precision, and where `stopped` says so, who is
-    /// asked at every row that is eliminated.
+    /// Solves `A x = b` and stores the solution in `b`. Returns `false` if the matrix is singular
+    /// to working precision, or if `stopped`, which is called at every row of the elimination,
+    /// returns true.
     pub fn solve(mut self, b: &mut [f64], stopped: &dyn Fn(usize) -> bool) -> bool {
         widest(
             #[inline(always)]
@@ -56,7 +57,7 @@ impl Banded {
                 return false;
             }
             let below = (k + half).min(size - 1);
-            // The element (row, k) stands at column k + half − row of its row.
+            // The element (row, k) is stored at column k + half − row of its row.
             let mut pivot = k;
             let mut best = self.rows[k * width + half].abs();
             for row in k + 1..=below {

@@ -12,7 +12,7 @@ pub(crate) type SumMatrix = Sum<3, 3>;
 pub(crate) struct Sum<const R: usize, const C: usize> {
     /// The sum.
     pub value: SMatrix<f64, R, C>,
-    /// What has been added to it too much.
+    /// The compensation: the excess that was added.
     excess: SMatrix<f64, R, C>,
 }
 

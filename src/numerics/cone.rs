@@ -1,16 +1,16 @@
-//! What columns of a matrix give with weights that are not negative.
+//! The set of combinations of the columns of a matrix with nonnegative weights.
 
 use nalgebra::{DMatrix, DVector};
 
 /// Singular value, relative to the largest, below which columns do not span a direction.
 const RANK_TOLERANCE: f64 = 1e-6;
-/// What is left of a vector, or gained of one, relative to it, that counts as nothing.
+/// The relative size below which a rest of a vector, or a gain, counts as zero.
 const ROUND_OFF: f64 = 1e-10;
 
 /// Whether every vector is `A x` with `x ≥ 0`.
 ///
-/// So it is where the columns have full rank and `−A 1` is such a vector: then `A (x + 1) = 0` with positive weights alone, of
-/// which enough can be added to the weights of any other vector.
+/// This holds if the columns have full rank and `−A 1` is such a combination. Then
+/// `A (x + 1) = 0` with positive weights, which can be added to the weights of any other vector.
 pub(crate) fn is_whole_space(a: &DMatrix<f64>) -> bool {
     if a.ncols() <= a.nrows() {
         return false;
@@ -48,7 +48,7 @@ fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64>
         free.push(next);
         loop {
             let Ok(best) = a.select_columns(&free).svd(true, true).solve(b, ROUND_OFF) else { return x };
-            // As far as nothing becomes negative; what gets to zero stays there.
+            // The step ends where a weight reaches zero; that weight stays zero.
             let part =
                 |column: usize, to: f64| if x[column] > 0.0 { x[column] / (x[column] - to) } else { 0.0 };
             let ways = free.iter().zip(best.iter()).filter(|(_, to)| **to <= 0.0);

@@ -5,32 +5,39 @@
 //!
 //! # How do sweeps of minimum time become fast without unsafe code?
 //!
-//! The motion itself has too little equal work: three rows. But every interval of a smoothed extremal begins at its own node,
-//! so eight of them are integrated side by side (`numerics/eight`; the formulas are written for a `Number`, which is one or
-//! eight). Then their lanes go from node to node, one interval after the other. Two things had to be avoided, each of which
-//! took back what was gained: a store to one lane of a row that is then loaded whole waits for the store, so a single lane is
-//! changed by a product with a row of the identity; and a compiler that knows where such a row has its zeros takes it apart
-//! into narrow pieces, so it is not told. With nodes that differ by rational vectors instead of logarithms the median case of
-//! the public set takes half the time.
+//! The motion itself has only three equal rows, too few for lanes. But every interval of a
+//! smoothed extremal begins at its own node, so eight of them are integrated side by side
+//! (`numerics/eight`; the formulas use a `Number`, which is one or eight). Then their lanes pass
+//! from node to node, one interval after the other. Two effects had to be avoided, each of which
+//! removed the gain. A store to one lane of a row that is then loaded as a whole waits for the
+//! store, so a single lane is changed by a product with a row of the identity. A compiler that
+//! knows the zeros of such a row splits it into narrow pieces, so the zeros are hidden from it.
+//! With nodes that differ by rational vectors instead of logarithms the median case of the public
+//! set takes half the time.
 //!
-//! Derivatives are two thirds of a sweep, and half of all sweeps end an iteration or are steps that were too long: the gaps
-//! come first, and the lanes only of a path that Newton goes on from. A law on the grid is solved for in every step from the
-//! costate at its end, which the nodes know nearly; and an ε that the grid cannot follow is left after a dozen iterations.
+//! Derivatives are two thirds of a sweep, and half of all sweeps end an iteration or are steps
+//! that were too long. The gaps are therefore computed first, and the lanes only for a path from
+//! which Newton continues. The law on the grid is solved in every step from the costate at its
+//! end, which the nodes know approximately. If the grid cannot follow an ε, it is abandoned after
+//! a dozen iterations.
 //!
 //! # Eight maneuvers at once
 //!
-//! A trial swept eight maneuvers side by side ahead of their searches, which took each sweep that was foretold for the same
-//! bits of the costate and made the others themselves. Of the instructions of a bare plan on 100 steps sweeps without
-//! sensitivities are 38 %, those with them 17 %, the steps of the discrete witness 13 % (`valgrind --tool=callgrind` on
-//! `throughput 200 100 1 bare`): by these shares lanes may gain. Nearly all sweeps were foretold, and yet a plan took longer
-//! than alone. Sweeps without sensitivities gained much, those with them lost: alone their columns fill the registers
-//! already, and eight maneuvers seldom ask for a fresh `Ψ₁₂` in the same iteration, so that most lanes went along for
-//! nothing. To foretell what a search will sweep, Newton and the extrapolation are run once more for each maneuver, and what
-//! the lanes hold is taken apart for each: more work than the lanes had saved. Nodes of eight maneuvers are much memory,
-//! which every group asked of the system anew.
+//! A trial swept eight maneuvers side by side before their searches. A search used each predicted
+//! sweep that had the same bits of the costate, and made the others itself. In the instructions
+//! of a bare plan on 100 steps sweeps without sensitivities are 38 %, sweeps with them 17 %, the
+//! steps of the discrete witness 13 % (`valgrind --tool=callgrind` on
+//! `throughput 200 100 1 bare`), so lanes could gain. Nearly all sweeps were predicted, and yet a
+//! plan took longer than alone. Sweeps without sensitivities gained much, but those with them
+//! lost. Alone their columns already fill the registers, and eight maneuvers seldom need a new
+//! `Ψ₁₂` in one iteration, so most lanes computed unused values. The prediction repeats Newton
+//! and the extrapolation for each maneuver, and the lanes must be separated for each: more work
+//! than the lanes saved. Nodes of eight maneuvers need much memory, which every group requested
+//! from the system again.
 //!
-//! What is left to try is the plain sweeps alone, on buffers that are kept, with a planner that hands over its sweeps itself
-//! instead of being foretold. It would change little of a default plan, where descents and witnesses take the time.
+//! A remaining option is to use lanes for plain sweeps only, on buffers that are kept, with a
+//! planner that supplies its sweeps itself. It would change little for a default plan, where
+//! descents and witnesses take the time.
 
 use nalgebra::Scalar;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -9,7 +9,7 @@ pub enum NoText {
     At(usize),
 }
 
-/// The byte order mark of UTF-8, which says nothing.
+/// The byte order mark of UTF-8, which has no meaning.
 pub const MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Whether a file that begins so is in UTF-16: by its mark, or by every other byte being zero.

@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Pivots below this fraction of the largest, after equilibration, send the matrix to the SVD.
 const SUSPECT_PIVOT: f64 = 1e-8;
-/// Singular values below this fraction of the largest are those of a symmetry (theory: 1e-17 against
-/// 1e-4 for the weakest actuated direction met).
+/// The relative size below which singular values belong to a symmetry (theory: 1e-17, against
+/// 1e-4 for the weakest actuated direction in the tests).
 pub(crate) const RANK_TOLERANCE: f64 = 1e-9;
 
 /// The inverse of a matrix as an operator.

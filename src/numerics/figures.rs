@@ -6,7 +6,7 @@ pub fn significant(value: f64, digits: usize) -> String {
         return format!("{value}");
     }
     let scientific = format!("{value:.*e}", digits - 1);
-    // After rounding: 9.99999 to three digits is 10.0.
+    // The exponent is that of the rounded number: 9.99999 to three digits is 10.0.
     let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or_default();
     if (-3..7).contains(&exponent) {
         let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
@@ -16,12 +16,13 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// With all its digits as people write them, without a long row of zeros: `0.02`, `3e-5`.
+/// Formats all digits as people write them, without a long row of zeros: `0.02`, `3e-5`.
 pub fn exact(value: f64) -> String {
     if plain(value) { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// To `digits` significant digits, those before the point never less, without zeros at the end: `12.7`, `1.25e-7`.
+/// Formats to `digits` significant digits, keeps all digits before the point, and omits zeros at
+/// the end: `12.7`, `1.25e-7`.
 pub fn rounded(value: f64, digits: usize) -> String {
     if !plain(value) {
         let text = format!("{value:.*e}", digits - 1);
@@ -34,12 +35,13 @@ pub fn rounded(value: f64, digits: usize) -> String {
     decimals(value, (digits as i32 - 1 - value.abs().log10().floor() as i32).max(0) as usize)
 }
 
-/// To four significant digits, those before the point never less, without zeros at the end.
+/// Formats to four significant digits, keeps all digits before the point, and omits zeros at the
+/// end.
 pub fn short(value: f64) -> String {
     rounded(value, 4)
 }
 
-/// To so many decimals, without zeros at the end.
+/// Formats to `decimals` decimals, without zeros at the end.
 pub fn decimals(value: f64, decimals: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).into()
 }
@@ -70,10 +72,10 @@ pub fn rounded_up(value: f64) -> f64 {
     text.parse().unwrap_or(value)
 }
 
-/// Two figures that are held against each other, with as many digits as tell them apart: `told` says how one is told with so many,
-/// from `digits` on. Equal figures are told alike.
+/// Formats two figures for a comparison, with enough digits to distinguish them, from `digits`
+/// on; `told` formats one figure to a number of digits. Equal figures have equal texts.
 pub fn told_apart(pair: [f64; 2], digits: usize, told: impl Fn(f64, usize) -> String) -> [String; 2] {
-    // What seventeen digits do not tell apart is one number.
+    // Two numbers with equal seventeen digits are equal.
     const MOST: usize = 17;
     let mut found = pair.map(|value| told(value, digits));
     for digits in digits..=MOST {
@@ -85,8 +87,8 @@ pub fn told_apart(pair: [f64; 2], digits: usize, told: impl Fn(f64, usize) -> St
     found
 }
 
-/// What is needed, rounded down, and what is possible, rounded up, with at least four digits and as many as tell that the first is
-/// more.
+/// Formats a required value, rounded down, and a possible value, rounded up, with at least four
+/// digits and enough to show that the first is larger.
 pub fn exceeding(needed: f64, possible: f64) -> [String; 2] {
     let of = |digits| [to_one_side(needed, digits, f64::floor), to_one_side(possible, digits, f64::ceil)];
     let value = |text: &String| text.parse().unwrap_or(f64::NAN);
@@ -144,7 +146,7 @@ fn to_one_side(value: f64, digits: i32, round: fn(f64) -> f64) -> String {
         return format!("{value}");
     }
     let decimals_of = digits - 1 - value.abs().log10().floor() as i32;
-    // A number that so many digits give but for the slack of a proof stays what it is.
+    // A number that the digits give up to the slack of a proof stays unchanged.
     let slack = SLACK * 10.0_f64.powi(4 - digits);
     let unit = 10.0_f64.powi(decimals_of.abs());
     let steps = if decimals_of >= 0 { value * unit } else { value / unit };

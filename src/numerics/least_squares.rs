@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Of the least-squares solutions of `A x = b` the shortest, where singular values below the part `none` of the largest are none;
-/// `None` where there is no equation or a number is not finite.
+/// Returns the shortest least-squares solution of `A x = b`. Singular values below the part
+/// `none` of the largest count as zero. Returns `None` without equations, or if a number is not
+/// finite.
 pub(crate) fn shortest(a: &DMatrix<f64>, b: &DVector<f64>, none: f64) -> Option<DVector<f64>> {
     if a.is_empty() {
         return None;

@@ -1,4 +1,5 @@
-//! The inertia of symmetric matrices: how many eigenvalues are negative, by elimination (Sylvester's law).
+//! The inertia of symmetric matrices: the number of negative eigenvalues, by elimination
+//! (Sylvester's law).
 
 use nalgebra::DMatrix;
 
@@ -10,10 +11,12 @@ pub(crate) struct MatrixInertia {
 }
 
 impl MatrixInertia {
-    /// Of a symmetric matrix, by `P A Pᵀ = L D Lᵀ` with pivots of one or two rows (Bunch and Parlett 1971);
-    /// what is left when no pivot exceeds `tolerance` counts as zero.
+    /// Computes the inertia of a symmetric matrix, by `P A Pᵀ = L D Lᵀ` with pivots of one or two
+    /// rows (Bunch and Parlett 1971). If no pivot exceeds `tolerance`, the remaining rows count
+    /// as zero.
     pub fn of(mut a: DMatrix<f64>, tolerance: f64) -> Self {
-        // Balances the growth of one pivot of two rows with that of two of one.
+        // This value balances the growth of one pivot of two rows with that of two pivots of one
+        // row.
         let alpha = (1.0 + 17f64.sqrt()) / 8.0;
         let n = a.nrows();
         let mut inertia = Self { negative: 0, zero: 0 };
@@ -84,14 +87,15 @@ mod tests {
         for n in 2..=14 {
             for _ in 0..50 {
                 let raw = DMatrix::from_fn(n, n, |_, _| random.uniform());
-                // Indefinite, some diagonals zero, so that both kinds of pivots are met.
+                // The matrix is indefinite, with some zero diagonals, so that both kinds of
+                // pivots occur.
                 let mut a = &raw + raw.transpose();
                 for index in (0..n).step_by(2) {
                     a[(index, index)] = 0.0;
                 }
                 let negative = a.clone().symmetric_eigen().eigenvalues.iter().filter(|v| **v < 0.0).count();
                 assert_eq!(MatrixInertia::of(a, 0.0), MatrixInertia { negative, zero: 0 });
-                // Of rank n − 1, negative semidefinite.
+                // The matrix has rank n − 1 and is negative semidefinite.
                 let mut low = raw.columns(0, n - 1).into_owned();
                 low = -&low * low.transpose();
                 assert_eq!(MatrixInertia::of(low, 1e-12), MatrixInertia { negative: n - 1, zero: 1 });

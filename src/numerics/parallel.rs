@@ -2,9 +2,10 @@
 //!
 //! # Why two threads for a plan?
 //!
-//! From some hundred steps on the replay and the continuous witness under linear torque run on one, the witnesses of the held
-//! torque on the other. Before them an extremal is recorded on one while its second order is tested on the other. Neither half
-//! reads what the other writes, so the bits do not depend on it.
+//! From some hundred steps on, the replay and the continuous witness under linear torque run on
+//! one thread, and the witnesses of the held torque on the other. Before them, an extremal is
+//! recorded on one thread while its second order is tested on the other. Neither half reads
+//! results of the other, so the bits do not depend on the number of threads.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -52,7 +53,8 @@ pub(crate) fn fill<T: Sync, R: Send>(
     items.iter().zip(results).for_each(|(item, result)| *result = of(item));
 }
 
-/// What `work` gives, where it is shared among `count` threads in place of those there are; among these where the system grants no others.
+/// Returns the result of `work`, shared among `count` threads instead of all available ones. If
+/// the system grants no threads, it uses the available ones.
 pub(crate) fn within<R: Send>(count: Option<usize>, work: impl FnOnce() -> R + Send) -> R {
     #[cfg(feature = "threads")]
     if let Some(count) = count
@@ -64,8 +66,9 @@ pub(crate) fn within<R: Send>(count: Option<usize>, work: impl FnOnce() -> R + S
     work()
 }
 
-/// Both results; the work `there` on another thread, while the calling thread does that `here` and then calls
-/// `meanwhile` now and then until all is done. Without threads, and on one of rayon's own, `here` comes first.
+/// Returns both results. The work `there` runs on another thread, while the calling thread runs
+/// `here` and then calls `meanwhile` repeatedly until all is done. Without threads, and on a
+/// thread of rayon, `here` runs first.
 pub(crate) fn both<A, B: Send>(
     here: impl FnOnce() -> A,
     there: impl FnOnce() -> B + Send,
@@ -102,9 +105,10 @@ pub(crate) fn both<A, B: Send>(
     }
 }
 
-/// What `work` gives, done on a thread of its own, while the calling thread asks now and then whether it is `stopped`: then it goes
-/// without, and the thread is left to itself. It holds all that it works on, and ends where the work sees the flag that it is handed,
-/// which is set then. Without threads, and where none can be started, the calling thread does the work.
+/// Returns the result of `work`, which runs on its own thread, while the calling thread polls
+/// whether it is `stopped`. If so, the function returns without the result, and the thread runs
+/// on alone: it owns its data, and ends where the work reads the flag that is then set. Without
+/// threads, or if none can be started, the calling thread does the work.
 pub(crate) fn unless_stopped<T: Send + 'static>(
     work: impl FnOnce(Arc<AtomicBool>) -> T + Send + 'static,
     stopped: impl Fn() -> bool,
@@ -122,7 +126,7 @@ pub(crate) fn unless_stopped<T: Send + 'static>(
         let taken = |shared: &Mutex<Option<_>>| shared.lock().ok()?.take();
         let (done, told) = channel();
         let (there, flag) = (Arc::clone(&shared), Arc::clone(&left));
-        // Nobody may be left to tell.
+        // The receiver may have been dropped.
         let errand = move || taken(&there).map(|work| done.send(work(flag)));
         let Ok(thread) = Builder::new().spawn(errand) else {
             return taken(&shared).map(|work| work(left));

@@ -7,14 +7,15 @@
 //!
 //! # Which random numbers?
 //!
-//! Philox 4×32 of ten rounds, with the seed as key and (quantity, case) as counter: a function, not a sequence. Case 17 of
-//! seed 1 is the same alone, in a shard, in a run of more cases and in every release; its authors' vectors are in the tests.
-//! Own code of thirty lines, because a crate may change its stream with a major version, and the paper does not.
+//! Philox 4×32 of ten rounds, with the seed as key and (quantity, case) as counter, is a function
+//! and not a sequence. Case 17 of seed 1 is equal alone, in a shard, in a run of more cases and
+//! in every release; the tests contain its authors' vectors. It is own code of thirty lines,
+//! because a crate may change its stream with a major version, and the paper does not.
 
 use std::f64::consts::TAU;
 
 const MULTIPLIERS: [u32; 2] = [0xd251_1f53, 0xcd9e_8d57];
-/// Golden ratio and √3 − 1, by which the key moves from round to round.
+/// The golden ratio and √3 − 1, which advance the key from round to round.
 const WEYL: [u32; 2] = [0x9e37_79b9, 0xbb67_ae85];
 const ROUNDS: usize = 10;
 
@@ -63,7 +64,8 @@ impl Stream {
         self.words[self.used - 1]
     }
 
-    /// Uniform in (0, 1): the middles of 2⁵² equal intervals, so that neither end is met.
+    /// Returns a number uniform in (0, 1): the middles of 2⁵² equal intervals, so that neither
+    /// end occurs.
     pub fn unit(&mut self) -> f64 {
         let bits = (u64::from(self.word()) << 32 | u64::from(self.word())) >> 12;
         (bits as f64 + 0.5) * 2.0_f64.powi(-52)
@@ -80,8 +82,8 @@ impl Stream {
         radius * cos
     }
 
-    /// A point uniform in the unit ball of so many dimensions: a direction of normal numbers, and the radius whose
-    /// power is uniform.
+    /// Returns a point uniform in the unit ball of a number of dimensions: a direction of normal
+    /// numbers, and a radius whose power is uniform.
     pub fn in_ball(&mut self, dimensions: usize) -> Vec<f64> {
         let direction: Vec<f64> = (0..dimensions).map(|_| self.normal()).collect();
         let norm = direction.iter().map(|part| part * part).sum::<f64>().sqrt();

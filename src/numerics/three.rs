@@ -1,7 +1,8 @@
 //! Products of three rows, written out, for one [`Number`] and for several.
 //!
-//! The products of nalgebra are calls of their own where the compiler does not inline them. In the innermost loops they
-//! then take longer than what they compute, and stay narrow under [`widest`](super::widest::widest).
+//! The products of nalgebra are function calls unless the compiler inlines them. In the innermost
+//! loops the calls take longer than the products, and they stay narrow under
+//! [`widest`](super::widest::widest).
 
 use super::eight::Number;
 

@@ -1,10 +1,12 @@
 //! The widest vector registers of the machine.
 //!
-//! A program is compiled for every machine of its kind, whose registers hold two numbers; most hold four or eight. What is
-//! called through [`widest`] is compiled for each width, and the machine's own is taken when the program runs. Sums and
-//! products are not contracted and their order is that of the code: every width gives the same bits.
+//! A program is compiled for every machine of its kind, with registers of two numbers; most
+//! machines have four or eight. Code that is called through [`widest`] is compiled for each
+//! width, and the machine's own width is selected at run time. Sums and products are not
+//! contracted and keep their order: every width gives the same bits.
 
-/// Does `work` in the widest registers. What `work` calls is widened with it where it is marked `#[inline(always)]`.
+/// Runs `work` with the widest registers. Functions that `work` calls are widened too if they are
+/// marked `#[inline(always)]`.
 #[inline(always)]
 pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
     #[cfg(feature = "wide")]

@@ -8,9 +8,10 @@ use differential_equations::traits::State;
 /// Shortest part that is tried after one has left the finite numbers, over the whole length.
 const LEAST: f64 = 1e-12;
 
-/// What `change` integrates to from `start` over `length`, in at most `most` parts; `None` when the solver gives up.
-/// A part that leaves the finite numbers is tried again, a tenth as long, down to [`LEAST`]. Notes the length of the
-/// `part` that the solver would take next, and counts those `rejected`.
+/// Integrates `change` from `start` over `length`, in at most `most` parts; returns `None` if the
+/// solver fails. A part with a number that is not finite is repeated with a tenth of its length,
+/// down to [`LEAST`]. Stores the length of the next `part` of the solver, and counts those
+/// `rejected`.
 pub(crate) fn integrate<Y, M>(
     solver: &mut M,
     change: &impl ODE<f64, Y>,

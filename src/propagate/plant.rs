@@ -1,4 +1,4 @@
-//! What acts on the body of a maneuver: the field, the actuators, the turning frame.
+//! The forces and moments on the body of a maneuver: the field, the actuators, the turning frame.
 
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
@@ -60,8 +60,8 @@ impl<'a> Plant<'a> {
 
     /// Rotation inertial → reference at time `t`: `exp(−t S(n))`; `None` while the frame stands.
     ///
-    /// `R_{k+1} = exp(−h S(n)) R_k F_k` is `R_k = exp(−kh S(n)) A_k`, `A_{k+1} = A_k F_k`: the witnesses
-    /// carry the inertial attitude A, to which a step adds one small rotation only.
+    /// `R_{k+1} = exp(−h S(n)) R_k F_k` is `R_k = exp(−kh S(n)) A_k`, `A_{k+1} = A_k F_k`: the
+    /// witnesses propagate the inertial attitude A, to which a step adds one small rotation.
     pub(crate) fn to_reference(&self, time: f64) -> Option<Matrix3> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }
@@ -76,7 +76,7 @@ impl<'a> Plant<'a> {
         self.frame_rate.unwrap_or_else(Vector3::zeros)
     }
 
-    /// Whether forces and moments depend on the attitude or the position at all.
+    /// Returns whether forces and moments depend on the attitude or the position.
     pub(crate) fn needs_pose(&self) -> bool {
         let body_force = self.moves && self.force_frame == AxisFrame::Body;
         !self.free || self.torque_frame == AxisFrame::Reference || body_force
@@ -111,14 +111,14 @@ impl HeldLoad {
         Self { problem: problem.clone(), output: Mutex::new(output) }
     }
 
-    /// From now on the actuators give `output`.
+    /// Holds `output` of the actuators from now on.
     pub(crate) fn hold(&self, output: Output) {
         *self.output.lock().unwrap_or_else(PoisonError::into_inner) = output;
     }
 }
 
 impl Potential for HeldLoad {
-    /// That of the field: what the actuators do is work, not potential energy.
+    /// Returns the energy of the field: actuators do work and have no potential energy.
     fn energy(&self, poses: &[Pose]) -> f64 {
         self.problem.environment.potential(&poses[0])
     }

@@ -1,4 +1,4 @@
-//! What a propagation hands out, row after row.
+//! The output of a propagation, row after row.
 
 use crate::Vector3;
 use crate::propagate::integrator::Invariants;

@@ -36,14 +36,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
-/// Who moves, from where, by which method, how long.
+/// The bodies, their start, the method and the duration of a simulation.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// What is simulated, for people.
+    /// The name of the simulation, for people.
     pub name: String,
-    /// What the bodies are called, in the order of the system.
+    /// The names of the bodies, in the order of the system.
     pub bodies: Vec<String>,
-    /// What moves and what acts on it.
+    /// The bodies and the forces on them.
     pub system: System,
     /// Where everything is at `t = 0`.
     pub start: SystemState,
@@ -55,9 +55,10 @@ pub struct Simulation {
     pub duration: f64,
     /// Number of steps `N`, at least 1; the step is `h = T/N`.
     pub steps: u64,
-    /// A row every so many steps; the start and the end always have one.
+    /// The number of steps for each row; the start and the end always have a row.
     pub stride: u64,
-    /// How far each body reaches from its mass center \[m\], in the order of the system; empty: not known.
+    /// The largest distance of a point of each body from its mass center \[m\], in the order of
+    /// the system; empty if unknown.
     pub reach: Vec<f64>,
 }
 
@@ -67,21 +68,21 @@ pub struct Simulation {
 pub struct Encounter {
     /// When \[s\].
     pub time: f64,
-    /// Which two, from 0.
+    /// The indices of the two bodies, from 0.
     pub bodies: [usize; 2],
     /// Distance of their mass centers \[m\].
     pub distance: f64,
 }
 
-/// What a run came to.
+/// The result of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Run {
     /// Whether it came to the end; false: the observer ended it.
     pub finished: bool,
-    /// What theory says of the method.
+    /// The properties of the method.
     pub facts: Facts,
-    /// What the steps have cost.
+    /// The work of the steps.
     pub work: Work,
     /// Time that they took, without the observer's.
     pub stepping: Duration,
@@ -100,7 +101,7 @@ pub enum SimulationError {
     #[error(transparent)]
     Problem(#[from] ProblemError),
     /// The inputs are not one per actuator, or not finite.
-    #[error("{found} inputs, the maneuver has {expected}; each must be finite")]
+    #[error("{found} inputs are given, and the maneuver has {expected}; each must be finite")]
     Inputs {
         /// How many were given.
         found: usize,
@@ -108,10 +109,12 @@ pub enum SimulationError {
         expected: usize,
     },
     /// The integrators know no reaction wheels.
-    #[error("the integrators know no reaction wheels; propagate the maneuver by `verify::propagation`")]
+    #[error(
+        "the integrators do not support reaction wheels; propagate the maneuver by `verify::propagation`"
+    )]
     Wheels,
-    /// The duration of the maneuver is sought.
-    #[error("the duration of the maneuver is sought: nothing says how long its motion is to be followed")]
+    /// The duration of the maneuver is free.
+    #[error("the duration of the maneuver is free, so the length of its motion is unknown")]
     Sought,
     /// Duration, steps or stride are not positive.
     #[error("duration, steps and stride must be positive, and the duration finite")]
@@ -152,7 +155,8 @@ impl Simulation {
     /// A [`SimulationError`], also where the maneuver has reaction wheels.
     pub fn of(problem: &Problem, inputs: Option<&[f64]>) -> Result<Self, SimulationError> {
         match problem.check_numbers() {
-            // That is about the planner's steps, and the method will say it of ours.
+            // This error is about the planner's steps. The method reports it for the steps of the
+            // simulation.
             Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
             Err(error) => return Err(error.into()),
         }

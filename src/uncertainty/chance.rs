@@ -8,8 +8,9 @@
 //! its rate  r_i − |u*_ik+1 − u*_ik|/h ,   σ of the change of the correction, over h
 //! ```
 //!
-//! `P` of torques is the covariance of what is measured. Errors of neighbouring instants are one error, so the chance of the worst
-//! instant is near that of the whole plan; their sum is not.
+//! `P` of torques is the covariance of the measured state. Errors of neighbouring instants are
+//! correlated, so the chance of the worst instant is near the chance of the whole plan, and the
+//! sum of the chances is not.
 
 use super::Covariance;
 use crate::lie::hat;
@@ -20,7 +21,7 @@ use crate::optimize::discrete::linear_plan::LinearPlan;
 use crate::{Matrix3, Vector3};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// What is limited.
+/// The limited quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// The angle of a boresight from a cone \[rad\].
@@ -43,7 +44,7 @@ pub struct Worst {
     pub chance: f64,
     /// Standard deviation of what is limited then, in the unit of its [`Quantity`].
     pub sigma: f64,
-    /// How far the plan is from it then, without margin.
+    /// The distance of the plan from the limit at that time, without margin.
     pub room: f64,
 }
 
@@ -53,7 +54,7 @@ pub struct Worst {
 pub struct Chance {
     /// Its name.
     pub name: String,
-    /// What it limits.
+    /// The limited quantity.
     pub quantity: Quantity,
     /// Chance at each node, or in each step: the largest of its parts.
     pub nodes: Vec<f64>,
@@ -71,15 +72,16 @@ pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
-/// Part of a limit by which a plan that is at it may be beyond by round-off.
+/// The relative excess by which a plan at a limit may exceed it, due to round-off.
 const AT_LIMIT: f64 = 1e-9;
 
 /// Room and deviation of each part at an instant.
 type Instant = Vec<(f64, f64)>;
 
 impl Chance {
-    /// Of every constraint of a maneuver, beside those of the craft: without margins. Not of cones on which boresights are held: these
-    /// are off them with certainty.
+    /// Returns the chances of every constraint of a maneuver, for the limits of the craft and
+    /// without margins. Cones on which boresights are held are excluded, because a boresight
+    /// leaves them with certainty.
     pub fn of_constraints(problem: &Problem, plan: &LinearPlan, covariance: &Covariance) -> Vec<Self> {
         let craft = problem.of_craft();
         let held = |rule: &Rule| matches!(rule, Rule::Pointing(Pointing { side: Side::On { .. }, .. }));
@@ -87,7 +89,8 @@ impl Chance {
         judged.map(|constraint| Self::of(constraint, &craft, plan, covariance)).collect()
     }
 
-    /// Of every limit of the torques under gains, beside those of the craft; none open loop, where nothing is corrected.
+    /// Returns the chances of every limit of the torques with gains, for the limits of the craft;
+    /// empty in open loop, where no correction is made.
     pub fn of_limits(problem: &Problem, plan: &LinearPlan, covariance: &Covariance) -> Vec<Self> {
         let craft = problem.of_craft();
         let count = covariance.inputs.len();
@@ -130,7 +133,7 @@ impl Chance {
         all
     }
 
-    /// Of one constraint.
+    /// Returns the chance of one constraint.
     pub fn of(
         constraint: &Constraint,
         problem: &Problem,
@@ -172,7 +175,7 @@ impl Chance {
             let mut largest: f64 = 0.0;
             for (part, (room, sigma)) in parts.iter().enumerate() {
                 let found = Worst { node, chance: beyond(*room, *sigma), sigma: *sigma, room: *room };
-                // A number that is none is the worst there is.
+                // NaN counts as the worst value.
                 largest =
                     if found.chance > largest || found.chance.is_nan() { found.chance } else { largest };
                 match out.parts.get_mut(part) {
@@ -200,7 +203,8 @@ impl Chance {
 
 impl Worst {
     fn is_worse_than(&self, other: &Self) -> bool {
-        // Of instants at a limit, which are all as likely, the one of the largest deviation.
+        // Among instants at a limit, which have equal chances, selects the one with the largest
+        // deviation.
         let key = |worst: &Self| (worst.chance, -worst.room, worst.sigma);
         key(self) > key(other)
     }
@@ -222,7 +226,8 @@ fn deviation(covariance: &Matrix3, gradient: &Vector3) -> f64 {
     gradient.dot(&(covariance * gradient)).max(0.0).sqrt()
 }
 
-/// Room and deviation of the pair of a boresight and a direction whose chance is the largest, beside a cone without its margin.
+/// Returns the room and the deviation for the pair of a boresight and a direction with the
+/// largest chance, to a cone without its margin.
 fn beside_cone(
     cone: &Pointing,
     attitude: &Matrix3,

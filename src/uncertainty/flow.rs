@@ -95,7 +95,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         columns
     }
 
-    /// A covariance of the state as that of `[ζ; δΠ]`, rad and N·m·s.
+    /// Converts a covariance of the state to that of `[ζ; δΠ]`, rad and N·m·s.
     fn si(&self, state: &Square<N>) -> Matrix6 {
         let unit = |row: usize| self.plan.unit(row);
         Matrix6::from_fn(|row, column| state[(row, column)] * unit(row) * unit(column))
@@ -200,7 +200,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.ended(along, &end, &moved)
     }
 
-    /// The set of motions beside the plan: start and noise carried as one, parameters as segments beside it.
+    /// Returns the set of motions near the plan: start and noise are propagated as one ellipsoid,
+    /// parameters as segments.
     pub fn bound(&self) -> Bounded {
         let (plan, count) = (self.plan, self.plan.count());
         let every = self.gains.map_or(1, |gains| gains.every);
@@ -238,14 +239,14 @@ impl<'a, const N: usize> Flow<'a, N> {
     fn tell(&self, along: &mut Covariance, p: &Square<N>, s: &Columns<N>) {
         let node = along.states.len();
         along.states.push(self.si(&(p + self.of_parameters(s))));
-        // δΩ = J₀⁻¹ (δΠ − δJ Ω*), where the momentum is that of the true body.
+        // δΩ = J₀⁻¹ (δΠ − δJ Ω*), with the momentum of the true body.
         let momenta = Self::part(&(p + self.of_parameters(&(s - self.of_known_rate(node)))));
         let to_rates =
             self.plan.momentum_of_rate().try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         along.rates.push(to_rates * momenta.fixed_view::<3, 3>(3, 3) * to_rates.transpose());
     }
 
-    /// What is told of the end: rates in place of momenta.
+    /// Adds the covariance at the end, with rates in place of momenta.
     fn ended(&self, along: Covariance, end: &Matrix6, moved: &Columns<N>) -> Covariance {
         let to_rates = self.of_rates().try_inverse().unwrap_or_else(|| Matrix6::repeat(f64::NAN));
         let columns = Self::whole(&to_rates) * (moved - self.of_known_rate(self.plan.count()));
@@ -326,7 +327,7 @@ impl<const N: usize> Tick<N> {
         self.noise = a * self.noise * a.transpose() + noise;
     }
 
-    /// What start, sensors and torque make of the state now.
+    /// Returns the contributions of start, sensors and torque to the present state.
     fn parts(&self, sensors: &Square<N>) -> [Square<N>; 3] {
         [
             self.state * self.p * self.state.transpose(),

@@ -1,26 +1,31 @@
-//! What is not known of a craft, carried along a plan: covariances of attitude and rate, open loop and under gains.
+//! The uncertainty of a craft, propagated along a plan: covariances of attitude and rate, in open
+//! loop and with gains.
 //!
-//! The linearised Lie group flow carries an ellipsoid `{R* exp S(ζ), Π* + δΠ : zᵀP⁻¹z ≤ 1}` (Lee, Sanyal, Leok, McClamroch,
-//! *Deterministic global attitude estimation*, 2006), and covariances by the same matrices. With the gains `G = B K`, noise of the
-//! torque of intensity `S_w`, noise of the sensors of covariance `R_s` fresh at each step, and parameters `p` that are the same at
-//! every step:
+//! The linearised Lie group flow propagates an ellipsoid `{R* exp S(ζ), Π* + δΠ : zᵀP⁻¹z ≤ 1}`
+//! (Lee, Sanyal, Leok, McClamroch, *Deterministic global attitude estimation*, 2006), and
+//! covariances by the same matrices. Let the gains be `G = B K`. The torque has noise of
+//! intensity `S_w`, the sensors have noise of covariance `R_s`, independent at each step, and the
+//! parameters `p` are constant over the steps:
 //!
 //! ```text
 //! z_{k+1} = A_k z_k − B_k G_k (z_k + C_k p + ν_k) + E_k p + B_k η_k ,      cov η = S_w/h
 //! P = P_noise + S_k Σ_p S_kᵀ ,      S_{k+1} = (A − B G) S_k + E_k − B G C_k
 //! ```
 //!
-//! A correction that is held over several steps belongs to what was measured before the first of them. Within such a tick
+//! A correction that is held over several steps uses the measurement before the first of them.
+//! Within such a tick
 //!
 //! ```text
 //! z_j = Φ_j z_0 − Ψ_j (ν + C p) + w_j ,      Φ_{j+1} = A_j Φ_j − B_j G ,      Ψ_{j+1} = A_j Ψ_j + B_j G ,      Φ_0 = I, Ψ_0 = 0
 //! ```
 //!
-//! A constant error of a parameter acts at every step with the same sign: as noise of each step it would come out several times too
-//! small. `E_k` and `C_k` are those of `optimize::discrete::linear_plan`.
+//! A constant error of a parameter acts at every step with one sign. Treated as independent noise
+//! it would appear several times too small. `optimize::discrete::linear_plan` defines `E_k` and
+//! `C_k`.
 //!
-//! [`Bounded`] is the set-valued version, of errors that stay within bounds and have no distribution: an ellipsoid that holds every
-//! motion beside the plan, to first order. Sets add up as `⊕`, of which the ellipsoid of least trace about it is
+//! [`Bounded`] is the set-valued version for errors that stay within bounds and have no
+//! distribution: an ellipsoid that contains every motion near the plan, to first order. Sets add
+//! up as `⊕`. The ellipsoid of least trace about the sum is
 //!
 //! ```text
 //! {A_1} ⊕ … ⊕ {A_n} ⊂ {P} ,     P = (Σ √tr A_i) Σ A_i/√tr A_i
@@ -39,7 +44,7 @@ use crate::feedback::Gains;
 use crate::optimize::discrete::linear_plan::{LinearPlan, Matrix6, Parameter, Vector6};
 use flow::Flow;
 
-/// What is not known of a craft: one standard deviation each, SI units, body axes.
+/// The uncertainty of a craft: one standard deviation each, SI units, body axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Uncertainty {
     /// Covariance of the start, `[ζ; δΩ]`, rad and rad/s: true minus planned.
@@ -56,17 +61,19 @@ pub struct Uncertainty {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Covariance {
-    /// Of `[ζ; δΠ]`, rad and N·m·s, at each node; beside torques at nodes of the momenta after a full kick.
+    /// The covariance of `[ζ; δΠ]`, rad and N·m·s, at each node; for torques at nodes, of the
+    /// momenta after a full kick.
     pub states: Vec<Matrix6>,
-    /// Of the physical `[ζ; δΩ]` at the end, rad and rad/s: true minus planned.
+    /// The covariance of the physical `[ζ; δΩ]` at the end, rad and rad/s: true minus planned.
     pub end: Matrix6,
     /// The part of it that the parameters make.
     pub end_of_parameters: Matrix6,
     /// `∂[ζ; δΩ]/∂p` at the end, 6 numbers a parameter.
     pub end_by_parameter: Vec<Vector6>,
-    /// Of the physical `δΩ` at each node, (rad/s)²: true minus planned; beside torques at nodes of the rates after a full kick.
+    /// The covariance of the physical `δΩ` at each node, (rad/s)²: true minus planned; for
+    /// torques at nodes, of the rates after a full kick.
     pub rates: Vec<Matrix3>,
-    /// Of the correction of the torque, body axes, (N·m)², for each step.
+    /// The covariance of the correction of the torque, body axes, (N·m)², for each step.
     pub torque: Vec<Matrix3>,
     /// Standard deviation of the correction of each input, SI, for each step; empty open loop.
     pub inputs: Vec<Vec<f64>>,
@@ -91,7 +98,7 @@ impl Covariance {
         self.end.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })
     }
 
-    /// Which part of the variance of each number at the end a parameter makes.
+    /// Returns the part of the variance of each number at the end that each parameter causes.
     pub fn shares(&self, uncertainty: &Uncertainty) -> Vec<(String, Vector6)> {
         let share = |(column, (name, _, sigma)): (&Vector6, &(String, Parameter, f64))| {
             let part = Vector6::from_fn(|row, _| {
@@ -104,9 +111,10 @@ impl Covariance {
     }
 }
 
-/// Ellipsoids `{z : zᵀP⁻¹z ≤ 1}` along a plan that hold every motion beside it, to first order, where each source of error is
-/// anywhere within one deviation of what [`Uncertainty`] says: start and noise within their ellipsoids (noise of the torque as its
-/// mean over a step), each parameter in its interval.
+/// Ellipsoids `{z : zᵀP⁻¹z ≤ 1}` along a plan that contain every motion near it, to first order,
+/// if each source of error is anywhere within one deviation of [`Uncertainty`]: start and noise
+/// within their ellipsoids (noise of the torque as its mean over a step), each parameter in its
+/// interval.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Bounded {

@@ -1,4 +1,4 @@
-//! How far a boresight is from where it should point, from the covariance of the attitude.
+//! The pointing error of a boresight, from the covariance of the attitude.
 
 use crate::lie::hat;
 use crate::{Matrix3, Vector3};
@@ -26,7 +26,8 @@ impl Radius {
     /// Bisections to round-off.
     const BISECTIONS: usize = 60;
 
-    /// Of the boresight `boresight`, body axes, under the covariance of `ζ`: that of `S(b) ζ` is `S(b) P S(b)ᵀ`.
+    /// Returns the pointing error of `boresight`, body axes, for the covariance `P` of `ζ`: the
+    /// covariance of `S(b) ζ` is `S(b) P S(b)ᵀ`.
     pub fn of(boresight: &Vector3, covariance: &Matrix3) -> Self {
         let lever = hat(boresight);
         if !covariance.iter().all(|value| value.is_finite()) {

@@ -1,4 +1,4 @@
-//! Covariances against reference values and against motions beside the plan.
+//! Compares covariances with reference values and with motions near the plan.
 
 use super::chance::Chance;
 use super::*;
@@ -21,7 +21,7 @@ fn near<const R: usize, const C: usize>(
     assert!(apart <= part, "{what}: {apart:e}\n{found}\n{expected}");
 }
 
-/// A plan of the references, gains of three kinds, and what is uncertain as a file says it.
+/// Returns a plan of the references, gains of three kinds, and the uncertainty in the file.
 fn gains(linear: &LinearPlan, key: &str) -> Option<Gains> {
     let kind = match key {
         "open" | "open_loop" => return None,

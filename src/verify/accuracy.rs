@@ -1,32 +1,34 @@
-//! How far the motion under the recorded torques misses, and how many steps would do.
+//! The miss of the motion under the recorded torques, and the number of steps that would suffice.
 
 use super::Verification;
 use crate::maneuver::Problem;
 use serde::{Deserialize, Serialize};
 
-/// The accuracy of the continuous motion that is asked for where nothing else is said, in degrees.
+/// The default accuracy that the continuous motion should have, in degrees.
 pub const DEFAULT_ACCURACY_DEG: f64 = 0.01;
 
-/// What the motion under the recorded torques misses the end attitude by.
+/// The miss of the end attitude by the motion under the recorded torques.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Accuracy {
-    /// By how much, in degrees; not finite where the witness did not come to an end.
+    /// The miss in degrees; not finite if the witness did not reach the end.
     pub continuous_attitude_deg: f64,
-    /// What is wanted, in degrees: the continuous tolerance of the spec, else [`DEFAULT_ACCURACY_DEG`].
+    /// The required accuracy in degrees: the continuous tolerance of the spec, else
+    /// [`DEFAULT_ACCURACY_DEG`].
     pub wanted_deg: f64,
-    /// About how many steps reach that; `None` where these do, or where no number of them will.
+    /// The approximate number of steps that reaches the accuracy; `None` if the present number
+    /// does, or if no number can.
     pub steps: Option<usize>,
 }
 
 impl Accuracy {
-    /// What is added to the number of steps, since the order is measured to some percent.
+    /// The factor on the number of steps, because the order is measured to some percent.
     const RESERVE: f64 = 1.15;
 
     /// The miss of the plan that was verified; `wanted` \[rad\] is the continuous tolerance, where there is one.
     ///
-    /// The miss falls as a power of the step, the measured order of convergence, or that of the scheme where none was
-    /// measured; steps are given to two digits.
+    /// Estimates the steps. The miss falls as a power of the step: the measured order of
+    /// convergence, or the order of the scheme if none was measured. Steps have two digits.
     pub fn of(found: &Verification, problem: &Problem, wanted: Option<f64>) -> Self {
         let missed = found.continuous_attitude_rad.to_degrees();
         let wanted_deg = wanted.map_or(DEFAULT_ACCURACY_DEG, f64::to_degrees);

@@ -5,12 +5,12 @@
 //! ```text
 //! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = (Π + μ) × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
 //! ```
-//! and `μ̇ = −τ` where wheels make the torque τ: under a torque linear in time, a quadratic;
-//! with q the inertial attitude quaternion, and field and frame evaluated at every stage. The torque
-//! jumps at the nodes of the plan, so each of its steps is a series or an integration of its own. What is
-//! integrated is the change over that step, in units of `T`, the mean moment of inertia, the mass and
-//! the length of the maneuver; the sum of the changes is compensated. Rounding is then relative to
-//! the changes, and the end is good to 1e-13 after 10 steps as after 10⁶.
+//! and `μ̇ = −τ` for wheels with the torque τ. A torque linear in time makes μ quadratic. q is
+//! the inertial attitude quaternion. Field and frame are evaluated at every stage. The torque
+//! jumps at the nodes of the plan, so each of its steps is one series or one integration. The
+//! integrated quantity is the change over that step, in units of `T`, the mean moment of inertia,
+//! the mass and the length of the maneuver. The sum of the changes is compensated. Rounding is
+//! then relative to the changes, and the end is accurate to 1e-13 after 10 steps and after 10⁶.
 
 use super::compensated::Compensated;
 use super::motion::{Phase, Scale, angular_velocity};
@@ -28,8 +28,8 @@ use nalgebra::SVector;
 /// Error allowed per unit of scaled time, relative to the speed of each change.
 const TOLERANCE: f64 = 1e-14;
 
-/// Internal steps, or series, within one step of the plan. A fraction of a turn takes one, and no step of a plan turns by
-/// half a turn: what takes more is no plan, and is not worth the wait.
+/// The largest number of internal steps, or series, within one step of the plan. A fraction of a
+/// turn needs one. No step of a plan turns by half a turn, so a step that needs more is no plan.
 const MAX_STEPS: usize = 4096;
 const MOST_PARTS: u32 = 4096;
 
@@ -47,7 +47,7 @@ pub(crate) struct Continuous<'a> {
 
 /// How the change over a step is found.
 enum Road {
-    /// As a series; into how many parts the last step was divided.
+    /// A series; the number of parts into which the last step was divided.
     Series {
         parts: u32,
     },
@@ -56,7 +56,7 @@ enum Road {
 }
 
 impl<'a> Continuous<'a> {
-    /// By the series where it serves.
+    /// Uses the series if it applies.
     pub(crate) fn new(plant: &'a Plant<'a>, start: &Phase) -> Self {
         if plant.needs_pose() {
             Self::adaptive(plant, start)
@@ -65,7 +65,7 @@ impl<'a> Continuous<'a> {
         }
     }
 
-    /// By Verner's pair, whatever acts.
+    /// Uses Verner's pair for any forces and torques.
     pub(crate) fn adaptive(plant: &'a Plant<'a>, start: &Phase) -> Self {
         let road = if plant.moves {
             Road::RigidBody(Box::new(verner98()))
@@ -75,7 +75,7 @@ impl<'a> Continuous<'a> {
         Self { base: Base::new(plant, start), road }
     }
 
-    /// What it is called.
+    /// Returns the name of the method.
     pub(super) fn method(&self) -> &'static str {
         match self.road {
             Road::Series { .. } => "Taylor series",
@@ -83,7 +83,8 @@ impl<'a> Continuous<'a> {
         }
     }
 
-    /// From `time` over `step` \[s\], the outputs linear in time between `start` and `end`.
+    /// Advances from `time` over `step` \[s\]; the outputs are linear in time between `start` and
+    /// `end`.
     pub(crate) fn advance(
         &mut self,
         time: f64,
@@ -130,7 +131,7 @@ struct Base<'a> {
     /// Body → inertial.
     quaternion: Compensated<4, 1>,
     momentum: Compensated<3, 1>,
-    /// What the wheels store, where there are any.
+    /// The momentum in the wheels, if the body has wheels.
     stored: Option<Compensated<3, 1>>,
     position: Compensated<3, 1>,
     linear_momentum: Compensated<3, 1>,

@@ -1,5 +1,6 @@
-//! What the witnesses see on the way, for pictures: how far the continuous motion is from the discrete one at each
-//! node, and how far both stay from every cone on each step.
+//! The results of the witnesses along the motion, for charts: the difference between the
+//! continuous and the discrete motion at each node, and the distance of both from every cone on
+//! each step.
 
 use super::continuous::Continuous;
 use super::discrete::Discrete;
@@ -26,15 +27,17 @@ pub struct Course {
     pub clearances: Vec<Clearance>,
 }
 
-/// How far a motion stays from the cones of one constraint \[rad\]: on each step the smallest distance, of all pairs of
-/// boresight and direction, to the cone with its margin; negative: violated, infinite: it does not act. `N` values each.
+/// The clearance of a motion from the cones of one constraint \[rad\]. For each step it is the
+/// smallest distance, over all pairs of boresight and direction, to the cone with its margin. A
+/// negative value is a violation; an infinite one means that the constraint is not active. `N`
+/// values each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearance {
     /// Name of the constraint.
     pub name: String,
-    /// Of the discrete motion, at the nodes and on the arcs between them.
+    /// The clearance of the discrete motion, at the nodes and on the arcs between them.
     pub discrete: Vec<f64>,
-    /// Of the continuous motion under the held torque.
+    /// The clearance of the continuous motion under the held torque.
     pub continuous: Vec<f64>,
 }
 
@@ -46,7 +49,7 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
     problem.check_numbers()?;
     rows::fit(problem, trajectory)?;
     if problem.seeks_duration() && trajectory.time.len() == 1 {
-        // Of no duration: the body stays.
+        // A maneuver of zero duration: the body does not move.
         let left = vec![lie::minus(&problem.start.attitude, &problem.end.attitude).norm()];
         return Ok(Course {
             apart: vec![0.0],
@@ -55,7 +58,7 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
             clearances: vec![],
         });
     }
-    // Of least time and fuel the steps are not equal.
+    // The steps of least time and fuel are not equal.
     let grid = rows::grid(problem, trajectory)?;
     let flown = problem.clone().with_duration(grid.duration());
     let problem = &flown;

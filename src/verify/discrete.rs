@@ -6,7 +6,8 @@
 //! Lie–Euler   Π̃ = Π,                   γ̃ = γ,                     b = h
 //! Lie–Verlet  Π̃ = Π + (h/2)(M + τ),    γ̃ = γ + (h/2)(f + f_u),    b = h/2
 //! ```
-//! With wheels that store `μ = Σ a_i h_i`, `H = Π + μ`, and `u` the torque of the wheels on the body:
+//! For wheels that store `μ = Σ a_i h_i`, let `H = Π + μ`, and let `u` be the torque of the
+//! wheels on the body:
 //!
 //! ```text
 //! h S(H̃ − (I + S(c) + c cᵀ) μ̃) = F J_d − J_d Fᵀ ,  F = cay(c) ,   H⁺ = FᵀH̃ + b M⁺ ,   μ⁺ = μ̃ − b τ⁺
@@ -41,7 +42,7 @@ pub(crate) struct Discrete<'a> {
     /// Body → inertial.
     attitude: Compensated<3, 3>,
     momentum: Compensated<3, 1>,
-    /// What the wheels store, where there are any.
+    /// The momentum in the wheels, if the body has wheels.
     stored: Option<Compensated<3, 1>>,
     /// The drift that led to the node reached.
     arc: Option<Arc>,

@@ -14,7 +14,7 @@ use crate::maneuver::constraint::Arc;
 use crate::maneuver::solution::Trajectory;
 use crate::propagate::plant::Plant;
 
-/// What the witnesses of the held torque find.
+/// The results of the witnesses of the held torque.
 pub(super) struct Held {
     pub method: &'static str,
     pub end: Phase,
@@ -25,7 +25,7 @@ pub(super) struct Held {
     pub windows: Result<OnWindows, WitnessError>,
 }
 
-/// What the witnesses find on the windows.
+/// The results of the witnesses on the windows.
 pub(super) struct OnWindows {
     /// Steps of the plan, and number of windows.
     pub steps: usize,
@@ -35,9 +35,9 @@ pub(super) struct OnWindows {
     pub order: order::Comparison,
 }
 
-/// What the symplectic witness finds.
+/// The results of the symplectic witness.
 pub(super) struct Symplectic {
-    /// End of the last window, which is that of the plan.
+    /// The end of the last window, which is the end of the plan.
     pub end: Phase,
     pub order: usize,
     pub apart: f64,
@@ -67,7 +67,7 @@ pub(super) fn held_witnesses(
                     Ok(Symplectic { end: ends[ends.len() - 1], order, apart, limit })
                 }
             };
-            // Too many finer steps say nothing that the coarser ones have not said.
+            // If the finer levels need too many steps, the coarser ones decide alone.
             if next.is_err() && symplectic.is_ok() {
                 break;
             }
@@ -88,7 +88,7 @@ pub(super) fn held_witnesses(
 /// that by the square of their length, a small part of what the discrete motion strays by (`tests/it/witnesses/margins.rs`).
 pub(super) const PIECES: usize = 8;
 
-/// What the continuous witness has passed.
+/// The data that the continuous witness records along the plan.
 struct Passage {
     end: Phase,
     method: &'static str,

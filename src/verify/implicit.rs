@@ -120,7 +120,7 @@ impl Implicit {
             let x = f.norm_squared();
             let ((a, da), (b, db)) = (horner(&A, x), horner(&B, x));
             let mut residual = g - (a * jf + b * fjf);
-            // By columns: S(f) J has f × J_i, S(Jf) has Jf × e_i.
+            // Column by column: S(f) J has f × J_i, S(Jf) has Jf × e_i.
             let bend = 2.0 * (da * jf + db * fjf);
             let column = |i: usize| {
                 let column = Vector3::from(self.j.column(i));
@@ -140,8 +140,8 @@ impl Implicit {
                 return None;
             }
             f += step;
-            // At round-off the change no longer shrinks; an ill-conditioned inertia stops there
-            // earlier than at 4 ulps of f, with a residual that is as small.
+            // The change stops shrinking at round-off. With an ill-conditioned inertia it stops
+            // before 4 ulps of f, with an equally small residual.
             let size = g.amax().max(spin.norm() * f.norm());
             let stagnates = change >= 0.5 * last && residual.amax() <= 64.0 * f64::EPSILON * size;
             let norm = f.norm();
@@ -193,7 +193,7 @@ mod tests {
             let rotation = Matrix3::from_row_slice(&numbers(&case["F"]));
             let f =
                 Implicit::new(&Inertia::new(j).unwrap()).solve(&(h * momentum), &Vector3::zeros()).unwrap();
-            // At the limit the derivative is nearly singular and halves the digits.
+            // The derivative is nearly singular at the limit, which halves the digits.
             let tolerance = if expected.norm() > 1.5 { 1e-6 } else { 1e-14 };
             assert!((f - expected).norm() <= tolerance * expected.norm(), "case {index}: {f} {expected}");
             let error = (exp_minus_identity(&f) + Matrix3::identity() - rotation).amax();
@@ -227,8 +227,9 @@ mod tests {
         }
     }
 
-    /// With wheels, about a principal axis: `J sin t + (1 + tan²(t/2)) hμ = hH`. Any size and sign of the
-    /// momenta, the wheels' much larger than the body's too; and the equation itself in all directions.
+    /// Checks wheels about a principal axis: `J sin t + (1 + tan²(t/2)) hμ = hH`. The momenta
+    /// have any size and sign, also much larger than the momentum of the body. The equation
+    /// itself is checked in all directions.
     #[test]
     fn wheels_on_a_principal_axis_are_a_scalar_equation() {
         let j = Vector3::new(1.0, 2.0, 2.5);
@@ -239,7 +240,8 @@ mod tests {
                 let g = 2.0 * t.sin() + (t / 2.0).tan().powi(2) * spin;
                 let solved = implicit.solve(&Vector3::new(0.0, g, 0.0), &Vector3::new(0.0, spin, 0.0));
                 let monotone = 2.0 * t.cos() + (t / 2.0).tan() / (t / 2.0).cos().powi(2) * spin > 0.0;
-                // Beyond the turning point of the scalar equation the angle asked for is not the physical one.
+                // The angle is not the physical one beyond the turning point of the scalar
+                // equation.
                 if monotone && spin.abs() < 100.0 {
                     let f = solved.unwrap_or_else(|| panic!("{spin} {angle}"));
                     assert!(

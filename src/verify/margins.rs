@@ -1,11 +1,13 @@
-//! How far a motion stays from every limit and constraint, at the nodes and on the arcs between them.
+//! The margins of a motion to every limit and constraint, at the nodes and on the arcs between
+//! them.
 //!
-//! On an arc the body turns at the one rate `f/h` about one axis, so the rate is checked there as at the
-//! nodes, and every cone where its boresight is nearest to the rim ([`crate::maneuver::constraint::Arc`]). The torque of a
-//! plan is held over each step, and the momentum of its wheels is linear there: their limits need the nodes only.
+//! On an arc the body turns at the rate `f/h` about one axis, so the rate is checked there as at
+//! the nodes. Every cone is checked where its boresight is nearest to the rim
+//! ([`crate::maneuver::constraint::Arc`]). The torque of a plan is held over each step, and the
+//! momentum of its wheels is linear there: their limits need the nodes only.
 //!
-//! That is the discrete motion. Under the same held torque the continuous one is a little elsewhere, and has
-//! margins of its own ([`Margin::continuous_margin`]).
+//! These are margins of the discrete motion. The continuous motion under this held torque differs
+//! slightly and has its own margins ([`Margin::continuous_margin`]).
 
 mod at_nodes;
 
@@ -19,7 +21,7 @@ use crate::numerics::figures::short;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// How far a plan stays from one limit or constraint, at the nodes and on the arcs between them.
+/// The margin of a plan to one limit or constraint, at the nodes and on the arcs between them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Margin {
@@ -38,7 +40,8 @@ pub struct Margin {
     pub scaled: f64,
     /// When \[s\].
     pub time_s: f64,
-    /// Which input, axis, wheel, or pair of boresight and direction, in words; empty where there is one.
+    /// The input, the axis, the wheel, or the pair of boresight and direction, in words; empty if
+    /// only one exists.
     pub at: String,
 }
 
@@ -56,11 +59,11 @@ impl Margin {
         limit.first.checked_add(index)
     }
 
-    /// What a limit may be missed by, scaled, and still counts as held.
+    /// The largest scaled violation with which a limit still counts as kept.
     pub const ROUND_OFF: f64 = 1e-9;
 }
 
-/// In words: `"torque limit" is missed by 0.32 N·m at t = 4.2 s (input 2)`.
+/// Displays the margin in words: `"torque limit" is missed by 0.32 N·m at t = 4.2 s (input 2)`.
 impl fmt::Display for Margin {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (size, time) = (short(self.margin.abs()), short(self.time_s));
@@ -82,7 +85,7 @@ pub fn worst_violation(margins: &[Margin]) -> f64 {
     })
 }
 
-/// One limit or constraint and the smallest margin met so far.
+/// One limit or constraint and its smallest margin so far.
 struct Entry<'a> {
     name: String,
     unit: &'static str,
@@ -90,7 +93,7 @@ struct Entry<'a> {
     smallest: Smallest,
 }
 
-/// What is held against what.
+/// The limited quantity and its limit.
 enum What<'a> {
     Input(InputLimit<'a>),
     Rule(&'a Rule),
@@ -101,7 +104,7 @@ struct Smallest {
     margin: f64,
     scaled: f64,
     time: f64,
-    /// Which input, axis, wheel or pair.
+    /// The number of the input, axis, wheel or pair.
     index: usize,
 }
 
@@ -120,7 +123,7 @@ impl Smallest {
         }
     }
 
-    /// Each value against its limit; infinite limits are none.
+    /// Compares each value with its limit; an infinite limit does not exist.
     fn meet_all(&mut self, values: impl IntoIterator<Item = (f64, f64)>, time: f64) {
         for (index, (value, limit)) in values.into_iter().enumerate() {
             if limit.is_finite() {
@@ -221,8 +224,8 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// What was met. A limit that nothing was held against has no margin, and that is NaN; a constraint that acts at times of which
-    /// the motion has none is left out.
+    /// Returns the margins. A limit without values has the margin NaN. A constraint that is
+    /// active only at times outside of the motion is omitted.
     pub(crate) fn margins(&self) -> Vec<Margin> {
         self.entries.iter().filter(|entry| entry.has_acted()).map(Entry::margin).collect()
     }
@@ -233,7 +236,7 @@ fn pairs<'a>(values: &'a [f64], limits: &'a [f64]) -> impl Iterator<Item = (f64,
 }
 
 impl Entry<'_> {
-    /// Whether it acts always, or has come to act.
+    /// Returns whether the constraint is always active, or has been active.
     fn has_acted(&self) -> bool {
         let What::Rule(Rule::Pointing(pointing)) = self.what else { return true };
         pointing.during.given().is_none() || self.smallest.scaled != f64::INFINITY
@@ -254,7 +257,7 @@ impl Entry<'_> {
         }
     }
 
-    /// Which of several.
+    /// Names one of several items by its number.
     fn which(&self, index: usize) -> String {
         let one_of = |what: &str, index: usize, count: usize| {
             if count > 1 { format!("{what} {}", index + 1) } else { String::new() }

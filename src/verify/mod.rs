@@ -10,7 +10,7 @@
 //! - The first two must describe one motion: over the windows, with that held torque and ever shorter steps, the first
 //!   converges to the second at the order of the scheme, or to round-off.
 //!
-//! Over how many steps each ran stands in [`Verification::witnesses`].
+//! [`Verification::witnesses`] states over how many steps each witness ran.
 //!
 //! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes, rates
 //! and torques are compared with what they find.
@@ -57,22 +57,33 @@ use watch::Watch;
 
 /// Judges a plan for `problem` by all witnesses.
 ///
-/// `tolerance` limits the scaled terminal error of the discrete witness (of a plan that lands, whose target is a recorded state,
-/// as that of those), `continuous_tolerance` \[rad\] the attitude
-/// error of the continuous one, and how far it may violate a cone. Whatever the numbers in `trajectory`, this
-/// returns: what cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
+/// `tolerance` limits the scaled terminal error of the discrete witness. For a plan that lands,
+/// the target is a recorded state, and `tolerance` limits the error of recorded states.
+/// `continuous_tolerance` \[rad\] limits the attitude error of the continuous witness and its
+/// violation of a cone. The function returns for any numbers in `trajectory`: a quantity that
+/// cannot be computed is NaN in a failed check, with the reason in [`Verification::failure`].
 ///
-/// The checks, by name: `finite`, `discrete terminal`, `recorded states`, `recorded motion` where the plan
-/// lands and has the true motion on record, `total momentum` where wheels alone
-/// turn the body, `constraints` where there are any
-/// (the worst scaled violation at and between the nodes, against [`Margin::ROUND_OFF`]), `way round` where the problem
-/// asks for one (1 where the path goes the other way), `inputs off or at a limit` and `shortest pulse` where there is a shortest
-/// pulse (the part of it by which one is shorter), `order`
-/// (`round-off` when the witnesses agree to round-off), `symplectic witness` where that one can judge,
-/// `continuous terminal`, `continuous state` where the plan lands (rate, position and velocity of the end, scaled), and
-/// `continuous constraints` where a tolerance is given and there are rates or cones to hold: the
-/// worst that the continuous motion exceeds one by, \[rad\] or a part of the limit of a rate. Without a tolerance the continuous motion may miss the end by a quarter of the angle that the body turns, or 5° where that is
-/// less, and by 45° at most: beyond that the steps are too coarse to stand for a motion.
+/// The checks have these names:
+/// - `finite`
+/// - `discrete terminal`
+/// - `recorded states`
+/// - `recorded motion`, if the plan lands and records the true motion
+/// - `total momentum`, if wheels alone turn the body
+/// - `constraints`, if there are any: the worst scaled violation at and between the nodes, with
+///   the limit [`Margin::ROUND_OFF`]
+/// - `way round`, if the problem requests a homotopy class: 1 if the path has the other one
+/// - `inputs off or at a limit` and `shortest pulse`, if the maneuver has a shortest pulse: the
+///   part by which a pulse is too short
+/// - `order`, or `round-off` if the witnesses agree to round-off
+/// - `symplectic witness`, if it can judge
+/// - `continuous terminal`
+/// - `continuous state`, if the plan lands: rate, position and velocity at the end, scaled
+/// - `continuous constraints`, if a tolerance is given and the maneuver has rate limits or cones:
+///   the worst violation by the continuous motion, in \[rad\] or relative to the limit of a rate
+///
+/// Without a tolerance the continuous motion may miss the end by a quarter of the angle that the
+/// body turns, at least 5° and at most 45°. A larger miss means that the steps are too coarse to
+/// represent a motion.
 pub fn verify(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -82,8 +93,8 @@ pub fn verify(
     verify_until(problem, trajectory, tolerance, continuous_tolerance, &|| false)
 }
 
-/// As [`verify`], unless `stop` says so: it is asked every few steps. What was stopped is not verified, and
-/// [`Verification::was_stopped`].
+/// Verifies as [`verify`] does, but stops when `stop` returns true; the witnesses call it every
+/// few steps. A stopped plan is not verified: [`Verification::was_stopped`].
 pub fn verify_until(
     problem: &Problem,
     trajectory: &Trajectory,
@@ -143,7 +154,7 @@ pub fn verify_until(
             Err(_) => pulses::UNKNOWN,
         };
         found.at_most("inputs off or at a limit", pulses.between, pulses::AT_LIMIT);
-        // No pulse at all is none that is too short.
+        // A plan without pulses has no pulse that is too short.
         let missing = if pulses.shortest == f64::INFINITY { 0.0 } else { 1.0 - pulses.shortest / asked };
         found.at_most("shortest pulse", missing, pulses::ROUND_OFF);
     }
@@ -178,7 +189,8 @@ pub fn verify_until(
     }
     let wide = continuous_tolerance.unwrap_or_else(|| miss_allowed(rows::turned(trajectory)));
     found.at_most("continuous terminal", found.continuous_attitude_rad, wide);
-    // The discrete motion meets a target of its own: the rate of the end, and place and velocity, are met by the true one alone.
+    // The discrete motion meets its own target. Only the true motion meets the rate, the position
+    // and the velocity of the end.
     if trajectory.target.is_some() {
         found.at_most("continuous state", continuous_state, wide);
     }
@@ -190,8 +202,8 @@ pub fn verify_until(
     found
 }
 
-/// Which of the two ways round a recorded path goes; `None` where both are equally long, where the motion without inputs cannot be
-/// followed, which tells them apart, and where `stop` says so.
+/// Returns the sense of a recorded path. Returns `None` if both ways have one length, if the
+/// motion without inputs, which separates them, cannot be propagated, or if `stop` returns true.
 #[must_use]
 pub fn sense(problem: &Problem, trajectory: &Trajectory, stop: &dyn Fn() -> bool) -> Option<Sense> {
     let stopped = AtomicBool::new(false);
@@ -228,15 +240,16 @@ fn at_rest(problem: &Problem, trajectory: &Trajectory, tolerance: f64) -> Verifi
     found
 }
 
-/// Part of the angle turned by which the continuous motion may miss the end where no tolerance is given.
+/// The part of the angle turned by which the continuous motion may miss the end without a given
+/// tolerance.
 const MISSED: f64 = 0.25;
 
-/// What that is at least and at most \[deg\].
+/// The least and the largest allowed miss \[deg\].
 const MISSED_LEAST_DEG: f64 = 5.0;
 const MISSED_MOST_DEG: f64 = 45.0;
 
-/// How far the continuous motion may miss the attitude of the end \[rad\] where no tolerance is given, if the body turns
-/// by `turned` \[rad\] on its way.
+/// Returns the attitude error at the end \[rad\] that the continuous motion may have without a
+/// given tolerance, if the body turns by `turned` \[rad\].
 fn miss_allowed(turned: f64) -> f64 {
     (MISSED * turned).clamp(MISSED_LEAST_DEG.to_radians(), MISSED_MOST_DEG.to_radians())
 }
@@ -245,27 +258,30 @@ fn miss_allowed(turned: f64) -> f64 {
 /// what anyone would want to know.
 const RECORDED: f64 = 1e-9;
 
-/// Scaled difference that two flows of the true motion may have over many turns; what a plan that lands is asked for.
+/// The scaled difference of two flows of the true motion after many turns that a plan that lands
+/// may have.
 const FLOWN: f64 = 1e-6;
 
-/// What the checks need beside the numbers of a [`Verification`]; NaN and `None` where a witness failed.
+/// The numbers that checks need in addition to a [`Verification`]; NaN and `None` if a witness
+/// failed.
 struct Judged {
     /// Largest scaled difference between recorded and found states.
     recorded: f64,
-    /// The same of the true motion, where that is on record.
+    /// The error of the recorded true motion, if it is recorded.
     flown: Option<f64>,
-    /// What the continuous motion misses of the end beside the attitude, scaled, the largest.
+    /// The largest error of the continuous motion at the end, apart from the attitude, scaled.
     continuous_state: f64,
     /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the body.
     momentum_drift: Option<f64>,
-    /// Whether the path goes round as asked, where one way is asked for.
+    /// Whether the path has the requested homotopy class, if one is requested.
     goes_as_asked: Option<bool>,
     /// Worst scaled violation of a limit or constraint.
     violation: f64,
-    /// How far the continuous motion exceeds a constraint, at most: \[rad\], or of a rate the part of its limit.
+    /// The largest violation of a constraint by the continuous motion: \[rad\], or relative to
+    /// the limit of a rate.
     continuous_violation: f64,
     comparison: Option<order::Comparison>,
-    /// How far apart the ends of the symplectic and the continuous witness may be.
+    /// The allowed distance between the ends of the symplectic and the continuous witness.
     apart_limit: f64,
 }
 
@@ -285,7 +301,7 @@ impl Verification {
         let problem = &flown;
         let plant = judgeable(problem)?;
         let inputs = Inputs::on(problem, grid, &trajectory.input);
-        // A motion without inputs that cannot be followed tells no way.
+        // If the motion without inputs cannot be propagated, the sense is unknown.
         judged.goes_as_asked = way::goes_as_asked(&plant, problem, trajectory, watch).unwrap_or(None);
         let isolated = plant.free && problem.actuation.wheels.is_some();
         judged.momentum_drift = isolated.then(|| rows::momentum_drift(&plant, trajectory));
@@ -373,7 +389,7 @@ impl Verification {
     }
 }
 
-/// Steps from which a second thread takes less time than waking it.
+/// The number of steps from which on a second thread saves more time than it costs.
 const WORTH_A_THREAD: usize = 400;
 
 /// Where the continuous witness ends from the start of the maneuver, under outputs held over steps of given lengths: what tests hold

@@ -106,9 +106,10 @@ impl Scale {
 /// Coriolis force.
 pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
     if problem.duration.known().is_none() {
-        return Err(
-            ProblemError::Missing("a motion needs a duration, and that of the maneuver is sought").into()
-        );
+        return Err(ProblemError::Missing(
+            "a motion needs a duration, and the duration of this maneuver is free",
+        )
+        .into());
     }
     let plant = Plant::new(problem);
     if plant.moves && plant.turns() { Err(WitnessError::TurningFrame) } else { Ok(plant) }
@@ -137,7 +138,7 @@ impl<'a> Inputs<'a> {
         Self { problem, grid, rows, switches: problem.switches() }
     }
 
-    /// The same, once the number of rows is checked.
+    /// Builds the motion, once the number of rows is checked.
     pub(crate) fn checked(problem: &'a Problem, rows: &'a [f64]) -> Result<Self, WitnessError> {
         let expected = problem.input_rows() * problem.actuation.count();
         if rows.len() != expected {
@@ -156,7 +157,8 @@ impl<'a> Inputs<'a> {
         Output::of(self.problem, self.numbers(index))
     }
 
-    /// The row that belongs to a node, if it has one: Lie–Euler has none at the start, held inputs none at the end.
+    /// Returns the row of inputs at a node, if any: Lie–Euler has none at the start, held inputs
+    /// none at the end.
     pub(super) fn row_at(&self, node: usize) -> Option<usize> {
         if self.switches {
             return Some(node).filter(|node| *node < self.problem.steps);
@@ -164,7 +166,7 @@ impl<'a> Inputs<'a> {
         node.checked_sub(self.problem.scheme.first_input())
     }
 
-    /// Outputs at both ends of step k. Lie–Euler has no `u_0`; `u_1` stands for it.
+    /// Returns the outputs at both ends of step k. Lie–Euler has no `u_0`; `u_1` replaces it.
     pub(crate) fn ends(&self, k: usize) -> (Output, Output) {
         let (from, to) = self.end_rows(k);
         (self.row(from), self.row(to))
@@ -179,8 +181,8 @@ impl<'a> Inputs<'a> {
         (k.saturating_sub(first), k + 1 - first)
     }
 
-    /// The rows whose mean the plan holds over step k: `u_{k+1}` alone, or `u_k` and `u_{k+1}` for Verlet; or that of
-    /// the step.
+    /// Returns the rows whose mean the plan holds over step k: `u_{k+1}` alone, `u_k` and
+    /// `u_{k+1}` for Verlet, or the row of the step.
     pub(super) fn held_rows(&self, k: usize) -> (usize, usize) {
         if self.switches {
             return (k, k);
@@ -206,7 +208,7 @@ impl<'a> InOrder<'a> {
         Self { inputs, last: None }
     }
 
-    /// As [`Inputs::row`].
+    /// Returns the output of a row, as [`Inputs::row`] does.
     pub(super) fn row(&mut self, index: usize) -> Output {
         match self.last {
             Some((last, output)) if last == index => output,
@@ -214,13 +216,13 @@ impl<'a> InOrder<'a> {
         }
     }
 
-    /// As [`Inputs::ends`].
+    /// Returns the outputs at both ends of a step, as [`Inputs::ends`] does.
     pub(super) fn ends(&mut self, k: usize) -> (Output, Output) {
         let (from, to) = self.inputs.end_rows(k);
         (self.row(from), self.row(to))
     }
 
-    /// As [`Inputs::held`].
+    /// Returns the held output of a step, as [`Inputs::held`] does.
     pub(super) fn held(&mut self, k: usize) -> Output {
         let (from, to) = self.inputs.held_rows(k);
         Output::between(&self.row(from), &self.row(to), 0.5)

@@ -1,23 +1,26 @@
 //! Whether the discrete and the continuous witness describe one motion.
 //!
-//! The torque that the plan holds over each step is propagated by the discrete witness at h, h/2, h/4 over a few
-//! windows, from where the continuous witness begins each. Its ends must approach those of the continuous witness at
-//! the order of the scheme. Steps too long to be in that regime, or leading terms that happen to cancel, are given h/8
-//! and h/16.
+//! The discrete witness propagates the held torque at h, h/2, h/4 over a few windows, from the
+//! state of the continuous witness at the start of each. Its ends must converge to those of the
+//! continuous witness at the order of the scheme. Steps that are too long for this regime, and
+//! leading terms that happen to cancel, get h/8 and h/16.
 //!
 //! # Why do order test and symplectic witness run over windows?
 //!
-//! A fault of the scheme acts in every step. Over a stretch its share of the whole error is the stretch's share of the
-//! duration, and so is that of the error of discretisation: their ratio, which is what the order test sees, is the same over
-//! a stretch as over the plan. Rounding has less time to grow, so that the floor below which the witnesses agree is fifty
-//! times lower. The continuous witness comes by everywhere and notes its state at the ends of eight windows from the first
-//! step to the last, one step of 32 together and two steps each at least; plans of 16 steps or fewer are one window. Each
-//! finer run starts from there. `verify/order.rs` plants faults in the scheme (the gyroscopic term with the wrong sign, a
-//! half kick left out, the order reduced, a torque one part in a million too large) and finds each as soon as steps are so
-//! short that it stands out from the error of discretisation. The windows even see more: Lie–Euler from rest to rest ends
-//! with an error of second order, and showed order 2 as a whole; on the way it has order 1. What a window cannot show is a
-//! fault at one place only; that is what the replay, the continuous witness and the margins are for, which pass every step.
-//! Which witness ran over how many steps is in the plan file and in the summary.
+//! A fault of the scheme acts in every step. Over a window its part of the whole error is the
+//! window's part of the duration, and so is the error of the discretisation. The order test uses
+//! their ratio, which is equal over a window and over the plan. Rounding has less time to grow,
+//! so the floor below which the witnesses agree is fifty times lower. The continuous witness
+//! passes the whole plan and records its state at the ends of eight windows. These are spread
+//! from the first step to the last; together they have one step of 32, and at least two steps
+//! each. Plans of 16 steps or fewer are one window. Each finer run starts from these states.
+//! `verify/order.rs` plants faults in the scheme (the gyroscopic term with the wrong sign, a
+//! missing half kick, a reduced order, a torque one part in a million too large). It finds each
+//! fault as soon as the steps are short enough for it to exceed the discretisation error. Windows
+//! show more than whole plans: Lie–Euler from rest to rest has an end error of second order, and
+//! showed order 2 as a whole, but has order 1 along the motion. A window misses a fault at one
+//! place only. The replay, the continuous witness and the margins find it, because they pass
+//! every step. The plan file and the summary state which witness ran over how many steps.
 
 use super::discrete::Discrete;
 use super::motion::{Inputs, Phase, Scale};
@@ -36,7 +39,7 @@ const LEVELS: [usize; 5] = [1, 2, 4, 8, 16];
 /// Levels beyond h/4 only up to this number of steps, about two seconds.
 const MAX_STEPS: usize = 4_000_000;
 
-/// What is missing to the full order and still passes.
+/// The deficit to the full order with which the check still passes.
 pub(super) const SLACK: f64 = 0.5;
 
 /// Agreement over a window, scaled and relative to the size of the motion, that counts as round-off.
@@ -60,7 +63,7 @@ pub(super) struct Comparison {
     pub(super) passed: bool,
 }
 
-/// What an exact and another witness are compared on.
+/// The data on which an exact and another witness are compared.
 pub(super) struct Stage<'a> {
     pub(super) plant: &'a Plant<'a>,
     pub(super) inputs: &'a Inputs<'a>,
@@ -97,7 +100,8 @@ impl Stage<'_> {
         1.0 + ends.fold(0.0, f64::max) * scale.time / scale.inertia
     }
 
-    /// Scaled distance over all windows of the ends that `run` gives from those of the continuous witness.
+    /// Returns the scaled distance over all windows between the ends of `run` and the ends of the
+    /// continuous witness.
     fn distance(&self, run: impl Fn(&Window) -> Result<Phase, WitnessError>) -> Result<f64, WitnessError> {
         let (problem, mut sum) = (self.problem(), 0.0);
         let scale = Scale::of(problem);
@@ -158,7 +162,8 @@ impl Stage<'_> {
                 return Ok(found);
             }
         }
-        // Of the last two orders that did not both suffice, the one to blame.
+        // Among the last two orders, of which at least one is insufficient, selects the one to
+        // report.
         let blamed = found.errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).rev().take(2);
         found.order = blamed.fold(found.order, |worst, order| worst.map(|worst| worst.min(order)));
         // Dynamics that amplify a disturbance of the start amplify round-off alike.
@@ -190,7 +195,7 @@ impl Stage<'_> {
         Ok((apart, if amplified > limit { amplified.min(AMPLIFIED * size) } else { limit }))
     }
 
-    /// By how much a small disturbance of the start of a window has grown at its end, at most.
+    /// Returns the largest growth of a small disturbance from the start of a window to its end.
     fn amplification(&self) -> Result<f64, WitnessError> {
         const DISTURBANCE: f64 = 1e-7;
         let problem = self.problem();
@@ -241,7 +246,7 @@ mod tests {
     /// A scheme for one step of length h from a phase under a torque; right, or with a fault planted in it.
     type Step = fn(&Plant, &Phase, f64, &Vector3) -> Phase;
 
-    /// Half kick, drift, half kick, as the theory says.
+    /// Applies half kick, drift, half kick, as in the theory.
     fn verlet(plant: &Plant, phase: &Phase, h: f64, torque: &Vector3) -> Phase {
         step(plant, phase, h, [0.5, 0.5], torque, |turn, momentum| turn.tr_mul(momentum))
     }
@@ -262,8 +267,8 @@ mod tests {
         Phase { attitude: phase.attitude * turn, momentum, ..*phase }
     }
 
-    /// What could be wrong with the scheme, from the crude to the hardly visible, and the steps from which it stands out
-    /// from the error of discretisation.
+    /// Possible faults of the scheme, from coarse to nearly invisible, and the number of steps
+    /// from which each exceeds the discretisation error.
     const FAULTS: [(&str, usize, Step); 7] = [
         ("gyroscopic term of the wrong sign", 0, |plant, phase, h, torque| {
             step(plant, phase, h, [0.5, 0.5], torque, |turn, momentum| turn * momentum)

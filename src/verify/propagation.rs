@@ -1,7 +1,8 @@
 //! Propagation by the witnesses' own equations, reaction wheels included.
 //!
-//! A second road to what [`crate::propagate::simulate::Simulation`] computes, in inertial axes and with the implicit
-//! equation in its exponential form; and the only one for a body with wheels.
+//! A second method for the result of [`crate::propagate::simulate::Simulation`], in inertial axes
+//! and with the implicit equation in its exponential form. It is the only method for a body with
+//! wheels.
 
 use super::continuous::Continuous;
 use super::discrete::Discrete;
@@ -23,8 +24,9 @@ pub enum Propagator {
     /// Verner 9(8) at tolerance 1e-14, restarted at every step: exact to round-off, about ten times
     /// slower.
     Verner98,
-    /// As the continuous witness: a free body's motion as a Taylor series to round-off, as fast as the discrete one;
-    /// the pair of Verner where forces or moments depend on the pose.
+    /// The method of the continuous witness: the motion of a free body as a Taylor series to
+    /// round-off, as fast as the discrete one, and Verner's pair if forces or moments depend on
+    /// the pose.
     Continuous,
 }
 
@@ -35,7 +37,7 @@ pub struct Propagation<'a> {
     pub propagator: Propagator,
     /// Number of steps, at least 1; independent of the problem's. Default 1000.
     pub steps: u64,
-    /// A row every so many steps; the start and the end always have one. Default 1.
+    /// The number of steps for each row; the start and the end always have a row. Default 1.
     pub stride: u64,
     /// Inputs held throughout, one row in the order of the crate's plans; none: no actuation. Default.
     pub inputs: Option<&'a [f64]>,
@@ -61,7 +63,8 @@ pub fn propagate(
     observer: &mut impl Observer,
 ) -> Result<bool, WitnessError> {
     match problem.check_numbers() {
-        // That is about the problem's own steps, and the propagator will say it of ours.
+        // This error is about the problem's own steps. The propagator reports it for the steps of
+        // this function.
         Ok(()) | Err(ProblemError::StepTooLong { .. }) => {}
         Err(error) => return Err(error.into()),
     }

@@ -11,7 +11,7 @@ pub(super) const AT_LIMIT: f64 = 1e-12;
 /// A pulse may be so much shorter than asked, relative to that: the times of its ends are sums of steps.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 
-/// How far the inputs of a plan are from pulses.
+/// The deviation of the inputs of a plan from pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
     /// Largest distance of an input from 0 and from its limits, over the limit; NaN if any is.
@@ -20,7 +20,7 @@ pub(super) struct Found {
     pub shortest: f64,
 }
 
-/// Of rows that do not fit the problem.
+/// The value for rows that do not fit the problem.
 pub(super) const UNKNOWN: Found = Found { between: f64::NAN, shortest: f64::NAN };
 
 /// Where a value stands: −1, 0 or 1 in units of its limit, and how far it is from there.
@@ -43,7 +43,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }
 
-/// What the rows say; they must fit the problem.
+/// Measures the rows, which must fit the problem.
 pub(super) fn found(problem: &Problem, trajectory: &Trajectory) -> Found {
     let mut found = Found { between: 0.0, shortest: f64::INFINITY };
     let torque = &problem.actuation.torque;

@@ -71,8 +71,8 @@ pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), Witn
     }
 }
 
-/// The grid of a plan: equal steps over the duration of the problem, or of the plan where that is sought, or steps as the times
-/// give them where inputs switch. The rows must fit.
+/// Returns the grid of a plan: equal steps over the duration of the problem or, if that is free,
+/// of the plan; for inputs that switch, the steps between the recorded times. The rows must fit.
 pub(super) fn grid(problem: &Problem, trajectory: &Trajectory) -> Result<Grid, WitnessError> {
     if !problem.switches() {
         let found = || trajectory.time.last().copied().ok_or(WitnessError::NotFinite { time: 0.0 });
@@ -96,7 +96,7 @@ pub(super) struct Reached<'a> {
     /// Momenta of the wheels.
     wheels: &'a [f64],
     index: usize,
-    /// What the actuators give by the row of inputs of this node, if it has one.
+    /// The output of the actuators for the row of inputs of this node, if it has one.
     output: Option<Output>,
 }
 
@@ -127,7 +127,8 @@ impl Reached<'_> {
     }
 }
 
-/// The discrete witness from node to node; Lie–Verlet stands in the middle of each node's kick.
+/// Runs the discrete witness from node to node. For Lie–Verlet each visit is in the middle of the
+/// node's kick.
 pub(super) fn walk(
     plant: &Plant,
     inputs: &Inputs,
@@ -155,7 +156,7 @@ pub(super) fn walk(
     Ok(body.phase())
 }
 
-/// What one run of the discrete witness over the plan finds.
+/// The results of one run of the discrete witness over the plan.
 #[derive(Clone, Debug)]
 pub(super) struct Finding {
     pub(super) end: Phase,
@@ -187,7 +188,7 @@ pub(super) fn compare(
         peak_rate = larger(peak_rate, phase.angular_velocity(problem).norm());
         let time = (trajectory.time[node.index] - node.body.time()).abs() / scale.time;
         recorded = larger(recorded, time);
-        // What lands has the true motion on record, which the continuous witness follows.
+        // A plan that lands records the true motion, which the continuous witness judges.
         if trajectory.target.is_none() {
             let row = node.row().zip(node.output);
             recorded = larger(recorded, node_difference(plant, trajectory, node.index, &phase, row, &scale));
@@ -208,8 +209,9 @@ fn row_of(trajectory: &Trajectory, node: usize, count: usize) -> &[f64] {
     &trajectory.wheel_momentum[node * count..(node + 1) * count]
 }
 
-/// How far the recorded states of a free body with wheels are from one total momentum `R(Π + μ)` in
-/// inertial space: the largest change, over the unit of momentum or the momentum itself. The rows must fit.
+/// Returns the largest change of the total momentum `R(Π + μ)` in inertial space over the
+/// recorded states of a free body with wheels, relative to the unit of momentum or to the
+/// momentum itself. The rows must fit.
 pub(super) fn momentum_drift(plant: &Plant, trajectory: &Trajectory) -> f64 {
     let problem = plant.problem;
     let channel = &problem.actuation.torque;
@@ -330,8 +332,9 @@ pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, Witness
     Ok(meter.margins())
 }
 
-/// The cost of a plan: the effort of its inputs, their fuel, or its duration where that alone is minimised. Rows and
-/// problem must fit. NaN where inputs stand at nodes of a duration that nobody knows ([`Trajectory::completed`]).
+/// Returns the cost of a plan: the effort of its inputs, their fuel, or its duration for minimum
+/// time. Rows and problem must fit. Returns NaN if inputs are at nodes and the duration is
+/// unknown ([`Trajectory::completed`]).
 pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
     if problem.duration.known().is_none() && !problem.switches() {
         return f64::NAN;

@@ -14,11 +14,12 @@
 //!
 //! # Why is the continuous witness a Taylor series?
 //!
-//! Where nothing depends on the pose, the equations of motion are products, and the coefficients of their series follow from
-//! one another in a few lines (`verify/series.rs`). A step of the plan is one series to round-off, with three powers for
-//! short steps and twenty for half a radian, where an adaptive step has sixteen stages, and with less code to trust. Fields,
-//! axes fixed in the reference frame and thrusters fixed in the body keep Verner's 9(8), of the crate
-//! `differential-equations`. A unit test holds the two against each other.
+//! If nothing depends on the pose, the equations of motion are products, and a few lines compute
+//! the coefficients of their series (`verify/series.rs`). A step of the plan is one series to
+//! round-off, with three powers for short steps and twenty for half a radian. An adaptive step
+//! has sixteen stages, and more code to trust. Fields, axes fixed in the reference frame and
+//! thrusters fixed in the body use Verner's 9(8) from the crate `differential-equations`. A unit
+//! test compares the two.
 
 use super::motion::angular_velocity;
 use crate::{Matrix3, Vector3};
@@ -26,7 +27,8 @@ use crate::{Matrix3, Vector3};
 /// Most powers; a stretch that needs more is divided.
 const MOST: usize = 24;
 
-/// A term below this part of the whole change is nothing beside the rounding of the others.
+/// The part of the whole change below which a term is negligible compared with the rounding of
+/// the others.
 const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
 /// Where a stretch begins and what torque acts on it, scaled.

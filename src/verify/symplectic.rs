@@ -3,9 +3,10 @@
 //! ```text
 //! curves of degree s in the natural chart, action at s Gauss points, steps of at most 0.2 rad
 //! ```
-//! It integrates Hamilton's principle where the continuous witness integrates the equations of motion, in a
-//! rotation vector where that has a quaternion, and solves for what that evaluates. Of the planner's code it
-//! uses none, and of the field force and moment alone.
+//! It integrates Hamilton's principle, and the continuous witness the equations of motion. It
+//! uses a rotation vector where the continuous witness uses a quaternion, and solves implicitly
+//! for quantities that the other evaluates. It uses no code of the planner, and of the field only
+//! force and moment.
 
 use super::motion::{Inputs, Phase};
 use super::verification::WitnessError;
@@ -26,8 +27,8 @@ const LARGEST_TURN: f64 = 0.2;
 const MOST_PARTS: f64 = 1e4;
 const MOST_STEPS: f64 = 4e6;
 
-/// The degree whose error over a radian in steps of this turn is round-off, and the turn up to which it is, for free
-/// bodies from a needle to a disc.
+/// Each degree with the largest turn of a step for which its error over a radian is round-off,
+/// for free bodies from a needle to a disc.
 const DEGREES: [(usize, f64); 4] = [(3, 5e-3), (4, 4e-2), (5, 0.1), (6, LARGEST_TURN)];
 
 /// The lowest degree that does for steps of this turn.
@@ -38,7 +39,7 @@ fn degree(turn: f64) -> usize {
 
 /// Why it does not judge.
 pub(super) const WHEELS: &str = "does not judge reaction wheels";
-const TOO_LONG: &str = "would take too many steps";
+const TOO_LONG: &str = "would need too many steps";
 pub(super) const NO_CONVERGENCE: &str = "its equations do not converge";
 
 /// Where it ends in each window, and its order; or why it cannot judge: wheels, steps too many, or a field so stiff
@@ -49,8 +50,8 @@ pub(super) type Ends = Result<(Vec<Phase>, usize), &'static str>;
 /// changes the rate within a long step of the plan makes its first steps too long.
 pub(super) const FINER: [usize; 3] = [1, 4, 16];
 
-/// Ends of the held plan over `windows`, each from where the continuous witness begins it, with steps `finer` times as
-/// short as the turn asks for.
+/// Returns the ends of the held plan over `windows`, each from the state of the continuous
+/// witness, with steps `finer` times as short as the turn requires.
 pub(super) fn ends(
     plant: &Plant,
     inputs: &Inputs,
@@ -159,8 +160,9 @@ mod tests {
         (momentum, attitude)
     }
 
-    /// At the largest turn of a degree its error cannot be told from rounding. Four times that turn, or twice the
-    /// largest of all, shows it, and the order 2s tells how much smaller it is there.
+    /// At the largest turn of a degree its error cannot be distinguished from rounding. Four
+    /// times that turn, or twice the largest turn, shows the error, and the order 2s gives its
+    /// value at the smaller turn.
     #[test]
     fn the_error_of_each_degree_is_round_off_where_it_is_taken() {
         let mut random = Random(19);

@@ -1,4 +1,4 @@
-//! What the witnesses find, as it stands in a plan file.
+//! The results of the witnesses, in the form of a plan file.
 
 use super::margins::Margin;
 use crate::maneuver::problem::{Motion, ProblemError};
@@ -6,8 +6,8 @@ use crate::maneuver::solution::TerminalError;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// What the witnesses found. All errors are at `t = T`, against the terminal conditions of the problem
-/// unless the name says otherwise.
+/// The results of the witnesses. All errors are at `t = T`, relative to the terminal conditions
+/// of the problem unless the name states otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Verification {
@@ -35,8 +35,9 @@ pub struct Verification {
     /// Continuous equations of motion, inputs held, SE(3) only: velocity error [m/s].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub continuous_velocity_m_s: Option<f64>,
-    /// The symplectic witness, torque held over each step, from where the continuous one begins the last window:
-    /// attitude error \[rad\]. `None` where it cannot judge, which [`Verification::witnesses`] says.
+    /// The attitude error \[rad\] of the symplectic witness, with the torque held over each step,
+    /// from the state of the continuous witness at the start of the last window. `None` if it
+    /// cannot judge; [`Verification::witnesses`] has the reason.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_attitude_rad: Option<f64>,
     /// The symplectic witness: rate error [rad/s].
@@ -61,7 +62,7 @@ pub struct Verification {
     /// Every limit and constraint with its smallest margin, in the order of the problem.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub margins: Vec<Margin>,
-    /// Which witnesses ran, by what method, over how many steps of the plan.
+    /// The witnesses that ran, their methods, and the number of steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub witnesses: Vec<Testimony>,
     /// Why a witness could not reach the end, if one could not; its numbers are then NaN.
@@ -71,7 +72,7 @@ pub struct Verification {
     pub checks: Vec<Check>,
 }
 
-/// Which witness ran over how many steps of the plan.
+/// A witness and the number of steps of the plan over which it ran.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Testimony {
@@ -79,16 +80,16 @@ pub struct Testimony {
     pub witness: String,
     /// Its method; or why it does not judge.
     pub method: String,
-    /// Steps of the plan it ran over: all, or those of the windows.
+    /// The number of steps of the plan over which it ran: all, or those of the windows.
     pub steps: usize,
-    /// In how many stretches.
+    /// The number of windows.
     pub windows: usize,
 }
 
 /// One named check.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// What was checked.
+    /// The name of the check.
     pub name: String,
     /// The value found.
     pub value: f64,
@@ -107,7 +108,7 @@ pub enum WitnessError {
     /// The recorded rows do not fit the problem.
     #[error("the plan has {found} {what}, the problem needs {expected}")]
     Rows {
-        /// Which numbers.
+        /// The name of the numbers.
         what: &'static str,
         /// How many there are.
         found: usize,
@@ -115,7 +116,7 @@ pub enum WitnessError {
         expected: usize,
     },
     /// The scheme of a moving body knows inertial reference frames only.
-    #[error("a body that moves cannot be judged in a turning reference frame")]
+    #[error("a body that translates cannot be judged in a turning reference frame")]
     TurningFrame,
     /// The implicit equation has no solution below 90° in a step.
     #[error(
@@ -142,7 +143,7 @@ pub enum WitnessError {
         time: f64,
     },
     /// The caller asked to stop, or the time was over.
-    #[error("the witnesses were stopped before they had finished")]
+    #[error("the witnesses were stopped before they finished")]
     Stopped,
     /// A number became NaN or infinite.
     #[error("at t = {time} s a number is no longer finite")]

@@ -1,4 +1,4 @@
-//! Who may stop the witnesses, and where they ask.
+//! The request to stop the witnesses, and the places where they poll it.
 
 use super::verification::WitnessError;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Steps between two questions.
 const EVERY: usize = 16;
 
-/// Whether the witnesses go on. Those on another thread see what the one that may ask has heard.
+/// Whether the witnesses continue. Witnesses on another thread read the answer that the polling
+/// thread stored.
 #[derive(Clone, Copy)]
 pub(crate) struct Watch<'a> {
     stopped: &'a AtomicBool,
@@ -14,7 +15,7 @@ pub(crate) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// One that asks whether to stop, and notes it.
+    /// Builds a watch that polls `ask` and stores its answer.
     pub(crate) fn new(stopped: &'a AtomicBool, ask: &'a dyn Fn() -> bool) -> Self {
         Self { stopped, ask: Some(ask) }
     }

@@ -1,4 +1,4 @@
-//! Which way round a recorded path goes, told on the double cover of the rotations.
+//! The sense of a recorded path, determined on the double cover of the rotations.
 //!
 //! A path of rotations lifts to a continuous path of unit quaternions. Two paths with equal ends are of one class if
 //! their lifts, begun equal, end equal; if not, they end at opposite quaternions.
@@ -18,7 +18,8 @@ const OPPOSITE: f64 = 1e-2;
 /// Largest angle between neighbours of a lift \[rad\].
 const PART: f64 = 0.1;
 
-/// Whether the path goes as `problem` asks; `None` where any way will do, or both are equally long.
+/// Returns whether the path has the sense that `problem` requests; `None` if any sense is valid,
+/// or both ways have one length.
 pub(super) fn goes_as_asked(
     plant: &Plant,
     problem: &Problem,
@@ -38,7 +39,8 @@ pub(super) fn goes_as_asked(
     Ok(sense(plant, problem, trajectory, watch)?.map(|sense| (sense == Sense::Short) == is_short))
 }
 
-/// Which of the two ways round the path goes; `None` where both are equally long, or there is no path.
+/// Returns the sense of the path; `None` if both ways have one length, or the trajectory is
+/// empty.
 pub(super) fn sense(
     plant: &Plant,
     problem: &Problem,

@@ -1,4 +1,4 @@
-//! What the wheels store: it follows from the inputs alone, `ḣ_i = −u_i`.
+//! The momentum in the wheels, which follows from the inputs alone, `ḣ_i = −u_i`.
 //!
 //! ```text
 //! Lie–Euler   h_i⁺ = h_i − h u_i⁺           Lie–Verlet   h_i⁺ = h_i − (h/2)(u_i + u_i⁺)
@@ -15,7 +15,7 @@ pub(super) struct Wheels {
 }
 
 impl Wheels {
-    /// At the start; of a body without wheels: none.
+    /// Builds the momenta at the start; a body without wheels has none.
     pub(super) fn new(inputs: &Inputs) -> Self {
         let wheels = inputs.problem.actuation.wheels.as_ref();
         let momenta = wheels.map_or_else(Vec::new, |wheels| wheels.momentum.clone());

@@ -1,9 +1,10 @@
 //! The stretches of a plan over which finer runs are made: a few, spread from the start to the end.
 //!
-//! A fault of the scheme acts in every step, and over a stretch its share of the whole error is the stretch's share of
-//! the duration, just as that of the error of discretisation: what the order of convergence tells over the whole plan
-//! it tells over a stretch, where rounding is as much smaller. So the continuous witness, which comes by everywhere,
-//! notes where it is at both ends of each stretch, and every finer run starts from there.
+//! A fault of the scheme acts in every step. Over a window its part of the whole error is the
+//! window's part of the duration, and so is the error of the discretisation. A window therefore
+//! has the order of convergence of the whole plan, with less rounding. The continuous witness
+//! passes the whole plan and records its state at both ends of each window. Every finer run
+//! starts from these states.
 
 use super::continuous::Continuous;
 use super::motion::Phase;
@@ -14,7 +15,7 @@ use std::ops::Range;
 /// Number of windows; first and last step of the plan are in one.
 const WINDOWS: usize = 8;
 
-/// A window has one of so many steps of the plan, and two at least.
+/// A window has one of this many steps of the plan, and at least two.
 const ONE_OF: usize = 256;
 const SHORTEST: usize = 2;
 

@@ -25,8 +25,9 @@ const FROM_CLONE: &str = "cargo run --release -- ";
 /// The documents, from the top of the repository.
 fn documents() -> Vec<PathBuf> {
     let top = Path::new(ROOT);
-    let mut found: Vec<_> =
-        ["README.md", "DESIGN.md", "CHANGELOG.md", "python/README.md"].map(|n| top.join(n)).into();
+    let names =
+        ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "python/README.md"];
+    let mut found: Vec<_> = names.map(|n| top.join(n)).into();
     for folder in ["docs", "crates/files", "crates/report", "crates/slew"] {
         let entries = fs::read_dir(top.join(folder)).unwrap().map(|entry| entry.unwrap().path());
         found.extend(entries.filter(|path| path.extension().is_some_and(|end| end == "md")));
@@ -263,7 +264,7 @@ fn specs_are_read() {
     assert!(read >= 4, "only {read} specs were found");
 }
 
-/// Links to files, and to headings within them; also the names of problems.
+/// Links to files, and to headings within them; also the names of problems and of tests.
 #[test]
 fn links_and_names_lead_somewhere() {
     for document in documents() {
@@ -285,6 +286,12 @@ fn links_and_names_lead_somewhere() {
             }
         }
         for quoted in text.split('`').skip(1).step_by(2) {
+            if let [folder, file, name] = quoted.split("::").collect::<Vec<_>>()[..] {
+                let file = Path::new(ROOT).join(format!("tests/it/{folder}/{file}.rs"));
+                let text = fs::read_to_string(&file).unwrap_or_default();
+                let is_test = !file.exists() || text.contains(&format!("fn {name}()"));
+                assert!(is_test, "{}: no test {quoted}", document.display());
+            }
             if let Some(name) = quoted.strip_prefix("problems/").filter(|name| name.ends_with(".toml")) {
                 let file = Path::new(ROOT).join("problems").join(name);
                 assert!(name.contains('*') || file.exists(), "{}: no problems/{name}", document.display());

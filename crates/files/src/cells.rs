@@ -6,14 +6,14 @@ use std::borrow::Cow;
 /// One cell, without the blanks and the quotes around it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Cell<'t> {
-    /// What it says.
+    /// The text of the cell.
     pub text: Cow<'t, str>,
     /// The byte of the line at which that begins.
     pub start: usize,
 }
 
-/// The sign between the cells of a table with this head: the first of comma, semicolon and tab that stands outside of quotes;
-/// `None` where there is none.
+/// Returns the separator of a table with this header: the first comma, semicolon or tab outside
+/// of quotes; `None` if it has none.
 pub(crate) fn separator(head: &str) -> Option<char> {
     let outside = |sign: char| head.split('"').step_by(2).any(|part| part.contains(sign));
     [',', ';', '\t'].into_iter().find(|sign| outside(*sign))
@@ -22,7 +22,7 @@ pub(crate) fn separator(head: &str) -> Option<char> {
 /// The cells of a line; blanks alone part them where there is no sign.
 ///
 /// # Errors
-/// What is wrong with its quotes.
+/// Returns a description of wrong quotes.
 pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>, &'static str> {
     let parts = |sign: char| separator.map_or(sign.is_ascii_whitespace(), |separator| sign == separator);
     let blank = |sign: &char| *sign == ' ' || (*sign == '\t' && separator != Some('\t'));
@@ -35,7 +35,7 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
         }
         let start = line.len() - rest.len();
         if let Some(quoted) = rest.strip_prefix('"') {
-            let end = closing(quoted).ok_or("a quote is opened and never closed on its line")?;
+            let end = closing(quoted).ok_or("a quote is opened and not closed on its line")?;
             let inside = &quoted[..end];
             let text = if inside.contains('"') { inside.replace("\"\"", "\"").into() } else { inside.into() };
             found.push(Cell { text, start: start + 1 });
@@ -45,7 +45,7 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
                 rest = after;
             }
             if rest.chars().next().is_some_and(|sign| !parts(sign)) {
-                return Err("after a quoted cell there is more than the sign between cells");
+                return Err("a quoted cell is followed by more text before the next separator");
             }
         } else {
             let end = rest.find(parts).unwrap_or(rest.len());

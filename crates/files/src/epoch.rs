@@ -1,16 +1,17 @@
 //! A moment of calendar time, and the moments that follow it by seconds.
 //!
-//! Inside of the library time is elapsed seconds. An epoch says which moment was zero, in a time scale that is always
-//! named. Leap seconds and scales are those of `hifitime`; a moment is kept as a whole second and a fraction of it, so
-//! that a time written in 12 decimals comes back to a picosecond.
+//! The library uses elapsed seconds. An epoch is the moment of time zero, in a named time scale.
+//! Leap seconds and scales come from `hifitime`. A moment is stored as a whole second and a
+//! fraction of it, so that a time with 12 decimals is accurate to a picosecond.
 //!
 //! # Why is the epoch beside the problem and not in it?
 //!
-//! A plan does not depend on the date. `Problem` stays elapsed seconds; `Identity` (epoch and names) travels from spec to
-//! plan file to exchange file beside it. A time scale is required, because UTC and TAI are 37 s apart. `hifitime` knows leap
-//! seconds and scales; what we add here is the second 60, which it has no name for, and the fraction of a second in a double,
-//! because a nanosecond at 1 rad/s is 1e-9 rad and a plan is good to 1e-12. Messages carry a date of creation, so two files
-//! differ in it; `SOURCE_DATE_EPOCH` fixes it.
+//! A plan does not depend on the date. `Problem` has elapsed seconds; `Identity` (epoch and
+//! names) passes separately from spec to plan file to exchange file. A time scale is required,
+//! because UTC and TAI differ by 37 s. `hifitime` has leap seconds and scales. This module adds
+//! the second 60, for which it has no name, and the fraction of a second as a double, because a
+//! nanosecond at 1 rad/s is 1e-9 rad and a plan is accurate to 1e-12. Messages carry a creation
+//! date, so two files differ in it; `SOURCE_DATE_EPOCH` fixes it.
 
 use hifitime::{Duration, Epoch as Instant, TimeScale, Unit};
 use std::fmt;
@@ -64,20 +65,20 @@ impl Scale {
 /// Why a text is no epoch.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EpochError {
-    /// Nothing says in which scale.
-    #[error("no time scale is named: UTC and TAI are 37 s apart")]
+    /// The time scale is missing.
+    #[error("the time scale is missing: UTC and TAI differ by 37 s")]
     NoScale,
-    /// Something says so, but not in a way that is known.
-    #[error("the time scale {0} is not known")]
+    /// The time scale is unknown.
+    #[error("the time scale {0} is unknown")]
     Scale(String),
-    /// It is told as an offset from UTC.
-    #[error("an offset of {0} from UTC is not read")]
+    /// The time is given as an offset from UTC.
+    #[error("an offset of {0} from UTC is not supported")]
     Offset(String),
     /// No date and time of day as ISO 8601 writes them.
-    #[error("this is no date and time of day, such as 2026-11-21T07:00:00.25")]
+    #[error("this is not a date with a time of day, such as 2026-11-21T07:00:00.25")]
     Form,
     /// There is no such day, or no such second.
-    #[error("there is no such moment on the calendar")]
+    #[error("this date does not exist")]
     Calendar,
 }
 
@@ -86,7 +87,7 @@ pub enum EpochError {
 pub struct Epoch {
     /// The second that it falls into: whole seconds of its own scale, kept as TAI (as TDB where that is the scale).
     second: Instant,
-    /// How far into the second \[s\], from 0 to below 1.
+    /// The fraction of the second \[s\], from 0 to below 1.
     fraction: f64,
     scale: Scale,
 }
@@ -95,8 +96,8 @@ pub struct Epoch {
 const DECIMALS: usize = 12;
 
 impl Epoch {
-    /// Reads `2026-11-21T07:00:00.25 UTC`; a `Z` or an offset of `+00:00` instead of the scale is UTC. A blank may stand for the `T`,
-    /// and none before the scale.
+    /// Reads `2026-11-21T07:00:00.25 UTC`. A `Z`, or an offset of `+00:00`, instead of the scale
+    /// means UTC. A blank may replace the `T`, and may be omitted before the scale.
     ///
     /// # Errors
     /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not have.
@@ -137,7 +138,7 @@ impl Epoch {
     /// its end is ignored.
     ///
     /// # Errors
-    /// As [`Epoch::parse`].
+    /// Returns the errors of [`Epoch::parse`].
     pub fn in_scale(text: &str, scale: Scale) -> Result<Self, EpochError> {
         let (date, time) = text.trim().split_once(['T', 't', ' ']).ok_or(EpochError::Form)?;
         let time = time.strip_suffix(['Z', 'z']).unwrap_or(time).trim();
@@ -188,7 +189,7 @@ impl Epoch {
         Self { second, fraction: 0.0, scale: Scale::Utc }
     }
 
-    /// This moment, told in another scale; between TDB and the others to a nanosecond.
+    /// Converts this moment to another scale; between TDB and the other scales to a nanosecond.
     pub fn in_other_scale(&self, scale: Scale) -> Self {
         let moment = self.second.to_time_scale(Self::counted_in(scale));
         // A whole second of one scale falls into a second of the other.
@@ -239,7 +240,7 @@ impl Epoch {
     pub fn calendar_text(&self) -> String {
         let mut digits = format!("{:.*}", DECIMALS, self.fraction);
         let mut second = self.second;
-        // What rounds up to a whole second is the next one.
+        // A fraction that rounds up to a whole second becomes the next second.
         if digits.starts_with('1') {
             second += Unit::Second * 1;
             digits = format!("{:.*}", DECIMALS, 0.0);
@@ -263,8 +264,9 @@ impl Epoch {
         if self.scale != Scale::Utc {
             return said;
         }
-        // From TAI to UTC hifitime is a second early in the half minute that ends with a leap second; from UTC to TAI
-        // it is right. A second that no name leads to is the leap second itself.
+        // From TAI to UTC hifitime is a second early in the half minute that ends with a leap
+        // second; from UTC to TAI it is right. A second that no name reaches is the leap second
+        // itself.
         let (year, month, day, hour, minute, named, _) = second.to_gregorian(scale);
         let Ok(utc) = Instant::maybe_from_gregorian(year, month, day, hour, minute, named, 0, scale) else {
             return said;
@@ -280,14 +282,14 @@ impl Epoch {
     }
 }
 
-/// As a spec writes it.
+/// Displays the epoch in the notation of a spec.
 impl fmt::Display for Epoch {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "{} {}", self.calendar_text(), self.scale.name())
     }
 }
 
-/// Whole numbers of so many digits each, parted by a sign.
+/// Parses whole numbers with fixed numbers of digits, separated by a sign.
 fn numbers<const N: usize>(text: &str, sign: char, digits: [usize; N]) -> Option<[u32; N]> {
     let parts: Vec<&str> = text.split(sign).collect();
     if parts.len() != N {

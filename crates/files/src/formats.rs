@@ -1,4 +1,4 @@
-//! The formats in which a plan is written, and the endings of file names that stand for them.
+//! The formats in which a plan is written, and their endings of file names.
 
 use crate::epoch::Epoch;
 use crate::exchange::{self, AemVersion, Lacking, Record, Tables};
@@ -26,7 +26,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Every format. Of several with one ending it means the first.
+    /// Every format. If several have one ending, the ending selects the first.
     pub const ALL: [Self; 17] = {
         use exchange::Format as Other;
         [
@@ -95,10 +95,10 @@ impl Format {
         Self::ALL.into_iter().find(|format| format.endings().contains(&&*ending))
     }
 
-    /// Whether the maneuver says all that the format needs.
+    /// Checks that the maneuver has all data that the format needs.
     ///
     /// # Errors
-    /// The first thing that it does not say.
+    /// Returns the first missing item.
     pub fn check(self, problem: &Problem, identity: &Identity) -> Result<(), Lacking> {
         let Self::Exchange(format) = self else { return Ok(()) };
         format.check(&record(
@@ -112,7 +112,7 @@ impl Format {
         ))
     }
 
-    /// Whether it can tell margins of limits and constraints.
+    /// Returns whether the format can hold margins of limits and constraints.
     pub fn tells_margins(self) -> bool {
         matches!(self, Self::Csv | Self::Exchange(exchange::Format::Parquet))
     }
@@ -120,7 +120,8 @@ impl Format {
     /// Writes the plan of `file`, a plan of `problem`.
     ///
     /// # Errors
-    /// What the maneuver does not say, numbers that are not finite, or the stream.
+    /// Returns missing data of the maneuver, numbers that are not finite, or the error of the
+    /// stream.
     pub fn write(
         self,
         file: &PlanFile<'_>,
@@ -146,7 +147,7 @@ impl Format {
     }
 }
 
-/// What formats of other programs are written from.
+/// Builds the record from which formats of other programs are written.
 fn record<'a>(
     problem: &'a Problem,
     identity: &'a Identity,
@@ -184,7 +185,7 @@ fn switches(file: &PlanFile<'_>) -> Vec<usize> {
     (1..nodes).filter(switches).collect()
 }
 
-/// What to know about a plan, for comments.
+/// Returns comments about a plan.
 fn notes(verification: Option<&Verification>) -> Vec<String> {
     let mut notes = vec![format!("planned by slewkit {}", env!("CARGO_PKG_VERSION"))];
     notes.push(match verification {
@@ -197,7 +198,8 @@ fn notes(verification: Option<&Verification>) -> Vec<String> {
     notes
 }
 
-/// The date of creation that messages carry: now, or what `SOURCE_DATE_EPOCH` says, for equal files of equal inputs.
+/// Returns the creation date of messages: now, or the value of `SOURCE_DATE_EPOCH`, for equal
+/// files of equal inputs.
 fn now() -> Epoch {
     let said = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|text| text.parse().ok());
     let clock = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());

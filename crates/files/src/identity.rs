@@ -1,4 +1,4 @@
-//! What a maneuver is of, and when: the names and the epoch that files for other programs carry.
+//! The identity of a maneuver: the names and the epoch that files for other programs carry.
 
 use super::epoch::Epoch;
 use super::scenery::Scenery;
@@ -13,26 +13,26 @@ pub struct Identity {
     pub object: Option<String>,
     /// Its international designator, or another identifier.
     pub object_id: Option<String>,
-    /// What it is about: a planet.
+    /// The central body: a planet.
     pub center: Option<String>,
-    /// The reference frame, to which attitudes lead.
+    /// The reference frame, to which attitudes map.
     pub reference_frame: Option<String>,
-    /// The body frame, from which they come.
+    /// The body frame, from which attitudes map.
     pub body_frame: Option<String>,
     /// Who issues the files.
     pub originator: Option<String>,
-    /// Number of the object at NAIF, negative as those of spacecraft are.
+    /// The NAIF number of the object, negative for spacecraft.
     pub spice_id: Option<i32>,
-    /// What the inputs are called, in their order; empty: by their numbers.
+    /// The names of the inputs, in their order; empty for numbers.
     pub inputs: Vec<String>,
-    /// The thrusters of an attitude maneuver that the spec tells by place and force, in their order; empty where one is told by its
-    /// torque. The inputs of the plan are their torques.
+    /// The thrusters of an attitude maneuver that the spec gives by position and force, in their
+    /// order; empty if one is given by its torque. The inputs of the plan are their torques.
     pub nozzles: Vec<Nozzle>,
-    /// What stands around the spacecraft, where the spec aims at something by name.
+    /// The surroundings of the spacecraft, if the spec aims at a named target.
     pub scenery: Option<Scenery>,
 }
 
-/// A thruster as the spec tells it.
+/// A thruster as in the spec.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nozzle {
     /// Where it sits, from the mass center, body axes \[m\].
@@ -63,7 +63,7 @@ impl Identity {
         self.body_frame.as_deref().unwrap_or(Self::BODY_FRAME)
     }
 
-    /// From which frame to which attitudes lead, where the spec names one of them.
+    /// Returns the frames from which and to which attitudes map, if the spec names one of them.
     pub fn frames(&self) -> Option<String> {
         let named = self.body_frame.is_some() || self.reference_frame.is_some();
         let of = |frame: &Option<String>, other: &str| frame.clone().unwrap_or(other.into());
@@ -72,7 +72,7 @@ impl Identity {
         named.then(|| format!("from {from} to {to}"))
     }
 
-    /// What the input of this number, forces first, is called, where it has a name.
+    /// Returns the name of the input with this number, forces first, if it has one.
     pub fn input(&self, index: usize) -> Option<&str> {
         self.inputs.get(index).map(String::as_str)
     }

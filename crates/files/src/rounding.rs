@@ -1,9 +1,10 @@
-//! What is taken as the rounding of printed numbers, once for every file that is read.
+//! The rounding of printed numbers that all readers accept.
 
-/// How far the length of a quaternion, or of a row or column of a rotation matrix, may be from 1, and such rows from being orthogonal:
-/// three digits were printed. The nearest rotation is taken, with a warning.
+/// The largest deviation from 1 of the length of a quaternion, or of a row or column of a
+/// rotation matrix, and of such rows from being orthogonal: three printed digits. The nearest
+/// rotation is used, with a warning.
 pub(crate) const ROTATION: f64 = 1e-3;
-/// As much the largest moment of inertia may exceed the sum of the others, relative to itself.
+/// The largest relative excess of the largest moment of inertia over the sum of the others.
 pub(crate) const MOMENT: f64 = ROTATION;
-/// What needs no warning: nine digits.
+/// The deviation that needs no warning: nine digits.
 pub(crate) const SILENT: f64 = 1e-9;

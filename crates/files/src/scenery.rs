@@ -1,4 +1,5 @@
-//! What stands around a spacecraft while it turns: the Earth below, Sun, Moon, and what it points at in the end.
+//! The surroundings of a spacecraft while it turns: the Earth below, Sun, Moon, and the target of
+//! the end.
 //!
 //! Nothing in it changes a plan: pictures and summaries show it. A plan file holds it as coefficients, so that a report needs no orbit
 //! and no ephemeris.
@@ -11,25 +12,27 @@ use slewkit_sky::{EARTH_RADIUS_M, EARTH_RATE_RAD_S, geodetic, meets_ground, stat
 const SUN_RADIUS_M: f64 = 6.957e8;
 const MOON_RADIUS_M: f64 = 1.7374e6;
 
-/// What is around.
+/// The surroundings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenery {
-    /// From the centre of the Earth to the spacecraft, GCRS \[m\]; `None` where no orbit is known.
+    /// The vector from the centre of the Earth to the spacecraft, GCRS \[m\]; `None` without an
+    /// orbit.
     pub spacecraft: Option<Track>,
-    /// To the centre of the Sun \[m\]: from the spacecraft, or from the centre of the Earth where no orbit is known.
+    /// The vector to the centre of the Sun \[m\]: from the spacecraft, or from the centre of the
+    /// Earth without an orbit.
     pub sun: Track,
-    /// To that of the Moon.
+    /// The vector to the centre of the Moon.
     pub moon: Track,
-    /// From GCRS to the axes that turn with the Earth, at time zero.
+    /// The rotation from GCRS to the axes that turn with the Earth, at time zero.
     pub earth: Matrix3,
-    /// What the maneuver ends on, where it has a name.
+    /// The target of the end, if it has a name.
     pub target: Option<TargetShown>,
 }
 
-/// What a maneuver ends on.
+/// The target of the end of a maneuver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetShown {
-    /// As in "ground 48.1, 11.6".
+    /// The name, as in "ground 48.1, 11.6".
     pub name: String,
     /// Geodetic latitude, east longitude \[deg\] and height \[m\] of a station.
     pub station: Option<[f64; 3]>,
@@ -40,11 +43,11 @@ pub struct TargetShown {
 /// A disc among the directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// As in "Sun".
+    /// The name, as in "Sun".
     pub name: &'static str,
-    /// To its middle, a unit vector, GCRS.
+    /// The direction to its middle, a unit vector, GCRS.
     pub direction: Vector3,
-    /// From its middle to its limb \[rad\].
+    /// The angle from its middle to its limb \[rad\].
     pub angular_radius: f64,
 }
 
@@ -82,7 +85,8 @@ impl Scenery {
         Some(geodetic(&meets_ground(&self.earth_fixed(&place, time), &along)?))
     }
 
-    /// Of a station that is aimed at: the distance \[m\], and the elevation of the spacecraft above its horizon \[rad\].
+    /// Returns the distance of a targeted station \[m\], and the elevation of the spacecraft
+    /// above its horizon \[rad\].
     pub fn station_at(&self, time: f64) -> Option<[f64; 2]> {
         let [latitude, longitude, height] = self.target.as_ref()?.station?;
         let place = self.earth_fixed(&self.spacecraft.as_ref()?.at(time)[0], time);

@@ -5,11 +5,11 @@ use crate::draw::Span;
 use slewkit::maneuver::Objective;
 use slewkit::maneuver::switching::{Switching, SwitchingArc};
 
-/// An input this near to a limit, or to none at all, relative to its limit, is there.
+/// The relative distance from a limit, or from zero, within which an input counts as at it.
 const AT_LIMIT: f64 = 0.01;
 
-/// The arcs of a plan whose inputs switch: those of the continuous extremal, or stretches of steps where the law is
-/// smoothed.
+/// Returns the arcs of a plan whose inputs switch: the arcs of the continuous extremal, or
+/// stretches of steps if the law is smoothed.
 pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
     let Some(switching) = &subject.plan.solution.switching else { return Vec::new() };
     let kind = |inputs: &[f64]| kind(subject, switching, inputs);
@@ -38,8 +38,9 @@ pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
     spans
 }
 
-/// What inputs do: "coast", all off; "singular", one that may be so is within its limits; "bang" otherwise. Under a limit of
-/// the norm there are no inputs to tell where the torque has all of it and turns.
+/// Classifies the inputs: "coast" if all are off; "singular" if one that may be singular is
+/// within its limits; "bang" otherwise. With a limit of the norm, no input is reported while the
+/// torque has its full norm and turns.
 fn kind(subject: &Subject, switching: &Switching, inputs: &[f64]) -> &'static str {
     let set = &subject.problem.actuation.torque;
     let limits = set.limits();

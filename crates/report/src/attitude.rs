@@ -34,7 +34,7 @@ pub(super) fn euler_chart(time: &[f64], quaternions: &[[f64; 4]], sequence: &str
     shown("euler", chart, format!("intrinsic: R = {rotations}; continued over full turns"))
 }
 
-/// Without jumps of a turn; near gimbal lock angles still swing.
+/// Removes jumps of whole turns; angles near gimbal lock still vary fast.
 fn unwrapped(mut angles: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     for row in 1..angles.len() {
         let before = angles[row - 1];

@@ -1,16 +1,17 @@
-//! The directions fixed in the body that a picture follows, and the cones that speak of them.
+//! The directions fixed in the body that a picture shows, and the cones about them.
 
 use super::Subject;
 use slewkit::Vector3;
 use slewkit::maneuver::{Pointing, Rule};
 
-/// A direction fixed in the body, with the names of the constraints that speak of it.
+/// A direction fixed in the body, with the names of its constraints.
 pub(super) struct Boresight {
     pub name: String,
     pub vector: Vector3,
 }
 
-/// The boresight that ends on a target, and those of all constraints, each once; the body axes where there are none.
+/// Returns the boresight that ends on a target, and the boresights of all constraints, each once;
+/// the body axes if there are none.
 pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     let mut found: Vec<Boresight> = Vec::new();
     found.extend(

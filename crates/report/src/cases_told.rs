@@ -1,4 +1,4 @@
-//! What many cases came to, in words.
+//! The results of many cases in words.
 
 use super::summary::Lines;
 use slewkit::numerics::figures::{error, rounded, short, significant};
@@ -33,24 +33,28 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
     if tally.not_minima > 0 {
         lines.line(
             "optimality",
-            format!("{} of the solved are not known to be local minima", tally.not_minima),
+            format!("{} of the solved cases are not known to be local minima", tally.not_minima),
         );
     }
     if tally.untested > 0 {
-        let untested = format!("{} of the solved were not tested to second order, as asked", tally.untested);
+        let untested =
+            format!("{} of the solved cases were not tested to second order, as requested", tally.untested);
         lines.line("optimality", untested);
     }
     if let Some(widest) = &tally.widest_gap {
         let (all, gap) = (tally.extremals, error(widest.value));
         let known = format!(
-            "{all} of the solved switch: extremals by the maximum principle; second order is not asked"
+            "{all} of the solved cases switch: extremals by the maximum principle, without a \
+            second-order test"
         );
         lines.line("optimality", known);
-        lines
-            .line("gap", format!("at most {gap} of cost to be gained, to first order, in {}", named(widest)));
+        lines.line(
+            "gap",
+            format!("a gain of at most {gap} of the cost is possible, to first order, in {}", named(widest)),
+        );
     }
     if tally.long_way > 0 {
-        lines.line("path", format!("{} of the solved go the long way round", tally.long_way));
+        lines.line("path", format!("{} of the solved cases go the long way round", tally.long_way));
     }
     let failures = tally.statuses.iter().filter(|(status, _)| *status != "solved");
     lines.lines(
@@ -105,7 +109,7 @@ fn brief(set: &str) -> String {
     }
 }
 
-/// What stands between the numbers of a value.
+/// The characters between the numbers of a value.
 const SEPARATORS: [char; 6] = [',', '[', ']', '{', '}', ' '];
 /// Characters of a value that a summary shows.
 const LONGEST: usize = 60;

@@ -9,10 +9,11 @@ use slewkit::maneuver::{Motion, Rule};
 use slewkit::mechanics::actuators::{InputLimit, LimitKind};
 use slewkit::numerics::figures::short;
 
-/// Limits farther out than so many times the curves are told and not drawn: the curves would be flat.
+/// The ratio of a limit to the extent of the curves beyond which the limit is stated and not
+/// drawn: the curves would be flat.
 const FAR: f64 = 3.0;
 
-/// How high a thruster that is on stands above its line in the chart, of which lines are 1 apart.
+/// The height of an active thruster above its line in the chart; the lines are 1 apart.
 const RAISED: f64 = 0.7;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -199,7 +200,7 @@ fn translation(subject: &Subject) -> Vec<Shown> {
 
 fn clearance(subject: &Subject) -> Option<Shown> {
     let course = subject.course().filter(|course| !course.clearances.is_empty())?;
-    // A step has one value: it stands at its end.
+    // A step has one value, which is drawn at its end.
     let time = &subject.trajectory().time[1..];
     let curves = course.clearances.iter().enumerate().flat_map(|(index, clearance)| {
         let curve = |what: &str, part: usize, values: &[f64]| {
@@ -215,8 +216,8 @@ fn clearance(subject: &Subject) -> Option<Shown> {
     chart.levels.push(Level { value: 0.0, label: "violated below".into() });
     let cones = course.clearances.iter();
     chart.spans = cones.flat_map(|clearance| active(subject, &clearance.name, "cone active")).collect();
-    let remark = "the smallest on each step, between the nodes too, margins of the spec included; by the witnesses: \
-                  discrete motion, and continuous motion under the held torque";
+    let remark = "the smallest clearance on each step, also between the nodes, with the margins of the spec; by \
+     the witnesses: discrete motion, and continuous motion under the held torque";
     Some(shown("clearance", chart, remark))
 }
 
@@ -246,7 +247,8 @@ pub(super) fn costates(subject: &Subject) -> Vec<Shown> {
     all
 }
 
-/// Lines at both signs of each bound, one label for equal ones; bounds far outside are told in the subtitle.
+/// Draws lines at both signs of each bound, with one label for equal ones; the subtitle states
+/// bounds far outside.
 pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
     let points = chart.curves.iter().flat_map(|curve| curve.shape.points());
     let finite = points.map(|point| point.1).filter(|value| value.is_finite());
@@ -261,7 +263,7 @@ pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
         let (outside, shown): (Vec<f64>, Vec<f64>) =
             limits.into_iter().partition(|limit| *limit > FAR * reach);
         far.extend(outside.iter().map(|limit| format!("{name} {} {unit} is outside", short(*limit))));
-        // Lines near one another would have their labels one upon the other: the highest has that of all.
+        // Labels of neighbouring lines would overlap: the highest line has the label of all.
         let all: Vec<String> = shown.iter().map(|limit| short(*limit)).collect();
         let mut label = format!("{name} {} {unit}", all.join(", "));
         for limit in shown {

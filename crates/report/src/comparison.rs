@@ -1,7 +1,7 @@
 //! The page of a comparison: methods or objectives on one maneuver, integrators on one motion.
 //!
-//! It is made of the document that `slew compare --format json` prints. What is in no file, the motions and what errors do
-//! over time, is shown where it is handed over beside it.
+//! The page is made from the document that `slew compare --format json` prints. Motions and
+//! errors over time, which are in no file, are shown if the caller supplies them.
 
 use super::charts::{components, shown, time_axis};
 use super::page::{Content, Words, written};
@@ -23,7 +23,7 @@ use slewkit::propagate::integrator::{ErrorControl, Kind};
 use slewkit_files::export::ExportError;
 use std::io::{BufReader, Read};
 
-/// What is read of the document of a comparison.
+/// The part of the document of a comparison that a page uses.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ComparisonFile {
     name: String,
@@ -33,7 +33,7 @@ pub struct ComparisonFile {
     /// The motions by the names of what was compared, of those that have one.
     #[serde(skip)]
     pub motions: Vec<Motion>,
-    /// What the inputs of the motions are called, in their order; empty: by their numbers.
+    /// The names of the inputs of the motions, in their order; empty for numbers.
     #[serde(skip)]
     pub inputs: Vec<String>,
     /// The integrators over time at one step.
@@ -44,7 +44,7 @@ pub struct ComparisonFile {
 /// The motion of one of those that are compared.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// Of what.
+    /// The name of the motion.
     pub name: String,
     /// The motion.
     pub trajectory: Trajectory,
@@ -120,7 +120,7 @@ impl ComparisonFile {
         Ok(serde_json::from_reader(BufReader::new(input))?)
     }
 
-    /// Of the document itself.
+    /// Builds the page from the document itself.
     ///
     /// # Errors
     /// One that is no comparison.
@@ -135,7 +135,7 @@ pub fn comparison_page(file: &ComparisonFile) -> String {
     let nodes = file.motions.iter().map(|motion| motion.trajectory.time.len()).max().unwrap_or(0);
     let missing = shown.is_empty().then(|| {
         let reason =
-            "The document of a comparison holds no motion: `slew compare SPEC --report FILE.html` shows it.";
+            "The document of a comparison has no motion: `slew compare SPEC --report FILE.html` shows it.";
         ("compared", reason.to_string())
     });
     written(&Content {
@@ -151,7 +151,7 @@ pub fn comparison_page(file: &ComparisonFile) -> String {
     })
 }
 
-/// What there is to see of a comparison.
+/// Returns the pictures of a comparison.
 pub fn comparison_pictures(file: &ComparisonFile) -> Vec<Shown> {
     let mut all = Vec::new();
     for (key, motion) in INPUT_KEYS.into_iter().zip(&file.motions) {
@@ -201,7 +201,8 @@ fn turning(motions: &[Motion]) -> Shown {
     shown("turning", chart, "")
 }
 
-/// How far the attitudes of the others are from those of the first, where methods are compared.
+/// Returns the distances of the attitudes of the other methods from the first, if methods are
+/// compared.
 fn difference(file: &ComparisonFile) -> Option<Shown> {
     let (first, others) = file.motions.split_first()?;
     if !matches!(file.compared, Compared::Methods { .. }) || others.is_empty() {
@@ -221,12 +222,11 @@ fn difference(file: &ComparisonFile) -> Option<Shown> {
     };
     let curves = others.iter().enumerate().map(curve).collect();
     let axis = Axis::logarithmic("angle, deg");
-    let chart =
-        Chart::new(format!("Attitudes apart from those of {}", first.name), time_axis(), axis, curves);
+    let chart = Chart::new(format!("Attitude differences from {}", first.name), time_axis(), axis, curves);
     Some(shown("difference", chart, ""))
 }
 
-/// The study of integrators, put together again from what its document says.
+/// Rebuilds the study of integrators from its document.
 fn study(file: &ComparisonFile) -> Option<(Study, WorkPrecision)> {
     let Compared::Integrators { integrators, steps_s, horizons_s, energy_scale_j, levels, runs, equal_error } =
         &file.compared
@@ -259,13 +259,14 @@ fn study(file: &ComparisonFile) -> Option<(Study, WorkPrecision)> {
 fn proved(file: &ComparisonFile) -> &'static str {
     match file.compared {
         Compared::Methods { .. } => {
-            "Nothing about a global minimum: methods that agree were led to the same extremal by different roads."
+            "No global minimum is proved: methods that agree reached one extremal by different methods."
         }
         Compared::Objectives { .. } => {
-            "Each plan is an extremal of its own measure; what the others cost is measured, not bounded."
+            "Each plan is an extremal of its own objective. The values of the other objectives are \
+            measured, not bounded."
         }
         Compared::Integrators { .. } => {
-            "Nothing about the true motion: what an exact motion keeps is held against where it began."
+            "The true motion is not computed: conserved quantities are compared with their initial values."
         }
     }
 }
@@ -278,7 +279,11 @@ fn words(file: &ComparisonFile) -> Words {
             summary.push(label("problem", format!("{steps} {scheme} steps of {} s", short(*step_s))));
             let parts = [
                 ("costs", agreement.cost, "apart, relative"),
-                ("duals", agreement.duals_before_polish, "from the shooting's costates, of the largest"),
+                (
+                    "duals",
+                    agreement.duals_before_polish,
+                    "difference from the shooting's costates, of the largest",
+                ),
                 ("", agreement.duals_after_polish, "after polish"),
             ];
             let parts = parts.into_iter().filter_map(|(name, value, of)| Some((name, value?, of)));
@@ -300,7 +305,7 @@ fn words(file: &ComparisonFile) -> Words {
             summary.push(label("horizon", format!("{} s", short(horizon))));
             summary.push(label(
                 "energy",
-                format!("errors are parts of T₀ + |U₀| = {} J", short(*energy_scale_j)),
+                format!("errors are relative to T₀ + |U₀| = {} J", short(*energy_scale_j)),
             ));
             summary.push(label("time", format!("{THREAD_TIME} of one thread, the least of several runs")));
             "integrators"
@@ -349,7 +354,8 @@ fn tables(file: &ComparisonFile) -> Vec<Table> {
                     "time",
                 ],
                 rows: methods.iter().map(row).collect(),
-                remark: "Each on the same discrete problem; time is that of the solve, without the witnesses.",
+                remark: "Each method solves one discrete problem. The time is the time of the solve, without \
+                 the witnesses.",
             }]
         }
         Compared::Objectives { objectives } => {
@@ -369,7 +375,7 @@ fn tables(file: &ComparisonFile) -> Vec<Table> {
                 title: "Objectives",
                 head: vec!["least", "", "duration, s", "effort", "fuel", "switches", "gap", "time"],
                 rows: objectives.iter().map(row).collect(),
-                remark: "Each plan measured by the others too: what the best of one costs in the rest.",
+                remark: "Each plan measured by every objective: the value of each objective for each plan.",
             }]
         }
         Compared::Integrators { runs, equal_error, .. } => vec![
@@ -377,7 +383,8 @@ fn tables(file: &ComparisonFile) -> Vec<Table> {
                 title: "Work at equal error",
                 head: EQUAL.to_vec(),
                 rows: equal_error.iter().map(equal_row).collect(),
-                remark: "Of the mean energy error, interpolated between steps; ratios are to the first method. ≤ and ≥: beyond the longest or the shortest step.",
+                remark: "At one mean energy error, interpolated between steps; ratios are to the first \
+                 method. ≤ and ≥: beyond the longest or the shortest step.",
             },
             Table {
                 title: "Runs",
@@ -386,7 +393,7 @@ fn tables(file: &ComparisonFile) -> Vec<Table> {
                     .iter()
                     .map(|run| std::iter::once(short(run.horizon_s)).chain(run_row(run)).collect())
                     .collect(),
-                remark: "Energy: mean and largest |E − E₀| as a part of T₀ + |U₀|; RᵀR: mean ‖I − RᵀR‖.",
+                remark: "Energy: mean and largest |E − E₀| relative to T₀ + |U₀|; RᵀR: mean ‖I − RᵀR‖.",
             },
         ],
     }

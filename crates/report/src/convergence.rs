@@ -33,7 +33,8 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let curves = drawn.iter().enumerate().map(|(style, rung)| {
         let points: Vec<(f64, f64)> =
             rung.residuals.iter().enumerate().map(|(k, residual)| (before + k as f64, *residual)).collect();
-        // The runs that led to the plan follow each other; those of a failure are beside each other.
+        // The runs that led to the plan are drawn one after the other; those of a failure side by
+        // side.
         before += if solved { points.len().saturating_sub(1) as f64 } else { 0.0 };
         let from = if rung.start.is_empty() { String::new() } else { format!(", {}", rung.start) };
         let name = format!("{}\n{} steps{from}", rung.rung.name().replace('_', " "), rung.steps);
@@ -43,9 +44,9 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let chart =
         Chart::new("Convergence", Axis::linear("iteration"), Axis::logarithmic("scaled residual"), curves);
     let remark = if solved {
-        "the runs that led to the plan, one after the other, grid by grid"
+        "the runs that led to the plan, in order, on each grid"
     } else {
-        "the runs that came nearest, side by side"
+        "the nearest runs, side by side"
     };
     Some(shown("convergence", chart, remark))
 }

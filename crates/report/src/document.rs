@@ -13,7 +13,7 @@ pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
         .filter_map(|shown| match &shown.picture {
             Picture::Chart(chart) => Some(chart_document(shown.key, chart, &mut grids)),
             Picture::Sky(sky) => Some(sky_document(shown.key, sky)),
-            // It stands in the page as it is.
+            // The page contains this picture as SVG.
             Picture::Map(_) | Picture::Ground(_) => None,
         })
         .collect();
@@ -21,7 +21,7 @@ pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
     json!({ "charts": charts, "grids": grids, "body": body })
 }
 
-/// Numbers rounded to so many significant digits; what is not finite becomes `null`.
+/// Rounds numbers to `digits` significant digits; a number that is not finite becomes `null`.
 pub(super) fn numbers(values: impl Iterator<Item = f64>, digits: usize) -> Value {
     let rounded = |value: f64| -> Option<f64> { format!("{value:.*e}", digits - 1).parse().ok() };
     values.map(|value| json!(rounded(value).filter(|value| value.is_finite()))).collect()
@@ -32,7 +32,7 @@ pub(super) fn vector(vector: &Vector3) -> Value {
     numbers(vector.iter().copied(), 6)
 }
 
-/// A chart; abscissas that curves share stand in `grids` once.
+/// Returns the document of a chart; abscissas that curves share are stored once, in `grids`.
 fn chart_document(key: &str, chart: &Chart, grids: &mut Vec<Vec<f64>>) -> Value {
     let curve = |curve: &Curve| {
         let mut points = curve.shape.points();

@@ -16,7 +16,8 @@ use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit::{Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_6, TAU};
 
-/// Nodes at most at which a radius is sought: covariances are smooth along a plan.
+/// The largest number of nodes at which a radius is computed: covariances are smooth along a
+/// plan.
 const MOST_NODES: usize = 120;
 
 /// Ellipses along a track.
@@ -60,7 +61,7 @@ pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     linear.chain(bands::charts(subject)).collect()
 }
 
-/// How far each boresight is from where the plan has it.
+/// Returns the chart of the angle between each boresight and its planned direction.
 fn pointing(subject: &Subject) -> Option<Shown> {
     let (beside, loops) = (subject.beside()?, loops(subject));
     let boresights = boresights(subject);
@@ -92,10 +93,10 @@ fn pointing(subject: &Subject) -> Option<Shown> {
     let axis = Axis::logarithmic("angle from the plan, deg");
     let mut chart = Chart::new("Pointing errors", time_axis(), axis, curves);
     chart.subtitle = match &boresights[..] {
-        [one] => format!("{}: within this with the probability named", one.name),
-        _ => format!("within this with {}", LEVELS[0].1),
+        [one] => format!("{}: within this angle with the stated probability", one.name),
+        _ => format!("within this angle with {}", LEVELS[0].1),
     };
-    Some(shown("pointing", chart, "of the linear motion beside the plan"))
+    Some(shown("pointing", chart, "of the linear motion near the plan"))
 }
 
 /// Three deviations of the correction of each input, and what its limit leaves.
@@ -153,15 +154,15 @@ fn corrections(subject: &Subject) -> Option<Shown> {
     let axis = Axis::logarithmic(format!("input, {}", unit_of(0).1));
     let mut chart = Chart::new("Corrections by the gains", time_axis(), axis, curves);
     chart.subtitle = match limited {
-        true => "three standard deviations, and what the limits leave".into(),
-        false => "three standard deviations; the inputs are not limited".into(),
+        true => "three standard deviations, and the room below the limits".into(),
+        false => "three standard deviations; the inputs have no limits".into(),
     };
-    let remark =
-        if at_the_bottom { "where a limit leaves nothing its line runs along the bottom" } else { "" };
+    let remark = if at_the_bottom { "the line is at the bottom where a limit leaves no room" } else { "" };
     Some(shown("corrections", chart, remark))
 }
 
-/// Ellipses along the tracks of the boresights that hold them with 99.73 %, and how many times they are enlarged.
+/// Returns the 99.73 % ellipses along the tracks of the boresights, and the factor by which they
+/// are enlarged.
 pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
     let Some(beside) = subject.beside() else { return (Vec::new(), 1) };
     // σ of a circle holds so much of it.
@@ -173,7 +174,7 @@ pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
                 let axes =
                     axes(&boresight.vector, &of_attitude(&covariance.states[node])).map(|axis| axis * reach);
                 let size = axes[0].norm().max(axes[1].norm());
-                // Linear theory says nothing of larger ones.
+                // Linear theory does not describe larger ellipses.
                 if size > 0.0 && size <= FRAC_PI_6 {
                     let attitude = beside.linear.node(node).0;
                     found.push((style, name, attitude * boresight.vector, axes.map(|axis| attitude * axis)));
@@ -199,7 +200,7 @@ pub(super) fn rings(subject: &Subject) -> (Vec<SkyRing>, i32) {
     (found.iter().map(ring).collect(), factor)
 }
 
-/// What the ellipses on the map are.
+/// Describes the ellipses on the map.
 pub(super) fn told_of_rings(rings: &[SkyRing], factor: i32) -> String {
     let what = match (rings.iter().any(|ring| ring.filled), rings.iter().any(|ring| !ring.filled)) {
         (true, true) => "99.73 % ellipses: filled under the gains, outlined without",
@@ -266,9 +267,9 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
     for (index, chance) in longest.iter().enumerate() {
         let when = |of_motion: bool| if of_motion { " over the motion" } else { "" };
         let asked = subject.closed_loop()?.asked(&chance.name).map_or(String::new(), |asked| {
-            format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
+            format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked.of_motion))
         });
-        // Open loop nothing asks for more of an input than the plan.
+        // In open loop no correction adds to the input of the plan.
         let cell = |chances: &Vec<Chance>| {
             let Some(chance) = chances.get(index) else { return "–".into() };
             let at = significant(beside.linear.times()[chance.worst().node], 3);
@@ -281,8 +282,8 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
         let cell = |covariance: &Covariance| largest_share(covariance, uncertainty, first);
         rows.push(row(format!("most of the variance of the {label} at the end"), &cell));
     }
-    let remark = "To first order in what is uncertain. The chance is that of one instant; errors of neighbouring instants are \
-                  one error.";
+    let remark = "To first order in the uncertainty. The chance is that of one instant; errors of neighbouring \
+     instants are correlated.";
     Some(Table { title: "In flight", head, rows, remark })
 }
 

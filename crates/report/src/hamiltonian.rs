@@ -4,10 +4,11 @@
 //! H = L + λ^x·γ/m + λ^γ·(f + f_u) + λ^ζ·(Ω − Rᵀn) + λ^Π·(Π × Ω + M + τ)
 //! ```
 //!
-//! with the running cost L and the rate n of the reference frame. No field depends on time in its own frame, so H is
-//! constant in continuous time, limits or not: the derivative of the least cost by the duration, and zero where the duration
-//! is sought. With the costates of the discrete conditions, which belong to the middle of a kick up to half of it, it is so
-//! up to the error of the discretisation. That error is what the chart shows.
+//! with the running cost L and the rate n of the reference frame. No field depends on time in its
+//! own frame, so H is constant in continuous time, with or without limits. It is the derivative
+//! of the least cost by the duration, and zero if the duration is free. The costates of the
+//! discrete conditions belong to the middle of a kick up to half of it; with them H is constant
+//! up to the error of the discretisation. The chart shows that error.
 //!
 //! Wheels store momenta h, `ḣ = −u`, and Π is the total momentum. Their costate is not in a plan; where no limit of theirs
 //! acts it is `Wu`, and
@@ -25,7 +26,7 @@ use slewkit::mechanics::AxisFrame;
 use slewkit::mechanics::environment::Pose;
 use slewkit::{Vector3, lie};
 
-/// The chart; none where [`missing`] says why.
+/// Returns the chart; `None` if [`missing`] gives a reason.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     if missing(subject).is_some() {
         return None;
@@ -40,25 +41,25 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     ))
 }
 
-/// Why there is no Hamiltonian to draw, where there is none.
+/// Returns the reason for which the chart cannot be drawn, if any.
 pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     let problem = subject.problem;
     if subject.trajectory().time.len() < 2 {
-        return Some("the plan has no steps: the body is where it should be");
+        return Some("the plan has no steps: the body is already in its end attitude");
     }
     if subject.trajectory().costates.is_empty() {
         return Some("the plan has no costates");
     }
     if problem.is_shaped() {
         return Some(
-            "the costates of least time or fuel on equal steps belong to a cost that is in part effort",
+            "the costates of least time or fuel on equal steps belong to a cost that contains effort",
         );
     }
     let names = problem.actuation.limits().map(|limit| limit.name);
     let mut names: Vec<&str> = names.filter(|_| problem.actuation.wheels.is_some()).collect();
     names.retain(|name| subject.plan.solution.active.iter().any(|active| active.name == *name));
     if !names.is_empty() {
-        return Some("a limit of the wheels acts: the costates of their momenta are then not in the plan");
+        return Some("a limit of the wheels is active: the plan does not hold the costates of their momenta");
     }
     let turning = problem.environment.frame_rate() != Vector3::zeros();
     if turning && problem.motion == Motion::RigidBody {
@@ -79,7 +80,7 @@ fn value(subject: &Subject, row: usize) -> f64 {
     let relative = rate - attitude.tr_mul(&problem.environment.frame_rate());
     let inertia = problem.body.inertia.j();
     let (zeta, pi) = (part(dimension - 6), part(dimension - 3));
-    // Inputs that are held over steps have none at the last node: there it is that of the last step.
+    // Held inputs have no row at the last node; the row of the last step is used there.
     let row = row.min(trajectory.torque.len() - 1);
     let inputs = trajectory.inputs(row);
     if let Some(wheels) = &problem.actuation.wheels {
@@ -94,7 +95,7 @@ fn value(subject: &Subject, row: usize) -> f64 {
     let (torque, moving) = (trajectory.torque[row], dimension == 12);
     let linear = if moving { part(3) } else { Vector3::zeros() };
 
-    // Half a kick leads the costate of the pose from beside the node to it.
+    // Half a kick leads from the costate of the pose near the node to that at the node.
     let half = match problem.scheme {
         Scheme::LieVerlet if !problem.switches() => 0.5 * problem.step(),
         Scheme::LieVerlet | Scheme::LieEuler => 0.0,
@@ -119,7 +120,7 @@ fn value(subject: &Subject, row: usize) -> f64 {
     value
 }
 
-/// What a second costs at a row of inputs.
+/// Returns the cost per second at a row of inputs.
 fn running_cost(subject: &Subject, inputs: &[f64]) -> f64 {
     let actuation = &subject.problem.actuation;
     let weights = match &subject.problem.objective {

@@ -1,9 +1,10 @@
 //! Something to look at: a plan as pictures, and as one page that needs nothing else.
 //!
-//! [`pictures`] gives what a reader of a plan wants to see, in a fixed order, as charts that [`crate::draw`] writes as SVG;
-//! [`plan_page`] puts the same charts, drawn by a script of ours that it holds, with verdict, tables and a turning body into
-//! one HTML file that names no other. Everything is taken from a [`Problem`] and a [`Plan`], which a plan
-//! file holds both; what lies between the nodes comes from the witnesses ([`slewkit::verify::course()`]).
+//! [`pictures`] returns the charts of a plan, in a fixed order, and [`crate::draw`] writes them
+//! as SVG. [`plan_page`] puts these charts, drawn by its own script, with verdict, tables and a
+//! turning body into one HTML file that loads no other. The data come from a [`Problem`] and a
+//! [`Plan`], which a plan file both holds. The witnesses supply values between the nodes
+//! ([`slewkit::verify::course()`]).
 //!
 //! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data have all rows.
 
@@ -100,14 +101,14 @@ pub const MOST_POINTS: usize = 2000;
 pub struct Subject<'a> {
     /// The maneuver on the grid of the plan.
     pub problem: &'a Problem,
-    /// What was found.
+    /// The plan.
     pub plan: &'a Plan,
-    /// What inputs and frames are called, and when the maneuver begins.
+    /// The names of inputs and frames, and the start time of the maneuver.
     pub identity: &'a Identity,
     /// Sequence of the Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`].
     pub sequence: &'a str,
     course: Option<Result<Course, WitnessError>>,
-    /// What the plan is flown with, and what is known of it then.
+    /// The gains and uncertainties of the plan, and the resulting quantities.
     flight: Option<(&'a ClosedLoop, Result<Beside, NotKnown>)>,
 }
 
@@ -118,19 +119,21 @@ pub struct Shown {
     pub key: &'static str,
     /// The picture.
     pub picture: Picture,
-    /// In a sentence what is shown, where the title does not say it.
+    /// A sentence that says what is shown, if the title does not.
     pub remark: String,
 }
 
 impl<'a> Subject<'a> {
-    /// The witnesses follow the plan once; where they cannot, what only they know is not shown, and why is told.
+    /// The witnesses propagate the plan once. If they cannot, their results are not shown, and
+    /// the page states the reason.
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));
         Self { problem, plan, identity, sequence, course, flight: None }
     }
 
-    /// Also what is known of the plan flown with `closed_loop`, where that asks for anything and there is a plan.
+    /// Adds the quantities of the plan flown with `closed_loop`, if that has gains or uncertainty
+    /// and a plan exists.
     pub fn flown_with(mut self, closed_loop: &'a ClosedLoop) -> Self {
         if closed_loop.is_asked()
             && !PosedPlan::is_of(self.problem)
@@ -143,12 +146,12 @@ impl<'a> Subject<'a> {
         self
     }
 
-    /// What is known beside the plan, where it is.
+    /// Returns the quantities near the plan, if known.
     fn beside(&self) -> Option<&Beside> {
         self.flight.as_ref()?.1.as_ref().ok()
     }
 
-    /// What the plan is flown with, where that is asked for.
+    /// Returns the gains and uncertainties of the plan, if any.
     fn closed_loop(&self) -> Option<&'a ClosedLoop> {
         self.flight.as_ref().map(|(closed_loop, _)| *closed_loop)
     }
@@ -162,7 +165,8 @@ impl<'a> Subject<'a> {
         &self.plan.solution.trajectory
     }
 
-    /// What the input of this number, forces first, is called: its name in the spec, or its number among its kind.
+    /// Returns the name of the input with this number, forces first: its name in the spec, or its
+    /// kind and number.
     fn input_name(&self, index: usize) -> String {
         if let Some(name) = self.identity.input(index) {
             return name.into();
@@ -183,13 +187,13 @@ impl<'a> Subject<'a> {
         if several { format!("{kind} {}", number + 1) } else { kind.into() }
     }
 
-    /// What the reference frame is called, as in "in the reference frame J2000".
+    /// Returns the name of the reference frame, as in "in the reference frame J2000".
     fn reference_frame(&self) -> String {
         let name = self.identity.reference_frame.as_ref();
         name.map_or("reference frame".into(), |name| format!("reference frame {name}"))
     }
 
-    /// The times of the rows of inputs: Lie–Euler has none at the first node.
+    /// Returns the times of the rows of inputs: Lie–Euler has no row at the first node.
     fn input_times(&self) -> &'a [f64] {
         let time = &self.trajectory().time;
         &time[self.problem.scheme.first_input().min(time.len())..]
@@ -205,7 +209,8 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// What there is to see of a plan, in the order of a report; nothing where there is no trajectory but the convergence.
+/// Returns the pictures of a plan, in the order of a report. Without a trajectory only the
+/// convergence is shown.
 pub fn pictures(subject: &Subject) -> Vec<Shown> {
     let mut shown = Vec::new();
     if !subject.trajectory().time.is_empty() {

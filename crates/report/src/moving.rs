@@ -1,4 +1,4 @@
-//! What moves around a spacecraft, for pictures: Earth, Moon, Sun, the target, cones about what moves.
+//! Moving objects around a spacecraft, for pictures: Earth, Moon, Sun, the target, moving cones.
 
 use super::boresight::{boresights, cones};
 use super::{MOST_POINTS, Shown, Subject};
@@ -41,7 +41,7 @@ pub(super) fn discs(subject: &Subject) -> Vec<SkyDisc> {
     if let Some(aim) = subject.problem.aim().filter(|aim| !aim.at.is_still(&frame_rate)) {
         let name = target_name(subject).unwrap_or("target").to_string();
         let way = times.iter().map(|time| (aim.at.at(*time, &frame_rate), 0.0)).collect();
-        // What is drawn as a disc needs no second mark.
+        // An object that is drawn as a disc needs no other mark.
         if !found.iter().any(|disc| name.eq_ignore_ascii_case(&disc.name)) {
             found.push(SkyDisc { name, kind: DiscKind::Target, way });
         }
@@ -49,12 +49,12 @@ pub(super) fn discs(subject: &Subject) -> Vec<SkyDisc> {
     found
 }
 
-/// What the maneuver ends on is called.
+/// Returns the name of the target of the maneuver.
 pub(super) fn target_name<'a>(subject: &Subject<'a>) -> Option<&'a str> {
     Some(subject.identity.scenery.as_ref()?.target.as_ref()?.name.as_str())
 }
 
-/// A cone as it stands at the start, and how it moves.
+/// Returns a cone at the start, and its motion.
 pub(super) fn cone(subject: &Subject, name: &str, pointing: &Pointing, direction: &Direction) -> SkyCone {
     let frame_rate = subject.problem.environment.frame_rate();
     let half = |time: f64| pointing.effective_half_angle() + direction.angular_radius(time);
@@ -130,7 +130,7 @@ pub(super) fn ground(subject: &Subject) -> Option<Shown> {
     });
     let ground = Ground {
         title: "On the ground".into(),
-        subtitle: "where boresights meet the ellipsoid of WGS 84".into(),
+        subtitle: "intersections of the boresights with the ellipsoid of WGS 84".into(),
         tracks,
         places: places.into_iter().collect(),
     };

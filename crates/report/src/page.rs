@@ -1,7 +1,7 @@
 //! One HTML file that shows a plan and needs nothing else: no network, no other file.
 //!
-//! Text from a spec is escaped where it is text, and in the data of the script every `<` is, so that nothing in it
-//! ends a tag. Without a script the words and the tables are there.
+//! Text from a spec is escaped. In the data of the script every `<` is escaped, so that no text
+//! ends a tag. Without a script the page shows the words and the tables.
 
 use super::body::body;
 use super::document::document;
@@ -38,19 +38,19 @@ impl Tone {
     }
 }
 
-/// What is told in words.
+/// The words of a page.
 pub(super) struct Words {
     /// The verdict, as in "solved and verified".
     pub verdict: String,
-    /// What it means.
+    /// The meaning of the verdict.
     pub tone: Tone,
     /// The summary: labels and texts; one without a label goes on from the one before.
     pub summary: Vec<(String, String)>,
-    /// What is folded away below: how it was found.
+    /// The folded details: how the plan was found.
     pub details: Vec<(String, String)>,
 }
 
-/// What wrote a page.
+/// The program that wrote a page.
 const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"), ", `slew report`");
 
 const STYLE: &str = include_str!("page/style.css");
@@ -70,7 +70,7 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
     ("cases", "Over the cases", &CASE_KEYS),
     ("compared", "Side by side", &COMPARISON_KEYS),
     ("integrators", "Side by side", INTEGRATOR_KEYS),
-    ("directions", "Where the boresights go", &["sky", "around", "ground"]),
+    ("directions", "Boresights in space", &["sky", "around", "ground"]),
     (
         "limits",
         "Inputs, rates and momenta",
@@ -97,16 +97,16 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
     ("convergence", "Convergence", &["convergence"]),
 ];
 
-/// What stands on a page.
+/// The contents of a page.
 pub(super) struct Content<'a> {
     pub name: &'a str,
     pub words: &'a Words,
     /// Sentences about what is proved.
     pub proved: Vec<String>,
     pub shown: Vec<Shown>,
-    /// What a group of pictures, named by its section, lacks and why.
+    /// The missing picture of a group, named by its section, and the reason.
     pub missing: Vec<(&'static str, String)>,
-    /// The table that stands above the pictures of a group.
+    /// The table above the pictures of a group.
     pub grouped: Option<(&'static str, Table)>,
     pub tables: Vec<Table>,
     /// The body in motion, or `null`.
@@ -115,8 +115,9 @@ pub(super) struct Content<'a> {
     pub nodes: usize,
 }
 
-/// The page of a plan, with the words of its summary; `sequence` is that of the Euler angles, one of
-/// [`slewkit_files::export::EULER_SEQUENCES`]; `flown` is what the plan is flown with, and the margins that its chances took.
+/// Returns the page of a plan, with the words of its summary. `sequence` is the sequence of the
+/// Euler angles, one of [`slewkit_files::export::EULER_SEQUENCES`]. `flown` has the gains and
+/// uncertainties of the plan, and the margins of its chance constraints.
 pub fn plan_page(
     problem: &Problem,
     settings: &Settings,
@@ -156,14 +157,14 @@ fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
     Some(("costates", format!("No Hamiltonian: {reason}.")))
 }
 
-/// Why nothing is told of the flight, where it is asked for.
+/// Returns the reason for which the flight is not shown, if it is requested.
 fn flight_missing(subject: &Subject) -> Option<(&'static str, String)> {
     let (_, beside) = subject.flight.as_ref()?;
     let error = beside.as_ref().err()?;
-    Some(("flight", format!("No gains and no covariance along this plan: {error}.")))
+    Some(("flight", format!("No gains and no covariance for this plan: {error}.")))
 }
 
-/// Texts of which the first has the label.
+/// Labels the first of several texts.
 fn labelled(label: &str, texts: &[String]) -> Vec<(String, String)> {
     let told = texts.iter().enumerate();
     told.map(|(index, text)| (if index == 0 { label.into() } else { String::new() }, text.clone())).collect()
@@ -188,7 +189,7 @@ fn maneuver(problem: &Problem) -> Vec<(String, String)> {
     told.map(|(label, text)| (label.to_string(), text)).to_vec()
 }
 
-/// What the spec calls object and frames, and when time zero is.
+/// Returns the names of object and frames in the spec, and the date of time zero.
 fn named(identity: &Identity) -> Vec<(String, String)> {
     let told = [
         ("object", identity.object.clone()),
@@ -373,12 +374,13 @@ fn write_table(html: &mut String, table: &Table) {
 
 fn stage(html: &mut String) {
     html.push_str(
-        "<div class=\"stage\"><canvas id=\"stage\" role=\"img\" aria-label=\"the body as it turns\" tabindex=\"0\">\
-         </canvas></div>\n<div class=\"controls\"><button id=\"play\" type=\"button\">Play</button>\
-         <input id=\"slider\" type=\"range\" min=\"0\" max=\"1000\" value=\"0\" step=\"1\" aria-label=\"time\">\
-         <output id=\"clock\"></output></div>\n<div class=\"legend\" id=\"stage-legend\"></div>\n<p class=\"remark\">A box \
-         in the place of the body, of its principal moments where they are known. Drag to look from elsewhere, or use the arrow keys; the slider is the time of \
-         the cursor in every chart.</p>\n",
+        "<div class=\"stage\"><canvas id=\"stage\" role=\"img\" aria-label=\"the body as it turns\" \
+        tabindex=\"0\"></canvas></div>\n<div class=\"controls\"><button id=\"play\" \
+        type=\"button\">Play</button><input id=\"slider\" type=\"range\" min=\"0\" max=\"1000\" \
+        value=\"0\" step=\"1\" aria-label=\"time\"><output id=\"clock\"></output></div>\n<div \
+        class=\"legend\" id=\"stage-legend\"></div>\n<p class=\"remark\">A box represents the body, \
+        with its principal moments where they are known. Drag, or use the arrow keys, to change the \
+        view. The slider is the time of the cursor in every chart.</p>\n",
     );
 }
 
@@ -386,15 +388,15 @@ fn foot(html: &mut String, charts: bool, nodes: usize) {
     html.push_str("</main>\n<footer>\n<p>");
     if charts {
         html.push_str(
-            "In the charts: move or tap for values, drag to zoom, double click or 0 for everything; with the keyboard, \
-             arrows move the cursor, + and − zoom.",
+            "In the charts: move or tap for values, drag to zoom, double click or 0 for the whole \
+            chart; with the keyboard, arrows move the cursor, + and − zoom.",
         );
     }
     if nodes > MOST_POINTS {
         let _ = write!(
             html,
-            " Curves show at most {MOST_POINTS} of {nodes} points, with the lowest and the highest of each stretch; the \
-             file that the report is made of has all."
+            " Curves show at most {MOST_POINTS} of {nodes} points, with the lowest and the highest \
+            of each stretch; the source file of the report has all points."
         );
     }
     let _ = writeln!(html, "</p>\n<p>{}</p>\n</footer>", escape(GENERATOR));

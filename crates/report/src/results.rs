@@ -1,4 +1,5 @@
-//! What there is to see of a file of results: the cost over the keys of a sweep, its distribution over random draws.
+//! The pictures of a file of results: the cost over the keys of a sweep, and its distribution
+//! over random draws.
 
 use super::cases_told::told_of_cases;
 use super::page::{Content, Words, written};
@@ -10,7 +11,7 @@ use serde_json::Value;
 use slewkit::numerics::figures::{short, significant};
 use slewkit_files::batch::{CaseResult, Header, Shard, Tally};
 
-/// Most cases of which every one is a point or a cell; of more the distribution is shown.
+/// The largest number of cases that are drawn one by one; of more the distribution is shown.
 pub const MOST_PICTURED: usize = 100_000;
 /// Values of a key that make a row or a column.
 const MOST_CELLS: usize = 400;
@@ -19,14 +20,14 @@ const BARS: usize = 60;
 /// Failed cases that the table lists.
 const LISTED: usize = 50;
 
-/// What is held of the results for pictures and tables.
+/// The results, as pictures and tables use them.
 #[derive(Clone, Debug)]
 pub struct Cases {
     header: Header,
     tally: Tally,
-    /// Of the first [`MOST_PICTURED`] cases: values of the keys, as text, and the cost.
+    /// The first [`MOST_PICTURED`] cases: values of the keys, as text, and the cost.
     points: Vec<(Vec<String>, Option<f64>)>,
-    /// How far the continuous motion of each solved case misses \[deg\].
+    /// The miss of the continuous motion of each solved case \[deg\].
     misses: Vec<f64>,
     failed: Vec<CaseResult>,
 }
@@ -62,7 +63,7 @@ impl Cases {
         }
     }
 
-    /// What became of them.
+    /// Returns the counts of the results.
     pub fn tally(&self) -> &Tally {
         &self.tally
     }
@@ -83,7 +84,7 @@ impl Cases {
         for costs in self.tally.objectives.values().filter(|_| one) {
             shown.extend(distribution("distribution", "Distribution of the cost", "cost", &costs.all));
         }
-        let title = "Distribution of what the continuous motion misses";
+        let title = "Distribution of the miss of the continuous motion";
         shown.extend(distribution("miss", title, "miss of the attitude, deg", &self.misses));
         shown
     }
@@ -188,7 +189,7 @@ impl Cases {
                 title: "Cases that failed",
                 head: vec!["case", "status", "values", "because"],
                 rows: failed.collect(),
-                remark: "At most fifty of them. `--case NUMBER -o plan.json` plans one again.",
+                remark: "At most fifty cases. `--case NUMBER -o plan.json` plans one again.",
             },
             Table {
                 title: "Costliest cases",

@@ -13,7 +13,8 @@ use slewkit::Vector3;
 use slewkit::numerics::figures::{error, short};
 use slewkit_files::export::{BodyRows, SimulationFile};
 
-/// The page of a simulation, as `slew simulate --format json` writes it; `sequence` is that of the Euler angles, one of
+/// Returns the page of a simulation, from the document of `slew simulate --format json`.
+/// `sequence` is the sequence of the Euler angles, one of
 /// [`slewkit_files::export::EULER_SEQUENCES`].
 pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
     let rows = &file.trajectory;
@@ -32,8 +33,8 @@ pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
         name: &file.name,
         words: &words(file),
         proved: vec![
-            "Nothing about an optimum: a simulation only follows its bodies. What should be conserved is held against where \
-             it began."
+            "No optimum is claimed: a simulation only propagates its bodies. Conserved quantities \
+            are compared with their initial values."
                 .into(),
         ],
         shown,
@@ -68,8 +69,8 @@ fn vectors(rows: &[[f64; 3]]) -> Vec<Vector3> {
     rows.iter().map(|row| Vector3::from(*row)).collect()
 }
 
-/// What there is to see of a simulation: the motion of each body, then what all together keep. `sequence` is that of the
-/// Euler angles, of one body alone.
+/// Returns the pictures of a simulation: the motion of each body, then the conserved quantities
+/// of all. `sequence` is the sequence of the Euler angles of a single body.
 pub fn simulation_pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> {
     let rows = &file.trajectory;
     let time = &rows.time_s;

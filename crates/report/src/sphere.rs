@@ -1,4 +1,4 @@
-//! What the boresights see: their tracks on the sphere of directions, with the cones of the spec.
+//! The tracks of the boresights on the sphere of directions, with the cones of the spec.
 
 use super::boresight::{Boresight, body_axes, boresights};
 use super::{MOST_POINTS, Shown, Subject, flight, moving};
@@ -20,7 +20,7 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let mut marks: Vec<SkyMark> =
         all.iter().map(|cone| SkyMark { name: String::new(), at: cone.axis }).collect();
     let moving = all.iter().any(|cone| !cone.way.is_empty());
-    // Where the end asked for is, the track may not be: a plan that failed.
+    // The track of a failed plan may not reach the requested end.
     for (track, boresight) in tracks.iter().zip(boresights(subject)) {
         let target = subject.problem.end.attitude * boresight.vector;
         let ends = track.points.last().map_or(f64::INFINITY, |end| (end - target).norm());
@@ -34,10 +34,10 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     let (rings, enlarged) = flight::rings(subject);
     let mut remark: String = match (all.is_empty(), moving) {
         (true, _) if subject.problem.aim().is_none() => {
-            "the spec has no boresight: the body axes are shown".into()
+            "the spec has no boresight: the chart shows the body axes".into()
         }
         (_, false) => String::new(),
-        (_, true) => "cones that move stand as at the start, dashed as at the end".into(),
+        (_, true) => "moving cones are filled as at the start, dashed as at the end".into(),
     };
     if !rings.is_empty() {
         let and = if remark.is_empty() { "" } else { "; " };
@@ -62,8 +62,8 @@ pub(super) fn around(subject: &Subject) -> Option<Shown> {
     subject.identity.scenery.as_ref()?;
     let Shown { picture: Picture::Sky(sky), .. } = sky(subject) else { return None };
     let whole = Sky { title: "All around".into(), whole: true, rings: Vec::new(), marks: Vec::new(), ..sky };
-    let remark = "Earth, Moon and Sun as they move: dashed as at the start, filled as at the end; \
-                  the Sun and the Moon larger than they are";
+    let remark = "Earth, Moon and Sun during the motion: dashed at the start, filled at the end; Sun and Moon are \
+     enlarged";
     Some(Shown { key: "around", picture: Picture::Sky(whole), remark: remark.into() })
 }
 

@@ -1,5 +1,5 @@
-//! What is told of a plan in words, line by line: [`told`] for who flies it, [`details`] for who wants to know how it was found
-//! and what the witnesses measured, as `slew plan -v` has it below.
+//! The summary of a plan, line by line: [`told`] for the users of the plan, and [`details`] for
+//! `slew plan -v`, with the search and the results of the witnesses.
 
 mod brief;
 pub(crate) mod firings;
@@ -40,7 +40,7 @@ pub fn plan(
     lines
 }
 
-/// What became of a plan in a few words.
+/// Returns the verdict on a plan in a few words.
 pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
     let solution = &plan.solution;
     let solved = solution.outcome == Outcome::Converged;
@@ -75,7 +75,7 @@ pub fn details(
     let solution = &plan.solution;
     let problem = &solution.on_grid(problem);
     let mut lines = Vec::new();
-    // What is proved infeasible was not searched for.
+    // A plan that is proved infeasible was not searched for.
     if plan.status != Status::Infeasible {
         lines.line("method", method(problem, solution));
     }
@@ -104,14 +104,14 @@ pub fn details(
     lines
 }
 
-/// What the steps leave to be wished for, if they do.
+/// Returns a remark if the steps are too coarse for the required accuracy.
 fn accuracy(found: &Accuracy) -> Option<String> {
     let (missed, wanted) = (found.continuous_attitude_deg, short(found.wanted_deg));
     (missed > found.wanted_deg).then(|| {
         let missed = significant(missed, 3);
         let how = match found.steps {
-            Some(steps) => format!("{steps} steps would bring that under {wanted} deg"),
-            None => format!("no number of steps would bring that under {wanted} deg"),
+            Some(steps) => format!("{steps} steps would reduce that below {wanted} deg"),
+            None => format!("no number of steps would reduce that below {wanted} deg"),
         };
         line("accuracy", &format!("the motion under these torques ends {missed} deg off the target; {how}"))
     })

@@ -21,7 +21,7 @@ use slewkit::Vector3;
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     subject.plan.solution.switching.as_ref()?;
-    // Along constraints inputs answer to more than these.
+    // Along constraints the inputs do not depend on these functions alone.
     if trajectory.costates.is_empty() || problem.is_shaped() {
         return None;
     }
@@ -63,7 +63,8 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
         }
     };
     let pulses = problem.shortest_pulse().is_some();
-    let remark = if pulses { "a pulse longer than it must be begins and ends at the level" } else { remark };
+    let remark =
+        if pulses { "a pulse longer than the shortest begins and ends at the level" } else { remark };
     let mut chart = Chart::new("Switching functions", time_axis(), Axis::linear(label), curves);
     // A pulse that is as short as it may be is on below the level too, and none stands everywhere beyond it.
     let level = |(value, label): (f64, &str)| Level { value, label: if pulses { "" } else { label }.into() };

@@ -1,4 +1,4 @@
-//! What a report says: what is proved and what is not, the checks, the margins, the rivals.
+//! The words of a report: what is proved and what is not, the checks, the margins, the rivals.
 
 use super::Subject;
 use super::arcs;
@@ -25,19 +25,19 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
     match subject.plan.status {
         Status::Infeasible => {
             let reason = solution.infeasible.as_ref().map_or("", |proof| &proof.reason);
-            told.push(format!("No plan exists, and that is proved: {reason}."));
+            told.push(format!("No plan exists, and this is proved: {reason}."));
             return told;
         }
         _ if solution.outcome != Outcome::Converged => {
-            told.push("Nothing: no extremal was found, which does not prove that there is none.".into());
+            told.push("Nothing is proved: no extremal was found, but one may exist.".into());
             told.extend(solution.shortfall.iter().map(|text| format!("Nearest: {text}.")));
             return told;
         }
-        Status::Solved => told.push("Every check of the independent witnesses holds.".into()),
+        Status::Solved => told.push("Every check of the independent witnesses passes.".into()),
         Status::VerificationFailed => {
-            told.push("A witness disagrees: the plan must not be used as it is. See the checks.".into());
+            told.push("A witness disagrees: do not use the plan. See the checks.".into());
         }
-        _ => told.push("The plan was not verified to the end.".into()),
+        _ => told.push("The verification of the plan is incomplete.".into()),
     }
     if let Some(found) = &subject.plan.verification {
         told.extend(witnessed(found, solution.trajectory.target.is_some()));
@@ -47,57 +47,58 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
     told
 }
 
-/// What the certificate of arcs says.
+/// Describes the certificate of arcs.
 fn extremal(switching: &Switching) -> Option<String> {
     let gap = error(100.0 * switching.gap / switching.continuous_cost);
     match switching.structure {
         Structure::Rest => None,
         Structure::AlongLimits => Some(
-            "The continuous extremal meets the maximum principle: every input is all along on the side that its switching \
-             function asks for, or holds a constraint that presses."
+            "The continuous extremal meets the maximum principle: every input is always at the limit \
+            that its switching function selects, or holds an active constraint."
                 .into(),
         ),
         Structure::BangBang | Structure::BangOffBang => Some(
-            "The continuous extremal meets the maximum principle: every input is all along on the side that its switching \
-             function asks for."
+            "The continuous extremal meets the maximum principle: every input is always at the limit \
+            that its switching function selects."
                 .into(),
         ),
         Structure::TruncatedChattering | Structure::Singular => Some(format!(
-            "The continuous extremal meets the maximum principle but on singular arcs, which are cut into pulses or smoothed: \
-             {gap} % of the cost could still be gained, to first order."
+            "The continuous extremal meets the maximum principle except on singular arcs, which are \
+            replaced by pulses or smoothed: a gain of {gap} % of the cost is possible, to first \
+            order."
         )),
         Structure::Pulses => Some(format!(
-            "Every input is off or at a limit, in pulses that last at least as long as asked: with the same pulses at other times \
-             the cost is no less nearby, and without a shortest pulse it is {:.2} % less.",
+            "Every input is off or at a limit, in pulses of at least the requested length. No nearby \
+            pulse times cost less. Without a shortest pulse the cost is {:.2} % less.",
             100.0 * switching.gap / switching.continuous_cost
         )),
         Structure::Norm => Some(format!(
-            "The torque of the continuous extremal goes as the maximum principle asks: {gap} % of the cost could still be \
-             gained, to first order."
+            "The torque of the continuous extremal follows the maximum principle: a gain of {gap} % \
+            of the cost is possible, to first order."
         )),
     }
 }
 
-/// Of a plan that lands the true motion comes first: it is what flies.
+/// For a plan that lands the true motion comes first, because it is flown.
 fn witnessed(found: &Verification, lands: bool) -> Vec<String> {
     let mut told = Vec::new();
     if lands {
         told.push(format!(
-            "The true motion under the recorded inputs, held over each step, ends {} deg from the attitude asked for, by an \
-             integrator that is not the planner's.",
+            "The true motion under the recorded inputs, held over each step, ends {} deg from the \
+            requested attitude, by an integrator that is independent of the planner.",
             significant(found.continuous_attitude_rad.to_degrees(), 3)
         ));
     }
-    let target = if lands { "the target that was shifted for it" } else { "the attitude asked for" };
+    let target = if lands { "the target that was shifted for it" } else { "the requested attitude" };
     told.push(format!(
-        "The discrete motion under the recorded inputs, propagated by other equations than the planner's, ends {} rad from \
-         {target}.",
+        "The discrete motion under the recorded inputs, propagated by other equations than the \
+        planner's, ends {} rad from {target}.",
         error(found.discrete_attitude_rad)
     ));
     if found.continuous_attitude_rad.is_finite() && !lands {
         told.push(format!(
-            "The continuous motion under the same inputs, held over each step, ends {} deg from it: the error of the \
-             discretisation, which more steps make smaller.",
+            "The continuous motion under these inputs, held over each step, ends {} deg from it. \
+            This is the error of the discretisation; more steps reduce it.",
             significant(found.continuous_attitude_rad.to_degrees(), 3)
         ));
     }
@@ -109,9 +110,9 @@ fn witnessed(found: &Verification, lands: bool) -> Vec<String> {
             } else {
                 "The discrete motion"
             };
-            format!("{motion} holds {}, at the nodes and between them.", all_of(held))
+            format!("{motion} keeps {}, at the nodes and between them.", all_of(held))
         } else {
-            format!("The discrete motion holds {held} of {} limits and constraints.", found.margins.len())
+            format!("The discrete motion keeps {held} of {} limits and constraints.", found.margins.len())
         });
     }
     told
@@ -129,17 +130,19 @@ fn minimum(subject: &Subject) -> &'static str {
     let given = matches!(subject.problem.path, Path::AsGiven(_));
     match subject.plan.solution.optimality.second_order() {
         SecondOrder::Minimum => {
-            "It is a local minimum of the discrete problem. That no other way is cheaper is not proved: rivals are the other \
-             extremals that were found."
+            "It is a local minimum of the discrete problem. No proof shows that it is global: rivals \
+            are the other extremals that were found."
         }
         SecondOrder::Saddle if given => {
-            "It is a saddle, not a minimum: the cost decreases in some direction. It is kept because the rotation is given."
+            "It is a saddle, not a minimum: the cost decreases in some direction. It is kept because \
+            the spec gives the rotation."
         }
         SecondOrder::Saddle => {
-            "It is a saddle, not a minimum: the cost decreases in some direction, and nothing cheaper was found there."
+            "It is a saddle, not a minimum: the cost decreases in some direction, and no cheaper \
+            plan was found there."
         }
-        SecondOrder::Undecided => "Whether it is a local minimum is not decided.",
-        SecondOrder::NotTested => "Whether it is a local minimum was not tested: the spec says so.",
+        SecondOrder::Undecided => "Whether it is a local minimum is undecided.",
+        SecondOrder::NotTested => "Whether it is a local minimum was not tested, as the spec requests.",
     }
 }
 
@@ -174,11 +177,11 @@ fn firings_told(subject: &Subject) -> Table {
         title: "Firings",
         head: vec!["thruster", "on, s", "firings", "on in all, s", "shortest, s"],
         rows: found.chunk_by(|a, b| a.input == b.input).map(row).collect(),
-        remark: "Thrusters that are not named stay off.",
+        remark: "Thrusters without a row stay off.",
     }
 }
 
-/// The arcs of the continuous extremal; no rows where there are none.
+/// Returns the table of the arcs of the continuous extremal; without arcs it has no rows.
 fn arcs_told(subject: &Subject) -> Table {
     let switching = subject.plan.solution.switching.as_ref();
     let arcs = switching.map_or(&[][..], |switching| &switching.arcs);
@@ -211,7 +214,8 @@ fn arcs_told(subject: &Subject) -> Table {
         title: "Arcs",
         head: vec!["arc", "", "from, s", "to, s", "length, s", unit],
         rows: spans.into_iter().enumerate().map(row).collect(),
-        remark: "Of the continuous extremal; the plan is the optimum of its own grid, and differs by the square of the step.",
+        remark: "These are arcs of the continuous extremal. The plan is the optimum of its own grid, and \
+         differs by the square of the step.",
     }
 }
 
@@ -246,9 +250,16 @@ fn rivals(subject: &Subject) -> Table {
     }
     Table {
         title: "Rivals",
-        head: vec!["", "found from", "way round", "turned, deg", "cost", "ways down (conjugate points)"],
+        head: vec![
+            "",
+            "found from",
+            "way round",
+            "turned, deg",
+            "cost",
+            "directions of decrease (conjugate points)",
+        ],
         rows,
-        remark: "Other extremals with the same ends that the search found; there may be more.",
+        remark: "Other extremals of these ends that the search found; more may exist.",
     }
 }
 
@@ -272,11 +283,11 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
         title: "Margins",
         head: vec!["limit or constraint", "", "margin", "continuous motion", "unit", "least at, s", "of"],
         rows: found.margins.iter().map(row).collect(),
-        remark: "Negative: violated. The continuous motion differs by the error of the discretisation.",
+        remark: "Negative means violated. The continuous motion differs by the error of the discretisation.",
     }
 }
 
-/// Of what a margin is: an input by its name, where the spec gives it one.
+/// Returns the name of the limited quantity: the name of an input in the spec, if it has one.
 fn named(subject: &Subject, margin: &Margin) -> String {
     margin.input(subject.problem).map_or_else(|| margin.at.clone(), |input| subject.input_name(input))
 }
@@ -290,6 +301,7 @@ fn checks(found: &Verification) -> Table {
         title: "Checks of the witnesses",
         head: vec!["check", "", "value", "limit"],
         rows: found.checks.iter().map(row).collect(),
-        remark: "The order of convergence must be at least its limit, every other value at most. Angles in radians.",
+        remark: "The order of convergence must be at least its limit, every other value at most its limit. \
+         Angles are in radians.",
     }
 }

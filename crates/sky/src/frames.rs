@@ -22,7 +22,7 @@ pub const EARTH_RATE_RAD_S: f64 = 7.292_115_146_7e-5;
 /// A second of arc \[rad\].
 pub(crate) const ARCSECOND: f64 = PI / 648_000.0;
 
-/// How the Earth turns beside its mean: what bulletins tell.
+/// The irregular rotation of the Earth, as published in bulletins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EarthRotation {
     /// UT1 − UTC \[s\].
@@ -31,7 +31,7 @@ pub struct EarthRotation {
     pub polar_motion_arcsec: [f64; 2],
 }
 
-/// Which theory of precession and nutation.
+/// The theory of precession and nutation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Theory {
     /// Seven arguments of nutation, printed below: 0.063″ from 1990 to 2050.
@@ -93,7 +93,7 @@ pub(crate) fn intermediate(clock: &Clock, time: f64, theory: Theory) -> Matrix3 
 /// The Earth rotation angle \[rad\].
 fn rotation_angle(clock: &Clock, time: f64, rotation: &EarthRotation) -> f64 {
     let (days, part) = clock.days_of_ut1(time, rotation.ut1_minus_utc_s);
-    // In turns, of which whole ones are left out before they are multiplied.
+    // The angle is in turns; whole turns are dropped before the multiplication.
     let turns = 0.779_057_273_264 + part + 0.002_737_811_911_354_48 * (days + part);
     TAU * turns.rem_euclid(1.0)
 }
@@ -110,19 +110,22 @@ pub(crate) fn to_earth(clock: &Clock, time: f64, rotation: &EarthRotation, theor
     wobble.transpose() * about_z(rotation_angle(clock, time, rotation)) * intermediate(clock, time, theory)
 }
 
-/// From components in the frame that turns with the Earth (ITRF) to those in GCRS, `time` \[s\] after the epoch.
+/// Returns the rotation from the frame that turns with the Earth (ITRF) to GCRS, `time` \[s\]
+/// after the epoch.
 pub fn earth_to_gcrs(clock: &Clock, time: f64, rotation: &EarthRotation) -> Matrix3 {
     to_earth(clock, time, rotation, Theory::Series).transpose()
 }
 
-/// From components against the true equator and equinox of date (IAU 2006/2000A) to those in GCRS, `time` \[s\] after the epoch.
+/// Returns the rotation from the true equator and equinox of date (IAU 2006/2000A) to GCRS,
+/// `time` \[s\] after the epoch.
 pub fn true_of_date_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
     let (day, part) = clock.julian_tt(time);
     let of_date = sofars::pnp::pnm06a(day, part);
     Matrix3::from_fn(|row, column| of_date[column][row])
 }
 
-/// From components in the frame of two-line elements (TEME of date) to those in GCRS, `time` \[s\] after the epoch.
+/// Returns the rotation from the frame of two-line elements (TEME of date) to GCRS, `time` \[s\]
+/// after the epoch.
 pub fn teme_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
     from_teme(clock, time, Theory::Series)
 }
@@ -176,7 +179,7 @@ pub(crate) fn geodetic_up(position: &Vector3) -> Vector3 {
 /// Where a line of sight first meets the ellipsoid of WGS 84: from a point, along a direction, Earth-fixed axes \[m\]; `None` where it
 /// passes by.
 pub fn meets_ground(from: &Vector3, along: &Vector3) -> Option<Vector3> {
-    // With the polar axis stretched the ellipsoid is a sphere.
+    // A stretch of the polar axis turns the ellipsoid into a sphere.
     let stretched = |v: &Vector3| Vector3::new(v.x, v.y, v.z / (1.0 - FLATTENING)) / EARTH_RADIUS_M;
     let (place, direction) = (stretched(from), stretched(along));
     let (square, half, rest) = (direction.norm_squared(), place.dot(&direction), place.norm_squared() - 1.0);

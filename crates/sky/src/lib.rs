@@ -1,10 +1,11 @@
 //! Where targets are: orbits, Sun and Moon, stations on the ground, frames and time scales.
 //!
-//! Axes are those of the GCRS, origin the centre of the Earth, time is elapsed seconds since the epoch of a [`Clock`], lengths are
-//! metres. A [`Sky`] is a spacecraft on its orbit from an epoch on; it makes a [`Direction`](slewkit::Direction) of a [`Target`]: the vector to it,
-//! fitted once by Chebyshev polynomials, so that its derivatives belong to it (the velocity that SGP4 states is not the derivative
-//! of the position that it states, by up to 2e-4). [`Sky::seen`] evaluates the same without a fit and, where there is one, by another theory:
-//! what a witness asks.
+//! Axes are those of the GCRS, the origin is the centre of the Earth, time is elapsed seconds
+//! since the epoch of a [`Clock`], and lengths are metres. A [`Sky`] is a spacecraft on its orbit
+//! from an epoch on. It converts a [`Target`] to a [`Direction`](slewkit::Direction): the vector
+//! to it, fitted once by Chebyshev polynomials, so that its derivatives are consistent (the
+//! velocity of SGP4 differs from the derivative of its position by up to 2e-4). [`Sky::seen`]
+//! evaluates a target without a fit and, if available, by another theory, for witnesses.
 //!
 //! | | planner | witness |
 //! |---|---|---|
@@ -13,9 +14,11 @@
 //! | Moon | ELP abridged (`moon98`), 9.6″ from 2024 to 2030, 12″ from 2000 to 2050 | the same |
 //! | orbit | SGP4, two-body, J2, a table | the same, not fitted |
 //!
-//! By default directions are geometric: what a star tracker or a payload corrects differs. A [`Light`] says otherwise: aberration is
-//! 20.5″ of the Sun and of stars, and 5″ of all in a low orbit; light time is 1″ of stations and 0.7″ of the Moon. UT1 − UTC and the
-//! motion of the pole move stations alone, by 120 m and 15 m at most where they are taken for zero.
+//! Directions are geometric by default, because star trackers and payloads differ in their
+//! corrections. A [`Light`] changes this: aberration is 20.5″ for the Sun and stars, and 5″ for
+//! everything in a low orbit; light time is 1″ for stations and 0.7″ for the Moon. UT1 − UTC and
+//! the motion of the pole affect stations only, by at most 120 m and 15 m if they are assumed
+//! zero.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -1,7 +1,9 @@
-//! What light does to a direction: it takes its time, and it comes more from ahead where the observer moves.
+//! The effects of light on a direction: light takes time, and a moving observer sees it from
+//! further ahead.
 //!
-//! Of what belongs to the Earth (stations, the limb, the Moon, other satellites) both are told in the frame that moves with the Earth,
-//! of Sun and stars in that of the Sun, which hardly moves:
+//! For objects of the Earth (stations, the limb, the Moon, other satellites) both effects are
+//! computed in the frame that moves with the Earth, for Sun and stars in the frame of the Sun,
+//! which hardly moves:
 //!
 //! ```text
 //! ρ = x(t − τ) − r(t) ,  cτ = |ρ| ;        d' ∥ d + v/c        (d/γ + (1 + γ/(γ+1) d·v/c) v/c, by the witness)
@@ -14,12 +16,12 @@ use slewkit::Vector3;
 /// Speed of light \[m/s\].
 pub(crate) const C: f64 = 299_792_458.0;
 
-/// Which of the effects of light directions have; none where they are geometric.
+/// The effects of light that directions include; none for geometric directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Light {
     /// Things are seen where they were when their light left them.
     pub takes_time: bool,
-    /// As the spacecraft sees it, which moves.
+    /// Whether directions are those that the moving spacecraft sees.
     pub aberrates: bool,
 }
 

@@ -44,22 +44,22 @@ pub struct Elements {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum OrbitError {
     /// The two lines are none.
-    #[error("these are no two-line elements: {0}")]
+    #[error("the two-line elements are wrong: {0}")]
     TwoLines(String),
     /// SGP4 cannot go there: it decays, as a rule.
     #[error("SGP4 has no position {0:.0} s after the epoch: the orbit decays")]
     Decays(f64),
     /// Not an ellipse.
-    #[error("the orbit is no ellipse: {0}")]
+    #[error("the orbit is not an ellipse: {0}")]
     NoEllipse(&'static str),
     /// Its perigee is below the ground.
     #[error("the perigee is {0:.0} km below the ground")]
     Underground(f64),
     /// The epoch of a state is too far from that of the maneuver.
-    #[error("the epoch of the orbit is {0:.0} days from that of the maneuver; 30 are the most")]
+    #[error("the epoch of the orbit is {0:.0} days from the epoch of the maneuver; at most 30 are allowed")]
     Old(f64),
     /// A table does not reach so far.
-    #[error("the table of positions does not reach {0:.1} s after the epoch")]
+    #[error("the table of positions ends before {0:.1} s after the epoch")]
     Beyond(f64),
 }
 
@@ -111,7 +111,7 @@ impl Orbit {
             }
             _ => None,
         };
-        let epoch = epoch.ok_or_else(|| OrbitError::TwoLines("their epoch is no moment of UTC".into()))?;
+        let epoch = epoch.ok_or_else(|| OrbitError::TwoLines("their epoch is not a time in UTC".into()))?;
         Ok(Self { path: Path::TwoLines(constants.into()), ahead: clock.since(&epoch), clock })
     }
 
@@ -131,7 +131,7 @@ impl Orbit {
             return Err(OrbitError::NoEllipse("position and velocity must be finite, and not zero"));
         }
         if energy >= 0.0 {
-            return Err(OrbitError::NoEllipse("the velocity is that of an escape"));
+            return Err(OrbitError::NoEllipse("the velocity exceeds the escape velocity"));
         }
         let momentum = position.cross(&velocity).norm_squared();
         let axis = -0.5 * MU / energy;

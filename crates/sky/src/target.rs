@@ -1,4 +1,4 @@
-//! What a body axis points at, from a satellite on its orbit.
+//! The targets of a body axis, seen from a satellite on its orbit.
 
 use crate::bodies;
 use crate::frames::{self, EARTH_RADIUS_M, EarthRotation, Theory};
@@ -9,7 +9,8 @@ use slewkit::mechanics::direction::{Track, TrackError};
 use slewkit::{Direction, Matrix3, Vector3};
 use thiserror::Error;
 
-/// What is pointed at. Sun and Moon are seen from where the spacecraft is: from the centre of the Earth where no orbit is known.
+/// The target of a body axis. Sun and Moon are seen from the spacecraft, or from the centre of
+/// the Earth without an orbit.
 #[derive(Clone, Debug)]
 pub enum Target {
     /// The centre of the Sun.
@@ -49,7 +50,7 @@ pub enum Target {
     Limb {
         /// About nadir, right-handed, from along the track \[deg\]: at 90 against the orbit normal.
         azimuth_deg: f64,
-        /// Of the sphere above the equatorial radius \[m\].
+        /// The height of the sphere above the equatorial radius \[m\].
         height_m: f64,
     },
     /// A fixed direction, GCRS, a unit vector.
@@ -64,10 +65,10 @@ pub enum Target {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SkyError {
     /// It depends on where the satellite is.
-    #[error("it depends on where the satellite is: [orbit] is missing")]
+    #[error("the direction depends on the position of the satellite: [orbit] is missing")]
     NoOrbit,
     /// No line of sight touches a sphere from within.
-    #[error("{0:.1} s after the epoch the satellite is below that limb, {1:.0} km high itself")]
+    #[error("{0:.1} s after the epoch the satellite is below that limb, at a height of {1:.0} km")]
     BelowLimb(f64, f64),
     /// The orbit.
     #[error(transparent)]
@@ -106,18 +107,18 @@ impl Target {
 }
 
 impl Sky {
-    /// From an epoch on; without an orbit Sun, Moon and stars are known alone.
+    /// Builds a sky from an epoch on; without an orbit only Sun, Moon and stars are known.
     pub fn new(clock: Clock, orbit: Option<Orbit>, rotation: EarthRotation) -> Self {
         Self { clock, orbit, rotation, light: Light::default() }
     }
 
-    /// The sky as light tells of it.
+    /// Returns the sky with these effects of light.
     #[must_use]
     pub fn with_light(self, light: Light) -> Self {
         Self { light, ..self }
     }
 
-    /// Which effects of light directions have.
+    /// Returns the effects of light that directions include.
     pub fn light(&self) -> Light {
         self.light
     }
@@ -148,7 +149,7 @@ impl Sky {
         time: f64,
         place: &dyn Fn(f64) -> Result<Vector3, SkyError>,
     ) -> Result<Vector3, SkyError> {
-        // Of fourth order: 1e-7 m/s in a low orbit.
+        // The differences are of fourth order: 1e-7 m/s in a low orbit.
         const H: f64 = 0.5;
         let at = |steps: f64| place(time + steps * H);
         let centred = || {
@@ -175,7 +176,7 @@ impl Sky {
         Ok(Matrix3::from_columns(&[normal.cross(&outward), normal, outward]))
     }
 
-    /// The vector from which light comes \[m\], or along a direction, of any length.
+    /// Returns the vector from which light comes \[m\], or along a direction, of any length.
     pub(crate) fn vector(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let seen = match target {
             // Opposite of what is seen.
@@ -228,7 +229,7 @@ impl Sky {
             let direct = light::delay(|delay| Ok::<_, SkyError>((was(time - delay)? - here).norm()))
                 .and_then(|delay| was(time - delay));
             match direct {
-                // Before a table of positions begins.
+                // The table of positions begins later.
                 Err(SkyError::Orbit(OrbitError::Beyond(_))) => {}
                 found => return Ok(found? - here),
             }
@@ -241,7 +242,8 @@ impl Sky {
         Ok(there - velocity * delay - here)
     }
 
-    /// The velocity of the spacecraft against the frame of a target: that of the Earth, or of Sun and stars.
+    /// Returns the velocity of the spacecraft relative to the frame of a target: the frame of the
+    /// Earth, or of Sun and stars.
     fn velocity_against(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let about = self.orbit.as_ref().map_or(Ok(Vector3::zeros()), |_| self.velocity(time, theory))?;
         if !matches!(target, Target::Sun | Target::Fixed(_)) {
@@ -259,10 +261,10 @@ impl Sky {
         Ok(earth + about)
     }
 
-    /// By how much light moves a target among the directions \[rad\]: what geometric directions leave out.
+    /// Returns the angle by which light moves a target \[rad\], which geometric directions omit.
     ///
     /// # Errors
-    /// As [`Sky::direction`].
+    /// Returns the errors of [`Sky::direction`].
     pub fn moved_by_light(&self, target: &Target, time: f64) -> Result<f64, SkyError> {
         let with = |light: Light| self.clone().with_light(light).vector(target, time, Theory::Series);
         let (plain, seen) = (with(Light::default())?, with(Light::APPARENT)?);
@@ -311,7 +313,7 @@ impl Sky {
             }
             Target::Fixed(vector) => *vector,
             Target::InOrbit(vector) => self.orbit_axes(time, theory)? * vector,
-            // What else is seen from where the satellite is, and from nowhere else.
+            // These targets need the position of the satellite.
             Target::Moon | Target::Ground { .. } | Target::Satellite(_) => {
                 let there = self.of_earth(target, time, theory)?.unwrap_or_default();
                 if matches!(target, Target::Moon) {
@@ -337,7 +339,7 @@ impl Sky {
     /// The disc of the Earth over `from … to` \[s\]: cones about it begin at its limb.
     ///
     /// # Errors
-    /// As [`Sky::direction`].
+    /// Returns the errors of [`Sky::direction`].
     pub fn earth_disc(&self, from: f64, to: f64) -> Result<Direction, SkyError> {
         Ok(Direction::Disc { centre: self.track(&Target::Nadir, from, to)?, radius: EARTH_RADIUS_M })
     }
@@ -345,7 +347,7 @@ impl Sky {
     /// The geometric vector to a target \[m\] over `from … to` \[s\] after the epoch.
     ///
     /// # Errors
-    /// As [`Sky::direction`].
+    /// Returns the errors of [`Sky::direction`].
     pub fn way(&self, target: &Target, from: f64, to: f64) -> Result<Track, SkyError> {
         Track::fitted(from, to, PIECE, DEGREE, |time| self.geometric(target, time, Theory::Series))
     }
@@ -366,7 +368,7 @@ impl Sky {
     /// The unit vector to a target, for a witness: not fitted, and by the full theories.
     ///
     /// # Errors
-    /// As [`Sky::direction`].
+    /// Returns the errors of [`Sky::direction`].
     pub fn seen(&self, target: &Target, time: f64) -> Result<Vector3, SkyError> {
         Ok(self.vector(target, time, Theory::Full)?.normalize())
     }
@@ -374,7 +376,7 @@ impl Sky {
     /// Distance to a target \[m\].
     ///
     /// # Errors
-    /// As [`Sky::direction`].
+    /// Returns the errors of [`Sky::direction`].
     pub fn range(&self, target: &Target, time: f64) -> Result<f64, SkyError> {
         Ok(self.geometric(target, time, Theory::Series)?.norm())
     }

@@ -144,7 +144,8 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
             let off = apart(&planned.direction, &wanted);
             assert!(off < within, "{name}: {off:.1e}");
             let rate = vector(&case[format!("{name}_rate")]);
-            // Of the series themselves, and of the pole that seven arguments leave out.
+            // The tolerance covers the series themselves, and the terms of the pole that seven
+            // arguments omit.
             let rates = if name == "moon" || name == "sun" { 1e-4 } else { 2e-6 };
             let rate_off = (planned.rate - rate).norm();
             assert!(rate_off < rates * rate.norm() + 1e-11, "{name}: {rate_off:.1e} of {}", rate.norm());
@@ -154,7 +155,8 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
     }
 }
 
-/// What light does is of the size that the velocities have, and both theories tell the same of it: their own difference stays what it was.
+/// The effects of light have the size that follows from the velocities, and both theories give
+/// equal effects: their difference does not change.
 #[test]
 fn light_moves_what_is_seen() {
     let clock = Clock::of_utc([2026, 11, 21], 7, 0, 0, 0).unwrap();
@@ -170,7 +172,7 @@ fn light_moves_what_is_seen() {
     for target in [&Target::Sun, &Target::Moon, &station, &zenith] {
         let planned = |sky: &Sky| sky.direction(target, 0.0, 60.0).unwrap().at(30.0, &zero);
         let full = |sky: &Sky| sky.seen(target, 30.0).unwrap();
-        // Of the vectors that light makes of one and the same geometric one.
+        // Compares the vectors that light makes of one geometric vector.
         let [by_series, by_full] =
             [planned(&apparent) - planned(&geometric), full(&apparent) - full(&geometric)];
         let off = (by_series - by_full).norm();
@@ -220,7 +222,7 @@ fn a_line_of_sight_meets_the_ground() {
     assert_eq!(frames::meets_ground(&place, &place.cross(&Vector3::z())), None);
 }
 
-/// What sky and documents promise of the pole with seven arguments, every ten days from 1990 to 2050.
+/// Checks the documented accuracy of the pole with seven arguments, every ten days from 1990 to 2050.
 #[test]
 fn the_pole_of_seven_arguments_is_that_of_iau_2006_within_63_milliarcseconds() {
     let start = Clock::of_utc([1990, 1, 1], 0, 0, 0, 0).unwrap();

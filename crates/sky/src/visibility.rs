@@ -1,4 +1,4 @@
-//! When something is seen: a station above its horizon, the Sun beside the Earth.
+//! The times at which a target is visible: a station above its horizon, the Sun past the Earth.
 //!
 //! The Earth is a sphere of its equatorial radius. With r the place of the satellite, φ the angle at it between the centres of the Earth
 //! and of the Sun, and the angles under which their radii are seen, `sin α = R/r` and `sin σ = R_S/d`,
@@ -7,8 +7,8 @@
 //! φ < α − σ : umbra, nothing of the Sun is seen        φ < α + σ : a part of it is hidden
 //! ```
 //!
-//! In a low orbit that tells edges within some ten seconds, and less well where the Sun grazes the limb: air bends and dims, and the
-//! Earth is flattened.
+//! In a low orbit this gives edges within some ten seconds. It is less accurate if the Sun grazes
+//! the limb, because air bends and dims light, and the Earth is flattened.
 
 use crate::bodies;
 use crate::frames::{self, EARTH_RADIUS_M, Theory};
@@ -19,7 +19,8 @@ use std::f64::consts::FRAC_PI_2;
 /// Radius of the Sun \[m\] (IAU 2015 B3).
 const SUN_RADIUS_M: f64 = 6.957e8;
 
-/// How finely windows and shadows are looked for \[s\]: a pass above the horizon or through the shadow lasts minutes.
+/// The sampling interval for windows and shadows \[s\]: a pass above the horizon or through the
+/// shadow lasts minutes.
 const LOOK: f64 = 20.0;
 
 /// When something holds \[s\] after the epoch.
@@ -31,7 +32,7 @@ pub struct Window {
     pub to: f64,
 }
 
-/// What may hold at times.
+/// A condition that holds at some times.
 #[derive(Clone, Debug)]
 pub enum Condition {
     /// A part of the Sun is seen at least: not in the umbra.
@@ -46,7 +47,7 @@ impl Condition {
     /// When it holds, from `from` on to `to` \[s\].
     ///
     /// # Errors
-    /// As [`Sky::direction`].
+    /// Returns the errors of [`Sky::direction`].
     pub fn windows(&self, sky: &Sky, from: f64, to: f64) -> Result<Vec<Window>, SkyError> {
         intervals(from, to, &|time| self.holds(sky, time))
     }
@@ -54,7 +55,7 @@ impl Condition {
     /// Whether it holds at `time` \[s\].
     ///
     /// # Errors
-    /// As [`Sky::direction`].
+    /// Returns the errors of [`Sky::direction`].
     pub fn holds(&self, sky: &Sky, time: f64) -> Result<bool, SkyError> {
         let place = sky.place(time, Theory::Series)?;
         let limb = (EARTH_RADIUS_M / place.norm()).min(1.0).asin();
@@ -88,7 +89,7 @@ impl Condition {
 /// Elevation of the satellite above the horizon of a station \[rad\].
 ///
 /// # Errors
-/// As [`Sky::direction`].
+/// Returns the errors of [`Sky::direction`].
 pub fn elevation(
     sky: &Sky,
     latitude_deg: f64,

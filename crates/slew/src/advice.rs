@@ -1,4 +1,4 @@
-//! What to try next: the command to type, most promising first.
+//! The suggested next commands, the most promising first.
 
 use super::SpecArgs;
 use slewkit::maneuver::{Method, Outcome, Problem, Settings};
@@ -9,7 +9,8 @@ use slewkit::verify::Accuracy;
 /// Terminal errors up to this multiple of the tolerance count as nearly there.
 const NEARLY: f64 = 1e4;
 
-/// `slew plan` with the spec and the overrides of this run, the last of which sets `key`; and why.
+/// Formats `slew plan` with the spec and the overrides of this run, plus one that sets `key`, and
+/// the reason.
 fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -> String {
     let (path, other) = (args.spec.to_string_lossy(), |set: &&String| !set.starts_with(&format!("{key}=")));
     let mut words = vec!["slew".into(), "plan".into(), word(&path)];
@@ -32,7 +33,7 @@ pub fn word(text: &str) -> String {
     }
 }
 
-/// What to try next.
+/// Returns the suggested next commands.
 pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Plan) -> Vec<String> {
     let solution = &plan.solution;
     let more_steps =
@@ -46,8 +47,8 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         again(args, key, duration, "more time")
     };
     let neighbour = || {
-        "plan an easier neighbour (longer, or a smaller turn) with `-o neighbour.json`, then begin from it: \
-         --guess neighbour.json"
+        "plan an easier neighbour (longer, or a smaller turn) with `-o neighbour.json`, then start \
+        from it: --guess neighbour.json"
             .to_string()
     };
     let convex = solution.method == Method::Scp;
@@ -65,7 +66,7 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         (Status::Solved, _) => finer.into_iter().collect(),
         (Status::VerificationFailed, _) => vec![finer.unwrap_or_else(more_steps)],
         (_, Outcome::Stalled) if problem.objective.switches() && solution.longer.is_some() => vec![longer()],
-        // A duration that is sought cannot be set.
+        // A free duration cannot be set.
         (_, Outcome::Stalled | Outcome::NotFinite) if problem.switches() || problem.seeks_duration() => {
             vec![more_steps(), again(args, "solver.search", "thorough", "more starts")]
         }
@@ -81,23 +82,24 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         }
         (_, Outcome::Stalled) if nearly => {
             let tolerance = format!("{:e}", 10_f64.powi(reached.log10().ceil() as i32));
-            vec![again(args, "solver.tolerance", tolerance, "a looser tolerance"), more_steps()]
+            vec![again(args, "solver.tolerance", tolerance, "a larger tolerance"), more_steps()]
         }
         (_, Outcome::Stalled) if convex && solution.longer.is_some() => vec![longer(), neighbour()],
         (_, Outcome::Stalled) if convex && solution.shortfall.is_some() => {
-            vec!["looser limits, smaller cones or other ends".into(), neighbour()]
+            vec!["larger limits, smaller cones or other ends".into(), neighbour()]
         }
         (_, Outcome::Stalled | Outcome::NotFinite) => vec![more_steps(), longer(), neighbour()],
         (_, Outcome::Singular) => {
-            vec!["other torque axes, or terminal rates that the present ones can reach".into()]
+            vec!["other torque axes, or terminal rates that the present axes can reach".into()]
         }
         (_, Outcome::Infeasible) => {
             let bound = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound);
             let longer = bound.map(|bound| {
-                let why = format!("more time; no plan takes less than {} s", about(bound));
+                let why = format!("more time; no plan is shorter than {} s", about(bound));
                 again(args, "maneuver.duration_s", rounded_up(1.2 * bound), &why)
             });
-            let others = "what the reason names; or other torque axes, terminal rates or attitudes";
+            let others = "changes of the quantities in the reason; or other torque axes, terminal rates or \
+             attitudes";
             longer.into_iter().chain([others.into()]).collect()
         }
         (_, Outcome::TimeLimit) => {

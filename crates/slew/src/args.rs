@@ -6,7 +6,7 @@ use serde::Serialize;
 use slewkit_files::export::write_document;
 use std::path::PathBuf;
 
-/// What is needed to report a failure, whatever the command.
+/// The options that determine how a failure of any command is reported.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Common {
     /// No text but errors.
@@ -31,7 +31,7 @@ pub struct Reading {
     /// Override a key of the spec, as in `--set maneuver.steps=2000`; may be repeated
     #[arg(long, value_name = "KEY.PATH=VALUE")]
     pub set: Vec<String>,
-    /// Notation of the spec; by default that of the file name, TOML from stdin
+    /// Notation of the spec; by default the ending of the file selects it, TOML for stdin
     #[arg(long, value_name = "FORMAT")]
     pub input: Option<Notation>,
 }
@@ -46,7 +46,7 @@ pub enum Notation {
 }
 
 impl Notation {
-    /// As `--input` takes it.
+    /// Returns the name that `--input` accepts.
     pub fn name(self) -> &'static str {
         match self {
             Self::Toml => "toml",
@@ -81,7 +81,7 @@ impl ReportArgs {
         self.format == ReportFormat::Json
     }
 
-    /// Prints the report where it is asked for.
+    /// Prints the report on stdout, if requested.
     pub fn print(&self, document: &impl Serialize) -> Result<(), Failure> {
         if self.json() {
             console::to_stdout(|output| write_document(document, output))?;

@@ -24,7 +24,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
 }
 
-/// "valid", and how many warnings.
+/// Formats "valid", with the number of warnings.
 fn verdict(warnings: &[Diagnostic]) -> (String, Tone) {
     match warnings.len() {
         0 => ("valid".into(), Tone::Good),
@@ -112,7 +112,7 @@ fn simulation(loaded: &LoadedSimulation, args: &Args, console: &mut Console) -> 
     Ok(Exit::Solved)
 }
 
-/// What a shape of faces comes to, in words.
+/// Describes the solid of a shape with faces.
 fn told(solid: &SolidReport, inertia: &[[f64; 3]; 3]) -> [String; 2] {
     let list =
         |values: &[f64]| values.iter().map(|value| significant(*value, 6)).collect::<Vec<_>>().join(", ");

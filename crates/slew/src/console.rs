@@ -13,7 +13,7 @@ pub struct Console {
     /// Whether to colour: a terminal, and `NO_COLOR` empty or absent.
     pub colour: bool,
     terminal: bool,
-    /// A progress line stands on the screen.
+    /// Whether a progress line is on the screen.
     progress: bool,
     /// When it was shown last.
     shown: Instant,
@@ -97,7 +97,7 @@ pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>
     let written = content(&mut output).and_then(|()| Ok(output.flush()?));
     match written {
         Err(error) if error.is_broken_pipe() => {
-            // What is still buffered would be tried again on drop.
+            // Dropping the writer would try to write the buffered data again.
             drop(output.into_parts());
             Ok(())
         }

@@ -16,7 +16,7 @@ Examples:
   slew convert 'matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]'
 
 R maps body vectors to reference-frame vectors. Euler angles are intrinsic: zyx is R = Rz Ry Rx.
-Quaternions are Hamilton; q and -q are one attitude, the one with a scalar that is not negative is shown.")]
+Quaternions are Hamilton. q and -q are one attitude; slew prints the one with a nonnegative scalar.")]
 pub struct Args {
     /// The attitude as in a spec, quoted; `-` reads stdin
     #[arg(value_name = "ATTITUDE", required = true)]
@@ -42,7 +42,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         if args.report.json() {
             return write_document(&notations, output);
         }
-        // One line a notation, each of which can be pasted into a spec.
+        // Each notation is one line, which can be pasted into a spec.
         let tree: Map<String, Value> = serde_json::to_value(&notations)
             .and_then(serde_json::from_value)
             .map_err(|error| ExportError::Io(error.into()))?;
@@ -67,7 +67,8 @@ const REST: [&str; 4] = [
 /// Line of the attitude in the spec made of it.
 const LINE: usize = 2;
 
-/// Reads the attitude as the start of a spec, so that notations, checks and messages are the same.
+/// Reads the attitude as the start of a spec, so that notations, checks and messages are those of
+/// specs.
 fn read(text: &str, console: &mut Console) -> Result<slewkit::Matrix3, Failure> {
     let text = text.trim();
     let text = text.strip_prefix("attitude").map_or(text, |rest| rest.trim_start().trim_start_matches('='));

@@ -15,8 +15,8 @@ use std::path::PathBuf;
 /// Arguments of `slew export`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Attitudes lead from the body to the reference frame; what a format wants otherwise is done. Names, epoch and
-number of the spacecraft stand in the spec that the plan holds ([names], epoch), or are given by --set.
+Attitudes of a plan map the body to the reference frame. slew converts them to the convention of each format.
+The spec in the plan states names, epoch and number of the spacecraft ([names], epoch); --set changes them.
 
 Examples:
   slew export plan.json -o plan.aem --set epoch='2026-11-21T07:00:00 UTC'
@@ -35,25 +35,29 @@ pub struct Args {
     pub tables: TableArgs,
 }
 
-/// What tables hold.
+/// The options of tables.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct TableArgs {
     /// Tick of `--format flight`; by default the step of the plan
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub tick: Option<f64>,
-    /// In CSV and Parquet, also tell at each node the margin of every limit and constraint, and the angle in degrees
-    /// between each boresight and what it is to keep away from or near to, as the Sun
+    /// In CSV and Parquet, also write the margin of every limit and constraint at each node, and
+    /// the angle in degrees between each boresight and the direction of its cone, such as the Sun
     #[arg(long)]
     pub margins: bool,
 }
 
 impl TableArgs {
-    /// What is asked for, if the format can tell it.
+    /// Returns the requested contents, if the format can hold them.
     pub fn checked(self, destination: &Destination) -> Result<Tables, Failure> {
         let format = destination.format().and_then(Format::of_data);
         if self.margins && !format.is_some_and(formats::Format::tells_margins) {
-            let reason = "--margins: only the tables csv and parquet have columns for them".to_string();
-            return Err(Failure::Output(Message::new("E0107", reason, "give -o FILE.csv, or leave it out")));
+            let reason = "--margins: only the tables csv and parquet have columns for margins".to_string();
+            return Err(Failure::Output(Message::new(
+                "E0107",
+                reason,
+                "give -o FILE.csv, or remove the option",
+            )));
         }
         Ok(Tables { tick: self.tick, margins: self.margins })
     }
@@ -80,11 +84,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
 pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("a positive number of seconds is needed".into()),
+        _ => Err("give a positive number of seconds".into()),
     }
 }
 
-/// Refuses a format for which the maneuver does not say enough.
+/// Refuses a format for which the maneuver lacks data.
 pub fn check(destination: &Destination, problem: &Problem, identity: &Identity) -> Result<(), Failure> {
     let Some(format) = destination.format().and_then(Format::of_data) else { return Ok(()) };
     format.check(problem, identity).map_err(|lacking| Failure::from(ExportError::from(lacking)))

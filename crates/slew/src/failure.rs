@@ -1,4 +1,4 @@
-//! How a command ends: the exit codes, and the failures that lead to them.
+//! The end of a command: the exit codes, and the failures that lead to them.
 
 use super::Console;
 use super::console;
@@ -10,7 +10,7 @@ use slewkit_files::export::{ExportError, FileError, write_document};
 use slewkit_files::spec::{Diagnostics, escape};
 use std::path::Path;
 
-/// Exit codes of the program; a solve has those of its [`Status`].
+/// Exit codes of the program; a solve has the code of its [`Status`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Done.
@@ -45,7 +45,7 @@ impl Exit {
         }
     }
 
-    /// The status string that goes with the code.
+    /// Returns the status string of the code.
     pub fn status(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -71,11 +71,11 @@ pub enum Failure {
     Problem(Message),
     /// The arguments contradict each other.
     Usage(String),
-    /// The arguments ask for an output that there is not.
+    /// The arguments request an output that does not exist.
     Output(Message),
     /// The end of the solve is known without a plan.
     Plan(Status, Message),
-    /// A bug; the code stands for no mistake of the user.
+    /// A bug, and not a mistake of the user.
     Internal(String),
 }
 
@@ -84,9 +84,9 @@ pub enum Failure {
 pub struct Message {
     /// Stable code.
     pub code: &'static str,
-    /// What is wrong.
+    /// The reason.
     pub reason: String,
-    /// What to do next.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -135,11 +135,11 @@ impl Failure {
             }
             Self::Usage(reason) => console.error("usage", reason, "see `slew --help`"),
             Self::Internal(reason) => {
-                console.error("internal", reason, "this is a bug: please report it with the spec");
+                console.error("internal", reason, "this is a bug: report it with the spec");
             }
         }
         if json {
-            // The pipe may be what failed: there is nobody left to tell.
+            // If the pipe itself failed, the document cannot be written.
             let _ = console::to_stdout(|output| write_document(&self.document(exit), output));
         }
         exit

@@ -21,13 +21,14 @@ use std::time::Instant;
 /// Arguments of `slew fly`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-What the craft differs by stands in [uncertainty] of the spec that the plan holds, its gains in [feedback], how its
-actuators follow in [plant]; --set changes any of them. The plan stays: `slew monte-carlo` plans every draw anew.
+The spec in the plan states how the craft differs from the model ([uncertainty]), its gains ([feedback]) and the
+response of its actuators ([plant]); --set changes them. The plan does not change. `slew monte-carlo` instead plans
+every draw anew.
 
-Every case flies the continuous motion of its own inertia under torques held over a tick, with the noise, the errors and
-the delays of its own; the random numbers of a case depend on the seed and its number alone. CSV and NPZ hold a row a
-case, JSON what all say together; with --case, CSV holds that case step by step. With --keep every case goes into a file as
-it is flown: after a kill, Ctrl-C or with more --cases the same command goes on where that file ends, to the same results.
+Every case has its own inertia, noise, errors and delays, and flies the continuous motion under torques held over a
+tick. The random numbers of a case depend only on the seed and the number of the case. CSV and NPZ hold one row for each
+case, JSON the statistics. With --case, CSV holds that case step by step. With --keep slew writes every case to a file as
+it is flown. After a kill, Ctrl-C or with more --cases this command continues that file, with the same results.
 
 Examples:
   slew plan maneuver.toml -o plan.json && slew fly plan.json
@@ -50,20 +51,20 @@ pub struct Args {
     /// Keep every case in FILE.jsonl, a JSON object a line; a file that has some of them is continued
     #[arg(long, value_name = "FILE")]
     pub keep: Option<PathBuf>,
-    /// Number of threads; by default that of the machine. It changes no result
+    /// Number of threads; by default the number of the machine. It does not change the results
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
     /// Fly this case alone, counted from 0, and show it step by step
     #[arg(long, value_name = "NUMBER", conflicts_with_all = ["keep", "threads"])]
     pub case: Option<u64>,
-    /// Which loop: with the gains of the plan, without, or both side by side
+    /// Loop: with the gains of the plan, without, or both side by side
     #[arg(long = "loop", value_name = "LOOP", default_value = "both")]
     pub which: Which,
     #[command(flatten)]
     pub output: OutputArgs,
 }
 
-/// Which loop is flown.
+/// The loop of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Which {
     /// With the gains of the plan
@@ -77,7 +78,7 @@ pub enum Which {
 /// Formats that can hold cases.
 const FORMATS: [Format; 4] = [Format::Text, Format::Json, Format::Csv, Format::Npz];
 
-/// Cases between two looks at what the user wants: some tenths of a second.
+/// The number of cases between two polls of Ctrl-C: some tenths of a second.
 const CHUNK: usize = 4096;
 
 /// Runs the command.
@@ -89,12 +90,12 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let Loaded { problem, closed_loop, .. } = spec_file::read_held(held, &args.plan, &args.reading, console)?;
     if plan.outcome != Outcome::Converged {
         let reason = format!("{}: this plan did not reach its end", args.plan.display());
-        return Err(Failure::File(Message::new("E0173", reason, "fly a plan that is solved")));
+        return Err(Failure::File(Message::new("E0173", reason, "give a solved plan")));
     }
     let problem = plan.on_grid(&problem).map_err(unusable)?;
     let Some(uncertainty) = &closed_loop.uncertainty else {
-        let reason = "the plan says nothing that the craft could differ by: it would fly as planned";
-        let remedy = "give it [uncertainty] in its spec, or as --set uncertainty.inertia.relative=0.02";
+        let reason = "the plan has no uncertainty: the craft would fly as planned";
+        let remedy = "add [uncertainty] to its spec, or give --set uncertainty.inertia.relative=0.02";
         return Err(Failure::File(Message::new("E0173", reason, remedy)));
     };
     let trajectory = &plan.trajectory.0;
@@ -103,7 +104,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             Failure::File(Message::new(
                 "E0170",
                 error.to_string(),
-                "give [feedback] kind = \"tvlqr\", or none",
+                "give [feedback] kind = \"tvlqr\", or remove [feedback]",
             ))
         })?;
     let Args { seed, threads, .. } = *args;
@@ -118,12 +119,12 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
 }
 
-/// The loops that are asked for: closed, open.
+/// Returns the requested loops: closed, open.
 fn loops(args: &Args, runs: &Runs<'_>) -> Result<Vec<bool>, Failure> {
     let has = runs.beside.gains.is_some();
     match args.which {
         Which::Closed if !has => {
-            let remedy = "give it [feedback] in its spec, or as --set feedback.kind=tvlqr";
+            let remedy = "add [feedback] to its spec, or give --set feedback.kind=tvlqr";
             Err(Failure::File(Message::new("E0173", "the plan has no gains", remedy)))
         }
         Which::Closed => Ok(vec![true]),
@@ -140,13 +141,13 @@ fn one(
     console: &mut Console,
 ) -> Result<Exit, Failure> {
     if matches!(destination.format(), Some(Format::Npz | Format::Json)) {
-        let reason = "one case is a table of its steps";
+        let reason = "one case is written as a table of its steps";
         return Err(Failure::Output(Message::new("E0107", reason, "give -o FILE.csv")));
     }
     let closed = loops(args, runs)?[0];
     let Ok((flown, moments)) = runs.campaign(closed).traced(case) else {
-        let reason = format!("case {case} turns faster than can be followed, or its inertia is none");
-        let remedy = "fly another case, or make less uncertain";
+        let reason = format!("case {case} turns too fast to be propagated, or its inertia is impossible");
+        let remedy = "fly another case, or reduce the uncertainty";
         return Err(Failure::Problem(Message::new("E0174", reason, remedy)));
     };
     let inputs = runs.problem.actuation.torque.count();
@@ -203,7 +204,7 @@ fn all(
     if let Some(kept) = kept {
         kept.close()?;
         if stopped {
-            console.say(&summary::line("resume", "the same command goes on where this was left"));
+            console.say(&summary::line("resume", "this command continues the run"));
         }
     }
     destination.write(console, |format, output| match format {
@@ -232,11 +233,12 @@ fn kept(
     })?;
     let shown = escape(&path.to_string_lossy());
     if found.torn > 0 {
-        let reason = format!("{shown}: the last line was cut short, {} bytes of it; it is gone", found.torn);
-        console.warn("W0113", &reason, "nothing to do: its case is flown again");
+        let reason =
+            format!("{shown}: the last line was incomplete, {} bytes of it; it is removed", found.torn);
+        console.warn("W0113", &reason, "no action is needed: its case is flown again");
     }
     if found.done > args.cases {
-        let reason = format!("{shown} holds {} cases, more than are asked for", found.done);
+        let reason = format!("{shown} holds {} cases, more than requested", found.done);
         let remedy = format!("give --cases {}, or another file", found.done);
         return Err(Failure::Output(Message::new("E0112", reason, remedy)));
     }

@@ -1,5 +1,6 @@
-//! Ctrl-C: the first asks the work to stop and keeps its best result, the second ends at once, and so does one while
-//! results are being written. The signals that ask a process to end, SIGTERM and SIGHUP, count as Ctrl-C.
+//! Ctrl-C. The first one stops the work and keeps its best result. The second one ends the
+//! program at once, and so does one while results are written. The signals that end a process,
+//! SIGTERM and SIGHUP, count as Ctrl-C.
 
 use super::Exit;
 use slewkit::plan::Status;
@@ -21,7 +22,7 @@ const PATIENCE: Duration = Duration::from_millis(700);
 /// Takes Ctrl-C over from here on.
 pub fn watch() {
     let installed = ctrlc::set_handler(asked);
-    // Without a handler Ctrl-C ends the program, which is what it would do anyway.
+    // Without a handler Ctrl-C ends the program, which is its default.
     drop(installed);
     #[cfg(unix)]
     unix::watch();
@@ -36,7 +37,7 @@ pub fn prepare() {
     }
 }
 
-/// As [`watch`], of work whose results are kept one by one as they are finished.
+/// Watches as [`watch`] does, for work whose results are kept one by one.
 pub fn watch_kept() {
     KEEPING.store(true, Ordering::SeqCst);
     watch();
@@ -47,12 +48,12 @@ pub fn requested() -> bool {
     REQUESTED.load(Ordering::SeqCst)
 }
 
-/// What is set when Ctrl-C is pressed.
+/// Returns the flag that Ctrl-C sets.
 pub fn flag() -> Arc<AtomicBool> {
     Arc::clone(&REQUESTED)
 }
 
-/// Results are written from here on: nothing is left to ask, so that a Ctrl-C ends at once.
+/// Marks the start of writing: from here on a Ctrl-C ends the program at once.
 pub fn writing() {
     WRITING.store(true, Ordering::SeqCst);
 }
@@ -68,15 +69,16 @@ fn asked() {
         remove_temporaries();
         std::process::exit(i32::from(Exit::Plan(Status::Interrupted).code()));
     }
-    // Where no thread can be started nobody is told, and the work stops all the same.
+    // If no thread can be started, no message appears, but the work stops.
     let _ = thread::Builder::new().spawn(|| {
         thread::sleep(PATIENCE);
         let text = if KEEPING.load(Ordering::SeqCst) {
-            "interrupted: waiting for the cases under way; once more ends at once, what was finished is kept"
+            "interrupted: waiting for the running cases; a second signal ends at once and keeps \
+            finished cases"
         } else if WRITING.load(Ordering::SeqCst) {
-            "interrupted: writing what was found; once more ends at once and keeps nothing"
+            "interrupted: writing the result; a second signal ends at once and keeps nothing"
         } else {
-            "interrupted: waiting for the step under way; once more ends at once and keeps nothing"
+            "interrupted: waiting for the running step; a second signal ends at once and keeps nothing"
         };
         // `eprintln!` panics when stderr is closed.
         let _ = writeln!(std::io::stderr().lock(), "{text}");
@@ -95,12 +97,12 @@ mod unix {
     /// Linux and most others; the library lists no constant for it.
     const SIGXFSZ: i32 = 25;
 
-    /// Takes the signals over that ask a process to end.
+    /// Handles the signals that end a process.
     pub fn watch() {
         let asking = if ignores_hangup() { vec![SIGTERM] } else { vec![SIGTERM, SIGHUP] };
         if let Ok(mut signals) = Signals::new(asking) {
             let listen = move || signals.forever().for_each(|_| super::asked());
-            // Without a thread the signals end the program, which is what they would do anyway.
+            // Without a thread the signals end the program, which is their default.
             let _ = std::thread::Builder::new().spawn(listen);
         }
     }
@@ -110,8 +112,8 @@ mod unix {
         let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     }
 
-    /// Has an allocation that fails end the program with the code of a limit: the standard library tells of it, then aborts.
-    /// A panic within a panic aborts too, and is a bug.
+    /// Makes a failed allocation end the program with the exit code of a limit: the standard
+    /// library prints a message, then aborts. A panic within a panic also aborts, and is a bug.
     pub fn end_without_memory() {
         let no_panic = Arc::new(AtomicBool::new(true));
         let code = i32::from(Exit::Plan(Status::LimitReached).code());
@@ -123,7 +125,8 @@ mod unix {
         }));
     }
 
-    /// Whether hangups are ignored, as under `nohup`; true where the system does not tell.
+    /// Returns whether hangups are ignored, as under `nohup`; true if the system does not report
+    /// it.
     fn ignores_hangup() -> bool {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

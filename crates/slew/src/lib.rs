@@ -67,7 +67,7 @@ Exit codes:
   0  solved and verified      4  proved infeasible        7  solved, verification failed
   1  internal error           5  not converged            8  file or stream
   2  usage                    6  time or memory ended     130  interrupted, best result kept
-  3  spec invalid             9  some cases of a batch failed; a simulation left the finite numbers
+  3  spec invalid             9  some cases of a batch failed; a number of a simulation is not finite
 
 `slew init > maneuver.toml` writes a spec to start from; `slew plan maneuver.toml -o plan.json` plans it.";
 
@@ -77,27 +77,27 @@ enum Command {
     Init(texts::InitArgs),
     /// Check a spec and report all its errors at once
     Check(check::Args),
-    /// Tell where the targets of a spec are, and how far that is known
+    /// Print where the targets of a spec are, and how accurate that is
     Sky(sky::Args),
     /// Plan the maneuver of a spec and verify it
     Plan(plan::Args),
-    /// Fly a plan with gains and with what is uncertain, again and again
+    /// Fly a plan many times, with gains and uncertainties
     Fly(fly::Args),
     /// Verify a plan file by the witnesses, without the solver
     Verify(verify::Args),
     /// Write a plan file in the formats of other programs
     Export(export::Args),
-    /// Show a plan as one page for a browser
+    /// Write a plan as one page for a browser
     Report(report::Args),
-    /// Draw a plan: SVG files
+    /// Draw a plan as SVG files
     Plot(plot::Args),
     /// Plan many maneuvers: a table of cases, or a folder of specs
     Batch(batch::table::Args),
     /// Plan a maneuver over a grid of some of its keys
     Sweep(batch::sweep::Args),
-    /// Plan a maneuver under random draws of what is uncertain, the `dispersion` of its spec
+    /// Plan a maneuver for random draws from the `dispersion` of its spec
     MonteCarlo(batch::monte_carlo::Args),
-    /// Put the results of the shards of a batch together
+    /// Join the results of the shards of a batch
     Merge(batch::merge::Args),
     /// Compare methods on a maneuver, or integrators on a simulation
     Compare(compare::Args),
@@ -117,14 +117,14 @@ enum Command {
         /// The code
         code: Option<String>,
     },
-    /// Print the page of the manual, of the program or of a command
+    /// Print the manual page of the program or of a command
     Man {
         /// A command
         command: Option<String>,
     },
     /// Print completions for a shell
     Completions {
-        /// Which shell
+        /// Name of the shell
         shell: clap_complete::Shell,
     },
 }
@@ -179,8 +179,8 @@ impl Command {
             Self::Explain { code: Some(code) } => match texts::explanation(&code) {
                 Some(text) => print(text.as_bytes()),
                 None => {
-                    let reason = format!("there is no code {}", slewkit_files::spec::escape(&code));
-                    Err(Failure::Usage(format!("{reason}; codes are a letter and four digits, as E0123")))
+                    let reason = format!("no code {} exists", slewkit_files::spec::escape(&code));
+                    Err(Failure::Usage(format!("{reason}; a code is a letter and four digits, as E0123")))
                 }
             },
             Self::Man { command } => print(&texts::manual(Cli::command(), command.as_deref())?),
@@ -233,7 +233,8 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
 fn tell(said: &clap::Error) -> Exit {
     let words = said.to_string();
     let shown = escape_lines(&words);
-    // What was typed is quoted as it is, and no terminal is to obey it.
+    // The message quotes the input of the user; escape sequences in it must not reach the
+    // terminal.
     let told = if said.use_stderr() && shown != words {
         write!(io::stderr().lock(), "{shown}")
     } else {

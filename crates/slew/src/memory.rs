@@ -23,7 +23,7 @@ pub fn warn(problem: &Problem, settings: &Settings, console: &mut Console) {
     }
 }
 
-/// What a plan takes, in words.
+/// Formats the memory of a plan.
 pub fn told(PeakMemory { likely, most }: PeakMemory) -> String {
     let up_to = if most > likely { format!(", up to {}", size(most)) } else { String::new() };
     format!("about {}{up_to}, to plan it", size(likely))
@@ -38,13 +38,19 @@ fn concern(problem: &Problem, settings: &Settings, available: Option<f64>) -> Op
     }
     let (takes, needed) = if sure { ("takes about", peak.likely) } else { ("may take", peak.most) };
     let steps = problem.steps;
-    let reason =
-        format!("a plan on {steps} steps {takes} {} of memory, and {} are left", size(needed), size(room));
+    let reason = format!(
+        "a plan on {steps} steps {takes} {} of memory, and {} are available",
+        size(needed),
+        size(room)
+    );
     let fewer = PeakMemory::steps_within(problem, settings, room).filter(|fewer| *fewer < steps);
     let fewer =
-        fewer.map_or("take fewer steps".into(), |fewer| format!("take {fewer} steps: `maneuver.steps`"));
-    let remedy =
-        if sure { format!("{fewer}; or give more memory") } else { "if it does, take fewer steps".into() };
+        fewer.map_or("use fewer steps".into(), |fewer| format!("use {fewer} steps: `maneuver.steps`"));
+    let remedy = if sure {
+        format!("{fewer}; or provide more memory")
+    } else {
+        "if the memory ends, use fewer steps".into()
+    };
     Some((reason, remedy, sure))
 }
 
@@ -53,8 +59,9 @@ fn size(bytes: f64) -> String {
     if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{} GB", significant(bytes / 1e9, 2)) }
 }
 
-/// Bytes that this process may still take: of the machine, of its group, of its own limit. `None` where the system
-/// tells none of them; only Linux does.
+/// Returns the bytes that this process may still allocate: the least of the limits of the
+/// machine, of its group and of the process. Returns `None` if the system reports none of them;
+/// only Linux does.
 fn available() -> Option<f64> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let machine = field(&read("/proc/meminfo"), "MemAvailable:").map(|kib| 1024.0 * kib);
@@ -66,7 +73,7 @@ fn available() -> Option<f64> {
     [machine, own, group].into_iter().flatten().reduce(f64::min)
 }
 
-/// The first number after a name; `None` where a word stands there, such as "unlimited".
+/// Returns the first number after a name; `None` if a word follows it, such as "unlimited".
 fn field(text: &str, name: &str) -> Option<f64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next()?.parse().ok()

@@ -11,10 +11,12 @@ use std::path::{Path, PathBuf};
 /// Output of a command that makes a trajectory.
 #[derive(Debug, clap::Args)]
 pub struct OutputArgs {
-    /// Format of the data, on stdout or in the file of `-o`; by default that of the file name, on stdout JSON
+    /// Format of the data, on stdout or in the file of `-o`; by default the ending of the file
+    /// selects it, JSON for stdout
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
-    /// Write the data to FILE, whole or not at all; its ending says in which format. `-` is stdout
+    /// Write the data to FILE, completely or not at all; its ending selects the format. `-` is
+    /// stdout
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Replace FILE if it exists
@@ -68,12 +70,13 @@ pub enum Format {
 }
 
 impl Format {
-    /// What a plan is written as; text for people is none of that.
+    /// Returns the format of a plan; `None` for text for people.
     pub fn of_data(self) -> Option<formats::Format> {
         formats::Format::named(&self.name())
     }
 
-    /// Endings of the names of files that may hold it. Of several formats with one ending it means the first.
+    /// Returns the endings of file names for the format. If several formats have one ending, it
+    /// selects the first.
     fn endings(self) -> &'static [&'static str] {
         self.of_data().map_or(&[], formats::Format::endings)
     }
@@ -156,8 +159,7 @@ impl OutputArgs {
             return Ok(Destination::Stdout(asked.unwrap_or(Format::Json)));
         }
         if self.format == Some(Format::Text) {
-            let reason =
-                "-o writes data, and the text for people goes to stderr: leave out --format text, or -o";
+            let reason = "-o writes data, and --format text is for people: remove --format text, or -o";
             return Err(Failure::Usage(reason.into()));
         }
         let target = Target::new(path, self.force)?;
@@ -169,22 +171,23 @@ impl OutputArgs {
     }
 }
 
-/// The format of the file at `path`: as asked for, unless its ending says otherwise.
+/// Returns the format of the file at `path`: the requested one, unless the ending of the path
+/// contradicts it.
 fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<Format, Failure> {
     let shown = escape(&path.to_string_lossy());
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let has = |format: &Format| ending.as_deref().is_some_and(|ending| format.endings().contains(&ending));
     let meant = formats.iter().copied().find(has);
     match (asked, meant) {
-        // What has no ending of ours may hold anything.
+        // A file without a known ending may have any format.
         (Some(asked), None) => Ok(asked),
         (Some(asked), Some(_)) if has(&asked) => Ok(asked),
         (Some(asked), Some(meant)) => {
             let (asked_name, meant) = (asked.name(), meant.name());
-            let reason = format!("{shown} ends as {meant} does, but --format {asked_name} is asked for");
+            let reason = format!("{shown} ends as {meant} does, and --format is {asked_name}");
             let own = match asked.endings() {
-                [first, ..] => format!("leave out --format, or let the name end in .{first}"),
-                [] => "leave out --format".into(),
+                [first, ..] => format!("remove --format, or use the ending .{first}"),
+                [] => "remove --format".into(),
             };
             Err(Failure::Output(Message::new("E0106", reason, own)))
         }
@@ -192,7 +195,7 @@ fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<For
         (None, None) => {
             let reason = match &ending {
                 Some(ending) => format!("{shown}: no format has the ending .{}", escape(ending)),
-                None => format!("{shown} has no ending, which would say in which format"),
+                None => format!("{shown} has no ending to select the format"),
             };
             Err(Failure::Output(Message::new("E0105", reason, known(formats))))
         }
@@ -206,6 +209,6 @@ fn known(formats: &[Format]) -> String {
         let endings: Vec<_> = format.endings().iter().map(|ending| format!(".{ending}")).collect();
         text.push_str(&format!("\n  {:<10} {}", format.name(), endings.join(", ")));
     }
-    text.push_str("\n--format NAME takes any other name");
+    text.push_str("\n--format NAME allows any other name");
     text
 }

@@ -11,7 +11,7 @@ use slewkit_report::Cases;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-/// Sequence of the Euler angles where none is asked for.
+/// The default sequence of the Euler angles.
 pub const EULER: &str = "zyx";
 
 /// How pictures are made.
@@ -22,7 +22,7 @@ pub struct Drawing {
     pub euler: String,
 }
 
-/// What a file of ours is of.
+/// The contents of a file that slewkit wrote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A plan, or nothing that is known.
@@ -35,7 +35,7 @@ pub enum Kind {
     Comparison,
 }
 
-/// How much of a file tells what it is \[bytes\]: the keys that do stand before all lists.
+/// The number of bytes that identify a file: its identifying keys come before all lists.
 const HEAD: u64 = 4096;
 
 /// The file at `path`, or stdin for `-`, from its beginning, and what it is of.
@@ -58,7 +58,7 @@ pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     Ok((kind, Box::new(Cursor::new(head).chain(input))))
 }
 
-/// The results of the file at `path`, whole or as far as they are.
+/// Reads the results in the file at `path`, complete or not.
 pub fn results(path: &Path) -> Result<Cases, Failure> {
     if path.as_os_str() == "-" {
         return Err(Failure::Usage("results are read from a file, not from stdin".into()));
@@ -82,7 +82,7 @@ pub fn read(
     let held = file.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
     let reading = Reading { set: Vec::new(), input: None };
     let mut loaded = spec_file::read_held(held, path, &reading, console)?;
-    // What is proved infeasible has no trajectory.
+    // A plan that is proved infeasible has no trajectory.
     let has_rows = !file.trajectory.0.time.is_empty();
     if has_rows {
         loaded.problem = file.on_grid(&loaded.problem).map_err(unusable)?;

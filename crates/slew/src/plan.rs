@@ -1,4 +1,4 @@
-//! `slew plan`: solve, verify, tell, write.
+//! `slew plan`: solves, verifies, reports, writes.
 
 mod warm;
 
@@ -46,9 +46,10 @@ pub struct Args {
     /// attitudes. `-` reads stdin
     #[arg(long, value_name = "FILE")]
     pub guess: Option<PathBuf>,
-    /// Plan again what is left of a plan: from the start of SPEC, where the craft is at the time --at of that plan, to the
-    /// end of SPEC, in the time and on the steps that are left. A few Newton steps; where they do not do a search is made
-    /// anew, and the summary says so. `-` reads stdin
+    /// Replan the rest of a plan: from the start of SPEC, which is the state of the craft at the
+    /// time --at of that plan, to the end of SPEC, in the remaining time and on the remaining
+    /// steps. A few Newton steps suffice as a rule; otherwise a new search runs, and the summary
+    /// reports it. `-` reads stdin
     #[arg(long, value_name = "PLAN.json", conflicts_with = "guess")]
     pub warm: Option<PathBuf>,
     /// Time of that plan at which the craft is at the start of SPEC, from its beginning; 0 by default
@@ -118,7 +119,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     console.say(&summary::plan(console, &args.spec, &told));
     interrupt::writing();
     if plan.solution.outcome != Outcome::Converged && matches!(format, Some(formats::Format::Exchange(_))) {
-        console.say(&summary::line("wrote", "nothing: there is no plan, and this format holds nothing else"));
+        console.say(&summary::line("wrote", "no plan exists, and this format holds nothing else"));
     } else if let Some(format) = format {
         let file = PlanFile::new(&problem, &settings, &plan);
         let file = match &gains {
@@ -156,21 +157,21 @@ fn planned(
     let found = assured::plan(problem, settings, feedback, uncertainty, &kept, &mut Watcher(console));
     let (with, plan, margins) = found.map_err(|error| match error {
         NotKept::Plan(PlanError::Problem(error @ ProblemError::Violated { .. })) => {
-            let reason = format!("{error}: with the margin that its chance takes");
-            let remedy = "allow a larger chance, make less uncertain, or give [feedback]";
+            let reason = format!("{error}: with the margin of its chance");
+            let remedy = "allow a larger chance, reduce the uncertainty, or give [feedback]";
             Failure::Problem(Message::new("E0172", reason, remedy))
         }
         NotKept::Plan(other) => refusal(other),
         other => {
-            let remedy =
-                "allow a larger chance or more of the limit, make less uncertain, or weigh corrections less";
+            let remedy = "allow a larger chance or a larger limit, reduce the uncertainty, or reduce the \
+                weights of the gains";
             Failure::Problem(Message::new("E0172", other.to_string(), remedy))
         }
     })?;
     Ok((with, plan, Some(margins)))
 }
 
-/// What is known of a plan beside it, where the spec asks for that and there is a plan.
+/// Computes the quantities near a plan, if the spec requests them and a plan exists.
 fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Beside> {
     if !closed_loop.is_asked() || is_posed(problem) || plan.solution.outcome != Outcome::Converged {
         return None;
@@ -182,16 +183,16 @@ fn beside(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mu
     }
 }
 
-/// Gains along a plan of which no covariance is known.
+/// Designs gains along a plan without a covariance.
 fn gains(problem: &Problem, plan: &Plan, closed_loop: &ClosedLoop, console: &mut Console) -> Option<Gains> {
     let converged = Some(&plan.solution).filter(|solution| solution.outcome == Outcome::Converged)?;
     gains_alone(problem, &converged.trajectory, closed_loop)?
         .map_or_else(|error| unknown(&error, console), Some)
 }
 
-/// Why nothing is known beside a plan.
+/// Reports why no quantities near a plan are known.
 fn unknown<T>(error: &NotKnown, console: &mut Console) -> Option<T> {
-    let reason = format!("no gains and no covariance along this plan: {error}");
+    let reason = format!("no gains and no covariance for this plan: {error}");
     console.warn("W0171", &reason, "give [feedback] kind = \"tvlqr\", or larger limits");
     None
 }
@@ -201,9 +202,9 @@ fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess,
         PlanOrAttitudes::Plan(input) => input,
         PlanOrAttitudes::Attitudes(input) => {
             if !problem.is_constrained() {
-                let reason =
-                    "attitudes guess a path, which is taken where something is limited: here nothing is";
-                console.warn("W0141", reason, "guess from a plan file; or set solver.method=scp");
+                let reason = "attitudes give a path as a guess, which only maneuvers with limits use: this \
+                    one has no limits";
+                console.warn("W0141", reason, "give a plan file as the guess; or set solver.method=scp");
             }
             let quaternion = read_attitudes(input, &path.to_string_lossy())?.evenly();
             return Ok(Guess { quaternion, ..Guess::default() });
@@ -212,7 +213,7 @@ fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess,
     let guess = read_guess(input).map_err(|error| Failure::unusable(path, &error))?;
     let (found, needed) = (guess.costates.len(), problem.dimension());
     if found != needed {
-        let reason = format!("the guess has {found} costates, this maneuver needs {needed}");
+        let reason = format!("the guess has {found} costates, and this maneuver needs {needed}");
         let remedy =
             "give a plan of the same kind of maneuver: 6 costates for an attitude, 12 with positions";
         return Err(Failure::File(Message::new("E0103", reason, remedy)));
@@ -231,11 +232,11 @@ pub fn refusal(error: PlanError) -> Failure {
     }
 }
 
-/// A spec that reads well and asks what cannot be.
+/// Builds the failure for a spec that is valid key by key but impossible as a whole.
 pub fn invalid(error: ProblemError) -> Failure {
     let (code, remedy) = match &error {
         ProblemError::StepTooLong { steps, .. } => {
-            ("E0120", format!("raise `maneuver.steps` to {steps} or more"))
+            ("E0120", format!("set `maneuver.steps` to {steps} or more"))
         }
         _ => ("E0121", "change the spec accordingly".into()),
     };

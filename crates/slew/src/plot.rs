@@ -14,22 +14,23 @@ use std::path::{Path, PathBuf};
 /// Arguments of `slew plot`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A name that ends in .svg, .png or .pdf is one file: a panel of the pictures named by --charts in
-two columns, marked (a), (b), …, or the one picture alone. Any other name is a folder, which is made if it
-does not exist and gets one file a picture.
+A name that ends in .svg, .png or .pdf is one file. It holds the pictures of --charts in two columns, marked
+(a), (b), …, or one picture alone. Any other name is a folder. slew creates it if needed, and writes one file for
+each picture.
 
-The pictures, where the plan has them: sky, inputs, forces, switching, rates, wheel_momentum,
+The pictures of a plan, if it has the data: sky, inputs, forces, switching, rates, wheel_momentum,
 position, velocity, clearance, pointing, corrections, flown_pointing, flown_commands, euler, quaternion,
 error, costates_attitude, costates_momentum, costates_position, costates_linear, hamiltonian, convergence.
 
-Of a simulation, JSON: sky of one body, rates, position, euler, quaternion, energy,
-angular_momentum, orthogonality. Of integrators compared, JSON: energy_over_step,
+The pictures of a simulation (JSON): sky of one body, rates, position, euler, quaternion, energy,
+angular_momentum, orthogonality. The pictures of compared integrators (JSON): energy_over_step,
 orthogonality_over_step, momentum_over_step, time_over_step, evaluations_precision,
-work_precision. Of the results of a batch, JSON lines: cost (over one key), map (over two), distribution, miss.
+work_precision. The pictures of the results of a batch (JSON lines): cost (over one key), map (over two keys),
+distribution, miss.
 
-Times at which a limit acts, or arcs, are shaded; a curve that diverges is cut and says so, and one that
-lies under another says under which. PNG and PDF need the cargo feature `paper`; without it SVG
-becomes PDF or PNG by any converter, as in `rsvg-convert -f pdf figure.svg -o figure.pdf`.
+Shading marks arcs and times at which a limit is active. A label marks a curve that is cut because it diverges,
+and a curve that lies under another. PNG and PDF need the cargo feature `paper`. Without it any converter makes
+them from SVG, as in `rsvg-convert -f pdf figure.svg -o figure.pdf`.
 
 Examples:
   slew plot plan.json -o figures
@@ -42,7 +43,7 @@ pub struct Args {
     /// An SVG, PNG or PDF file, or a folder for one SVG file a picture
     #[arg(short, long, value_name = "DIR|FILE.svg")]
     pub output: PathBuf,
-    /// Which pictures, in this order; by default all in a folder, the first four in a file
+    /// Names of the pictures, in this order; by default all in a folder, the first four in a file
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(keys()), hide_possible_values = true)]
     pub charts: Vec<String>,
     #[command(flatten)]
@@ -55,7 +56,7 @@ pub struct Args {
     pub quiet: bool,
 }
 
-/// What one file of pictures is.
+/// The format of a file of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     Svg,
@@ -125,15 +126,17 @@ impl Args {
             Some(_) if self.output.is_dir() => return Ok(None),
             Some(ending) => {
                 return Err(Failure::Usage(format!(
-                    "-o: pictures are written as .svg, .png or .pdf, or into a folder, whose name has no ending; not as .{}",
+                    "-o: pictures are .svg, .png or .pdf, or files in a folder whose name has no \
+                    ending; not .{}",
                     escape(ending)
                 )));
             }
         };
         if format != Format::Svg && cfg!(not(feature = "paper")) {
             return Err(Failure::Usage(
-                "-o: PNG and PDF need converters, which this `slew` was built without: write a .svg and convert it, as in \
-                 `rsvg-convert figure.svg -o figure.png`, or build with `cargo install --path crates/slew --features paper`"
+                "-o: PNG and PDF need converters, and this `slew` was built without them: write a \
+                .svg and convert it, as in `rsvg-convert figure.svg -o figure.png`, or build with \
+                `cargo install --path crates/slew --features paper`"
                     .into(),
             ));
         }
@@ -146,13 +149,13 @@ impl Args {
         Ok(target)
     }
 
-    /// Those of `shown` that are asked for, in that order.
+    /// Returns the requested pictures of `shown`, in the requested order.
     fn chosen<'a>(&self, shown: &'a [Shown]) -> Result<Vec<&'a Shown>, Failure> {
         let find = |key: &String| {
             shown.iter().find(|shown| shown.key == *key).ok_or_else(|| {
                 let there: Vec<&str> = shown.iter().map(|shown| shown.key).collect();
-                let reason = format!("there is no picture \"{key}\"");
-                Failure::Usage(format!("--charts: {reason}; there are {}", there.join(", ")))
+                let reason = format!("no picture is called \"{key}\"");
+                Failure::Usage(format!("--charts: {reason}; the pictures are {}", there.join(", ")))
             })
         };
         self.charts.iter().map(find).collect()
@@ -184,7 +187,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     draw(args, target, &shown, console)
 }
 
-/// Writes the pictures that are asked for.
+/// Writes the requested pictures.
 fn draw(
     args: &Args,
     target: Option<(Target, Format)>,
@@ -192,8 +195,8 @@ fn draw(
     console: &mut Console,
 ) -> Result<Exit, Failure> {
     if shown.is_empty() {
-        let reason = format!("{}: there is nothing to draw", escape(&args.plan.to_string_lossy()));
-        let remedy = "`slew report` tells why there is none";
+        let reason = format!("{}: the plan has nothing to draw", escape(&args.plan.to_string_lossy()));
+        let remedy = "`slew report` states the reason";
         return Err(Failure::File(Message::new("E0108", reason, remedy)));
     }
     let chosen = args.chosen(shown)?;

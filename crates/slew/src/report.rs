@@ -10,16 +10,17 @@ use std::path::{Path, PathBuf};
 /// Arguments of `slew report`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-One HTML file that opens from disk in any browser, without a network, and prints: verdict and
-what is proved, boresights and cones on the sphere, inputs, rates and wheels with their limits,
+The report is one HTML file. Any browser opens it from disk, without a network, and can print it. It shows
+the verdict and the proof, boresights and cones on the sphere, inputs, rates and wheels with their limits,
 clearance, attitude, costates, convergence, rivals, checks, and the body in motion.
 
-It is made from the file alone. A plan without a trajectory, proved infeasible or not converged,
-has a report as well, and so has a simulation: motion, energy and momentum; and what
-`slew compare SPEC --format json` printed: tables, and work and precision of integrators (with
-`slew compare SPEC --report` also the motions side by side). Of the results of
-`slew batch`, `slew sweep` and `slew monte-carlo`: the cost over one key or two, distributions,
-failed and costliest cases.
+slew reads only FILE, which may be:
+  a plan             also one without a trajectory: proved infeasible or not converged
+  a simulation       motion, energy and momentum
+  a comparison       the JSON of `slew compare SPEC --format json`: tables, work and precision of integrators;
+                     `slew compare SPEC --report` also shows the motions side by side
+  results            of `slew batch`, `slew sweep` or `slew monte-carlo`: the cost over one or two keys,
+                     distributions, failed and costliest cases
 
 Examples:
   slew report plan.json -o report.html
@@ -83,7 +84,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// The file of a page, checked before any work: its name says that it is one, and it is none of `inputs`.
+/// Returns the file of a page, checked before any work: its name must have the ending of a page,
+/// and must not be one of `inputs`.
 pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Failure> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !["html", "htm"].iter().any(|known| ending.eq_ignore_ascii_case(known)) {
@@ -96,7 +98,7 @@ pub fn target(path: &Path, force: bool, inputs: &[&Path]) -> Result<Target, Fail
     Ok(target)
 }
 
-/// Writes a page and says so.
+/// Writes a page and reports it.
 pub fn write(target: &Target, text: &str, console: &mut Console) -> Result<(), Failure> {
     target.write(|output| Ok(output.write_all(text.as_bytes())?))?;
     summary::wrote(console, target);

@@ -17,9 +17,9 @@ Examples:
   slew sky problems/ground_pass.toml
   slew sky problems/sun_free_roll.toml --format json
 
-Axes are those of the GCRS. Directions are geometric, unless the spec says light_time or aberration; `light` is by how much both
-move them. `apart` is how far the direction that is planned with is from that of the full
-theories (IAU 2006/2000A, VSOP2000), which the planner does not use.")]
+Axes are those of the GCRS. Directions are geometric, unless the spec has light_time or aberration. `light` is
+the displacement by both. `apart` is the angle between the direction of the planner and the direction of the
+full theories (IAU 2006/2000A, VSOP2000), which the planner does not use.")]
 pub struct Args {
     #[command(flatten)]
     pub spec: SpecArgs,
@@ -38,19 +38,21 @@ struct Line {
     ra_dec_deg: [[f64; 2]; 2],
     /// How fast the direction turns \[deg/s\].
     rate_deg_s: [f64; 2],
-    /// Absent of what has none.
+    /// The distance; absent for a direction without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     range_km: Option<[f64; 2]>,
-    /// Of the spacecraft above the horizon of a station \[deg\].
+    /// The elevation of the spacecraft above the horizon of a station \[deg\].
     #[serde(skip_serializing_if = "Option::is_none")]
     elevation_deg: Option<[f64; 2]>,
-    /// Between the direction that is planned with and that of the full theories \[arcsec\].
+    /// The angle between the direction of the planner and the direction of the full theories
+    /// \[arcsec\].
     apart_arcsec: [f64; 2],
-    /// By how much light time and aberration move it \[arcsec\]: in the directions, or left out, as the spec says.
+    /// The displacement by light time and aberration \[arcsec\], which the directions include or
+    /// omit, as the spec states.
     by_light_arcsec: [f64; 2],
 }
 
-/// What a spec's sky is like.
+/// The report on the sky of a spec.
 #[derive(Debug, Serialize)]
 struct Told {
     /// One revolution \[s\]; absent without an orbit.
@@ -67,16 +69,14 @@ struct Told {
     targets: Vec<Line>,
 }
 
-/// How far ahead is looked where the duration is sought \[s\].
+/// The time for which targets are computed if the duration is free \[s\].
 const AHEAD: f64 = 600.0;
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let loaded = super::spec_file::read(&args.spec.spec, &args.spec.reading, console)?;
     let Some(heavens) = &loaded.heavens else {
-        console.say(
-            "nothing in this spec is aimed at by name: `point` or `direction` with at = \"sun\" would be",
-        );
+        console.say("the spec aims at no named target: add `point` or `direction` with at = \"sun\"");
         return Ok(Exit::Solved);
     };
     let told = told(&loaded, heavens).map_err(|error| Failure::Internal(error.to_string()))?;
@@ -158,7 +158,7 @@ fn table(told: &Told) -> String {
             significant(period / 60.0, 4)
         ));
         let dark = match &told.eclipses_s[..] {
-            [] => "in the Sun all the way".to_string(),
+            [] => "in the Sun for the whole duration".to_string(),
             all => all
                 .iter()
                 .map(|[from, to]| {

@@ -7,7 +7,8 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
-/// Reads the maneuver at `path`, or from stdin for `-`, with the overrides, and tells its warnings.
+/// Reads the maneuver at `path`, or from stdin for `-`, with the overrides, and prints its
+/// warnings.
 pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loaded, Failure> {
     let (overrides, format) = arguments(path, reading)?;
     let loaded = if is_stdin(path) {
@@ -19,7 +20,8 @@ pub fn read(path: &Path, reading: &Reading, console: &mut Console) -> Result<Loa
     Ok(loaded)
 }
 
-/// Reads the spec of either kind at `path`, or from stdin for `-`, with the overrides, and tells its warnings.
+/// Reads the spec of either kind at `path`, or from stdin for `-`, with the overrides, and prints
+/// its warnings.
 pub fn load(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spec, Failure> {
     let (overrides, format) = arguments(path, reading)?;
     let spec = if is_stdin(path) {
@@ -31,7 +33,7 @@ pub fn load(path: &Path, reading: &Reading, console: &mut Console) -> Result<Spe
     Ok(spec)
 }
 
-/// Reads the spec that the plan file `plan` holds, with the overrides, and tells its warnings.
+/// Reads the spec in the plan file `plan`, with the overrides, and prints its warnings.
 pub fn read_held(
     held: &SpecDocument,
     plan: &Path,
@@ -74,7 +76,7 @@ pub fn open_plan(path: &Path) -> Result<Box<dyn Read>, Failure> {
     Ok(Box::new(file))
 }
 
-/// A plan file, or attitudes of any program; what it is its first sign says.
+/// A plan file, or attitudes of any program; the first character distinguishes the two.
 pub enum PlanOrAttitudes {
     /// A plan file.
     Plan(Box<dyn Read>),
@@ -99,7 +101,7 @@ pub fn one_stdin(inputs: &[&Path]) -> Result<(), Failure> {
     }
 }
 
-/// Whether `path` stands for stdin.
+/// Returns whether `path` means stdin.
 fn is_stdin(path: &Path) -> bool {
     path.as_os_str() == "-"
 }

@@ -1,4 +1,4 @@
-//! What commands tell in words on this console.
+//! The summaries that commands print on this console.
 
 use super::advice::{advice, word};
 use super::{Console, SpecArgs, Tone};
@@ -25,7 +25,7 @@ pub fn wrote(console: &mut Console, target: &Target) {
     console.say(&line("wrote", &escape(&target.path().to_string_lossy())));
 }
 
-/// What `slew plan` tells of a plan, and where it goes.
+/// The contents of the summary of `slew plan`, and its destination.
 pub struct Told<'a> {
     pub problem: &'a Problem,
     pub settings: &'a Settings,
@@ -35,11 +35,12 @@ pub struct Told<'a> {
     pub verbose: bool,
     /// The plan file that will be written.
     pub file: Option<&'a Path>,
-    /// Gains alone, where nothing else is known beside it.
+    /// Gains, if no other quantities near the plan are known.
     pub gains: Option<&'a Gains>,
-    /// What is known of it beside it, as the spec asks.
+    /// The quantities near the plan, if the spec requests them.
     pub beside: Option<(&'a ClosedLoop, &'a Beside)>,
-    /// What keeping chances took, where some are asked, also of a plan that is not solved.
+    /// The margins of chance constraints, if the spec has any; also for a plan that is not
+    /// solved.
     pub margins: Option<&'a MarginsRecord>,
     /// How it was begun from another plan, or why that was left.
     pub warm: Option<&'a str>,
@@ -73,9 +74,9 @@ pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     lines.join("\n")
 }
 
-/// What to type next of a plan that is as it should be.
+/// Returns the suggested next command for a solved plan.
 fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) -> String {
-    let more = if verbose { "" } else { "; -v tells how it was found" };
+    let more = if verbose { "" } else { "; -v reports how it was found" };
     if let Some(file) = file {
         let name = word(&file.to_string_lossy());
         if uncertain {
@@ -109,7 +110,7 @@ fn tried(text: &str) -> Vec<String> {
     if command.chars().count() <= summary::TEXT {
         lines.line("try", command);
     } else {
-        // Before an option, so that its value stays beside it.
+        // The line breaks before an option, so that its value stays on one line with it.
         let mut parts: Vec<String> = Vec::new();
         for (index, part) in command.split(" --set ").enumerate() {
             let set = if index == 0 { part.to_string() } else { format!("--set {part}") };

@@ -30,7 +30,7 @@ pub struct InitArgs {
     pub output: Args,
 }
 
-/// What a short spec is for.
+/// The purpose of a short spec.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Purpose {
     /// Reaction wheels that store momentum, a star tracker and the Sun
@@ -44,7 +44,7 @@ pub enum Purpose {
 /// Arguments of `slew schema`.
 #[derive(Debug, clap::Args)]
 pub struct SchemaArgs {
-    /// Of which files
+    /// Kind of files
     #[arg(value_name = "FILES", default_value = "spec")]
     pub of: SchemaOf,
     #[command(flatten)]
@@ -68,14 +68,15 @@ pub fn schema(of: SchemaOf) -> String {
     }
 }
 
-/// Topics of `slew help` beside the commands: how a plan is replayed, words, and frames, directions, orders and units.
+/// The topics of `slew help` other than the commands: how a plan is replayed, words, and frames,
+/// directions, orders and units.
 const TOPICS: [(&str, &str); 3] = [
     ("conventions", include_str!("conventions.md")),
     ("glossary", include_str!("glossary.md")),
     ("replay", include_str!("replay.md")),
 ];
 
-/// What each code means: a line with code and title, then a paragraph, then a blank line.
+/// The explanation of each code: a line with code and title, then a paragraph, then a blank line.
 const EXPLANATIONS: &str = include_str!("explanations.txt");
 
 /// The explanation of a code, with its title; the code is taken in any case.
@@ -99,7 +100,7 @@ pub fn manual(program: clap::Command, command: Option<&str>) -> Result<Vec<u8>, 
             let known = || program.get_subcommands().map(|command| command.get_name()).collect::<Vec<_>>();
             let Some(found) = program.find_subcommand(name) else {
                 let reason =
-                    format!("there is no command {}; there are {}", escape(name), known().join(", "));
+                    format!("no command {} exists; the commands are {}", escape(name), known().join(", "));
                 return Err(Failure::Usage(reason));
             };
             let called: &'static str = String::leak(format!("slew-{}", found.get_name()));
@@ -111,7 +112,7 @@ pub fn manual(program: clap::Command, command: Option<&str>) -> Result<Vec<u8>, 
     Ok(text)
 }
 
-/// What `slew help` prints of a command or a topic.
+/// Returns the text of `slew help` for a command or a topic.
 pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Failure> {
     program.build();
     match topic {
@@ -123,7 +124,8 @@ pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Fail
             let Some(command) = program.find_subcommand_mut(name) else {
                 let topics = TOPICS.map(|(topic, _)| topic).join(", ");
                 return Err(Failure::Usage(format!(
-                    "there is no command or topic {}; topics are {topics}, the commands are those of `slew --help`",
+                    "no command or topic {} exists; topics are {topics}, the commands are those of \
+                    `slew --help`",
                     escape(name)
                 )));
             };
@@ -145,7 +147,7 @@ pub fn template(args: &InitArgs) -> String {
     .into()
 }
 
-/// Writes `text` where the arguments say.
+/// Writes `text` to the output of the arguments.
 pub fn run(args: &Args, text: &str, console: &mut Console) -> Result<Exit, Failure> {
     match &args.output {
         Some(path) if path.as_os_str() != "-" => {

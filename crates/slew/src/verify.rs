@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `slew verify`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Plan file, as `slew plan SPEC -o PLAN.json` wrote it; or with --spec an AEM or a table of attitudes, of which
-    /// ends, cones and rates are judged. `-` reads stdin
+    /// Plan file from `slew plan SPEC -o PLAN.json`; or with --spec an AEM or a table of
+    /// attitudes, for which slew judges ends, cones and rates. `-` reads stdin
     #[arg(value_name = "FILE")]
     pub plan: PathBuf,
     /// The spec that the plan must fulfil, instead of the one that it holds; `-` reads stdin
@@ -40,7 +40,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         PlanOrAttitudes::Attitudes(input) => return attitudes(args, given, input, console),
     };
     let plan = PlanFile::read(input).map_err(unusable)?;
-    // What the plan must achieve stands in the spec that is given, else in its own.
+    // The plan must fulfil the given spec, else its own.
     let Loaded { problem, settings, identity, closed_loop, .. } = match (given, &plan.spec) {
         (Some(given), _) => given,
         (None, Some(held)) => spec_file::read_held(held, &args.plan, &args.reading, console)?,
@@ -58,7 +58,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         (Exit::Plan(Status::VerificationFailed), "verification failed", Tone::Bad)
     };
     let mut lines = vec![summary::headline(console, &problem.name, verdict, tone)];
-    // Which limits act the witnesses see by themselves.
+    // The witnesses determine the active limits themselves.
     let trajectory = &plan.trajectory.0;
     let judged = summary::Judged { problem: &problem, identity: &identity, trajectory, active: None };
     lines.extend(summary::verified(console, &judged, &verification));
@@ -79,7 +79,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         verified: &verification,
         // Where the spec that the plan holds is not the one that it is judged by: plan first.
         differences: &differences,
-        // Where what the file records is not what was found: file first.
+        // Recorded figures that differ from the results: the recorded value first.
         recorded: &recorded,
         not_judged: &not_judged,
     })?;
@@ -94,7 +94,7 @@ fn attitudes(
     console: &mut Console,
 ) -> Result<Exit, Failure> {
     let Some(Loaded { problem, settings, identity, .. }) = given else {
-        let reason = "attitudes do not say what they must achieve: give the spec with --spec";
+        let reason = "a file of attitudes has no targets and limits: give the spec with --spec";
         return Err(Failure::Usage(reason.into()));
     };
     let name = args.plan.to_string_lossy();
@@ -161,7 +161,7 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
         text.push_str(&format!(" ({}:{line})", escape(file)));
     }
     if !passed && found.rounding.attitude > *limit && name.starts_with("attitude") {
-        text.push_str("; the digits of the file leave more open");
+        text.push_str("; the digits of the file allow more");
     }
     text
 }
@@ -170,7 +170,7 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
 fn misfit(args: &Args, error: &ExportError) -> Failure {
     match Failure::unusable(&args.plan, error) {
         Failure::File(Message { code: code @ "E0103", reason, .. }) => {
-            let message = Message::new(code, reason, "give the spec that the plan was made from");
+            let message = Message::new(code, reason, "give the spec of the plan");
             Failure::Plan(Status::VerificationFailed, message)
         }
         other => other,

@@ -34,8 +34,9 @@ fn direction(random: &mut Random) -> Vector6 {
     Vector6::from_fn(|_, _| random.uniform()).normalize()
 }
 
-/// The guess misses the end by the square of what the start is moved by: slope 2.00 ± 0.1, at nodes and for both schemes, fields and
-/// limits; a guess that is not corrected, or the other way, by slope 1. The cost is that of the second order but for the third.
+/// The guess misses the end by the square of the shift of the start: slope 2.00 ± 0.1, at nodes
+/// and for both schemes, fields and limits. A guess without correction, or with the opposite
+/// correction, has slope 1. The cost agrees with the second order up to the third.
 #[test]
 fn the_guess_misses_by_the_square_of_the_shift() {
     let mut random = Random(11);
@@ -66,7 +67,7 @@ fn the_guess_misses_by_the_square_of_the_shift() {
     }
 }
 
-/// What a neighbour costs is known beforehand to the third order: slope 3 of a free body.
+/// The cost of a neighbour is predicted to the third order: slope 3 for a free body.
 #[test]
 fn the_cost_to_go_is_that_of_its_two_derivatives() {
     let mut random = Random(12);
@@ -178,7 +179,7 @@ fn a_plan_that_lands_is_planned_again_to_land() {
     }
 }
 
-/// A start that has left the basin is told, and planned by a search all the same.
+/// A start outside of the basin is reported, and a search plans it.
 #[test]
 fn a_start_far_away_falls_back_to_a_search() {
     let (problem, solution) = landing();
@@ -208,7 +209,7 @@ fn a_start_far_away_falls_back_to_a_search() {
     assert!(replanner.replan(&nowhere, &moment, None).is_err());
 }
 
-/// An extremal of another family converges as well: its cost tells.
+/// An extremal of another family also converges; its cost reveals it.
 #[test]
 fn an_extremal_that_costs_more_than_a_neighbour_is_none() {
     let (problem, solution) = landing();

@@ -72,7 +72,8 @@ fn moved(problem: &Problem, z: &Vector6) -> Problem {
     Problem { start, ..problem.clone() }
 }
 
-/// Where the motion of a plan ends beside the end, rad and the rates in the unit of time of the plan.
+/// Returns the distance of the end of the motion of a plan from the requested end, rad and rates
+/// in the unit of time of the plan.
 fn miss(problem: &Problem, plan: &Trajectory, end: &State) -> f64 {
     let duration = *plan.time.last().unwrap();
     let flown = Flight::new(problem).fly(&Flight::of_plan(problem, plan), None).unwrap();
@@ -157,7 +158,8 @@ fn of_continuous(problem: &Problem) -> Trajectory {
     }
 }
 
-/// Plans of least time and of least fuel, from starts to both sides, by the planner: their arcs differ by what the gains say.
+/// Plans of least time and of least fuel, from starts on both sides, by the planner: their arcs
+/// differ as the gains predict.
 #[test]
 fn gains_of_arcs_are_the_differences_of_plans_solved_again() {
     let (time, _) = of_reference(&cases()["xte_110_six_switches"]);

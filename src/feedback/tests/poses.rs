@@ -57,7 +57,7 @@ impl<const N: usize> Recorded<N> {
         Self { dynamics, states, plan }
     }
 
-    /// What the corrected motion misses at the end.
+    /// Returns the miss of the corrected motion at the end.
     fn miss(&self, problem: &Problem, linear: &PosedPlan, gains: &Gains, z: &SVector<f64, N>) -> f64 {
         let mut point = moved(&self.states[0], z);
         let mut corrections = Vec::new();

@@ -114,7 +114,8 @@ impl Recorded {
         Self { dynamics, states, plan }
     }
 
-    /// What the corrected motion misses at the end, from `z`: attitude and momentum of the body.
+    /// Returns the miss of the corrected motion at the end, from `z`: attitude and momentum of
+    /// the body.
     fn miss(&self, problem: &Problem, linear: &LinearPlan, gains: &Gains, z: &Vector9) -> f64 {
         let mut state = self.states[0];
         state.attitude *= lie::exp(&z.fixed_rows::<3>(0).into_owned());
@@ -135,8 +136,9 @@ impl Recorded {
     }
 }
 
-/// Attitude and rate at the end are met to second order, whatever the wheels stored at the start; what they store at the end is left
-/// to conservation; also where a correction is held over three steps. A wrong sign of what answers the wheels gives slope 1.
+/// The motion meets attitude and rate at the end to second order, for any momentum of the wheels
+/// at the start. Conservation determines their momentum at the end. This also holds if a
+/// correction is held over three steps. A wrong sign of the response to the wheels gives slope 1.
 #[test]
 fn neighbouring_gains_of_wheels_land_to_second_order() {
     let mut random = Random(9);

@@ -1,31 +1,33 @@
-//! Sets of cones of which one holds at every time.
+//! Sets of cones, one of which holds at every time.
 
 use super::{Constraint, Rule};
 use thiserror::Error;
 
-/// Sets of cones of which at every time one holds as a whole, as where one of two star trackers has to see.
+/// Sets of cones. At every time one whole set holds; for example, one of two star trackers must
+/// see the sky.
 ///
-/// A plan says which set holds when ([`Shift`]): over the whole of each of its shifts a set holds, also where two meet.
+/// A plan states the times at which each set holds ([`Shift`]). Over the whole of each shift a
+/// set holds, also at its ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alternatives {
     /// Its name, for people.
     pub name: String,
-    /// Two sets at least: names of the constraints of each, which stand in no other set.
+    /// At least two sets: the names of the constraints of each. A constraint belongs to one set.
     pub sets: Vec<Vec<String>>,
 }
 
 /// The time over which one of the sets holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shift {
-    /// Which set.
+    /// The number of the set.
     pub set: usize,
-    /// From when \[s\].
+    /// The start of the shift \[s\].
     pub from: f64,
     /// Until when \[s\].
     pub to: f64,
 }
 
-/// Which set of alternatives holds when.
+/// The sets of one alternative and their times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turns {
     /// The alternatives.
@@ -38,16 +40,16 @@ pub struct Turns {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum AlternativesError {
     /// There is nothing to choose from.
-    #[error("alternatives are two sets at least, of a constraint at least each")]
+    #[error("alternatives need at least two sets, each with at least one constraint")]
     Few,
     /// No constraint has that name.
-    #[error("no constraint is called \"{0}\"")]
+    #[error("no constraint has the name \"{0}\"")]
     Unknown(String),
     /// A constraint cannot hold in turns with itself.
-    #[error("\"{0}\" stands there twice")]
+    #[error("\"{0}\" occurs twice")]
     Twice(String),
-    /// Rates are limited at all times.
-    #[error("\"{0}\" is no cone: alternatives are of cones")]
+    /// The constraint limits a rate. Rates are limited at all times.
+    #[error("\"{0}\" is not a cone: alternatives must be cones")]
     NoCone(String),
 }
 
@@ -60,7 +62,7 @@ impl Alternatives {
     /// Checks the names against the constraints of a maneuver.
     ///
     /// # Errors
-    /// An [`AlternativesError`] that says which.
+    /// Returns an [`AlternativesError`] that names the wrong set.
     pub fn check(&self, constraints: &[Constraint]) -> Result<(), AlternativesError> {
         if self.sets.len() < 2 || self.sets.iter().any(Vec::is_empty) {
             return Err(AlternativesError::Few);

@@ -1,20 +1,21 @@
-//! The arc between two nodes, and how near a boresight comes to a direction, or how far it strays, on it.
+//! The arc between two nodes, and the smallest and largest angle between a boresight and a
+//! direction on it.
 //!
-//! On one step of the variational integrators the body turns about one axis at one rate, seen from
-//! inertial space: `A(τ) = A_k exp(τ S(f))`, `0 ≤ τ ≤ 1`, `F_k = exp S(f)`. With `e = f/|f|` and `v = A_kᵀw`
-//! a direction `w` fixed in inertial space has
+//! On one step of the variational integrators the body turns about one axis at one rate, seen
+//! from inertial space: `A(τ) = A_k exp(τ S(f))`, `0 ≤ τ ≤ 1`, `F_k = exp S(f)`. Let `e = f/|f|`
+//! and `v = A_kᵀw`. A direction `w` fixed in inertial space then has
 //!
 //! ```text
 //! w·A(τ) b = a + c cos(τ|f|) + s sin(τ|f|) ,   a = (e·v)(e·b) ,   c = v·b − a ,   s = v·(e × b)
 //! ```
 //!
-//! so the extremum inside the arc is at `τ|f| = atan2(±s, ±c)`. A direction that turns with a reference
-//! frame gives a product of two rotations, without a closed form for its extremum. There a cubic through
-//! values and slopes stands for it on pieces so short that its error is below round-off.
+//! so the extremum inside the arc is at `τ|f| = atan2(±s, ±c)`. A direction that turns with a
+//! reference frame gives a product of two rotations, whose extremum has no closed form. There a
+//! cubic interpolates values and slopes on pieces so short that its error is below round-off.
 
 use crate::{Matrix3, Vector3, lie};
 
-/// What the body does from one node to the next.
+/// The motion of the body from one node to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
     /// Attitude at its start, body → inertial.
@@ -34,7 +35,7 @@ pub struct Target {
     pub radius: f64,
 }
 
-/// Which angle between a boresight and a direction is looked for on an arc.
+/// The extreme of the angle between a boresight and a direction on an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extreme {
     /// The smallest.
@@ -131,8 +132,8 @@ impl Arc {
         (phase <= angle).then_some(phase / angle)
     }
 
-    /// On each piece the part at which the cubic through values and slopes has its extremum; one that is
-    /// NaN where there are too many pieces.
+    /// Returns the position on each piece at which the cubic through values and slopes has its
+    /// extremum, or NaN for too many pieces.
     fn turning_points(
         &self,
         boresight: &Vector3,
@@ -176,7 +177,7 @@ fn highest_of_cubic(value_0: f64, value_1: f64, slope_0: f64, slope_1: f64) -> O
     if discriminant < 0.0 {
         return None;
     }
-    // Of the two roots the one with p'' = 2 (q + 3 r x) < 0; in the form without cancellation.
+    // Selects the root with p'' = 2 (q + 3 r x) < 0, in the form without cancellation.
     let root = discriminant.sqrt();
     let x = if q < 0.0 { slope_0 / (root - q) } else { (-root - q) / (3.0 * r) };
     (x > -BORDER && x < 1.0 + BORDER).then_some(x.clamp(0.0, 1.0))

@@ -1,9 +1,10 @@
 //! Cones that leave no attitude at some moment.
 //!
-//! Outside of a cone of half angle β about w is inside of one of half angle 180° − β about −w. Two boresights
-//! at the angle γ, each inside of its cone, α₁ about w₁ and α₂ about w₂ with δ between them, can be so if and
-//! only if `|γ − δ| ≤ α₁ + α₂`. Between directions of which one turns with the reference frame δ changes, and
-//! its extremes over a whole maneuver are those of one rotation ([`Arc`]).
+//! The outside of a cone of half angle β about w is the inside of a cone of half angle 180° − β
+//! about −w. Let two boresights have the angle γ, and two cones the half angles α₁, α₂ and the
+//! angle δ between their axes. An attitude with each boresight inside of its cone exists if and
+//! only if `|γ − δ| ≤ α₁ + α₂`. If one of the directions turns with the reference frame, δ
+//! changes; its extremes over a whole maneuver are those of one rotation ([`Arc`]).
 
 use super::{
     Arc, BOUNDARY_ROUNDING, Constraint, Direction, Extreme, Pointing, Rule, Side, Target, angle_between,
@@ -21,7 +22,7 @@ pub struct Conflict<'a> {
     pub names: [&'a str; 2],
     /// When, as a part of the maneuver.
     pub part: f64,
-    /// By how much their cones miss each other \[rad\].
+    /// The angle by which the cones miss each other \[rad\].
     pub missing: f64,
 }
 
@@ -68,13 +69,13 @@ impl<'a> Inside<'a> {
 /// A constraint as cones to be inside of.
 fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
     let pointing = match &constraint.rule {
-        // Of what acts at times only nothing is claimed.
+        // A constraint that is active at stated times only proves nothing.
         Rule::Pointing(pointing) => Some(pointing).filter(|pointing| pointing.during.given().is_none()),
         Rule::RateNorm(_) | Rule::RateAxes(_) => None,
     };
     let sides = pointing.into_iter().flat_map(|pointing| inside(pointing).map(move |side| (pointing, side)));
     sides.flat_map(move |(pointing, (sign, half_angle))| {
-        // Of directions that move by themselves nothing is claimed.
+        // Directions that move by themselves prove nothing.
         let constant = pointing.pairs().filter_map(|(b, to)| Some((b, to, to.constant()?)));
         constant.map(move |(boresight, direction, vector)| Inside {
             name: &constraint.name,
@@ -109,7 +110,8 @@ mod tests {
         Constraint { name: name.into(), rule }
     }
 
-    /// The formula against attitudes: the two boresights are laid where they come nearest to both cones.
+    /// Compares the formula with attitudes: the two boresights are put where they are nearest to
+    /// both cones.
     #[test]
     fn two_cones_exclude_each_other_where_no_attitude_is_inside_of_both() {
         let mut random = Random(12);
@@ -126,7 +128,7 @@ mod tests {
                 let (b, w) = (unit(&mut random), unit(&mut random));
                 cone(["a", "b"][index], sides[index], b, w, angles[index])
             });
-            // By how much the worse of the two is missed, at best: a search over attitudes.
+            // Returns the larger of the two misses, minimised by a search over attitudes.
             let missed = |attitude: &Matrix3| {
                 let missed = list
                     .iter()
@@ -148,7 +150,7 @@ mod tests {
                 None => assert!(missed < 1e-3, "{case}: {missed} {list:?}"),
                 Some(found) => {
                     assert_eq!(found.names, ["a", "b"]);
-                    // What is missing is shared between the two at best.
+                    // At the optimum the two cones share the missing angle.
                     assert!((missed - 0.5 * found.missing).abs() < 2e-3, "{case}: {missed} {found:?}");
                 }
             }

@@ -7,7 +7,8 @@ use std::sync::Arc;
 pub struct During(Option<Arc<[[f64; 2]]>>);
 
 impl During {
-    /// In these intervals \[s\], one after another; none: never. [`super::Constraint::check`] looks at them.
+    /// Builds a condition that is active in these intervals \[s\], in order; an empty list means
+    /// never. [`super::Constraint::check`] checks the order.
     pub fn intervals(intervals: impl Into<Arc<[[f64; 2]]>>) -> Self {
         Self(Some(intervals.into()))
     }
@@ -17,7 +18,7 @@ impl During {
         self.0.as_deref()
     }
 
-    /// What of it is in these intervals \[s\], one after another.
+    /// Returns the parts of the active times within these intervals \[s\], in order.
     pub fn within(&self, intervals: &[[f64; 2]]) -> Self {
         let Some(own) = self.given() else { return Self::intervals(intervals) };
         let common = |[from, to]: &[f64; 2]| {
@@ -44,7 +45,7 @@ impl During {
         always.into_iter().chain(within.map(part).map(|[from, to]| [from.max(0.0), to.min(1.0)]))
     }
 
-    /// From the first to the last of these parts.
+    /// Returns the interval from the first to the last of these parts.
     pub fn hull(&self, time: f64, step: f64) -> Option<[f64; 2]> {
         self.parts(time, step).reduce(|[from, _], [_, to]| [from, to])
     }

@@ -1,4 +1,5 @@
-//! What the limits of a problem leave: torque, its rate of change, angular velocity, momentum in wheels.
+//! The bounds that the limits of a problem give: torque, its rate of change, angular velocity,
+//! momentum in wheels.
 
 use super::envelope::{Means, Motion, Stored};
 use super::outputs::Outputs;
@@ -8,10 +9,11 @@ use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use crate::{Matrix3, Vector3};
 
-/// What a plan may exceed its limits by and still counts as within them, and more.
+/// A bound on the relative excess with which a plan still counts as within its limits.
 pub(super) const SLACK: f64 = 1e-8;
 
-/// What a channel gives together at most: within the norm, and within the corner of its limits.
+/// Returns the largest norm of the output of a channel: within the norm limit, and within the
+/// corner of the limits of its inputs.
 pub(crate) fn strongest(channel: &ActuatorSet) -> f64 {
     let limits = channel.limits();
     together(channel, limits.size.as_ref()).min(limits.norm.unwrap_or(f64::INFINITY))

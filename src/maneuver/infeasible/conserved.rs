@@ -1,4 +1,4 @@
-//! What no input can change about a free body without wheels.
+//! The quantities of a free body without wheels that no input can change.
 //!
 //! Two inputs steer an asymmetric body anywhere, so the rank of the linearisation proves nothing. These
 //! arguments do, for a body on which nothing acts but its actuators:
@@ -137,8 +137,8 @@ fn momentum_subspace(problem: &Problem, ends: &Ends) -> Option<String> {
     if basis.len() < 3 && differ(problem, outside.norm(), 0.0) {
         let where_ = if basis.len() == 1 { "one axis" } else { "one plane" };
         return Some(format!(
-            "whatever the torques, the angular momentum stays in {where_} of the body that the terminal rate \
-             leaves by {} N·m·s along {}",
+            "for any torques, the angular momentum stays in {where_} of the body, and the terminal \
+            rate is outside of it by {} N·m·s along {}",
             about(outside.norm()),
             direction(&upright(&outside.normalize()))
         ));
@@ -149,8 +149,8 @@ fn momentum_subspace(problem: &Problem, ends: &Ends) -> Option<String> {
     let tilt = (relative * axis - axis).norm();
     (tilt > DIFFERENT).then(|| {
         format!(
-            "whatever the torques, the body turns about its axis {} only: the direction of that axis is \
-             conserved, and the terminal attitude tilts it by {:.3} deg",
+            "for any torques, the body turns about its axis {} only: the direction of that axis is \
+            conserved, and the terminal attitude tilts it by {:.3} deg",
             direction(&axis),
             (2.0 * (0.5 * tilt).min(1.0).asin()).to_degrees()
         )

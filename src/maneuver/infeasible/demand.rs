@@ -1,6 +1,6 @@
-//! The ways that the ends ask for, and whether torque, rate and time suffice.
+//! The rotations that the ends require, and whether torque, rate and time suffice.
 //!
-//! With the bounds of the [envelope](super::envelope) on every arc k, a maneuver of the steps h has
+//! The [envelope](super::envelope) bounds every arc k. A maneuver of the steps h therefore has
 //!
 //! ```text
 //! turn       |log R_0ᵀR_N|                        ≤ Σ min(φ_k, h ω)
@@ -24,10 +24,10 @@ use crate::mechanics::body::principal_moments;
 use crate::{Matrix3, Vector3};
 use nalgebra::SymmetricEigen;
 
-/// What a claim must exceed a bound by \[rad\]: round-off of the sums.
+/// The angle by which a claim must exceed a bound \[rad\]: round-off of the sums.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Growth of a limit beyond which more of it is said to be of no help.
+/// The growth of a limit beyond which a larger limit is reported to have no effect.
 const MUCH: f64 = 100.0;
 
 /// Growth of the duration beyond which none is named.
@@ -40,7 +40,7 @@ const MAX_CONES: usize = 1000;
 struct Demand {
     /// "the body has to turn by", …
     words: String,
-    /// How far \[rad\].
+    /// The required angle \[rad\].
     angle: f64,
     /// Whose way; `None`: of the whole body.
     axis: Option<Lever>,
@@ -100,12 +100,12 @@ impl<'a> Case<'a> {
         };
         let missed = self.demands.iter().map(|demand| (demand, allowed(demand)));
         let missed = missed.filter(|(demand, allowed)| demand.angle > allowed + ROUND_OFF);
-        // Of equal ones the first, which is the plainest.
+        // Among equal demands the first is reported, which is the simplest.
         let ratio = |(demand, allowed): &(&Demand, f64)| demand.angle / allowed;
         missed.reduce(|worst, other| if ratio(&other) > ratio(&worst) * (1.0 + 1e-6) { other } else { worst })
     }
 
-    /// How far a demand gets on an arc at most \[rad\].
+    /// Returns the largest progress of a demand on an arc \[rad\].
     fn way(&self, demand: &Demand, means: &Means, step: f64, arc: &Arc) -> f64 {
         let mut way = arc.turn.min(step * demand.fastest * means.rate_growth);
         if let Some(Lever { by_momentum, by_speed }) = demand.axis {
@@ -117,18 +117,18 @@ impl<'a> Case<'a> {
         way
     }
 
-    /// Whether every demand can be met.
+    /// Returns whether every demand can be met.
     fn possible(&self, means: &Means, duration: f64) -> bool {
         self.worst(means, duration).is_none()
     }
 }
 
-// ---- what the ends ask for ---------------------------------------------------------------------------
+// ---- the requirements of the ends ------------------------------------------------------------------
 
 fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     let [start, end] = &ends.attitude;
     let angle = lie::minus(end, start).norm();
-    let words = "the body has to turn by".into();
+    let words = "the body must turn by".into();
     let mut demands = vec![Demand { words, angle, axis: None, fastest: fastest(problem, None), cone: None }];
     let of_axis = |axis: &Vector3, angle: f64, words: String, cone: Option<Detour>| {
         let axis_lever = Some(Lever::of(problem, axis));
@@ -139,16 +139,16 @@ fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     for axis in principal.iter().flat_map(|eigen| eigen.eigenvectors.column_iter()) {
         let axis = axis.normalize();
         let angle = crate::maneuver::constraint::angle_between(&(start * axis), &(end * axis));
-        demands.push(of_axis(&axis, angle, format!("the body axis {} has to go", direction(&axis)), None));
+        demands.push(of_axis(&axis, angle, format!("the body axis {} must move by", direction(&axis)), None));
     }
     for (boresight, detour) in detours(problem, ends).take(MAX_CONES) {
-        let words = format!("a boresight has to go around \"{}\"", detour.name);
+        let words = format!("a boresight must pass around \"{}\" by", detour.name);
         demands.push(of_axis(&boresight, detour.length(detour.half_angle), words, Some(detour)));
     }
     demands
 }
 
-/// Boresights and the cones in their way, whose axes stand in inertial space.
+/// Returns the boresights and the cones in their way whose axes are fixed in inertial space.
 fn detours(problem: &Problem, ends: &Ends) -> impl Iterator<Item = (Vector3, Detour)> {
     let [start, end] = ends.attitude;
     let turning = !standing(problem);
@@ -192,8 +192,8 @@ impl Case<'_> {
         let longer = || least(LONG, |factor| self.possible(means, factor * duration));
         let shortest = standing(problem).then(longer).flatten().map(|factor| factor * duration);
         let under = shortest.map_or_else(
-            || format!("no plan in {} s", about(duration)),
-            |shortest| format!("no plan under {} s", at_least(shortest)),
+            || format!("no plan takes {} s", about(duration)),
+            |shortest| format!("no plan is shorter than {} s", at_least(shortest)),
         );
         let [angle, allow] = exceeding(demand.angle.to_degrees(), allowed.to_degrees());
         let mut reason = format!(
@@ -225,7 +225,7 @@ impl Case<'_> {
             }
         }
         if means.slope.is_finite() {
-            text.push_str(&format!(" that change by {} N·m/s", about(means.slope)));
+            text.push_str(&format!(" that change by at most {} N·m/s", about(means.slope)));
         }
         if means.storage.is_finite() {
             text.push_str(&format!(" from wheels that store {} N·m·s", about(means.storage)));
@@ -237,7 +237,8 @@ impl Case<'_> {
         text
     }
 
-    /// What could do in the same time: each limit alone, the others as they are.
+    /// Returns the remedies for the given time: each limit that suffices alone, with the others
+    /// unchanged.
     fn needed(&self, means: &Means, demand: &Demand, allowed: f64) -> Vec<String> {
         let mut needed = vec![];
         for (name, limit, grow) in GROWN {
@@ -259,7 +260,7 @@ impl Case<'_> {
 
 const TORQUE: &str = "torque";
 
-/// Kinds of limits: name, value, and the means with that limit so many times as large.
+/// The kinds of limits: name, value, and the means with that limit enlarged by a factor.
 #[allow(clippy::type_complexity)]
 const GROWN: [(&str, fn(&Means) -> f64, fn(Means, f64) -> Means); 4] = [
     (TORQUE, |means| means.torque, |means, factor| Means { torque: factor * means.torque, ..means }),
@@ -287,8 +288,8 @@ fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     Some(format!("a half angle of at most {} deg, margin included", at_most(misfit.to_degrees())))
 }
 
-/// The factor above 1 from which on something is possible, from below; `None` if it is possible at once, or
-/// not even with much more.
+/// Returns the factor above 1 from which on something is possible, from below. Returns `None` if
+/// it is possible at once, or impossible even with `much`.
 fn least(much: f64, possible: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut low, mut high) = (1.0, 2.0);
     while !possible(high) {

@@ -1,7 +1,7 @@
 //! The shortest way of a boresight around a keep-out cone: a great circle to the cone, along its rim, and on.
 //!
-//! On the unit sphere, with the distances `d_0`, `d_1` of the ends from the axis of a cone of half angle
-//! β < 90° and Δ the angle between the two at that axis,
+//! Let a cone have the half angle β < 90°. On the unit sphere let `d_0`, `d_1` be the distances
+//! of the ends from its axis, and Δ the angle between the two ends at that axis. Then
 //!
 //! ```text
 //! length = ℓ_0 + ℓ_1 + sin β (Δ − ψ_0 − ψ_1) ,   cos ℓ = cos d/cos β ,   cos ψ = tan β/tan d
@@ -29,8 +29,8 @@ pub(super) struct Detour {
 }
 
 impl Detour {
-    /// Of a boresight that points to `start` and to `end`, outside of a cone about `axis`; unit vectors,
-    /// inertial axes.
+    /// Builds the detour of a boresight that points to `start` and to `end`, outside of a cone
+    /// about `axis`; unit vectors, inertial axes.
     pub(super) fn new(name: &str, half_angle: f64, axis: &Vector3, start: &Vector3, end: &Vector3) -> Self {
         let across = |v: &Vector3| axis.cross(v);
         Self {

@@ -1,7 +1,8 @@
 //! How fast the body can be at most on every arc of a maneuver, whatever its inputs do within their limits.
 //!
-//! The arc of step k is `F = exp S(f)`, `φ = |f| < 90°`, `e = f/φ`. With `Π` the momentum that drives it,
-//! `v² = Π·J⁻¹Π` and, for bodies with wheels, μ the momentum in them, each step of either scheme has
+//! The arc of step k is `F = exp S(f)`, `φ = |f| < 90°`, `e = f/φ`. Let `Π` be the momentum that
+//! drives it, `v² = Π·J⁻¹Π`, and μ the momentum in the wheels, if any. Each step of either scheme
+//! then has
 //!
 //! ```text
 //! drift   h Π = A Jf + B f×Jf (+ K f×hμ + K² f (f·hμ))           K = tan(φ/2)/φ
@@ -11,13 +12,14 @@
 //! kick    of weight w: |Δ(RΠ)| ≤ w ū ,  |Δv| ≤ w ū/√J₁ ,  |Δμ| ≤ w ū
 //! ```
 //!
-//! so momentum and speed grow no faster than the torque allows, counted from the start and, the scheme being
-//! reversible, from the end. Hence `sin φ ≤ h |Π|/J₁` and `sin φ ≤ h v/√J₁`. The same lines with `h → 0` hold
-//! for the continuous motion; the sums over the middles of the steps are never below its integrals, which are
-//! of concave functions.
+//! so momentum and speed grow no faster than the torque allows, counted from the start and,
+//! because the scheme is reversible, from the end. Hence `sin φ ≤ h |Π|/J₁` and
+//! `sin φ ≤ h v/√J₁`. With `h → 0` these lines also hold for the continuous motion. The sums over
+//! the middles of the steps are never below its integrals, because the integrands are concave.
 //!
-//! A limit r̄ of the rate of the torque bounds the momentum too. In body axes a drift changes Π by no more
-//! than `h g`, `g = 2κP²/(1 + cos φ)`, and with a, b the sum of the weights of the kicks before and after
+//! A limit r̄ of the rate of the torque bounds the momentum too. In body axes a drift changes Π
+//! by no more than `h g`, `g = 2κP²/(1 + cos φ)`. Let a, b be the sums of the weights of the
+//! kicks before and after. Then
 //!
 //! ```text
 //! |Π − (b Π_0 + a Π_N)/(a + b)| ≤ r̄ (ab/2 + h²/8) + 2 (g + m̄) ab/(a + b) + h g/2
@@ -30,7 +32,7 @@ use std::f64::consts::FRAC_PI_2;
 /// `J₁/h`; where they store much more the bound stays at 90°, and proves nothing.
 const WHEEL_PASSES: usize = 30;
 
-/// What acts on the body at most.
+/// Bounds on the torques, forces and rates of a body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Means {
     /// Largest actuator torque [N·m].
@@ -63,11 +65,11 @@ pub(super) struct Motion {
     pub momentum: [f64; 2],
     /// `√(Π·J⁻¹Π)` at start and end.
     pub speed: [f64; 2],
-    /// Of a body with wheels.
+    /// The wheels, if the body has any.
     pub wheels: Option<Stored>,
 }
 
-/// What the wheels bring.
+/// The bounds of the wheels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stored {
     /// Total momentum, infinite where it is not conserved [N·m·s].
@@ -79,15 +81,16 @@ pub(super) struct Stored {
 /// Bounds on one arc.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
-    /// Of `|Π|` [N·m·s].
+    /// The bound on `|Π|` [N·m·s].
     pub momentum: f64,
-    /// Of `√(Π·J⁻¹Π)`.
+    /// The bound on `√(Π·J⁻¹Π)`.
     pub speed: f64,
-    /// Of `|μ|` [N·m·s].
+    /// The bound on `|μ|` [N·m·s].
     pub stored: f64,
-    /// Of the angle turned \[rad\], rate limits aside.
+    /// The bound on the angle turned \[rad\], without rate limits.
     pub turn: f64,
-    /// Of `tan²(φ/2) |μ|`, what the wheels add to the momentum that turns the body [N·m·s].
+    /// The bound on `tan²(φ/2) |μ|`, the contribution of the wheels to the momentum that turns
+    /// the body [N·m·s].
     pub share: f64,
 }
 
@@ -211,7 +214,8 @@ impl Motion {
     fn turn(&self, step: f64, arc: &Arc) -> (f64, f64) {
         let smallest = self.moments[0];
         let (mut angle, mut share) = (FRAC_PI_2, arc.stored);
-        // With wheels each pass is valid for the angle of the last one; without, the first is final.
+        // With wheels each pass is valid for the angle of the last one. Without wheels the first
+        // pass is final.
         for _ in 0..if arc.stored > 0.0 { WHEEL_PASSES } else { 1 } {
             let sine = step
                 * ((arc.momentum + share) / smallest)
@@ -284,8 +288,9 @@ mod tests {
         Arc { momentum: momentum.norm(), speed: speed(moments, momentum), stored, turn: FRAC_PI_2, share }
     }
 
-    /// Without wheels a drift conserves `|Π|` and `Π·J⁻¹Π`, obeys `h²|Π|² = sin²φ (e·Je)² + 4 sin²(φ/2)|e×Je|²`,
-    /// turns no more than the bound, and changes Π in body axes no more than the bound, both attained.
+    /// Checks drifts without wheels. They conserve `|Π|` and `Π·J⁻¹Π`, and obey
+    /// `h²|Π|² = sin²φ (e·Je)² + 4 sin²(φ/2)|e×Je|²`. They turn, and change Π in body axes, by no
+    /// more than the bounds, and attain both bounds.
     #[test]
     fn drifts_without_wheels_obey_their_bounds() {
         let mut random = Random(21);
@@ -322,8 +327,9 @@ mod tests {
         assert!(turned > 1.0 - 1e-12 && changed > 0.99, "{turned} {changed}");
     }
 
-    /// With wheels, of any momentum and in any direction: the angle and the speed after the drift. The angle
-    /// is attained where the wheels turn against the body about its axis of the smallest moment.
+    /// Checks drifts with wheels of any momentum and direction: the angle and the speed after the
+    /// drift. The angle is attained if the wheels turn against the body about its axis of the
+    /// smallest moment.
     #[test]
     fn drifts_with_wheels_obey_their_bounds() {
         let mut random = Random(22);

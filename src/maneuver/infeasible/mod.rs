@@ -3,28 +3,34 @@
 //! - `conserved`: momenta that no input changes, at odds with the terminal conditions;
 //! - cones that leave no attitude at some moment ([`conflict`]);
 //! - `storage`: momentum that the wheels must hold in the end and cannot;
-//! - `impulse`: momentum to gain, or a distance to go, for which torque or force and time do not suffice;
-//! - `demand`: an angle to turn by, or the way of a boresight, for which they do not. The bounds are those of `envelope`, for the discrete maneuver as it is planned and for the
-//!   continuous one alike: a claim is made where both are impossible.
+//! - `impulse`: a change of momentum, or a distance, for which torque or force and time do not
+//!     suffice;
+//! - `demand`: an angle, or the path of a boresight, for which torque, rate and time do not
+//!     suffice. The bounds of `envelope` hold for the discrete maneuver and for the continuous
+//!     one: a claim is made if both are impossible.
 //!
-//! A maneuver for which nothing is proved may be infeasible all the same.
+//! Some infeasible maneuvers have no such proof.
 //!
 //! # How far the proofs reach
 //!
-//! Conserved quantities that differ at the two ends are the momentum about an axis of symmetry without torque, the subspace
-//! that holds all momenta that inputs reach, the spatial momentum about an axis that torques in the reference frame leave
-//! alone, the translation along an axis without force. Two torques steer an asymmetric body anywhere, so the rank of the
-//! linearisation proves nothing. The arguments are for free bodies: in a field they would have to hold for every pose. The
-//! premises (a symmetry, an axis without torque, a start in the subspace) must hold to 1e-14, because an unstable rotation
-//! makes a visible momentum of an asymmetry of 1e-9 (`tests/it/infeasible` has such maneuvers).
+//! These conserved quantities may differ between the ends: the momentum about an axis of symmetry
+//! without torque, the subspace of all momenta that inputs reach, the spatial momentum about an
+//! axis without torque in the reference frame, and the translation along an axis without force.
+//! Two torques can turn an asymmetric body to any attitude, so the rank of the linearisation
+//! proves nothing. The arguments hold for free bodies; in a field they would have to hold for
+//! every pose. The premises (a symmetry, an axis without torque, a start in the subspace) must
+//! hold to 1e-14, because an unstable rotation amplifies an asymmetry of 1e-9 to a visible
+//! momentum (`tests/it/infeasible` has such maneuvers).
 //!
-//! Bounds of torque and time are those of the discrete maneuver, step by step, and of the continuous one, whichever allows
-//! more. The argument with the kinetic energy, and for the way of each principal axis and boresight on the sphere (also
-//! around a cone), is sharper than that with the momentum: over random bodies by 14 % in the median (`cargo run --release -p
-//! evidence -- infeasible`). Under limits of each input near two thirds of the unconstrained peak, where even a bang-bang
-//! torque hardly reaches the end, the corner of the box is too weak a bound, and the answer is `not_converged` with the
-//! shortest duration that was found. With cones beside such limits the same holds: of the slews that `constrained_robustness`
-//! leaves unsolved most are solved when their cones are left out.
+//! Bounds of torque and time hold for the discrete maneuver, step by step, and for the continuous
+//! one; the weaker bound is used. The argument with the kinetic energy, applied to the path of
+//! each principal axis and boresight on the sphere (also around a cone), is sharper than the
+//! argument with the momentum: over random bodies by 14 % in the median
+//! (`cargo run --release -p evidence -- infeasible`). Limits of each input near two thirds of
+//! the unconstrained peak hardly allow the end even with a bang-bang torque. There the corner of
+//! the box is too weak a bound, and the result is `not_converged` with the shortest duration that
+//! was found. This also holds for cones together with such limits: most of the slews that
+//! `constrained_robustness` leaves unsolved are solved without their cones.
 
 mod capability;
 mod conserved;
@@ -48,7 +54,8 @@ use std::fmt;
 pub struct Proof {
     /// The reason in words, with the figures that miss and, where they are known, those that could do.
     pub reason: String,
-    /// A duration \[s\] below which there is no plan, all else being equal; `None` where none is known.
+    /// A duration \[s\] below which no plan exists, all else being equal; `None` if none is
+    /// known.
     pub duration_lower_bound: Option<f64>,
 }
 
@@ -68,7 +75,7 @@ impl From<String> for Proof {
 /// nothing is proved. The problem must be one that [`Problem::check`] accepts.
 pub fn proof(problem: &Problem) -> Option<Proof> {
     if problem.ends_in_any_attitude() {
-        // What the others prove, they prove of one attitude.
+        // The other proofs hold for one attitude only.
         return exclusive_cones(problem).map(Proof::from).or_else(|| impulse::proof(problem));
     }
     let wheels = problem.actuation.wheels.is_some();
@@ -84,8 +91,8 @@ fn exclusive_cones(problem: &Problem) -> Option<String> {
     let frame_turn = problem.environment.frame_rate() * problem.seconds();
     let Conflict { names: [first, second], part, missing } = conflict(&problem.constraints, &frame_turn)?;
     Some(format!(
-        "\"{first}\" and \"{second}\" leave no attitude at t = {} s: their cones miss each other by {} deg; half angles \
-         that make up for that between them could do",
+        "\"{first}\" and \"{second}\" allow no attitude at t = {} s: their cones miss each other by \
+        {} deg; enlarge their half angles by this angle in total",
         words::about(part * problem.seconds()),
         words::at_least(missing.to_degrees())
     ))

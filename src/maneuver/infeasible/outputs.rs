@@ -1,4 +1,5 @@
-//! What bounded inputs give together: the set `{B u : |u_i| ≤ L_i}`, a zonotope, its corners and its faces.
+//! The set of outputs of bounded inputs, `{B u : |u_i| ≤ L_i}`: a zonotope, with its corners and
+//! faces.
 
 use crate::Vector3;
 
@@ -22,7 +23,7 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    /// Of inputs along `axes` up to `limits` in size; a limit may be infinite.
+    /// Builds the set for inputs along `axes` with the bounds `limits`; a limit may be infinite.
     pub(super) fn new(axes: &[Vector3], limits: impl IntoIterator<Item = f64>) -> Self {
         let mut generators: Vec<Generator> = vec![];
         for (axis, limit) in axes.iter().zip(limits) {
@@ -41,9 +42,10 @@ impl Outputs {
 
     /// The largest `|B u|`, or a little more: never less.
     ///
-    /// The norm is largest at a corner. In the arrangement of the planes normal to the generators a corner is
-    /// a cell: a sign for each generator. Every cell has an edge, along the product of two generators, at
-    /// which the signs of all generators but those normal to it are its own.
+    /// Returns the largest norm, which a corner attains. In the arrangement of the planes normal
+    /// to the generators a corner is a cell: a sign for each generator. Every cell has an edge,
+    /// along the product of two generators, at which the signs of all generators except those
+    /// normal to it are its own.
     pub(super) fn largest(&self) -> f64 {
         let all = &self.generators;
         if all.len() == 1 || all.iter().any(|generator| generator.size == f64::INFINITY) {
@@ -60,8 +62,9 @@ impl Outputs {
         self.edges().map(corner).fold(0.0, f64::max)
     }
 
-    /// By which factor the limits must grow for `point` to be reached, at least, and the direction in which
-    /// they fall short most. Up to 1 it may be reached; infinite: no limits are enough.
+    /// Returns the least factor by which the limits must grow to reach `point`, and the direction
+    /// of the largest deficit. A factor up to 1 means that `point` may be reached; an infinite
+    /// one that no limits suffice.
     pub(super) fn shortfall(&self, point: &Vector3) -> (f64, Vector3) {
         let size = point.norm();
         if size == 0.0 {
@@ -69,8 +72,8 @@ impl Outputs {
         }
         let point = point / size;
         let axes = || self.generators.iter().map(|generator| generator.axis);
-        // The faces of a zonotope of full dimension are normal to the edges; those of a flat one and of a
-        // line have other normals too. Any direction at all gives a valid bound.
+        // The faces of a zonotope of full dimension are normal to the edges. A flat zonotope and
+        // a line have other normals too. Every direction gives a valid bound.
         let in_plane = self.edges().flat_map(|edge| axes().map(move |axis| edge.cross(&axis)));
         let off_line = axes().map(|axis| point - axis * axis.dot(&point));
         let mut worst = (0.0, point);

@@ -30,8 +30,9 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
             .map_or_else(|| "in that time".into(), |shortest| format!("under {} s", at_least(shortest)));
         let [needed, possible] = exceeding(change, change / factor);
         let reason = format!(
-            "no plan {under} with these wheel torques: along the body axis {} the wheels have to take up {needed} N·m·s, the \
-             torques can do {possible} N·m·s; it takes wheel torque limits at least {} times as large",
+            "no plan {under} exists with these wheel torques: along the body axis {} the wheels must \
+            absorb {needed} N·m·s, and their torques allow {possible} N·m·s; wheel torque limits \
+            must be at least {} times as large",
             direction(&axis),
             at_least(factor)
         );
@@ -43,15 +44,15 @@ fn too_much(end: &Vector3, axis: &Vector3, factor: f64) -> String {
     let [needed, possible] = exceeding(axis.dot(end), axis.dot(end) / factor);
     let lacking = if factor.is_finite() {
         format!(
-            "can store {possible} N·m·s there: it takes wheel momentum limits at least {} times as large",
+            "can store {possible} N·m·s there: wheel momentum limits must be at least {} times as large",
             at_least(factor)
         )
     } else {
         "no wheel turns about it".into()
     };
     format!(
-        "the wheels have to hold {needed} N·m·s along the body axis {} at the end, because the total momentum is conserved, \
-         and {lacking}",
+        "the wheels must hold {needed} N·m·s along the body axis {} at the end, because the total \
+        momentum is conserved, and {lacking}",
         direction(axis)
     )
 }

@@ -1,4 +1,5 @@
-//! What the types cannot rule out: ranges, rotations, boundary values against steps and constraints.
+//! Checks that the types cannot express: ranges, rotations, boundary values against steps and
+//! constraints.
 
 use super::{Motion, Path, Problem, ProblemError, Scheme, State, Stepping, Unsuited};
 use crate::Matrix3;
@@ -18,7 +19,7 @@ impl Problem {
     /// A boundary value exactly on a limit is accepted.
     ///
     /// # Errors
-    /// The first [`ProblemError`] met.
+    /// Returns the first [`ProblemError`].
     pub fn check(&self) -> Result<(), ProblemError> {
         self.check_numbers()?;
         self.violations().next().map_or(Ok(()), Err)
@@ -28,7 +29,7 @@ impl Problem {
     /// weights against the inputs they belong to: what it takes to propagate the body and to measure margins.
     ///
     /// # Errors
-    /// The first [`ProblemError`] met, never [`ProblemError::Violated`].
+    /// Returns the first [`ProblemError`], but never [`ProblemError::Violated`].
     pub fn check_numbers(&self) -> Result<(), ProblemError> {
         self.check_duration()?;
         if self.steps < Self::MIN_STEPS || self.steps > Self::MAX_STEPS {
@@ -59,12 +60,13 @@ impl Problem {
 
     /// Every constraint that the start or the end violates: no plan can hold it.
     ///
-    /// Two constraints that leave no attitude at all are passed over: another start or end would not help, and
-    /// the planner proves so much. The boundary states and the constraints themselves must be in order.
+    /// Two constraints that allow no attitude are ignored: another start or end would not help,
+    /// and the planner proves this. The boundary states and the constraints themselves must be
+    /// valid.
     #[doc(hidden)]
     pub fn violations(&self) -> impl Iterator<Item = ProblemError> {
         let frame_rate = self.environment.frame_rate();
-        // Of a duration that is sought the start alone is certain.
+        // If the duration is free, only the start is known.
         let turned = if frame_rate == Vector3::zeros() { 0.0 } else { self.duration.known().unwrap_or(0.0) };
         let turned = frame_rate * turned;
         let required: Vec<Constraint> = self.required().cloned().collect();
@@ -95,22 +97,24 @@ impl Problem {
         })
     }
 
-    /// The constraints that hold at all times.
+    /// Returns the constraints that hold at all times.
     fn required(&self) -> impl Iterator<Item = &Constraint> {
         let in_turns =
             |name: &str| self.alternatives.iter().any(|of| of.members().any(|member| member == name));
         self.constraints.iter().filter(move |constraint| !in_turns(&constraint.name))
     }
 
-    /// Name, state and time \[s\] of both ends; `None` while the duration is sought.
+    /// Returns name, state and time \[s\] of both ends; the time is `None` while the duration is
+    /// free.
     fn ends(&self) -> impl Iterator<Item = (&'static str, &State, Option<f64>)> {
         let end = ("end", &self.end, self.duration.known());
-        // What comes of an end on a target is judged roll by roll.
+        // An end on a target is judged roll by roll.
         let end = (self.aim().is_none()).then_some(end);
         [Some(("start", &self.start, Some(0.0))), end].into_iter().flatten()
     }
 
-    /// A duration in range, which is given where nothing says how to choose it, and sought where time counts.
+    /// Checks the duration: in range; given if nothing selects it; free if the cost includes
+    /// time.
     fn check_duration(&self) -> Result<(), ProblemError> {
         let usable = |duration: f64| duration > 0.0 && duration.is_finite();
         let in_range = "must be positive and finite";
@@ -196,7 +200,7 @@ impl Problem {
             let Some(prices) = prices else { continue };
             let count = set.map_or(0, ActuatorSet::count);
             if prices.len() != count {
-                return Err(out_of_range(number, count as f64, "must be that of the prices of fuel"));
+                return Err(out_of_range(number, count as f64, "must be the number of prices of fuel"));
             }
             if let Some(price) = prices.iter().copied().find(|price| !(*price > 0.0 && price.is_finite())) {
                 return Err(out_of_range("price", price, "must be positive and finite"));
@@ -209,13 +213,13 @@ impl Problem {
         Ok(())
     }
 
-    /// What the search for the duration of least effort and time takes.
+    /// Checks the requirements of a search for the duration of least effort and time.
     fn check_free_duration(&self) -> Result<(), ProblemError> {
         if self.scheme == Scheme::LieVerlet { Ok(()) } else { Err(Unsuited::SchemeOfSoughtDuration.into()) }
     }
 
-    /// What the search for maneuvers of minimum time and fuel takes: torques along body axes that reach every direction, or of the plane
-    /// in which the maneuver stays, and a limit of every input.
+    /// Checks the requirements of minimum time and fuel: torques along body axes that reach every
+    /// direction, or every direction of the plane of the maneuver, and a limit of every input.
     fn check_switching(&self) -> Result<(), ProblemError> {
         let torque = &self.actuation.torque;
         let moves = self.motion == Motion::RigidBody;
@@ -240,7 +244,7 @@ impl Problem {
         ])
     }
 
-    /// What a maneuver that ends in any attitude takes.
+    /// Checks the requirements of a free end attitude.
     fn check_any_attitude(&self) -> Result<(), ProblemError> {
         let free = self.ends_in_any_attitude();
         first_met([
@@ -249,7 +253,7 @@ impl Problem {
         ])
     }
 
-    /// What a maneuver that ends on a target takes.
+    /// Checks the requirements of an end on a target.
     fn check_aim(&self) -> Result<(), ProblemError> {
         let Some(aim) = self.aim() else { return Ok(()) };
         aim.check()?;
@@ -271,7 +275,7 @@ impl Problem {
         Ok(())
     }
 
-    /// What the search for pulses takes: fuel, and no limits but those of the inputs.
+    /// Checks the requirements of pulses: fuel, and limits of the inputs alone.
     fn check_pulses(&self) -> Result<(), ProblemError> {
         let limits = self.actuation.torque.limits();
         let of_forces = self.actuation.force.as_ref().and_then(|force| force.limits().shortest_pulse);
@@ -351,7 +355,7 @@ impl Problem {
         let torque = &self.actuation.torque;
         let refuse = |reason: String| Err(ProblemError::Wheels(reason));
         if self.motion == Motion::RigidBody || self.actuation.force.is_some() {
-            return refuse("reaction wheels are for maneuvers of the attitude alone".into());
+            return refuse("reaction wheels need a maneuver of the attitude alone".into());
         }
         if torque.frame() == AxisFrame::Reference {
             return refuse(
@@ -361,7 +365,7 @@ impl Problem {
         let count = torque.count();
         if momentum.len() != count || momentum_limit.len() != count {
             return refuse(format!(
-                "{count} torque axes need as many wheels: {} momenta and {} limits of momentum are given",
+                "{count} torque axes need as many wheels: {} momenta and {} momentum limits are given",
                 momentum.len(),
                 momentum_limit.len()
             ));
@@ -369,21 +373,21 @@ impl Problem {
         for (index, axis) in torque.axes().iter().enumerate() {
             let (wheel, length) = (index + 1, axis.norm());
             if (length - 1.0).abs() > BOUNDARY_ROUNDING {
-                return refuse(format!("the axis of wheel {wheel} has length {length}, it must be 1"));
+                return refuse(format!("the axis of wheel {wheel} has length {length}: it must be 1"));
             }
             let (stored, limit) = (momentum[index], momentum_limit[index]);
             if !stored.is_finite() {
-                return refuse(format!("the momentum of wheel {wheel} is {stored}, it must be finite"));
+                return refuse(format!("the momentum of wheel {wheel} is {stored}: it must be finite"));
             }
             let positive = limit > 0.0;
             if !positive {
                 return refuse(format!(
-                    "the momentum limit of wheel {wheel} is {limit}, it must be positive"
+                    "the momentum limit of wheel {wheel} is {limit}: it must be positive"
                 ));
             }
             if stored.abs() > limit * (1.0 + BOUNDARY_ROUNDING) {
                 return refuse(format!(
-                    "wheel {wheel} starts with {stored} N·m·s, its limit is {limit} N·m·s"
+                    "wheel {wheel} starts with {stored} N·m·s, and its limit is {limit} N·m·s"
                 ));
             }
         }
@@ -399,7 +403,7 @@ impl Problem {
     }
 }
 
-/// The first obstacle that is met.
+/// Returns the first obstacle that applies.
 fn first_met<const N: usize>(obstacles: [(bool, Unsuited); N]) -> Result<(), ProblemError> {
     let met = obstacles.into_iter().find(|(met, _)| *met);
     met.map_or(Ok(()), |(_, cause)| Err(cause.into()))

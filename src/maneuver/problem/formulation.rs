@@ -1,16 +1,16 @@
-//! Which discrete problem a maneuver is planned as.
+//! The kind of discrete problem as which a maneuver is planned.
 
 use super::{Motion, Problem};
 
 /// The steps that a plan of minimum time or fuel is to have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stepping {
-    /// Those of its formulation.
+    /// The steps of its formulation.
     #[default]
     Formulated,
     /// Equal ones, by SCP, also where inputs could switch between them.
     Equal,
-    /// Those of its arcs: none of its constraints acts.
+    /// The steps of its arcs: no constraint is active.
     Arcs,
 }
 
@@ -34,18 +34,19 @@ pub enum Stepping {
 pub enum Formulation {
     /// Least effort in a duration that is known: an extremal of the discrete action, by shooting, or within limits by SCP.
     Extremal,
-    /// Least effort in a duration that is sought: extremals of given durations, until the mean of their Hamiltonians vanishes.
+    /// Least effort in a free duration: extremals of given durations, until the mean of their
+    /// Hamiltonians vanishes.
     OverDurations,
     /// Minimum time or fuel of a body that nothing acts on, under limits of the torques alone: arcs, and steps that end where
     /// inputs switch.
     Switching,
-    /// Minimum time or fuel, or least effort in a duration that is sought, as a chain of equal steps: by SCP, with the duration as
-    /// one of its states.
+    /// Minimum time or fuel, or least effort in a free duration, as a chain of equal steps: by
+    /// SCP, with the duration as a state.
     Chain,
 }
 
 impl Formulation {
-    /// That of a maneuver.
+    /// Returns the formulation of a maneuver.
     pub fn of(problem: &Problem) -> Self {
         let given_end = !problem.ends_in_any_attitude();
         // The shooting differentiates by the duration what only turns, and knows arcs of a body that nothing acts on.

@@ -1,14 +1,16 @@
 //! Maneuvers that no input takes out of a plane.
 //!
-//! Where nothing acts on a body but its inputs, the turns about one principal axis `n` are an invariant set of the dynamics if the inputs
-//! turn about `n` alone: `J n = λ n` makes `Π × Ω = 0`, and `R n` stays where it is. Of thrusters that push the body across `n` as well
-//! the mass center stays in the plane across it. A maneuver whose ends lie in that set needs of its inputs no more than both senses of
-//! whatever they give: that their outputs are a subspace, not a whole space.
+//! If only its inputs act on a body, and they turn about one principal axis `n` alone, the turns
+//! about `n` are an invariant set of the dynamics: `J n = λ n` makes `Π × Ω = 0`, and `R n` is
+//! constant. If thrusters also push the body normal to `n`, the mass center stays in the plane
+//! normal to `n`. A maneuver whose ends lie in that set needs inputs only in both directions of a
+//! subspace, not of the whole space.
 
 use super::{EndCondition, Motion, Path, Problem};
 use crate::Vector3;
 
-/// What vectors that are to be parallel or normal may have the other way, as a part of their lengths: rounding of a spec.
+/// The largest relative component in the wrong direction of vectors that must be parallel or
+/// normal: rounding of a spec.
 const ASIDE: f64 = 1e-9;
 
 impl Problem {

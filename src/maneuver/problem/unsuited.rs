@@ -1,37 +1,37 @@
-//! What does not go together in a maneuver.
+//! The properties of a maneuver that contradict each other.
 
 use thiserror::Error;
 
-/// What is minimised does not go with what the maneuver has, or lacks.
+/// The objective contradicts the actuators, the limits or the end of the maneuver.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unsuited {
     /// A duration is given where time has a cost.
-    #[error("time has a cost: the duration is sought, not given")]
+    #[error("time has a price, and the duration is given: use a free duration")]
     GivenDuration,
-    /// A duration is sought, and nothing says how to choose it.
-    #[error("a duration is sought at a price of time or up to a bound: neither is given")]
+    /// The duration is free, and neither a price nor a bound selects it.
+    #[error("the duration is free: give a price of time or a bound")]
     SoughtDuration,
     /// Minimum time has a longest duration.
-    #[error("the duration is what is minimised: it takes no bound")]
+    #[error("the duration is the objective and has a bound: remove the bound")]
     LongestDuration,
-    /// A duration of least effort is sought by another scheme than Lie–Verlet.
-    #[error("the duration is sought by Lie–Verlet")]
+    /// A free duration of least effort with another scheme than Lie–Verlet.
+    #[error("a free duration needs Lie–Verlet")]
     SchemeOfSoughtDuration,
     /// Inputs push to one side only where effort is minimised.
-    #[error("thrusters push to one side only: they are planned for minimum time and fuel")]
+    #[error("thrusters push to one side only: they need minimum time or fuel")]
     ThrustersOfEffort,
-    /// Torques have prices that are those of thrusters which push as well.
-    #[error("the prices of thrusters that push and turn are those of forces")]
+    /// Thrusters that push and turn have prices of torques.
+    #[error("thrusters that push and turn have prices of torques: give prices of forces")]
     TorquePricesOfThrusters,
     /// Several prices where the norm of the torque counts.
-    #[error("fuel is counted by the norm of the torque under a limit of that: it has one price")]
+    #[error("fuel by the norm of the torque needs a limit of the norm and one price")]
     TorquePricesUnderNorm,
     /// Several prices where the norm of the force counts.
-    #[error("fuel is counted by the norm of the force under a limit of that: it has one price")]
+    #[error("fuel by the norm of the force needs a limit of the norm and one price")]
     ForcePricesUnderNorm,
     /// Minimum time or fuel of torques about axes of the reference frame.
-    #[error("minimum time and fuel are planned for torques along body axes")]
+    #[error("minimum time and fuel need torques along body axes")]
     ReferenceTorques,
     /// Minimum time or fuel of torques without a limit.
     #[error("minimum time and fuel need a limit of every torque: without one the best plan is an impulse")]
@@ -40,67 +40,64 @@ pub enum Unsuited {
     #[error("minimum time and fuel need a limit of every force: without one the best plan is an impulse")]
     UnlimitedForce,
     /// Minimum time or fuel of torques that leave a direction out.
-    #[error("minimum time and fuel are planned for torques that reach every direction")]
+    #[error("minimum time and fuel need torques in every direction")]
     TorqueDirections,
     /// Minimum time or fuel of thrusters that leave a push or a turn out.
-    #[error("minimum time and fuel are planned for thrusters that together push and turn in every direction")]
+    #[error("minimum time and fuel need thrusters that together push and turn in every direction")]
     ThrusterDirections,
     /// Minimum time or fuel by another scheme than Lie–Verlet.
-    #[error("minimum time and fuel are planned by Lie–Verlet")]
+    #[error("minimum time and fuel need Lie–Verlet")]
     SchemeOfSwitching,
-    /// One way round is asked for where any attitude will do.
-    #[error("where any attitude will do there is no way round to choose")]
+    /// A homotopy class is requested for a free end attitude.
+    #[error("a free end attitude has no homotopy class: remove the choice of the path")]
     WayToAnyAttitude,
-    /// One way round is asked for where the roll about the boresight is free.
-    #[error("an end on a target has no way round to choose: all are compared")]
+    /// A homotopy class is requested for a free roll about the boresight.
+    #[error("a target has several end attitudes, and all paths are compared: remove the choice of the path")]
     WayToTarget,
-    /// Least fuel in a duration that is sought, to a target that moves.
-    #[error("least fuel to a target that moves is planned in a given duration")]
+    /// Least fuel in a free duration to a moving target.
+    #[error("least fuel to a moving target needs a given duration")]
     FuelToMovingTarget,
-    /// Least effort in a duration that is sought, to a target that moves, within more than limits of the torques.
-    #[error(
-        "within limits of more than the torques, least effort to a target that moves is planned in a given duration"
-    )]
+    /// Least effort in a free duration to a moving target, with more limits than those of the
+    /// torques.
+    #[error("least effort to a moving target needs a given duration if more than the torques is limited")]
     LimitsToMovingTarget,
     /// A shortest pulse where any attitude will do.
-    #[error("pulses are planned to an attitude that is given")]
+    #[error("pulses need a given end attitude")]
     PulsesToAnyAttitude,
     /// A shortest pulse of forces, or of a body that moves.
-    #[error("pulses are planned for torques and the attitude alone")]
+    #[error("pulses need torques and a maneuver of the attitude alone")]
     PulsesOfMotion,
     /// A shortest pulse where something else acts.
-    #[error("pulses are planned for a body that nothing acts on but its torques")]
+    #[error("pulses need a free body")]
     PulsesInField,
     /// A shortest pulse where fuel is not minimised.
-    #[error("pulses are planned for minimum fuel alone")]
+    #[error("pulses need minimum fuel")]
     PulsesWithoutFuel,
     /// A shortest pulse of wheels.
-    #[error("wheels do not pulse: they give any torque within their limits")]
+    #[error("wheels give any torque within their limits: they have no pulses")]
     PulsesOfWheels,
     /// A shortest pulse of inputs without limits of their own.
-    #[error("pulses are of inputs with limits of their own, not under a limit of the norm")]
+    #[error("pulses need a limit for each input: they cannot be combined with a norm limit")]
     PulsesUnderNorm,
     /// A shortest pulse where it is limited how fast inputs change.
-    #[error("pulses jump: they go with no limit of how fast inputs change")]
+    #[error("pulses jump: they cannot be combined with a limit of the rate of change")]
     PulsesOfLimitedRate,
     /// A shortest pulse with cones or limits of the rates.
-    #[error("pulses are planned without cones and limits of the rates")]
+    #[error("pulses cannot be combined with cones or rate limits")]
     PulsesUnderConstraints,
-    /// A shortest pulse where SCP is asked for.
-    #[error("pulses begin and end between equal steps: method = \"scp\" does not plan them")]
+    /// A shortest pulse together with SCP.
+    #[error("pulses begin and end between equal steps: method = \"scp\" does not support them")]
     PulsesOnEqualSteps,
     /// Thrusters that push and turn, with limits of another kind than one for each.
-    #[error(
-        "thrusters that push and turn push to one side only, up to a limit each, and have no other limits"
-    )]
+    #[error("thrusters that push and turn have a limit each and push to one side only: remove other limits")]
     ThrusterLimits,
-    /// Thrusters that push a body of which the attitude alone is planned.
-    #[error("thrusters that push as well are for a body that moves")]
+    /// Thrusters that push the body in a maneuver of the attitude alone.
+    #[error("thrusters with a force need a body that moves")]
     ThrustersOfAttitude,
-    /// Thrusters that push and turn beside wheels.
-    #[error("thrusters that push and turn do not go with wheels")]
+    /// Thrusters that push and turn together with wheels.
+    #[error("thrusters that push and turn cannot be combined with wheels")]
     ThrustersWithWheels,
     /// Thrusters that push along other axes than they turn about.
-    #[error("the axes and limits of thrusters that push and turn do not agree")]
+    #[error("the axes and limits of thrusters that push and turn disagree")]
     ThrusterAxes,
 }

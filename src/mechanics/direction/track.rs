@@ -1,8 +1,9 @@
 //! A vector as a function of time: a sum of Chebyshev polynomials, with the direction along it.
 //!
-//! A [`Track`] is a vector as a function of time, of any length: from the spacecraft to the Sun, to a station on the ground, its
-//! own velocity. On each piece of time it is a sum of Chebyshev polynomials, and its derivatives are those of the polynomial, so
-//! that all of them belong to one function. With `ρ` the vector, `r = |ρ|` and `P = I − ddᵀ`,
+//! A [`Track`] is a vector as a function of time, of any length: from the spacecraft to the Sun,
+//! to a station on the ground, or its own velocity. On each piece of time it is a sum of
+//! Chebyshev polynomials. Its derivatives are those of the polynomials, so that vector and
+//! derivatives belong to one function. With `ρ` the vector, `r = |ρ|` and `P = I − ddᵀ`,
 //!
 //! ```text
 //! d = ρ/r ,   ḋ = Pρ̇/r ,   d̈ = Pρ̈/r − 2 (d·ρ̇/r) ḋ − |ḋ|² d
@@ -42,11 +43,11 @@ pub enum TrackError {
     /// A coefficient, or a value of what is to be fitted, is not finite.
     #[error("a track needs finite numbers")]
     NotFinite,
-    /// What turns does so too often: every quarter of a turn is a piece.
-    #[error("it turns more than 2500 times in that span of time")]
+    /// The vector turns too often: every quarter of a turn needs a piece.
+    #[error("the track turns more than 2500 times in that span of time")]
     Turns,
     /// The vector vanishes: it has no direction.
-    #[error("the vector of a track vanishes: it has no direction then")]
+    #[error("the vector of a track vanishes: it then has no direction")]
     Vanishes,
 }
 
@@ -57,7 +58,7 @@ impl Track {
     /// The track of coefficients `Σ c_k T_k(x)`, `x` from −1 to 1 over `from … to` \[s\].
     ///
     /// # Errors
-    /// A [`TrackError`] that says what is wrong.
+    /// Returns a [`TrackError`] that states the reason.
     pub fn of_coefficients(from: f64, to: f64, coefficients: Vec<Vector3>) -> Result<Self, TrackError> {
         Self::of_pieces(from, to - from, vec![coefficients])
     }
@@ -65,7 +66,7 @@ impl Track {
     /// The track of pieces of equal length \[s\], one after another.
     ///
     /// # Errors
-    /// A [`TrackError`] that says what is wrong.
+    /// Returns a [`TrackError`] that states the reason.
     pub fn of_pieces(from: f64, piece: f64, pieces: Vec<Vec<Vector3>>) -> Result<Self, TrackError> {
         if !(piece > 0.0 && piece.is_finite() && from.is_finite() && !pieces.is_empty()) {
             return Err(TrackError::Span);
@@ -86,7 +87,7 @@ impl Track {
     /// The track through a function at the Chebyshev nodes of pieces of at most `piece` \[s\], of degree `degree`.
     ///
     /// # Errors
-    /// What `position` fails with, or a [`TrackError`].
+    /// Returns the error of `position`, or a [`TrackError`].
     pub fn fitted<E: From<TrackError>>(
         from: f64,
         to: f64,

@@ -50,8 +50,8 @@ impl CentralGravity {
     /// A body of these points.
     ///
     /// # Errors
-    /// An [`EnvironmentError`] if there are none, a position is not finite, a parameter is not a
-    /// positive number, or the mass center is not the origin of the body axes.
+    /// Returns an [`EnvironmentError`] if the list is empty, a position is not finite, a
+    /// parameter is not a positive number, or the mass center is not the origin of the body axes.
     pub fn new(points: Vec<PointMass>) -> Result<Self, EnvironmentError> {
         if points.is_empty() {
             return Err(EnvironmentError::NoPoints);
@@ -74,7 +74,7 @@ impl CentralGravity {
     /// field of gravitational parameter μ [m³/s²].
     ///
     /// # Errors
-    /// As [`CentralGravity::new`].
+    /// Returns the errors of [`CentralGravity::new`].
     pub fn of_masses(
         gravitational_parameter: f64,
         points: Vec<(f64, Vector3)>,

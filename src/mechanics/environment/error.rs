@@ -1,4 +1,4 @@
-//! What a constructor of an environment rejects, and a check they share.
+//! Errors of the constructors of environments, and a check that they share.
 
 use crate::Vector3;
 use crate::mechanics::number::{NumberError, finite_vector};
@@ -13,10 +13,10 @@ pub enum EnvironmentError {
     /// A direction has no length.
     #[error("{name} is the zero vector and has no direction")]
     NoDirection {
-        /// What was given.
+        /// The name of the vector.
         name: &'static str,
     },
-    /// A body of point masses has none.
+    /// A body of point masses has no points.
     #[error("the body has no point masses")]
     NoPoints,
     /// The point masses do not balance about the origin of the body axes.

@@ -15,8 +15,8 @@ use crate::{Matrix3, Vector3};
 
 /// Gravity gradient on a circular orbit.
 ///
-/// The attitude is the one against the local frame of the orbit, LVLH: `e₁` along the velocity,
-/// `e₂` along the orbit normal, `e₃` radially outward. That frame turns with the rate `n e₂`.
+/// The attitude is relative to the local frame of the orbit, LVLH: `e₁` along the velocity, `e₂`
+/// along the orbit normal, `e₃` radially outward. That frame turns with the rate `n e₂`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GravityGradient {
     /// `o`, unit, reference frame: outward from the attracting center.
@@ -44,7 +44,8 @@ impl GravityGradient {
     /// idealisation for maneuvers that are short against the orbit.
     ///
     /// # Errors
-    /// As [`GravityGradient::new`], and if the direction has no length.
+    /// Returns the errors of [`GravityGradient::new`], and an error for a direction of length
+    /// zero.
     pub fn along_fixed_direction(
         orbital_rate: f64,
         inertia: &Inertia,

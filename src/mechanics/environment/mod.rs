@@ -1,4 +1,4 @@
-//! What acts on the body besides its actuators.
+//! The forces and torques on the body other than those of its actuators.
 //!
 //! An environment gives force and moment at a pose, their derivatives, and the contracted second
 //! derivatives that the costate sensitivities need. A new one is one file that implements
@@ -31,7 +31,8 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// From a position, reference frame \[m\], and an attitude: a rotation of nalgebra or a matrix.
+    /// Builds a pose from a position, reference frame \[m\], and an attitude: a rotation of
+    /// nalgebra or a matrix.
     ///
     /// ```
     /// # use slewkit::{Pose, Vector3};
@@ -63,7 +64,7 @@ impl Wrench {
 
 /// A linear map from `(δx, ζ)` to a pair (translation, rotation), in 3×3 blocks.
 ///
-/// As gradient: `δf = xx δx + xr ζ`, `δM = rx δx + rr ζ` (4.13–4.14).
+/// As a gradient: `δf = xx δx + xr ζ`, `δM = rx δx + rr ζ` (4.13–4.14).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blocks {
     /// Translation by translation (`F_x` in a gradient).
@@ -99,7 +100,7 @@ impl Blocks {
     }
 }
 
-/// What a field is, for writing it down: the numbers that its constructor was given, SI units.
+/// The description of a field in a file: the numbers of its constructor, SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Description {
     /// [`Free`].
@@ -112,7 +113,7 @@ pub enum Description {
         gravity: f64,
         /// Where things fall, reference frame, any length.
         direction: Vector3,
-        /// From the pivot to the mass center, body axes \[m\].
+        /// The vector from the pivot to the mass center, body axes \[m\].
         pivot_to_mass_center: Vector3,
     },
     /// [`GravityGradient::new`].
@@ -142,7 +143,7 @@ pub enum Description {
     Custom,
 }
 
-/// Under which motions of everything together a potential stays the same, hence what of the momenta it conserves.
+/// The joint motions that leave a potential unchanged, and hence the conserved momenta.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Symmetry {
     /// None that is known: nothing is conserved.
@@ -157,10 +158,12 @@ pub enum Symmetry {
 
 /// A potential field `U(x, R)` acting on the body.
 ///
-/// With `δR = R S(ζ)` a field gives `dU = −f·δx − M·ζ`, the derivative `Γ` of force and moment, and the second derivative
-/// contracted with costates, by which costates become exact derivatives of the cost. What it gives must be finite at every pose
-/// on the way; where it is not, a solve ends as [`Outcome::NotFinite`](crate::Outcome::NotFinite). A wrong derivative shows in
-/// slow or failing convergence, and in the verdict: differences tell (`examples/own_environment.rs`).
+/// With `δR = R S(ζ)` a field returns `dU = −f·δx − M·ζ`, the derivative `Γ` of force and moment,
+/// and the second derivative contracted with costates, which makes costates exact derivatives of
+/// the cost. All values must be finite at every pose of the motion; otherwise a solve ends as
+/// [`Outcome::NotFinite`](crate::Outcome::NotFinite). A wrong derivative causes slow or failing
+/// convergence, and a failed verdict; compare it with finite differences
+/// (`examples/own_environment.rs`).
 pub trait Environment: Debug + Send + Sync {
     /// Potential energy `U` \[J\].
     fn potential(&self, pose: &Pose) -> f64;
@@ -171,8 +174,9 @@ pub trait Environment: Debug + Send + Sync {
     /// Derivative `Γ` of force and moment with respect to `(δx, ζ)`: four 3×3 blocks [N/m, N/rad, N, N·m/rad] (4.13–4.14).
     fn gradient(&self, pose: &Pose) -> Blocks;
 
-    /// Derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, the costates `λ` held fixed: four 3×3 blocks,
-    /// those of `Γ` times the unit of the costates, over m or rad.
+    /// Returns the derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, with the costates
+    /// `λ` held fixed: four 3×3 blocks. Their units are those of `Γ` times the unit of the
+    /// costates, per m or rad.
     fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks;
 
     /// Angular velocity of the reference frame, in its own axes [rad/s]. Zero: inertial.
@@ -180,24 +184,25 @@ pub trait Environment: Debug + Send + Sync {
         Vector3::zeros()
     }
 
-    /// A bound of `|M|` over all poses [N·m]; `None` where there is none, or none is known. Default: `None`.
+    /// Returns a bound of `|M|` over all poses [N·m]; `None` if no bound exists or is known.
+    /// Default: `None`.
     ///
     /// Proofs that a maneuver is infeasible count the field as so much more torque.
     fn moment_bound(&self) -> Option<f64> {
         None
     }
 
-    /// Whether nothing acts at all, so that the solvers may skip every evaluation.
+    /// Returns whether no force or moment acts, so that the solvers may omit every evaluation.
     fn is_free(&self) -> bool {
         false
     }
 
-    /// Its symmetry, for reports. Default: that of nothing where nothing acts, else none.
+    /// Returns its symmetry, for reports. Default: full symmetry for a free body, else none.
     fn symmetry(&self) -> Symmetry {
         if self.is_free() { Symmetry::All } else { Symmetry::None }
     }
 
-    /// What it is, for specs and plan files. Default: [`Description::Custom`].
+    /// Returns its description for specs and plan files. Default: [`Description::Custom`].
     fn describe(&self) -> Description {
         Description::Custom
     }

@@ -42,7 +42,7 @@ pub struct SecondOrderGravity {
     monopole: f64,
     /// `(3/2) μ J` [N·m⁴], body axes.
     quadrupole: Matrix3,
-    /// As given.
+    /// The numbers of the constructor.
     description: Description,
 }
 

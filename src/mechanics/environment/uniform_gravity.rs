@@ -21,7 +21,7 @@ pub struct UniformGravity {
     direction: Vector3,
     /// `m g ρ`, body axes [N·m].
     weight_arm: Vector3,
-    /// As given.
+    /// The numbers of the constructor.
     description: Description,
 }
 

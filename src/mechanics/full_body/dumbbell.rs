@@ -36,7 +36,8 @@ impl Dumbbell {
     /// The rigid body for the integrators.
     ///
     /// # Errors
-    /// An [`InertiaError`](crate::mechanics::body::InertiaError) if the inertia is none, as for a radius of zero.
+    /// Returns an [`InertiaError`](crate::mechanics::body::InertiaError) if the inertia is
+    /// impossible, as for a radius of zero.
     pub fn body(&self) -> Result<Body, crate::mechanics::body::InertiaError> {
         Ok(Body { inertia: Inertia::new(self.inertia())?, mass: Some(self.mass) })
     }
@@ -76,8 +77,8 @@ impl Dumbbells {
     /// The gravity of `dumbbells` on one another, with the constant `G` [m³/(kg·s²)].
     ///
     /// # Errors
-    /// A [`FullBodyError`](super::FullBodyError) if there are none or too many, or the constant, a mass
-    /// or a length is not a positive number.
+    /// Returns a [`FullBodyError`](super::FullBodyError) if the list is empty or too long, or the
+    /// constant, a mass or a length is not a positive number.
     pub fn new(gravitational_constant: f64, dumbbells: &[Dumbbell]) -> Checked<Self> {
         positive("gravitational constant", gravitational_constant)?;
         count("dumbbells", dumbbells.len(), Self::BODIES)?;

@@ -1,4 +1,4 @@
-//! What the constructors of bodies and potentials reject, and the checks they share.
+//! Errors of the constructors of bodies and potentials, and the checks that they share.
 
 use crate::Vector3;
 use crate::mechanics::number::NumberError;
@@ -11,9 +11,9 @@ pub enum FullBodyError {
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A count is zero, or beyond what memory and time are good for.
-    #[error("{name}: {count}; from 1 to {limit} are possible")]
+    #[error("{name}: {count}; the number must be from 1 to {limit}")]
     Count {
-        /// What was counted.
+        /// The name of the counted items.
         name: &'static str,
         /// How many there are.
         count: usize,
@@ -21,7 +21,7 @@ pub enum FullBodyError {
         limit: usize,
     },
     /// A body without mass does not translate, and neither attracts nor is attracted.
-    #[error("a body has no mass; every body of several needs one")]
+    #[error("a body has no mass: each of several bodies needs one")]
     NoMass,
     /// The mass center is not the origin of the body axes.
     #[error(

@@ -1,4 +1,4 @@
-//! What the motion of bodies under their mutual gravity conserves.
+//! The conserved quantities of bodies under mutual gravity.
 //!
 //! ```text
 //! E = Σ |γ_i|²/2m_i + ½ Π_i·J_i⁻¹Π_i + U      P = Σ γ_i      L = Σ x_i × γ_i + R_i Π_i

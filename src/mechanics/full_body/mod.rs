@@ -15,8 +15,9 @@
 //! | … of two [`Attractor::Polyhedron`] | homogeneous solids | Gauss points of one in the exact field of the other: `O((l/d)^{2n})` |
 //! | … with an [`Attractor::SecondOrder`] | small or distant bodies | force `O((l/r)³)` of itself, moment `O(l/r)` |
 //!
-//! Force and moment of each come from one energy that depends on relative positions and attitudes: total force
-//! and total moment vanish to round-off whatever the energy approximates.
+//! Force and moment of each body come from one energy that depends on relative positions and
+//! attitudes. Total force and total moment therefore vanish to round-off for any approximation of
+//! the energy.
 //!
 //! ```
 //! use slewkit::{Matrix3, Pose, Vector3, Wrench};
@@ -75,8 +76,8 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// Whether force and moment depend on the poses at all. Where they do not, as of inputs held along the axes that they
-    /// are told in, the gradient is zero and known. Default: they do.
+    /// Returns whether force and moment depend on the poses. If they do not, as for inputs held
+    /// along their own axes, the gradient is zero and known. Default: they do.
     fn depends_on_poses(&self) -> bool {
         true
     }

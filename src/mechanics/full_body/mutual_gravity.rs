@@ -21,9 +21,10 @@ pub enum Threads {
     /// Where one evaluation is long enough to pay for it. Default.
     #[default]
     Auto,
-    /// On the calling thread; allocates nothing.
+    /// Evaluates on the calling thread; allocates nothing.
     One,
-    /// On the threads of rayon, also where it does not pay; on the calling thread without the feature `threads`.
+    /// Evaluates on the threads of rayon, also if that takes longer; on the calling thread
+    /// without the feature `threads`.
     Many,
 }
 
@@ -48,7 +49,7 @@ impl MutualGravity {
     pub const BODIES: usize = 2_000;
     /// Most interactions of point with point that one evaluation may take: about half a minute.
     pub const INTERACTIONS: usize = 10_000_000_000;
-    /// Interactions from which threads pay.
+    /// The number of interactions from which on threads save time.
     const PAYS: f64 = 4.0 * TASK as f64;
 
     /// The gravity of `bodies` on one another, with the constant `G` [m³/(kg·s²)].
@@ -87,7 +88,7 @@ impl MutualGravity {
         &self.bodies
     }
 
-    /// What one evaluation takes, in interactions of point with point.
+    /// Returns the work of one evaluation, in interactions of point with point.
     pub fn interactions(&self) -> f64 {
         self.cost
     }
@@ -101,7 +102,8 @@ impl MutualGravity {
         }
     }
 
-    /// Tasks that a thread takes at once, at least: small ones are not worth a hand-over each.
+    /// Returns the least number of tasks that a thread takes at once: smaller batches cost more
+    /// in hand-over than they save.
     fn batch(&self) -> usize {
         (TASK as f64 * self.tasks.len() as f64 / self.cost).ceil() as usize
     }

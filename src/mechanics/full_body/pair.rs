@@ -23,24 +23,26 @@ use std::ops::Range;
 /// A share of one pair: some probes in a field.
 #[derive(Clone, Debug)]
 pub(super) struct Task {
-    /// Which body is the field.
+    /// The index of the body whose field acts.
     pub field: usize,
-    /// Which body the probes are of.
+    /// The index of the body with the probes.
     pub probe: usize,
-    /// Which of the probes.
+    /// The range of the probes.
     range: Range<usize>,
 }
 
 /// Interactions of point with point in one task, about 50 µs: long against handing it to a thread, short
 /// against an evaluation that pays for threads.
 pub(super) const TASK: usize = 1 << 14;
-/// What a face on a point costs, in interactions of point with point.
+/// The cost of a face acting on a point, in interactions of point with point.
 const FACE: usize = 8;
-/// What turning a probe into the axes of the field costs, and a pair of second order, in the same measure.
+/// The cost of a rotation of a probe into the axes of the field, and of a pair of second order,
+/// in interactions of point with point.
 const TURN: usize = 4;
 const SECOND_ORDER: usize = 8;
 
-/// What of a body can be in the field of another: its points; none for a body of second order.
+/// Returns the points of a body on which the field of another acts; empty for a body of second
+/// order.
 fn probes(body: &Attractor) -> &[MassPoint] {
     match body {
         Attractor::Cloud(cloud) => cloud.points(),
@@ -49,7 +51,8 @@ fn probes(body: &Attractor) -> &[MassPoint] {
     }
 }
 
-/// Which body of a pair is the field, and its cost on one probe; `None` for a pair of second order.
+/// Returns the index of the field body of a pair, and its cost on one probe; `None` for a pair of
+/// second order.
 fn roles(bodies: &[Attractor], first: usize, second: usize) -> Option<(usize, usize, usize)> {
     use Attractor::{Cloud, Polyhedron, SecondOrder};
     let first_is_field = match (&bodies[first], &bodies[second]) {
@@ -71,7 +74,7 @@ fn roles(bodies: &[Attractor], first: usize, second: usize) -> Option<(usize, us
 }
 
 impl Task {
-    /// What a pair costs, in interactions of point with point.
+    /// Returns the cost of a pair, in interactions of point with point.
     pub fn cost(bodies: &[Attractor], first: usize, second: usize) -> f64 {
         match roles(bodies, first, second) {
             Some((_, probe, cost)) => cost as f64 * probes(&bodies[probe]).len() as f64,
@@ -118,7 +121,7 @@ impl Task {
         }
     }
 
-    /// Without probes: mass and inertia act on mass and inertia.
+    /// Returns whether the pair has no probes: mass and inertia act on mass and inertia.
     fn is_second_order(&self) -> bool {
         self.range.is_empty()
     }

@@ -5,8 +5,9 @@
 //! s = Σ_p m_p/|d_p|³     v = Σ_p m_p ρ_p/|d_p|³     d_p = y − ρ_p
 //! g = v − s y            moment on the cloud: −Σ_p ρ_p × g_p = v × y
 //! ```
-//! Four running sums give force and reaction; `v × y + y × g = 0` then holds to the last bit. As `v`
-//! has the arms `ρ` as factors, the moment keeps `|y|/|ρ|` ulps (`−y × g` would keep `(|y|/|ρ|)²`).
+//! Four running sums give force and reaction; `v × y + y × g = 0` then holds exactly. Because `v`
+//! has the arms `ρ` as factors, the moment has an error of `|y|/|ρ|` ulps (`−y × g` would have
+//! `(|y|/|ρ|)²`).
 
 use super::error::{Checked, centered, count};
 use super::lanes::{LANES, Lanes};
@@ -45,7 +46,7 @@ impl PointCloud {
     /// A cloud of these points, their mass center at the origin.
     ///
     /// # Errors
-    /// A [`FullBodyError`](super::FullBodyError) if there are none or more than [`Self::POINTS`], a mass
+    /// Returns a [`FullBodyError`] if the list is empty or has more than [`Self::POINTS`], a mass
     /// is not a positive number, a position is not finite, or the mass center is not the origin.
     pub fn new(points: Vec<MassPoint>) -> Checked<Self> {
         check(&points)?;
@@ -55,11 +56,11 @@ impl PointCloud {
         Ok(Self::weighted(points))
     }
 
-    /// A cloud of points given in any axes: moves the origin to their mass center, whose position in the
-    /// given axes is returned beside the cloud \[m\].
+    /// Builds a cloud of points given in any axes. It moves the origin to their mass center, and
+    /// also returns the position of that center in the given axes \[m\].
     ///
     /// # Errors
-    /// As [`PointCloud::new`], except for the mass center.
+    /// Returns the errors of [`PointCloud::new`], except for the mass center.
     pub fn centered(mut points: Vec<MassPoint>) -> Checked<(Self, Vector3)> {
         check(&points)?;
         let (mass, center) = mass_center(&points);
@@ -69,7 +70,7 @@ impl PointCloud {
         Ok((Self::weighted(points), center))
     }
 
-    /// A cloud that stands for a quadrature, whose weights may be negative.
+    /// Builds a cloud that represents a quadrature, whose weights may be negative.
     pub(super) fn weighted(points: Vec<MassPoint>) -> Self {
         let blocks = points.chunks(LANES).map(Block::new).collect();
         let mass = points.iter().map(|point| point.mass).sum();

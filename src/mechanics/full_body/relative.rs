@@ -35,7 +35,7 @@ pub(super) fn seen_from(observer: &Pose, body: &Pose) -> Pose {
 /// Two bodies relative to each other, in the axes of the second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relative {
-    /// Position `X` of the mass center of body 1 from that of body 2 \[m\].
+    /// The position `X` of the mass center of body 1 relative to that of body 2 \[m\].
     pub position: Vector3,
     /// Attitude `R`, axes of body 1 → axes of body 2.
     pub attitude: Matrix3,
@@ -47,7 +47,7 @@ pub struct Relative {
     pub second: Vector3,
 }
 
-/// What two bodies have beside their relative state.
+/// The state of two bodies apart from their relative state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anchor {
     /// Attitude `R₂` of body 2.
@@ -193,7 +193,7 @@ impl<P: Potential> TwoBodies<P> {
     }
 }
 
-/// Body 2 at the origin, its axes those of the reference frame.
+/// Returns the poses with body 2 at the origin, and its axes along the reference frame.
 fn placed(position: &Vector3, attitude: &Matrix3) -> [Pose; 2] {
     [
         Pose { position: *position, attitude: *attitude },

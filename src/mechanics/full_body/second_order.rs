@@ -6,9 +6,9 @@
 //! f_B = −G m_A m_B e/r² − (3G/2r⁴) [(tr K − 5 e·Ke) e + 2 Ke]      f_A = −f_B
 //! M_A = (3G m_B/r³) e × J_A e      M_B = (3G m_A/r³) e × J_B e
 //! ```
-//! `M_A + M_B + X × f_B = 0`. What is left out is the third moments, which vanish for bodies symmetric
-//! under `ρ → −ρ`, and the product of the two second ones: the force is off by O((l/r)³) of itself and
-//! the moment by O(l/r); one order better for such symmetric bodies.
+//! `M_A + M_B + X × f_B = 0`. The approximation omits the third moments, which vanish for bodies
+//! symmetric under `ρ → −ρ`, and the product of the two second moments. The force has a relative
+//! error of O((l/r)³) and the moment of O(l/r); one order better for such symmetric bodies.
 
 use crate::mechanics::environment::Pose;
 use crate::{Matrix3, Vector3};
@@ -30,7 +30,7 @@ impl Exchange {
     };
 }
 
-/// What counts of a body to second order.
+/// The mass and the moments of a body to second order.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Moments {
     /// Mass \[kg\].

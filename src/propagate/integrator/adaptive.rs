@@ -30,7 +30,7 @@ pub(super) struct Reference {
     rejected: u64,
 }
 
-/// Which one.
+/// The kind of the solver.
 enum Solver {
     Dop853(Box<Dop853>),
     Verner98(Box<Verner98>),

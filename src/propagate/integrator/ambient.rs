@@ -129,7 +129,7 @@ impl Ambient {
         let (mut at, mut fill) = (0, |at: &mut usize, count: usize, start: f64, most: f64| {
             let norm = change[*at..*at + count].iter().map(|value| value * value).sum::<f64>().sqrt();
             let size = start.max(norm.min(most));
-            // Nothing at all, at rest without load: any scale will do.
+            // If the system is at rest without load, any scale is valid.
             let scale = if size > 0.0 { size } else { 1.0 };
             out[*at..*at + count].fill(scale);
             *at += count;
@@ -160,8 +160,8 @@ impl Ambient {
         }
     }
 
-    /// What the poses would notice of `change` over a step: the largest turn [rad], or shift relative to the
-    /// farthest body.
+    /// Returns the effect of `change` on the poses over a step: the largest turn [rad], or shift
+    /// relative to the farthest body.
     pub fn noticed(&self, change: &[f64]) -> f64 {
         let h = self.course.loads.step;
         let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);

@@ -1,4 +1,5 @@
-//! What all methods have: the loads on the bodies, the state, and the counts of their work.
+//! The common part of all methods: the loads on the bodies, the state, and the counts of their
+//! work.
 
 use super::system::Loads;
 use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};

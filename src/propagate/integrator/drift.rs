@@ -33,8 +33,9 @@ impl Rotor {
     /// The Cayley vector of the step's rotation `F = cay(c)`, for momentum `p`; iterations are added to
     /// `iterations`.
     ///
-    /// The line through the last two solutions is as near, `O(h³)`, as a pass of the fixed point from nothing,
-    /// and does not have to wait for the momentum. Where it leads astray the solution is sought afresh.
+    /// The line through the last two solutions has the accuracy `O(h³)` of one pass of the fixed
+    /// point, and does not depend on the momentum. If the iteration does not converge from it,
+    /// the solution is computed from the start.
     #[inline(always)]
     pub fn turn(&mut self, body: usize, p: &Vector3, iterations: &mut u64) -> Result<Vector3, StepError> {
         let g = self.equation.scale * p;

@@ -29,7 +29,7 @@ use std::f64::consts::FRAC_PI_2;
 /// ```
 #[derive(Clone, Debug)]
 pub struct AttitudeEquation {
-    /// In units of the mean principal moment.
+    /// The inertia in units of the mean principal moment.
     pub(super) j: Matrix3,
     pub(super) j_inverse: Matrix3,
     /// `h` over that.

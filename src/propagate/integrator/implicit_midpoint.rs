@@ -16,9 +16,10 @@ use super::{Input, StepError};
 
 /// Largest change of the last iteration, relative to the size of each quantity.
 ///
-/// A quantity may be so small that its own round-off is more than that: the momentum of a body that hardly turns
-/// comes from moments in which large forces cancel. Hence the iteration also ends where its changes no longer
-/// shrink (Hairer, Lubich, Wanner, VIII.6.2), if the poses would not notice them within this tolerance.
+/// A quantity may be so small that its own round-off exceeds the tolerance. For example, the
+/// momentum of a body that hardly turns comes from moments in which large forces cancel. The
+/// iteration therefore also ends if its changes stop shrinking (Hairer, Lubich, Wanner, VIII.6.2)
+/// and their effect on the poses is within the tolerance.
 const TOLERANCE: f64 = 1e-13;
 
 /// The inner iteration stops at this part of what the outer one changed last.

@@ -68,7 +68,7 @@ impl Default for ErrorControl {
 
 /// No method has this name.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("no integrator is called '{name}'; there are {}", Kind::NAMES.join(", "))]
+#[error("no integrator is called '{name}'; the integrators are {}", Kind::NAMES.join(", "))]
 pub struct UnknownKind {
     /// The name given.
     pub name: String,
@@ -133,7 +133,7 @@ impl Kind {
         NAMES.iter().find(|(kind, _)| *kind == self).map_or("galerkin", |(_, name)| name)
     }
 
-    /// What is known of it.
+    /// Returns the properties of the method.
     pub fn facts(self) -> Facts {
         let variational = Facts::VARIATIONAL;
         let on_group = |tableau: &Tableau| Facts {

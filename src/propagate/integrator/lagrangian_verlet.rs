@@ -5,9 +5,10 @@
 //! F J_d − J_d Fᵀ = J_d F⁻ − F⁻ᵀ J_d + h² S(M + Bu) ,   R⁺ = R F                          (3.19, 3.20)
 //! x⁺ = x + Δ ,   Δ = Δ⁻ + (h²/m)(f + B_f u)                                              (3.18)
 //! ```
-//! Momenta are no part of it; those of the state come from the discrete Legendre transform
-//! `hΠ = vee(J_d F⁻ − F⁻ᵀ J_d) + (h²/2) M`, `γ = (m/h) Δ⁻ + (h/2) f`. The first step, which has no step
-//! before it, is one of the Hamiltonian form. Where inputs jump at a node, the mean of both sides acts.
+//! The method has no momenta. Those of the state come from the discrete Legendre transform
+//! `hΠ = vee(J_d F⁻ − F⁻ᵀ J_d) + (h²/2) M`, `γ = (m/h) Δ⁻ + (h/2) f`. The first step has no step
+//! before it and uses the Hamiltonian form. If inputs jump at a node, the mean of both sides
+//! acts.
 //!
 //! It is the same map as the Hamiltonian form. `vee(J_d F⁻ − F⁻ᵀ J_d)` taken from `F⁻` anew in every step would add
 //! up its rounding in a steady rotation; it is `h F⁻ᵀΠ̃⁻`, and so the sum of what it has changed by, which is

@@ -63,7 +63,7 @@ impl LieGroupRk {
         }
     }
 
-    /// What a body has changed by with these weights: `F − I`, σ, and the sums of the rates.
+    /// Returns the change of a body with these weights: `F − I`, σ, and the sums of the rates.
     fn change(&self, body: usize, weights: &[f64]) -> (Matrix3, Vector3, Rates) {
         let h = self.course.loads.step;
         let (mut turn, mut sigma) = (Matrix3::zeros(), Vector3::zeros());

@@ -5,19 +5,21 @@
 //! ẋ_i = γ_i/m_i        γ̇_i = f_i
 //! ```
 //!
-//! A [`System`] says what moves and what acts on it, a [`SystemState`] where everything is. A [`Kind`]
-//! names a method and starts it; the [`Integrator`] that comes out owns its state and buffers and steps:
+//! A [`System`] describes the bodies and the forces on them, a [`SystemState`] their poses and
+//! momenta. A [`Kind`] names a method and starts it. The resulting [`Integrator`] owns its state
+//! and buffers and steps:
 //!
 //! ```text
 //! Kind::start(&System, &SystemState, h) ──▶ dyn Integrator: step, state, facts, work
 //! ```
 //!
-//! The variational ones come from a discrete Lagrangian `L_d ≈ ∫ L dt` over a step; hence they are
-//! symplectic, keep the momentum of every symmetry to round-off, and their energy error does not grow.
+//! The variational methods come from a discrete Lagrangian `L_d ≈ ∫ L dt` over a step. They are
+//! therefore symplectic, conserve the momentum of every symmetry to round-off, and have a bounded
+//! energy error.
 //!
-//! A reference frame that turns at a constant rate costs one more factor a step, for every method: within
-//! a step they work in the inertial axes that coincide with those of the frame at its start, then
-//! everything is turned back by `exp(−h S(n))`.
+//! A reference frame that turns at a constant rate costs one more factor for each step, for every
+//! method. Within a step the methods use the inertial axes that coincide with those of the frame
+//! at its start; then `exp(−h S(n))` turns everything back.
 
 mod adaptive;
 mod ambient;
@@ -64,8 +66,8 @@ use thiserror::Error;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Integrator: Send {
-    /// Advances all bodies by one step under the potential and `inputs`: one per body, or none at all.
-    /// Inputs beyond the number of bodies are ignored.
+    /// Advances all bodies by one step under the potential and `inputs`: one for each body, or an
+    /// empty slice. Inputs beyond the number of bodies are ignored.
     ///
     /// # Errors
     /// A [`StepError`], after which the method is not to be stepped further. [`StepError::TooLong`] leaves the
@@ -75,14 +77,14 @@ pub trait Integrator: Send {
     /// Where everything is after the steps made so far.
     fn state(&self) -> &SystemState;
 
-    /// What is known of the method.
+    /// Returns the properties of the method.
     fn facts(&self) -> Facts;
 
-    /// What the steps made so far have cost.
+    /// Returns the work of the steps so far.
     fn work(&self) -> Work;
 }
 
-/// What theory says of a method.
+/// The theoretical properties of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
     /// Order of convergence.
@@ -101,7 +103,7 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Those of Lie–Verlet; the other methods lack some of them.
+    /// The properties of Lie–Verlet; the other methods lack some of them.
     pub(crate) const VARIATIONAL: Self = Self {
         order: 2,
         explicit: true,
@@ -112,12 +114,13 @@ impl Facts {
     };
 }
 
-/// What steps have cost so far.
+/// The work of the steps so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Steps made.
     pub steps: u64,
-    /// Evaluations of the potential, each for all bodies at once, those of the start included.
+    /// The number of evaluations of the potential, each for all bodies at once, including those
+    /// of the start.
     pub force_evaluations: u64,
     /// Newton or fixed-point iterations, summed over the bodies where each has its own.
     pub iterations: u64,
@@ -130,8 +133,8 @@ pub struct Work {
 pub enum StepError {
     /// The implicit attitude equation has no physical solution.
     #[error(
-        "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and there may be no step with a \
-         turn of 90° or more; take a step of {} s or less", figures::rounded(*step, 4), figures::rounded(step * 0.5 / turn, 4)
+        "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and a step must turn the body \
+        by less than 90°; use a step of {} s or less", figures::rounded(*step, 4), figures::rounded(step * 0.5 / turn, 4)
     )]
     TooLong {
         /// Number of the body, from 1.
@@ -152,9 +155,9 @@ pub enum StepError {
         /// Iterations made.
         iterations: u32,
     },
-    /// The error control asks for steps that are too small to make progress, or for too many of them.
+    /// The error control requires steps that are too small to make progress, or too many of them.
     #[error(
-        "the error control gave up within a step of {} s; loosen the tolerance or look for a collision",
+        "the error control failed within a step of {} s; increase the tolerance or look for a collision",
         figures::rounded(*step, 4)
     )]
     GaveUp {
@@ -162,6 +165,6 @@ pub enum StepError {
         step: f64,
     },
     /// A number is NaN or infinite.
-    #[error("the step leads to numbers that are not finite; look for a collision, or shorten the step")]
+    #[error("the step gives numbers that are not finite; look for a collision, or shorten the step")]
     NotFinite,
 }

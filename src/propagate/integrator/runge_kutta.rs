@@ -3,9 +3,9 @@
 //! ```text
 //! k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j) ,   y⁺ = y + h Σ b_i k_i
 //! ```
-//! Nothing is conserved: the attitude leaves the group, energy and momenta drift. With an embedded pair and a
-//! tolerance the step is divided until the estimated error of each part, relative to the size of each
-//! quantity, is within it.
+//! Nothing is conserved: the attitude leaves the group, and energy and momenta drift. With an
+//! embedded pair and a tolerance the step is divided until the estimated error of each part,
+//! relative to the size of each quantity, is within it.
 
 use super::ambient::{Ambient, largest};
 use super::course::{Course, Method};
@@ -82,7 +82,8 @@ impl RungeKutta {
             if ratio <= 1.0 {
                 self.base.copy_from_slice(&self.y);
                 if last {
-                    // A rest shorter than what is possible says nothing about the next part.
+                    // A rest shorter than the possible length gives no estimate for the next
+                    // part.
                     self.part = self.part.max(length * factor.clamp(0.2, 4.0)).min(step);
                     return Ok(());
                 }

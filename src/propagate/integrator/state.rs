@@ -19,14 +19,14 @@ use crate::{Matrix3, Vector3, lie};
 pub struct SystemState {
     poses: Vec<Pose>,
     momenta: Vec<Momentum>,
-    /// What has been added to them too much.
+    /// The compensation of the poses: the excess that was added.
     pose_excess: Vec<Pose>,
     momentum_excess: Vec<Momentum>,
 }
 
 impl SystemState {
-    /// From poses and momenta, one of each per body. Unchecked: [`System::check`](super::System::check)
-    /// judges it, as does the start of every method.
+    /// Builds a state from poses and momenta, one of each for each body.
+    /// [`System::check`](super::System::check) checks it, and so does the start of every method.
     pub fn new(poses: Vec<Pose>, momenta: Vec<Momentum>) -> Self {
         let none = Pose { position: Vector3::zeros(), attitude: Matrix3::zeros() };
         let at_rest = Momentum { linear: Vector3::zeros(), angular: Vector3::zeros() };

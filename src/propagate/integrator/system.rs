@@ -1,4 +1,4 @@
-//! What moves and what acts on it: n rigid bodies, a potential, inputs held by actuators.
+//! The bodies and the forces on them: n rigid bodies, a potential, inputs held by actuators.
 
 use super::state::SystemState;
 use crate::lie::Rotation;
@@ -47,20 +47,18 @@ pub struct System {
 /// Why bodies and states make no system.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SystemError {
-    /// No body at all.
+    /// The system has no body.
     #[error("a system needs at least one body")]
     Empty,
     /// A mass that is not positive, or not finite.
-    #[error(
-        "body {body}: the mass is {mass} kg, it must be positive; leave it out where the body only turns"
-    )]
+    #[error("body {body}: the mass is {mass} kg: it must be positive; remove it if the body only turns")]
     Mass {
         /// Number of the body, from 1.
         body: usize,
         /// The mass given \[kg\].
         mass: f64,
     },
-    /// As many states as bodies are needed.
+    /// The number of states differs from the number of bodies.
     #[error("{states} states for {bodies} bodies; give one for each")]
     Count {
         /// Bodies of the system.
@@ -75,7 +73,7 @@ pub enum SystemError {
         body: usize,
     },
     /// An attitude is not a rotation.
-    #[error("body {body}: its attitude is off a rotation by {error:.1e}, at most 1e-9 is accepted")]
+    #[error("body {body}: its attitude differs from a rotation by {error:.1e}: at most 1e-9 is accepted")]
     Attitude {
         /// Number of the body, from 1.
         body: usize,
@@ -83,36 +81,34 @@ pub enum SystemError {
         error: f64,
     },
     /// The step is not a positive number.
-    #[error("the step is {step} s, it must be positive and finite")]
+    #[error("the step is {step} s: it must be positive and finite")]
     Step {
         /// The step given \[s\].
         step: f64,
     },
     /// No Galerkin method has this degree.
-    #[error("a Galerkin method of degree {degree} is not offered, the degrees are 1 to 6")]
+    #[error("no Galerkin method has the degree {degree}: the degrees are 1 to 6")]
     Degree {
         /// The degree given.
         degree: usize,
     },
     /// The tolerance is unusable.
-    #[error(
-        "the tolerance is {tolerance:e}, it must lie between 1e-14, below which there is only round-off, and 0.1"
-    )]
+    #[error("the tolerance is {tolerance:e}: it must be between 1e-14, the limit of round-off, and 0.1")]
     Tolerance {
         /// The tolerance given.
         tolerance: f64,
     },
 }
 
-/// What actuators exert on one body during a step, linear in time between its ends.
+/// The output of the actuators on one body during a step, linear in time between its ends.
 ///
-/// Held inputs have equal ends. Forces are in the reference frame, moments in body axes. A method that
-/// looks at one end only says so.
+/// Held inputs have equal ends. Forces are in the reference frame, moments in body axes. A method
+/// that uses one end only documents it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input {
-    /// At the start of the step.
+    /// The output at the start of the step.
     pub start: Wrench,
-    /// At its end.
+    /// The output at the end of the step.
     pub end: Wrench,
 }
 
@@ -122,7 +118,7 @@ impl Input {
         Self { start: wrench, end: wrench }
     }
 
-    /// At `fraction` of the step.
+    /// Returns the output at `fraction` of the step.
     pub fn at(&self, fraction: f64) -> Wrench {
         let mix = |a: &Vector3, b: &Vector3| a * (1.0 - fraction) + b * fraction;
         Wrench {
@@ -132,12 +128,13 @@ impl Input {
     }
 }
 
-/// What an exact motion without inputs keeps, and how far the attitudes are off the group.
+/// The conserved quantities of an exact motion without inputs, and the distance of the attitudes
+/// from the group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Invariants {
-    /// Kinetic plus potential energy \[J\]. In a turning frame minus `n · Σ(x×γ + RΠ)`: Jacobi's integral,
-    /// which is what a field fixed in that frame conserves.
+    /// Kinetic plus potential energy \[J\]. In a turning frame `n · Σ(x×γ + RΠ)` is subtracted:
+    /// this is Jacobi's integral, which a field fixed in that frame conserves.
     pub energy: f64,
     /// `Σγ`, reference frame [N·s]; conserved where the potential depends on differences of positions.
     pub linear_momentum: Vector3,
@@ -253,7 +250,7 @@ impl System {
         Ok(())
     }
 
-    /// What of its momenta is conserved.
+    /// Returns the symmetry that determines the conserved momenta.
     pub fn symmetry(&self) -> Symmetry {
         self.potential.as_ref().map_or(Symmetry::All, |potential| potential.symmetry())
     }
@@ -305,9 +302,9 @@ impl Potential for EnvironmentPotential {
 
 /// The loads on all bodies within a step, counted.
 ///
-/// Within a step the methods work in the inertial axes that coincide with those of the reference frame at
-/// its start. The potential is fixed in the reference frame: its poses are turned back by what the frame
-/// has turned so far, and its forces forward.
+/// Within a step the methods use the inertial axes that coincide with those of the reference
+/// frame at its start. The potential is fixed in the reference frame: its poses are turned back
+/// by the rotation of the frame so far, and its forces forward.
 #[derive(Clone, Debug)]
 pub(crate) struct Loads {
     pub system: System,
@@ -349,7 +346,7 @@ impl Loads {
     /// The potential's gradient at `fraction` of the step, n×n blocks, poses and forces as in `total`.
     ///
     /// # Panics
-    /// Without a potential that gives one.
+    /// Returns zero if the potential has no gradient.
     pub fn gradient(&mut self, fraction: f64, poses: &[Pose], gradient: &mut [Blocks]) {
         let potential = self.system.potential.clone().expect("a potential");
         let Some(turn) = self.frame_turn() else {

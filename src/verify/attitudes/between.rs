@@ -1,17 +1,20 @@
 //! Cones and limits of the rate, at the rows and between them.
 //!
-//! At one rate about one axis the angle between a boresight and a direction has a closed form ([`Arc`]), also where the reference frame
-//! turns: a direction that is fixed in space turns back in it. The rate itself is one all along, `ρ = φ/h`, and beside a turning frame
+//! If the body turns at one rate about one axis, the angle between a boresight and a direction
+//! has a closed form ([`Arc`]). This also holds if the reference frame turns: a direction that is
+//! fixed in space turns back in it. The rate itself is constant, `ρ = φ/h`; in a turning frame
 //!
 //! ```text
 //! |ρ + A(τ)ᵀω|² = |ρ|² + |ω|² + 2 ρ·A₀ᵀω ,      (A(τ)ᵀω)ᵢ = |ω| cos ∠(A(τ) eᵢ, ω)
 //! ```
 //!
-//! By the mean value theorem no motion between the two attitudes has a smaller largest rate, so that a mean rate above the limit is a
-//! violation whatever the body does.
+//! By the mean value theorem every motion between the two attitudes has a largest rate of at
+//! least the mean rate. A mean rate above the limit is therefore a violation for any motion of
+//! the body.
 //!
-//! Along the cubic through attitudes and rates an angle changes by the steepest slope of the rotation vector at most. A stretch whose
-//! middle is further from the rim than half of that is clear; any other is halved, until it is shorter than the tolerance.
+//! Along the cubic through attitudes and rates an angle changes at most at the steepest slope of
+//! the rotation vector. A stretch is clear if the distance of its middle from the rim exceeds
+//! half of this change. Any other stretch is halved, until it is shorter than the tolerance.
 
 use super::{AttitudeReport, Motion};
 use crate::Vector3;
@@ -27,7 +30,7 @@ use crate::numerics::figures::{decimals, significant, told_apart};
 pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let mut far = Vec::new();
     for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
-        // Within the digits half a turn may go either way.
+        // Within the printed digits half a turn has two possible directions.
         if motion.turn(k).norm()
             > std::f64::consts::PI - motion.tolerance.max(2.0 * motion.rows.rounding.attitude)
         {
@@ -36,7 +39,8 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
     }
     if let (Some(first), true) = (far.first(), problem.is_constrained()) {
         report.open.push(format!(
-            "the way between rows that are half a turn apart, first after {first:.4} s: either is as short"
+            "the path between rows that are half a turn apart, first after {first:.4} s: both \
+            directions have one length"
         ));
     }
     for constraint in &problem.constraints {
@@ -127,8 +131,8 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
         report.violated(motion.row_at(time), text);
     } else if curved.0 > motion.tolerance {
         report.open.push(format!(
-            "{name} between rows: by the rates the motion is {} deg beyond the rim at {:.4} s, at one rate from row to row it is not; the \
-             rows are too far apart to tell",
+            "{name} between rows: the rates give a motion {} deg beyond the rim at {:.4} s, and a \
+            constant rate from row to row does not; the rows are too far apart to decide",
             degrees(curved.0),
             curved.1
         ));
@@ -253,6 +257,6 @@ fn rates(constraint: &Constraint, motion: &Motion<'_>, report: &mut AttitudeRepo
     } else if rows.rate.is_empty() {
         report
             .open
-            .push(format!("{} beyond the mean rates between rows: the file tells no rates", constraint.name));
+            .push(format!("{} beyond the mean rates between rows: the file has no rates", constraint.name));
     }
 }

@@ -1,13 +1,15 @@
-//! Whether told rates are those of the attitudes beside them.
+//! The check that recorded rates are the derivatives of the recorded attitudes.
 //!
-//! Between rows `h` apart with the turn `φ` the rotation vector has the slopes `h Ω₀` and `J_r⁻¹(φ) h Ω₁`, and half their sum misses
-//! `φ` by `O(h³)` where the motion is smooth, by `O(h²)` where its acceleration jumps. Summed over all rows that is `D(h)`, and over
-//! every second row `D(2h)`. Right rates have `D(h)/D(2h)` about ¼, or ½; rates in another unit, of another sign, or none at all leave
-//! the ratio at 1, since what they miss is no error of the rows' distance. The limit is between the two, `√½`.
+//! Consider rows `h` apart with the turn `φ`. The rotation vector has the slopes `h Ω₀` and
+//! `J_r⁻¹(φ) h Ω₁`. Half their sum misses `φ` by `O(h³)` for a smooth motion, and by `O(h²)`
+//! where its acceleration jumps. The sum of the misses over all rows is `D(h)`, over every second
+//! row `D(2h)`. Right rates have `D(h)/D(2h)` about ¼, or ½. Rates in another unit, of another
+//! sign, or zero rates have the ratio 1, because their miss does not depend on the distance of
+//! the rows. The limit is between the two, `√½`.
 //!
-//! A mean rate that lies between those of its ends is a right one too, as that of a scheme of first order has it: what is missed
-//! beyond that, `E(h)`, is what counts. Where it stays within the tolerance rates fit; where it does not and falls with the distance,
-//! the rows are too far apart to tell.
+//! A mean rate between the rates of its ends is also right, as in a scheme of first order. Only
+//! the miss beyond this range counts, `E(h)`. If it stays within the tolerance, the rates fit. If
+//! it does not and falls with the distance, the rows are too far apart to decide.
 
 use super::{AttitudeReport, Motion, RATES_AGAINST_ATTITUDES};
 use crate::numerics::figures::error;
@@ -15,7 +17,7 @@ use crate::verify::Check;
 use crate::{Vector3, lie};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// What is missed over one stretch, and beyond the range of the rates at its ends \[rad\].
+/// The miss over one stretch, and the miss beyond the range of the rates at its ends \[rad\].
 struct Missed {
     all: f64,
     beyond: f64,
@@ -31,7 +33,7 @@ fn missed(motion: &Motion<'_>, from: usize, to: usize, turn: &Vector3) -> Missed
     Missed { all, beyond: (all - 0.5 * (ends[1] - ends[0]).norm()).max(0.0) }
 }
 
-/// Adds the check, or says that it is open.
+/// Adds the check, or reports it as open.
 pub(super) fn judge(motion: &Motion<'_>, report: &mut AttitudeReport) {
     if motion.rows.rate.is_empty() {
         return;
@@ -51,7 +53,7 @@ pub(super) fn judge(motion: &Motion<'_>, report: &mut AttitudeReport) {
         } else {
             lone += here.beyond;
         }
-        // Further than half a turn the rows do not say how the body came there.
+        // Beyond half a turn the rows do not determine the motion of the body.
         if has_next && turn.norm() + motion.turn(k + 1).norm() < PI {
             let both = lie::minus(&motion.attitude[k + 2], &motion.attitude[k]);
             double += 0.5 * missed(motion, k, k + 2, &both).all;
@@ -63,8 +65,8 @@ pub(super) fn judge(motion: &Motion<'_>, report: &mut AttitudeReport) {
         let undecided = if within { lone } else { beyond + lone };
         if undecided > motion.tolerance {
             report.open.push(format!(
-                "whether the rates are those of the attitudes: integrated over the rows they miss by {} rad, and the rows are too far \
-                 apart to tell",
+                "whether the rates are the derivatives of the attitudes: integrated over the rows \
+                they miss by {} rad, and the rows are too far apart to decide",
                 error(undecided)
             ));
         }

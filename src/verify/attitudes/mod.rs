@@ -1,14 +1,17 @@
-//! What can be said of a motion of which only attitudes and rates are known.
+//! Checks of a motion of which only attitudes and rates are known.
 //!
-//! - **Ends and duration** are those of the problem, and rows cover the time between them.
-//! - **Cones and rates** are judged at the rows and on the motion between them: the body turns about one axis at one rate, where the
-//!   extremum of every angle has a closed form; where rates are told, also along the cubic through attitudes and rates, by a bound on
-//!   how fast it turns.
+//! - **Ends and duration** must be those of the problem, and the rows must cover the time between
+//!     them.
+//! - **Cones and rates** are judged at the rows and on the motion between them. There the body
+//!     turns about one axis at one rate, and the extremum of every angle has a closed form. If
+//!     the file has rates, the cubic through attitudes and rates is judged too, by a bound on its
+//!     rate.
 //! - **Rates** are held against the attitudes ([`consistency`]).
-//! - **Torque** that the rows need, by their rates and by their attitudes, is told, and held against what the actuators have.
+//! - **Torque** that the rows need, computed from their rates and from their attitudes, is
+//!     reported and compared with the limits of the actuators.
 //!
-//! Inputs, cost and optimality are not there to be judged. What was looked at and could not be decided stands in
-//! [`AttitudeReport::open`].
+//! Inputs, cost and optimality are not in the file and are not judged. [`AttitudeReport::open`]
+//! lists checks that could not be decided.
 
 mod between;
 mod consistency;
@@ -18,42 +21,42 @@ use super::Check;
 use crate::maneuver::Problem;
 use crate::{Matrix3, Vector3, lie};
 
-/// Rows of attitudes, as a file tells them.
+/// Rows of attitudes, as read from a file.
 #[derive(Clone, Copy, Debug)]
 pub struct AttitudeRows<'a> {
     /// Seconds from the start of the maneuver, increasing; two at least.
     pub time: &'a [f64],
-    /// From body to reference, `[w, x, y, z]`, of length 1, as many.
+    /// Quaternions from body to reference, `[w, x, y, z]`, of length 1, one for each time.
     pub quaternion: &'a [[f64; 4]],
     /// Angular velocity against the reference frame, body axes [rad/s]; as many, or none.
     pub rate: &'a [Vector3],
     /// Rows before which nothing may be interpolated.
     pub breaks: &'a [usize],
-    /// What the printed digits leave open.
+    /// The rounding of the printed digits.
     pub rounding: Rounding,
 }
 
-/// How far the last printed digits of a file may be off.
+/// The largest error of the last printed digits of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounding {
-    /// Of an attitude \[rad\].
+    /// The rounding of an attitude \[rad\].
     pub attitude: f64,
-    /// Of a rate [rad/s].
+    /// The rounding of a rate [rad/s].
     pub rate: f64,
-    /// Of a time \[s\].
+    /// The rounding of a time \[s\].
     pub time: f64,
 }
 
-/// What was found.
+/// The result of the checks.
 #[derive(Clone, Debug)]
 pub struct AttitudeReport {
     /// Ends, duration, and rates against attitudes; errors in rad and rad/s, of the duration relative.
     pub checks: Vec<Check>,
-    /// What is violated, each in words with the time at which it is so.
+    /// The violations, each in words with its time.
     pub violations: Vec<String>,
     /// The row at which each of them is, or the one before.
     pub violated_at: Vec<usize>,
-    /// What cannot be decided by these rows, in words.
+    /// The checks that these rows cannot decide, in words.
     pub open: Vec<String>,
     /// The largest mean torque between two rows that a free body without wheels needs to have the rates \[N·m\]; `None` for others and
     /// without rates.
@@ -68,27 +71,28 @@ impl AttitudeReport {
         self.violated_at.push(row);
     }
 
-    /// Whether nothing speaks against it.
+    /// Returns whether no check failed.
     pub fn passed(&self) -> bool {
         self.checks.iter().all(|check| check.passed) && self.violations.is_empty()
     }
 }
 
-/// How far the duration may be off, relative: times are printed to a nanosecond by many.
+/// The largest relative error of the duration: many programs print times to a nanosecond.
 const DURATION: f64 = 1e-6;
 /// A rate may be off by what turns the body by the tolerance in this share of the duration.
 const RATE_SHARE: f64 = 0.01;
 
-/// The name of the check that rates are those of the attitudes.
+/// The name of the check that rates are the derivatives of the attitudes.
 pub const RATES_AGAINST_ATTITUDES: &str = "rates against attitudes";
 
 /// The rows as rotations.
 struct Motion<'a> {
     rows: &'a AttitudeRows<'a>,
     attitude: Vec<Matrix3>,
-    /// Of the reference frame [rad/s].
+    /// The rate of the reference frame [rad/s].
     frame_rate: Vector3,
-    /// How far a motion may enter a cone between rows, and attitudes be off \[rad\].
+    /// The depth to which a motion may enter a cone between rows, and the allowed error of
+    /// attitudes \[rad\].
     tolerance: f64,
 }
 
@@ -113,7 +117,7 @@ impl Motion<'_> {
         self.rows.time[k + 1] - self.rows.time[k]
     }
 
-    /// Angular velocity against inertial space, body axes, where the file tells one.
+    /// Returns the inertial angular velocity in body axes, if the file has one.
     fn inertial(&self, k: usize) -> Option<Vector3> {
         self.rows.rate.get(k).map(|rate| rate + self.attitude[k].tr_mul(&self.frame_rate))
     }
@@ -123,7 +127,8 @@ impl Motion<'_> {
         lie::minus(&self.attitude[k + 1], &self.attitude[k])
     }
 
-    /// What the digits leave open of the mean rate from row `k` to the next [rad/s].
+    /// Returns the uncertainty of the mean rate from row `k` to the next, due to the printed
+    /// digits [rad/s].
     fn mean_rate_open(&self, k: usize) -> f64 {
         let h = self.step(k);
         let open = self.rows.rounding;
@@ -151,7 +156,7 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
     match (problem.duration.known(), problem.duration.at_most()) {
         (Some(duration), _) => checks.push(check("duration", (told - duration).abs() / duration, limit)),
         (None, Some(longest)) => checks.push(check("longest duration", told / longest - 1.0, limit)),
-        (None, None) => open.push("the duration: it is sought, and any will do".to_string()),
+        (None, None) => open.push("the duration: it is free, so any duration is valid".to_string()),
     }
     for (name, k, end) in [("start", 0, &problem.start), ("end", last, &problem.end)] {
         if k == 0 || !problem.ends_in_any_attitude() {
@@ -173,7 +178,7 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
     };
     for k in (0..last).filter(|k| !motion.goes_on(*k)) {
         let text = format!(
-            "no attitude is told between {:.4} s and {:.4} s: nobody may interpolate from one block into the next",
+            "no attitude is given between {:.4} s and {:.4} s: interpolation between blocks is not allowed",
             time[k],
             time[k + 1]
         );

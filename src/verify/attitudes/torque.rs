@@ -9,8 +9,8 @@ use crate::maneuver::infeasible::strongest;
 use crate::numerics::figures::{significant, told_apart};
 use crate::{Vector3, lie};
 
-/// Part by which the mean torque of rates may exceed what the actuators have: that of a plan that is within its limits to round-off,
-/// printed in many digits.
+/// The relative excess of the mean torque of rates over the limits of the actuators that is
+/// accepted: a plan that keeps its limits to round-off, printed with many digits.
 const SLACK: f64 = 1e-6;
 
 /// Tells what is needed, and where that is more than there is.
@@ -44,7 +44,8 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
             let mean = (momentum(k + 1) - momentum(k)).norm() / h;
             let [mean, most] = told_apart([mean, strongest], 6, significant);
             let text = format!(
-                "torque: the rates need {mean} N·m on the average between {:.4} s and {:.4} s, the actuators give {most} N·m at most",
+                "torque: the rates need a mean torque of {mean} N·m between {:.4} s and {:.4} s, and \
+                the actuators give at most {most} N·m",
                 rows.time[k],
                 rows.time[k + 1],
             );
@@ -56,7 +57,7 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
         let (turn, h) = (motion.turn(k), motion.step(k));
         motion.attitude[k] * lie::exp(&(0.5 * turn)) * (j * (turn / h))
     };
-    // At an end the body has the rate that is asked for.
+    // At an end the body has the requested rate.
     let end = |k: usize, rate: &Vector3| motion.attitude[k] * (j * rate);
     let mut peak = None::<f64>;
     let mut meet = |change: Vector3, time: f64| {

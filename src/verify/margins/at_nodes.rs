@@ -6,7 +6,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Trajectory;
 use crate::{Matrix3, Vector3, lie};
 
-/// How far a trajectory stays from one limit or constraint at each node.
+/// The margins of a trajectory to one limit or constraint at each node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeMargins {
     /// The name that [`super::Margin`] has.
@@ -22,9 +22,9 @@ pub struct NodeMargins {
 pub struct ConeAngle {
     /// Name of the constraint.
     pub name: String,
-    /// Which boresight of the constraint, from 1.
+    /// The number of the boresight of the constraint, from 1.
     pub boresight: usize,
-    /// Which direction, from 1.
+    /// The number of the direction, from 1.
     pub direction: usize,
     /// Whether the constraint has no other pair.
     pub only: bool,
@@ -61,9 +61,9 @@ fn angles(
     })
 }
 
-/// How far `trajectory` stays from every limit and constraint of `problem` at its nodes; `inputs` says which row of
-/// inputs belongs to a node. Values are in the unit that each has beside them. Unlike [`super::Margin`], arcs between
-/// nodes are not looked at.
+/// Returns the margins of `trajectory` to every limit and constraint of `problem` at its nodes;
+/// `inputs` gives the row of inputs of a node. Each value has the stated unit. Unlike
+/// [`super::Margin`], the arcs between nodes are not checked.
 pub fn margins_at_nodes(
     problem: &Problem,
     trajectory: &Trajectory,

@@ -1,12 +1,13 @@
-//! One case, and what cases come from.
+//! A case, and the kinds of sources of cases.
 //!
 //! # What is a case?
 //!
-//! The base spec with keys set, whether they come from a row, a grid or a random draw. So there is one way from a case to its
-//! plan, that of `slew plan --set`, and any case is planned again by the command that its line of results spells out, to the
-//! last bit. The base is parsed once; per case its tree is copied, changed and checked as a whole, with the messages of any
-//! spec. A column that no spec has, a row of another length and a value that no key takes are refused before the first case;
-//! what only shows in the whole spec, such as a start within a cone, is the result of that case.
+//! A case is the base spec with keys set, from a row, a grid or a random draw. Its plan is
+//! therefore the plan of `slew plan --set`, and the command in its line of results plans it
+//! again, to the last bit. The base is parsed once; for each case its tree is copied, changed and
+//! checked as a whole, with the messages of any spec. An unknown column, a row of another length
+//! and a value of the wrong type stop the batch before the first case. Errors of the whole spec,
+//! such as a start within a cone, are the result of that case.
 
 use crate::spec::Override;
 use serde::{Deserialize, Serialize};
@@ -17,7 +18,7 @@ use std::path::PathBuf;
 pub struct Case {
     /// Its number, from 1.
     pub number: u64,
-    /// What the table or the folder calls it.
+    /// The name in the table or the folder.
     pub name: Option<String>,
     /// Keys that it sets in the spec, in the order of the columns.
     pub set: Vec<Override>,
@@ -25,7 +26,7 @@ pub struct Case {
     pub spec: Option<PathBuf>,
 }
 
-/// What the cases of a batch come from.
+/// The kind of the source of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {

@@ -1,6 +1,7 @@
-//! The columns of a table of results, a row a case: where each stands in a result, and what it is.
+//! The columns of a table of results, one row for each case: the path of each in a result, and
+//! its type.
 
-/// What the cells of a column are.
+/// The type of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Number,
@@ -9,7 +10,7 @@ pub(super) enum Kind {
     Text,
 }
 
-/// Where a column stands in a result, and what it is. Its head is the path with underscores.
+/// The path of each column in a result, and its type. The heading is the path with underscores.
 pub(super) const BEFORE: [(&str, Kind); 2] = [("case", Kind::Integer), ("name", Kind::Text)];
 pub(super) const AFTER: [(&str, Kind); 33] = [
     ("status", Kind::Text),

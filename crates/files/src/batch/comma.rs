@@ -9,7 +9,7 @@ use std::io::Write;
 /// A table of results that is being written.
 pub struct CommaTable<'o> {
     output: &'o mut dyn Write,
-    /// Where the value of each column stands in a result.
+    /// The path of the value of each column in a result.
     paths: Vec<Vec<String>>,
 }
 
@@ -17,7 +17,7 @@ impl<'o> CommaTable<'o> {
     /// Begins the table with its head: every column that a result can have, and every key that the cases set.
     ///
     /// # Errors
-    /// Of the writing.
+    /// Returns the error of the stream.
     pub fn begin(header: &Header, output: &'o mut dyn Write) -> Result<Self, ExportError> {
         let fixed = |(path, _): &(&str, _)| -> Vec<String> { path.split('/').map(String::from).collect() };
         let set = header.keys.iter().map(|key| vec!["set".into(), key.clone()]);
@@ -35,7 +35,7 @@ impl<'o> CommaTable<'o> {
     /// Adds a result.
     ///
     /// # Errors
-    /// Of the writing.
+    /// Returns the error of the stream.
     pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
         let result = serde_json::to_value(result)?;
         let cell = |path: &Vec<String>| match path.iter().try_fold(&result, |value, key| value.get(key)) {
@@ -52,8 +52,8 @@ impl<'o> CommaTable<'o> {
     }
 }
 
-/// In quotes where a reader would see more cells or lines than one. A line break becomes a blank: many readers take a line for a
-/// row.
+/// Quotes a cell that a reader would split. A line break becomes a blank, because many readers
+/// take a line for a row.
 fn quoted(text: &str) -> String {
     let text = text.replace(['\r', '\n'], " ");
     if text.contains([',', '"', ';', '\t']) || text.trim() != text {

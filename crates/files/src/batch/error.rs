@@ -1,4 +1,5 @@
-//! Why a batch cannot be begun or go on. What is wrong with one case is a result, not an error.
+//! The reasons for which a batch cannot start or continue. An error of one case is a result, not
+//! an error of the batch.
 
 use crate::export::{ExportError, FileError};
 use crate::spec::{Diagnostics, escape};
@@ -12,14 +13,14 @@ pub enum BatchError {
     /// The spec, or the table of cases; with line, reason and remedy.
     #[error("{0}")]
     Spec(#[from] Diagnostics),
-    /// What was asked for is impossible, as shard 5 of 4.
+    /// The request is impossible, such as shard 5 of 4.
     #[error("{reason}")]
     Argument {
         /// Stable code.
         code: &'static str,
-        /// What is wrong.
+        /// The reason.
         reason: String,
-        /// What to do next.
+        /// The remedy.
         remedy: String,
     },
     /// A file of cases or results.
@@ -27,18 +28,18 @@ pub enum BatchError {
     File {
         /// Stable code.
         code: &'static str,
-        /// What is wrong.
+        /// The reason.
         reason: String,
-        /// What to do next.
+        /// The remedy.
         remedy: String,
     },
     /// The stream that results go to has been closed by its reader.
-    #[error("nobody reads the results any more")]
+    #[error("the reader of the results has closed the stream")]
     Closed,
 }
 
 impl BatchError {
-    /// An argument that cannot be met.
+    /// Builds the error of an impossible argument.
     pub(super) fn argument(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Argument { code, reason: reason.into(), remedy: remedy.into() }
     }
@@ -55,8 +56,8 @@ impl BatchError {
 
     /// A file of results that cannot be written to its end.
     pub(super) fn unwritable(path: &Path, error: &io::Error) -> Self {
-        let reason = format!("writing {} failed, what was finished is kept: {error}", shown(path));
-        Self::file("E0097", reason, "free some space; the same command then continues")
+        let reason = format!("writing {} failed, finished cases are kept: {error}", shown(path));
+        Self::file("E0097", reason, "free some space; this command then continues the run")
     }
 }
 

@@ -1,4 +1,4 @@
-//! What tells one batch from another: a hash of everything that decides its results.
+//! The identification of a batch: a hash of all data that determine its results.
 //!
 //! FNV-1a of 64 bits (Fowler, Noll, Vo; <http://www.isthe.com/chongo/tech/comp/fnv/>), because the one of the standard
 //! library may change between releases. It guards against mistakes, not against malice.
@@ -8,12 +8,13 @@
 pub(super) struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// That of this version of the program: another one may plan otherwise in the last bit.
+    /// Returns the hash of this version of the program: another version may plan another last
+    /// bit.
     pub fn of_program() -> Self {
         Self(0xcbf2_9ce4_8422_2325).and(env!("CARGO_PKG_VERSION").as_bytes())
     }
 
-    /// With one more piece; where one piece ends and the next begins counts.
+    /// Adds a piece; the boundaries of the pieces count.
     pub fn and(mut self, piece: &[u8]) -> Self {
         self.add(piece);
         self.add(&(piece.len() as u64).to_le_bytes());
@@ -27,7 +28,7 @@ impl Fingerprint {
         }
     }
 
-    /// As it stands in files.
+    /// Returns the text of the hash in files.
     pub fn text(self) -> String {
         format!("{:016x}", self.0)
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 /// The first line: what decides all cases. How many there are does not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightHeader {
-    /// Version of the format, [`FlightHeader::FORMAT`]; its key says what the file is.
+    /// Version of the format, [`FlightHeader::FORMAT`]; its key identifies the file.
     pub slew_flights: u32,
     /// The program that flies.
     pub generator: String,
@@ -23,7 +23,7 @@ pub struct FlightHeader {
     pub loops: Vec<String>,
     /// Names of the constraints, in the order of `room`.
     pub constraints: Vec<String>,
-    /// How many numbers tell what is left of the limits of the torques.
+    /// The number of values for the room to the limits of the torques.
     #[serde(default)]
     pub input_limits: usize,
     /// Names of the parameters.
@@ -32,14 +32,14 @@ pub struct FlightHeader {
     pub fingerprint: String,
 }
 
-/// What became of one case in each loop.
+/// The result of one case in each loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightCase {
     /// Its number, from 0.
     pub case: u64,
     /// Its parameters; none where it was lost in every loop.
     pub parameters: Vec<f64>,
-    /// Inertias that were drawn and are none.
+    /// The number of impossible inertias that were drawn.
     pub rejected_inertias: u32,
     /// Its end in each loop; nothing where it could not be followed.
     pub loops: Vec<Option<FlightEnd>>,
@@ -50,9 +50,9 @@ pub struct FlightCase {
 pub struct FlightEnd {
     /// `[ζ; δΩ]`, rad and rad/s: true minus planned, body axes.
     pub error: [f64; 6],
-    /// What is least left of each constraint: \[rad\] of cones, of rates a part of the limit.
+    /// The smallest room to each constraint: \[rad\] for cones, relative to the limit for rates.
     pub room: Vec<f64>,
-    /// What is least left of each limit of the torques, SI.
+    /// The smallest room to each limit of the torques, SI.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input_room: Vec<f64>,
     /// Part of the steps in which a limit cut a command.
@@ -63,7 +63,7 @@ impl FlightHeader {
     /// The version written and read.
     pub const FORMAT: u32 = 1;
 
-    /// Of a plan that is flown in the loops `closed`.
+    /// Builds the header of flights of a plan in the loops `closed`.
     pub fn new(runs: &Runs<'_>, closed: &[bool]) -> Self {
         let Runs { problem, closed_loop, uncertainty, beside, seed, .. } = runs;
         // Numbers are shown so that they read back to the same bits.
@@ -118,7 +118,7 @@ impl FlightCase {
 impl Entry for FlightCase {
     type Header = FlightHeader;
 
-    const REMEDY: &'static str = "give another file, or remove this one";
+    const REMEDY: &'static str = "give another file, or delete this one";
 
     fn header(path: &Path, line: &[u8]) -> Result<FlightHeader, BatchError> {
         let none = || {
@@ -154,19 +154,19 @@ impl Entry for FlightCase {
         let fits = self.loops.len() == header.loops.len()
             && self.loops.iter().flatten().all(is_whole)
             && self.parameters.len() == parameters;
-        if fits { Ok(()) } else { Err("it has other numbers than the first line says".into()) }
+        if fits { Ok(()) } else { Err("its numbers contradict the first line".into()) }
     }
 
     fn another(found: &FlightHeader, wanted: &FlightHeader) -> String {
         if found.generator != wanted.generator {
-            format!("{} flew them, this is {}", found.generator, wanted.generator)
+            format!("they are of {}, this program is {}", found.generator, wanted.generator)
         } else if found.seed != wanted.seed {
             format!("they are of seed {}, not of {}", found.seed, wanted.seed)
         } else if found.loops != wanted.loops {
             let told = |loops: &[String]| shown(loops.join(" and ").as_ref());
             format!("they are of the {}, not of the {}", told(&found.loops), told(&wanted.loops))
         } else {
-            "the plan, or what it is flown with, is another".into()
+            "the plan, its gains or its uncertainty differ".into()
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The file of results: written line by line, and continued where it was left.
 //!
-//! A line is there when its line break is. What a kill left of a line is cut off when the file is continued; every
-//! other line is read and checked, so that no case is lost, doubled or of another batch.
+//! A line counts when its line break is written. A partial line that a kill left is removed when
+//! the file is continued. Every other line is read and checked, so that no case is lost, doubled
+//! or from another batch.
 
 use super::error::shown;
 use super::results::{Line, Lines, damaged, no_results, read_header, read_result};
@@ -17,7 +18,7 @@ pub trait Entry: DeserializeOwned {
     /// The first line: what decides all others.
     type Header: Serialize + PartialEq;
 
-    /// What to do where a file holds others.
+    /// The remedy if a file holds results of another batch.
     const REMEDY: &'static str;
 
     /// Reads the first line of the file at `path`.
@@ -32,7 +33,7 @@ pub trait Entry: DeserializeOwned {
     /// Why it is not.
     fn check(&self, header: &Self::Header, done: u64) -> Result<(), String>;
 
-    /// What differs between the results that are there and those that are to come.
+    /// Describes the difference between the existing results and the new ones.
     fn another(found: &Self::Header, wanted: &Self::Header) -> String;
 }
 
@@ -45,7 +46,7 @@ pub struct Journal {
     whole: u64,
 }
 
-/// What a file of results held when it was opened.
+/// The contents of a file of results when it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Found {
     /// Results that are there.
@@ -71,14 +72,14 @@ impl Journal {
         let failed = |error| BatchError::unwritable(path, &error);
         let create = |error: io::Error| {
             let reason = format!("cannot open {} for writing: {error}", shown(path));
-            BatchError::file("E0096", reason, "choose another folder, or ask for the right to write there")
+            BatchError::file("E0096", reason, "choose another folder, or change its permissions")
         };
         let mut options = OpenOptions::new();
         let mut file =
             options.read(true).write(true).create(true).truncate(false).open(path).map_err(create)?;
         // A system that has no locks does without.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            let reason = format!("{} is being written by another process", shown(path));
+            let reason = format!("another process writes {}", shown(path));
             return Err(BatchError::file("E0118", reason, "wait for it, or give another file"));
         }
         if anew {
@@ -99,7 +100,8 @@ impl Journal {
     /// Adds a result.
     ///
     /// # Errors
-    /// The disk. What the file holds are whole lines all the same, where the system allows to cut the rest.
+    /// Returns the error of the disk. The file still holds whole lines, if the system allows to
+    /// cut the rest.
     pub fn line(&mut self, line: &str) -> Result<(), BatchError> {
         let mut text = String::with_capacity(line.len() + 1);
         text.push_str(line);
@@ -109,7 +111,7 @@ impl Journal {
 
     fn append(&mut self, text: &str) -> Result<(), BatchError> {
         if let Err(error) = self.file.write_all(text.as_bytes()) {
-            // On a full disk a part of the line may stand there. The next run cuts it off in any case.
+            // A full disk may leave a part of the line. The next run removes it.
             let _ = self.file.set_len(self.whole);
             return Err(BatchError::unwritable(&self.path, &error));
         }
@@ -120,7 +122,7 @@ impl Journal {
     /// Adds a result as its line.
     ///
     /// # Errors
-    /// As of [`Journal::line`].
+    /// Returns the errors of [`Journal::line`].
     pub fn add(&mut self, entry: &impl Serialize) -> Result<(), BatchError> {
         self.line(&serde_json::to_string(entry).map_err(ExportError::from)?)
     }
@@ -134,7 +136,8 @@ impl Journal {
     }
 }
 
-/// What the file holds of the batch of `header`, and up to which byte.
+/// Checks which results of the batch of `header` the file holds, and returns the byte at which
+/// they end.
 fn check<E: Entry>(
     path: &Path,
     file: &mut File,
@@ -177,7 +180,7 @@ fn check<E: Entry>(
 impl Entry for CaseResult {
     type Header = Header;
 
-    const REMEDY: &'static str = "give another file; --force throws these results away";
+    const REMEDY: &'static str = "give another file; --force discards these results";
 
     fn header(path: &Path, line: &[u8]) -> Result<Header, BatchError> {
         read_header(path, line)
@@ -194,7 +197,7 @@ impl Entry for CaseResult {
         let told =
             |shard: Option<Shard>| shard.map_or("all cases".to_string(), |shard| format!("shard {shard}"));
         if found.generator != wanted.generator {
-            format!("{} wrote them, this is {}", found.generator, wanted.generator)
+            format!("they are of {}, this program is {}", found.generator, wanted.generator)
         } else if found.kind != wanted.kind || found.keys != wanted.keys || found.cases != wanted.cases {
             format!(
                 "they are of {} cases over {}, not {} over {}",
@@ -204,11 +207,11 @@ impl Entry for CaseResult {
                 of(wanted)
             )
         } else if found.fingerprint != wanted.fingerprint {
-            "the spec, a key set on the command line, or a case is another".into()
+            "the spec, a key set on the command line, or a case differs".into()
         } else if found.shard != wanted.shard {
             format!("they are of {}, not of {}", told(found.shard), told(wanted.shard))
         } else if found.times != wanted.times {
-            "one has wall times and the other has none".into()
+            "one has wall times and the other does not".into()
         } else {
             format!(
                 "their spec is called {}, not {}",

@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 /// Cases that a message names.
 const NAMED: usize = 8;
 
-/// Writes the results of all `shards` of one batch to `target`, whole or not at all; how many.
+/// Writes the results of all `shards` of one batch to `target`, completely or not at all; returns
+/// their number.
 ///
 /// # Errors
 /// Files of different batches, a shard that is missing or given twice, cases that a shard lacks, and the files
@@ -28,7 +29,7 @@ pub fn merge(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
 /// Writes them as a table of comma-separated values, a row a case, for spreadsheets.
 ///
 /// # Errors
-/// As of [`merge`].
+/// Returns the errors of [`merge`].
 pub fn merge_to_csv(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     let mut files = in_order(shards)?;
     let header = whole(&files[0]);
@@ -42,7 +43,7 @@ pub fn merge_to_csv(shards: &[PathBuf], target: &Target) -> Result<u64, BatchErr
 /// Writes them as Parquet, a row a case: the same results, for programs that analyse them.
 ///
 /// # Errors
-/// As of [`merge`]; a build without the feature `parquet`.
+/// Returns the errors of [`merge`], and an error in a build without the feature `parquet`.
 #[cfg(feature = "parquet")]
 pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     let mut files = in_order(shards)?;
@@ -69,19 +70,20 @@ pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, Batc
 /// This build has no Parquet.
 ///
 /// # Errors
-/// It says so.
+/// Returns the error of a build without Parquet.
 #[cfg(not(feature = "parquet"))]
 pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
     let lacking = crate::exchange::Lacking::Parquet;
     Err(BatchError::argument(lacking.code(), lacking.to_string(), lacking.remedy()))
 }
 
-/// The batch of which a file holds a part, or all.
+/// Returns the header of the whole batch of a file that holds a part of it.
 fn whole(file: &Results) -> Header {
     Header { shard: None, ..file.header().clone() }
 }
 
-/// Writes a file. What is wrong with the results is told rather than that the writing came to no end.
+/// Writes a file. An error of the results takes precedence over the error that the writing is
+/// incomplete.
 fn written(
     target: &Target,
     write: impl FnOnce(&mut dyn Write, &mut Option<BatchError>) -> Result<(), ExportError>,
@@ -94,7 +96,7 @@ fn written(
     }
 }
 
-/// What takes a result with its line.
+/// A function that receives a result with its line.
 type Take<'t> = dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError> + 't;
 
 /// Takes the results in the order of their cases, each with its line. An error of theirs goes to `wrong`: it is no error of
@@ -130,7 +132,7 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
     let wrong = |reason: String, remedy: &str| Err(BatchError::file("E0117", reason, remedy));
     let mut files = paths.iter().map(|path| Results::open(path)).collect::<Result<Vec<_>, _>>()?;
     let Some(first) = files.first() else {
-        return wrong("there is nothing to merge".into(), "name the files of all shards");
+        return wrong("no shard is given".into(), "name the files of all shards");
     };
     let shard = |file: &Results| file.header().shard.unwrap_or(Shard::ALL);
     let (batch, of) = (whole(first), shard(first).of());
@@ -139,14 +141,14 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
         if whole(file) != batch {
             return wrong(
                 format!("{path} and {here} hold results of different batches"),
-                "merge the shards of one batch",
+                "give the shards of one batch",
             );
         }
         if shard(file).of() != of {
             let (one, other) = (shard(file), shard(&files[0]));
             return wrong(
                 format!("{path} is shard {one} and {here} is shard {other}"),
-                "merge the shards of one division",
+                "give shards with one number of shards",
             );
         }
     }
@@ -155,7 +157,7 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
         let (one, other) = (shown(pair[0].path()), shown(pair[1].path()));
         return wrong(
             format!("{one} and {other} are both shard {}", shard(&pair[0])),
-            "name each shard once",
+            "give each shard once",
         );
     }
     let missing: Vec<String> = (1..=of)
@@ -166,22 +168,18 @@ fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
         let more =
             if missing.len() > NAMED { format!(", … {} in all", missing.len()) } else { String::new() };
         let named = missing[..missing.len().min(NAMED)].join(", ");
-        let cases = if of > batch.cases {
-            " (they have no case, and their files are needed all the same)"
-        } else {
-            ""
-        };
+        let cases = if of > batch.cases { " (they have no case, but their files are needed)" } else { "" };
         return wrong(
             format!("missing: shard {named}{more}{cases}"),
-            "run them with --shard, then merge all",
+            "run them with --shard, then merge all shards",
         );
     }
     Ok(files)
 }
 
 fn astray(path: &Path, found: u64, wanted: u64) -> BatchError {
-    let reason = format!("{}: case {found} stands where case {wanted} belongs", shown(path));
-    BatchError::file("E0114", reason, "the file was changed by hand, or its disk fails: run the shard anew")
+    let reason = format!("{}: case {found} is in the place of case {wanted}", shown(path));
+    BatchError::file("E0114", reason, "the file was edited, or its disk fails: run the shard again")
 }
 
 /// A shard that ends before `case`.
@@ -193,5 +191,5 @@ fn unfinished(file: &Results, case: u64) -> BatchError {
     let named: Vec<String> = lacking.iter().take(NAMED).map(u64::to_string).collect();
     let more = if lacking.len() > NAMED { format!(", … {} in all", lacking.len()) } else { String::new() };
     let reason = format!("{} lacks case {}{more}", shown(file.path()), named.join(", "));
-    BatchError::file("E0117", reason, "run the same command on it again: it goes on where it was left")
+    BatchError::file("E0117", reason, "run its command again: it continues the run")
 }

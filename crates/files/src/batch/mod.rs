@@ -4,10 +4,11 @@
 //! base spec + table | folder | grid | [dispersion] ──▶ Batch ──▶ Case ──▶ plan ──▶ CaseResult ──▶ Journal
 //! ```
 //!
-//! A case is a spec with keys set, whatever it comes from: what `slew plan SPEC --set key=value` plans is what the
-//! batch plans, to the last bit. Cases share nothing, no guess passes from one to another, and their results are
-//! written in the order of the cases: the same bytes on any number of threads, after any interruption, and from
-//! shards that were merged ([`merge()`]). Only a time limit of the solver makes an exception.
+//! A case is a spec with keys set, from any source: the batch plans it as
+//! `slew plan --set key=value` does, to the last bit. Cases are independent, no guess passes from
+//! one to another, and their results are written in the order of the cases. The bytes are equal
+//! on any number of threads, after any interruption, and from merged shards ([`merge()`]). The
+//! only exception is a time limit of the solver.
 //!
 //! [`Batch`] holds the cases, [`run`] plans them, [`Journal`] keeps the results and continues a file that was begun,
 //! [`Tally`] counts what became of them.
@@ -36,10 +37,10 @@
 //!
 //! # How can the file of results be the same on any number of threads?
 //!
-//! Cases share nothing, and lines are written in the order of the cases. A worker may run ahead of the slowest by 4096 cases
-//! at most, which bounds what is held; what a kill loses are the cases that were finished early, and they are planned again.
-//! A line holds no time, no path and no address. Only `solver.time_limit_s` makes results depend on the machine, and
-//! `--times` asks for it.
+//! Cases are independent, and lines are written in their order. A worker may be ahead of the
+//! slowest by at most 4096 cases, which bounds the memory. A kill loses the cases that were
+//! finished early, and they are planned again. A line holds no time, path or address. Results
+//! depend on the machine only with `solver.time_limit_s`, and with `--times`.
 //!
 //! Flights of a plan ([`FlightCase`]) are kept in such files as well. Their first line holds no number of cases, because a case of a
 //! seed is the same whatever others there are: a run of a thousand goes on to a hundred thousand.
@@ -50,8 +51,9 @@
 //!
 //! # What of a draw that is no body?
 //!
-//! It is a case that failed, with its error. Drawing again until it is one would be another distribution than the spec says,
-//! and would hide that the spread does not fit the body. Limits below zero and ends within cones are told in the same way.
+//! It is a failed case, with its error. Drawing until a valid one appears would change the
+//! distribution of the spec, and would hide that the spread does not fit the body. Negative
+//! limits and ends within cones are treated in this way too.
 //!
 //! # Why is everything in memory that the quantiles need?
 //!
@@ -60,11 +62,11 @@
 //!
 //! # Why do batches not write Parquet at once?
 //!
-//! Because of its end. A Parquet file has its table of contents last: what a kill leaves of one cannot be read, let alone
-//! continued. The law of results is that of the lines: appended, checked, continued after any kill, merged from shards. So
-//! `slew merge`, which reads and checks all of it anyway and already makes one file of many, makes the table too, of one file
-//! or of all shards. It reads them twice, because a column of a key that cases set is one of numbers only if all of them are;
-//! it holds 65,536 rows.
+//! A Parquet file has its table of contents at its end. After a kill it cannot be read, and
+//! cannot be continued. Results must be lines: appended, checked, continued after any kill,
+//! merged from shards. `slew merge` reads and checks all of them anyway and makes one file of
+//! many, so it also makes the table, of one file or of all shards. It reads them twice, because a
+//! column of a key is numeric only if all its values are; it holds 65,536 rows.
 
 mod case;
 mod cases;

@@ -1,4 +1,4 @@
-//! What a caller may choose about a run.
+//! The options of a run.
 
 use std::path::PathBuf;
 use std::thread;

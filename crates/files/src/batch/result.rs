@@ -12,11 +12,11 @@ use slewkit::verify::Verification;
 /// The first line: which batch the results are of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// Version of the format, [`Header::FORMAT`]; its key says what the file is.
+    /// Version of the format, [`Header::FORMAT`]; its key identifies the file.
     pub slew_results: u32,
     /// The program that plans.
     pub generator: String,
-    /// What the cases come from.
+    /// The source of the cases.
     pub kind: Kind,
     /// File name of the spec, or name of the folder, without its path.
     pub spec: String,
@@ -39,9 +39,10 @@ impl Header {
     pub const FORMAT: u32 = 1;
 }
 
-/// What became of one case.
+/// The result of one case.
 ///
-/// Numbers are those of the plan file. Absent is what there is not: no cost without a plan, no error without one.
+/// Numbers are those of the plan file. A number that does not exist is absent: no cost without a
+/// plan, no error without one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
     /// Its number, from 1.
@@ -56,16 +57,17 @@ pub struct CaseResult {
     pub status: String,
     /// The exit code that `slew plan` ends with on this case.
     pub exit_code: u8,
-    /// What is wrong with its spec.
+    /// The error of its spec.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<CaseError>,
-    /// What was minimised: "effort", "time" or "fuel". Costs of one are not to be held against those of another.
+    /// The objective: "effort", "time" or "fuel". Costs of different objectives cannot be
+    /// compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub objective: Option<String>,
     /// Cost of the plan, converged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
-    /// Duration of the plan, or the one asked for \[s\].
+    /// The duration of the plan, or the requested one \[s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Number of steps.
@@ -96,31 +98,31 @@ pub struct CaseResult {
     /// second order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// What the witnesses say.
+    /// The results of the witnesses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verified: Option<Verdict>,
-    /// Why there is no plan, where that is proved.
+    /// The proof that no plan exists, if one was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
-    /// A duration below which it is proved that there is no plan \[s\].
+    /// A duration below which no plan exists \[s\], as proved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_duration_s: Option<f64>,
-    /// What stays violated where the search came nearest.
+    /// The remaining violations of the nearest iterate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortfall: Option<String>,
-    /// Wall time of the solve \[s\], where times were asked for.
+    /// The wall time of the solve \[s\], if times are requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solve_time_s: Option<f64>,
 }
 
-/// What is wrong with the spec of a case: its first error.
+/// The first error of the spec of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CaseError {
     /// Stable code.
     pub code: String,
     /// Key path; empty when the error concerns no key.
     pub key: String,
-    /// What is wrong, with the numbers.
+    /// The reason, with the numbers.
     pub reason: String,
     /// The next thing to do.
     pub remedy: String,
@@ -128,7 +130,7 @@ pub struct CaseError {
     pub more: usize,
 }
 
-/// What the witnesses say of a plan.
+/// The results of the witnesses for a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Whether every check holds.
@@ -136,7 +138,7 @@ pub struct Verdict {
     /// Names of the checks that do not.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub failed: Vec<String>,
-    /// Attitude error of the discrete witness \[rad\]; absent where it did not come to an end.
+    /// Attitude error of the discrete witness \[rad\]; absent if it did not reach the end.
     pub discrete_attitude_rad: Option<f64>,
     /// Attitude error of the continuous motion under the held torque \[deg\].
     pub continuous_attitude_deg: Option<f64>,
@@ -169,7 +171,7 @@ fn finite(value: f64) -> Option<f64> {
 }
 
 impl CaseResult {
-    /// A case of which nothing is known but what it is.
+    /// Builds a result that only identifies its case.
     fn of(case: &Case, status: &str, exit_code: u8) -> Self {
         let set = case.set.iter().map(|set| (set.path().to_string(), readable(set.value())));
         Self {
@@ -212,7 +214,7 @@ impl CaseResult {
     pub(super) fn planned(case: &Case, problem: &Problem, plan: &Plan, times: bool) -> Self {
         let solution = &plan.solution;
         let known = solution.outcome == Outcome::Converged;
-        // What is proved infeasible was not searched for.
+        // A case that is proved infeasible was not searched for.
         let searched = solution.outcome != Outcome::Infeasible;
         Self {
             objective: Some(problem.objective.name().into()),
@@ -241,7 +243,7 @@ impl CaseResult {
         self.exit_code == 0
     }
 
-    /// What `--set` takes to plan the case by itself: `key=value` of each key.
+    /// Returns the `--set` values that plan the case alone: `key=value` for each key.
     pub fn settings(&self) -> impl Iterator<Item = String> {
         let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), String::from);
         self.set.iter().map(move |(key, value)| format!("{key}={}", text(value)))

@@ -2,10 +2,10 @@
 //!
 //! # How is a file continued?
 //!
-//! Its first line has a hash of the spec, of all that is set, of the cases and of the version of the program. Every line is
-//! read and checked on the way; a last line without its end is cut off. A lock keeps a second process out. There is no
-//! checksum per line: what a kill leaves is a prefix, and what is edited by hand into another valid result of the same case
-//! is the editor's.
+//! Its first line has a hash of the spec, of all set keys, of the cases and of the version of the
+//! program. Every line is read and checked; an incomplete last line is removed. A lock excludes a
+//! second process. Lines have no checksum: a kill leaves a prefix, and an edit into another valid
+//! result of the case is the responsibility of the editor.
 
 use super::error::shown;
 use super::{BatchError, CaseResult, Header};
@@ -28,7 +28,7 @@ pub(super) enum Line {
 pub(super) struct Lines<R> {
     path: PathBuf,
     input: BufReader<R>,
-    /// Of the line read last, from 1.
+    /// The number of the last line read, from 1.
     pub number: usize,
 }
 
@@ -69,7 +69,7 @@ pub(super) fn read_header(path: &Path, line: &[u8]) -> Result<Header, BatchError
         return Err(BatchError::file(
             "E0112",
             reason,
-            "use the slew that wrote it, or begin anew in another file",
+            "use the version of slew that wrote it, or start again with another file",
         ));
     }
     serde_json::from_slice(line).map_err(|_| no_results(path))
@@ -85,16 +85,12 @@ pub(super) fn read_result<E: DeserializeOwned>(
 
 pub(super) fn no_results(path: &Path) -> BatchError {
     let reason = format!("{} exists and holds no results", shown(path));
-    BatchError::file("E0112", reason, "give another name; --force replaces what is there")
+    BatchError::file("E0112", reason, "give another name; --force replaces the file")
 }
 
 pub(super) fn damaged(path: &Path, line: usize, why: &str) -> BatchError {
-    let reason = format!("{}, line {line} is not the result that belongs there: {why}", shown(path));
-    BatchError::file(
-        "E0114",
-        reason,
-        "the file was changed by hand, or its disk fails: begin anew in another file",
-    )
+    let reason = format!("{}, line {line} is not the expected result: {why}", shown(path));
+    BatchError::file("E0114", reason, "the file was edited, or its disk fails: start again with another file")
 }
 
 /// A file of results, read line by line.
@@ -118,7 +114,7 @@ impl Results {
         }
     }
 
-    /// Which batch the results are of.
+    /// Returns the header of the batch of the results.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -128,8 +124,8 @@ impl Results {
         &self.lines.path
     }
 
-    /// The next result, with its line as it stands in the file. A line without an end is none: a run that goes on
-    /// will write it.
+    /// Returns the next result, with its line in the file. An incomplete line is no result: a
+    /// continued run will write it.
     ///
     /// # Errors
     /// The file, or a line that is no result.

@@ -1,7 +1,8 @@
 //! Cases on several threads, results in the order of the cases.
 //!
-//! Workers take the next case from one stream. What is finished early waits for its predecessors, at most
-//! [`WINDOW`] results of them: so long a worker may run ahead, and so much is held in memory.
+//! Workers take the next case from one stream. A result that is finished early waits for its
+//! predecessors. At most [`WINDOW`] results wait, which limits the lead of a worker and the
+//! memory.
 
 use super::{Batch, BatchError, Case, CaseResult, MAX_THREADS, Options, Shard, Stream, solve};
 use std::collections::BTreeMap;
@@ -14,7 +15,7 @@ use std::time::Duration;
 
 /// Results that may wait for a slower case before them.
 const WINDOW: u64 = 4096;
-/// As the main thread has it: what plans in one must plan in the other.
+/// The stack of the main thread: a case that fits one must fit the other.
 const STACK: usize = 8 << 20;
 /// How often a caller hears that time goes by.
 const TICK: Duration = Duration::from_millis(100);
@@ -37,7 +38,7 @@ struct Queue<'a> {
     written: u64,
 }
 
-/// What workers and writer share.
+/// The data that workers and writer share.
 struct Shared<'a> {
     queue: Mutex<Queue<'a>>,
     moved: Condvar,
@@ -80,7 +81,8 @@ impl<'a> Shared<'a> {
 /// it is and as the line of a file. `stop` is asked often, from all threads; `tick` is called ten times a second.
 ///
 /// # Errors
-/// What `take` returns, a table or a plan file that fails, or a system that grants no thread.
+/// Returns the error of `take`, of a table or of a plan file, or an error if the system grants no
+/// thread.
 pub fn run(
     batch: &Batch,
     shard: Shard,
@@ -139,7 +141,7 @@ fn with_line(result: CaseResult) -> Result<(CaseResult, String), BatchError> {
 
 type Finished = (u64, Result<(CaseResult, String), BatchError>);
 
-/// Hands results over in their order until no worker is left; how many.
+/// Passes results on in their order until no worker is left; returns their number.
 fn write(
     shared: &Shared<'_>,
     finished: &mpsc::Receiver<Finished>,

@@ -31,10 +31,10 @@ impl Shard {
             Err(BatchError::argument("E0111", reason, remedy))
         };
         match (index, of) {
-            (_, 0) => wrong("--shard: there are no shards of 0".into()),
+            (_, 0) => wrong("--shard: the number of shards is 0".into()),
             (_, of) if of > Self::MOST => wrong(format!("--shard: {of} shards are too many")),
-            (0, _) => wrong(format!("--shard: there is no shard 0 of {of}: shards count from 1")),
-            (index, of) if index > of => wrong(format!("--shard: there is no shard {index} of {of}")),
+            (0, _) => wrong(format!("--shard: shard 0 of {of} does not exist: shards count from 1")),
+            (index, of) if index > of => wrong(format!("--shard: shard {index} of {of} does not exist")),
             (index, of) => Ok(Self { index, of }),
         }
     }
@@ -42,14 +42,14 @@ impl Shard {
     /// Reads `3/40`.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Returns the error of the text.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let parts =
             text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
         match parts {
             Some((index, of)) => Self::new(index, of),
             None => {
-                let reason = format!("--shard: `{}` is no shard", escape(text));
+                let reason = format!("--shard: `{}` is not a shard", escape(text));
                 Err(BatchError::argument("E0111", reason, "write --shard i/n, as in --shard 3/40"))
             }
         }

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-/// Stops a plan where a caller asks for it.
+/// Stops a plan when the caller requests it.
 struct Stoppable<'a>(&'a dyn Fn() -> bool);
 
 impl Observer for Stoppable<'_> {
@@ -17,10 +17,10 @@ impl Observer for Stoppable<'_> {
     }
 }
 
-/// Plans a case that reads well; without a guess, so that no other case has a say.
+/// Plans a case with a valid spec, without a guess, so that no other case affects it.
 ///
 /// # Errors
-/// What the planner refuses to begin.
+/// Returns the error of a problem that the planner refuses.
 pub fn plan_case(loaded: &Loaded, stop: &dyn Fn() -> bool) -> Result<Plan, PlanError> {
     plan(&loaded.problem, &loaded.settings, None, &mut Stoppable(stop))
 }
@@ -56,7 +56,8 @@ fn solved(
         return Ok(None);
     }
     if let Some(folder) = &options.plans {
-        // Before the result is recorded: a case that has one has its plan file. One that a kill left is replaced.
+        // The plan file is written before the result is recorded, so that each recorded case has
+        // its file. A file that a kill left is replaced.
         let target = Target::new(folder.join(plan_name(case.number, batch.count())), true)?;
         target
             .write(|output| PlanFile::new(problem, settings, &plan).with_identity(identity).write(output))?;
@@ -76,7 +77,7 @@ impl Batch {
             .flatten()
             .map(|entry| entry.file_name())
             .collect();
-        // As a rule the folder is empty.
+        // The folder is usually empty.
         if names.is_empty() {
             return Ok(());
         }

@@ -1,7 +1,7 @@
-//! What became of the cases of a batch: counts, quantiles, the worst.
+//! The statistics of the cases of a batch: counts, quantiles, the worst cases.
 //!
-//! Of each case that was solved its cost is held, 8 bytes, so that quantiles are exact; of all others their number
-//! alone, but for the first of a kind and the worst.
+//! It holds the cost of each solved case, 8 bytes, so that quantiles are exact. Of all other
+//! cases it holds the number only, except for the first of each kind and the worst.
 
 use super::CaseResult;
 use slewkit::maneuver::SecondOrder;
@@ -23,19 +23,21 @@ pub struct Tally {
     pub not_minima: u64,
     /// Solved cases that were not to be tested to second order.
     pub untested: u64,
-    /// Solved cases whose inputs switch: extremals by the maximum principle, of which second order is not asked.
+    /// The number of solved cases whose inputs switch: extremals by the maximum principle,
+    /// without a second-order test.
     pub extremals: u64,
-    /// Of these the one with the most still to be gained, to first order.
+    /// The extremal with the largest possible gain, to first order.
     pub widest_gap: Option<Worst>,
     /// Solved cases that go the long way round.
     pub long_way: u64,
-    /// Costs of the solved cases by what was minimised, because those of effort, time and fuel are in different units.
+    /// The costs of the solved cases by objective, because effort, time and fuel have different
+    /// units.
     pub objectives: BTreeMap<String, Costs>,
     /// The solved case whose continuous motion misses by most \[deg\].
     pub farthest: Option<Worst>,
 }
 
-/// Costs of solved cases that minimise the same.
+/// The costs of solved cases with one objective.
 #[derive(Clone, Debug, Default)]
 pub struct Costs {
     /// The cases of the highest cost, the highest first.
@@ -49,7 +51,7 @@ pub struct Costs {
 /// A case that stands out, with what makes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Worst {
-    /// What it is worst in.
+    /// The value in which it is the worst.
     pub value: f64,
     /// The case.
     pub case: u64,
@@ -110,7 +112,7 @@ impl Tally {
             let objective = result.objective.clone().unwrap_or_default();
             let costs = self.objectives.entry(objective).or_default();
             costs.all.push(cost);
-            // Of equal costs the first case stands first.
+            // Among equal costs the first case comes first.
             let place = costs.costliest.partition_point(|other| other.value >= cost);
             if place < KEPT {
                 costs.costliest.insert(place, worst(cost));
@@ -154,8 +156,8 @@ impl Costs {
     }
 }
 
-/// The quantile of ordered values, of which there is one at least: definition 7 of Hyndman and Fan, *Sample Quantiles in
-/// Statistical Packages*, 1996, which is the default of NumPy and R.
+/// Returns the quantile of ordered values, at least one: definition 7 of Hyndman and Fan, *Sample
+/// Quantiles in Statistical Packages*, 1996, which is the default of NumPy and R.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let place = part * (sorted.len() - 1) as f64;
     let (below, between) = (place.floor() as usize, place.fract());
@@ -201,7 +203,7 @@ mod tests {
         let costs = tally.objectives["effort"].clone();
         let kept: Vec<(u64, f64)> = costs.costliest.iter().map(|worst| (worst.case, worst.value)).collect();
         assert_eq!(costs.cheapest.as_ref().map(|least| least.case), Some(3));
-        // What minimises something else is held against its like alone.
+        // A case is compared only with cases of its objective.
         let fast = CaseResult {
             case: 10,
             objective: Some("time".into()),

@@ -1,5 +1,6 @@
-//! Attitudes of a file against a maneuver: frames, epoch and body are those of the spec, or are turned into them, or it is told that
-//! nobody can say. What is left is judged by [`slewkit::verify::judge_attitudes`].
+//! Compares attitudes of a file with a maneuver. Frames, epoch and body must be those of the
+//! spec, or are converted to them; otherwise the comparison is reported as impossible.
+//! [`slewkit::verify::judge_attitudes`] judges the rest.
 
 use super::Attitudes;
 use super::frames::{Meaning, meaning};
@@ -9,17 +10,17 @@ use slewkit::maneuver::Problem;
 use slewkit::verify::{AttitudeReport, AttitudeRows, Check, judge_attitudes};
 use slewkit::{Matrix3, lie};
 
-/// What was found of a file.
+/// The results for a file.
 #[derive(Clone, Debug)]
 pub struct FileReport {
-    /// What the rows say.
+    /// The results for the rows.
     pub attitudes: AttitudeReport,
-    /// What is not judged, a sentence each without its point.
+    /// The items that are not judged, each a sentence without its point.
     pub not_judged: Vec<String>,
 }
 
 impl FileReport {
-    /// Whether nothing that could be judged speaks against the file.
+    /// Returns whether no check of the file failed.
     pub fn passed(&self) -> bool {
         self.attitudes.passed()
     }
@@ -27,7 +28,8 @@ impl FileReport {
 
 /// The name of the check that rows begin when the maneuver does.
 const MOMENT: &str = "moment of the start";
-/// How far that may be off beside the digits, relative to the duration: as far as the duration itself.
+/// The allowed relative error of the start time in addition to the printed digits: that of the
+/// duration.
 const MOMENT_SHARE: f64 = 1e-6;
 
 /// Judges attitudes of the file `name` against a maneuver and what its spec calls it; `tolerance` \[rad\] is for attitudes.
@@ -96,40 +98,50 @@ fn frames(
     let same = own.is_some_and(|own| own.eq_ignore_ascii_case(theirs));
     let apart = |what: &str| {
         let reason = format!(
-            "the attitudes of the file lead to {theirs}, {what}: no rotation between the two is known here"
+            "the attitudes of the file map to {theirs}, {what}: the rotation between the two is unknown"
         );
-        Err((reason, "turn the attitudes into the frame of the spec, or name their frame in its [names] reference_frame".into()))
+        Err((
+            reason,
+            "convert the attitudes to the frame of the spec, or name their frame in its [names] \
+         reference_frame"
+                .into(),
+        ))
     };
     let rotation = match (meaning(theirs), own.map(meaning)) {
         (Meaning::Orbit(axes), _) if turns => axes.transpose(),
         (_, _) if turns && !(same && meaning(theirs) == Meaning::Unknown) => {
-            return apart("those of the spec to the frame of the orbit");
+            return apart("the attitudes of the spec to the frame of the orbit");
         }
         (Meaning::Inertial(theirs), Some(Meaning::Inertial(own))) => own.transpose() * theirs,
         (Meaning::Orbit(theirs), Some(Meaning::Orbit(own))) => own * theirs.transpose(),
         _ if same => return Ok(None),
         (Meaning::Inertial(_) | Meaning::Unknown, None) => {
-            open.push(format!("whether {theirs} is the reference frame of the spec, which names none"));
+            open.push(format!("whether {theirs} is the reference frame of the spec, which names no frame"));
             return Ok(None);
         }
-        (_, Some(_)) => return apart(&format!("those of the spec to {}", own.unwrap_or_default())),
-        (_, None) => return apart("which turns, those of the spec to a frame that does not"),
+        (_, Some(_)) => return apart(&format!("the attitudes of the spec to {}", own.unwrap_or_default())),
+        (_, None) => return apart("which turns, the attitudes of the spec to a frame that does not turn"),
     };
     Ok((rotation != Matrix3::identity()).then_some(rotation))
 }
 
-/// Whether the body of the file is that of the spec.
+/// Checks that the body of the file is the body of the spec.
 fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Result<(), Apart> {
     let Some(theirs) = found.body_frame.as_deref() else { return Ok(()) };
     match identity.body_frame.as_deref() {
         Some(own) if own.eq_ignore_ascii_case(theirs) => Ok(()),
         Some(own) => Err((
-            format!("the attitudes of the file are those of {theirs}, those of the spec of {own}: how the one is mounted is not known here"),
-            "turn the attitudes into those of the body of the spec, or name the frame of the file in its [names] body_frame".into(),
+            format!(
+                "the attitudes of the file are of {theirs}, the attitudes of the spec of {own}: the \
+             rotation between the two is unknown"
+            ),
+            "convert the attitudes to the body frame of the spec, or name the frame of the file in \
+            its [names] body_frame"
+                .into(),
         )),
         None if theirs.eq_ignore_ascii_case(Identity::BODY_FRAME) => Ok(()),
         None => {
-            open.push(format!("whether {theirs} is the body frame of the spec, which names none"));
+            open.push(format!("whether {theirs} is the body frame of the spec, which names no frame"));
             Ok(())
         }
     }
@@ -139,7 +151,7 @@ fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Res
 fn moment(found: &Attitudes, duration: f64, identity: &Identity, open: &mut Vec<String>) -> Option<Check> {
     if let Some(begins) = found.begins {
         if begins.abs() > found.printed_time {
-            open.push(format!("the moment: times of the file begin at {begins} s"));
+            open.push(format!("the start: times of the file begin at {begins} s"));
         }
         return None;
     }
@@ -150,11 +162,11 @@ fn moment(found: &Attitudes, duration: f64, identity: &Identity, open: &mut Vec<
             Some(Check { name: MOMENT.into(), value, limit, passed: value <= limit })
         }
         (Some(_), None) => {
-            open.push("the moment: the spec has no epoch".into());
+            open.push("the start: the spec has no epoch".into());
             None
         }
         (None, _) => {
-            open.push("the moment: the file does not say it".into());
+            open.push("the start: the file has no epoch".into());
             None
         }
     }

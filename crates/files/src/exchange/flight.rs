@@ -1,12 +1,12 @@
-//! A table for on-board use: equal ticks, and a checksum over all that stands before it.
+//! A table for on-board use: equal ticks, and a checksum over all preceding lines.
 //!
-//! A row holds at its tick the attitude, the rate, and the torque and the inputs that the plan holds on the average
-//! over the tick that begins there, so that their impulse is that of the plan. Where the tick is not the step of the
-//! plan, attitudes are found between the nodes of the plan by a cubic; what it misses is stated, and so is what a
-//! reader misses who interpolates between the rows.
+//! A row holds the attitude and the rate at its tick, and the mean torque and inputs of the plan
+//! over the tick that begins there, so that their impulse is that of the plan. If the tick is not
+//! the step of the plan, a cubic interpolates attitudes between the nodes of the plan. The table
+//! states the error of this interpolation, and the error of interpolating between its rows.
 //!
-//! A plan with gains has them at the end of each row, those of the step of the plan that the tick begins in: version 2 of the table.
-//! They are not interpolated.
+//! A plan with gains has them at the end of each row: the gains of the step of the plan in which
+//! the tick begins (version 2 of the table). They are not interpolated.
 //!
 //! # Why is what an interpolation misses measured by leaving rows out?
 //!
@@ -22,7 +22,7 @@ use slewkit::{Vector3, lie};
 use std::fmt::Write as _;
 use std::io::Write;
 
-/// How far the duration may be from a whole number of ticks, relative to the tick.
+/// The largest relative deviation of the duration from a whole number of ticks.
 const WHOLE: f64 = 1e-6;
 /// The most rows.
 const MAX_ROWS: f64 = 1e7;
@@ -109,7 +109,8 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
             write!(text, ",{}", digits(*number))?;
         }
         if let Some((width, numbers)) = &gains {
-            // The tick that begins at a node up to rounding is of the step that begins there; the last row has none.
+            // A tick that begins at a node up to rounding belongs to the step that begins there;
+            // the last row has no step.
             let within = at + WHOLE * tick;
             let step = time.partition_point(|node| *node <= within).saturating_sub(1);
             let zeros = vec![0.0; *width];
@@ -125,7 +126,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(output.write_all(text.as_bytes())?)
 }
 
-/// What stands above the columns.
+/// Returns the lines above the columns.
 fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportError> {
     let version = if record.gains.is_some() { 2 } else { 1 };
     let mut text = format!("# slewkit flight table {version}\n# {}\n", record.name());

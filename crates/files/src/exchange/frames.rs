@@ -1,7 +1,9 @@
-//! What the names of frames mean: which are the body's, which belong to an orbit and with which axes, which are fixed in space.
+//! The meaning of the names of frames: body frames, frames of an orbit with their axes, inertial
+//! frames.
 //!
-//! Names are those of the registries of SANA (celestial body, orbit-relative and spacecraft body reference frames) and of SPICE;
-//! upper and lower case are one, and so are blanks, hyphens and underscores.
+//! Names come from the registries of SANA (celestial body, orbit-relative and spacecraft body
+//! reference frames) and of SPICE. Upper and lower case are equal, and so are blanks, hyphens and
+//! underscores.
 //!
 //! Axes of the orbit are given in ours, `e₁` along the velocity, `e₂` along the orbit normal, `e₃` outward, on the circular orbit that
 //! the environment has:
@@ -18,14 +20,15 @@
 
 use slewkit::{Matrix3, Vector3, lie};
 
-/// What a name of a frame means.
+/// The meaning of a name of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Meaning {
     /// Fixed to the spacecraft.
     Body,
-    /// Fixed in inertial space; the rotation from its components to those of ICRF.
+    /// An inertial frame, with the rotation from its components to ICRF.
     Inertial(Matrix3),
-    /// Of the orbit, and turning with it; the rotation from components in our axes to its own.
+    /// A frame of the orbit, which turns with it, with the rotation from components in our axes
+    /// to its own.
     Orbit(Matrix3),
     /// A reference frame that turns with a planet, or is of a date.
     Moving,
@@ -90,14 +93,15 @@ const MOVING: [&str; 32] = [
     "WGS",
 ];
 
-/// What `name` means.
+/// Returns the meaning of `name`.
 pub fn meaning(name: &str) -> Meaning {
     let name: String = name
         .trim()
         .chars()
         .map(|c| if c == ' ' || c == '-' { '_' } else { c.to_ascii_uppercase() })
         .collect();
-    // What turns at each moment, or is frozen at each: of the second kind nobody can say what its rates are.
+    // A frame turns, or is frozen at each moment. For the second kind the meaning of rates is
+    // undefined.
     let (axes, frozen) = match name.strip_suffix("_INERTIAL") {
         Some(axes) => (axes, true),
         None => (name.strip_suffix("_ROTATING").unwrap_or(&name), false),
@@ -144,7 +148,7 @@ pub fn meaning(name: &str) -> Meaning {
 /// Names of frames of the orbit that are written, for messages.
 pub const ORBIT_NAMES: &str = "VNC, LVLH, VVLH, RTN, RSW, QSW, NTW, TNW";
 
-/// The rotation from components in our axes of the orbit to those of this name.
+/// Returns the rotation from components in our axes of the orbit to those of this name.
 fn of_orbit(name: &str) -> Option<Matrix3> {
     let rows = match name {
         "VNC" => [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -161,8 +165,9 @@ const MILLIARCSECOND: f64 = std::f64::consts::PI / (180.0 * 3600.0 * 1000.0);
 /// Obliquity of the ecliptic at J2000, IAU 1976 \[rad\].
 const OBLIQUITY: f64 = 84_381_448.0 * MILLIARCSECOND;
 
-/// From components in the mean equator and equinox of J2000 to those in ICRF: the offsets of the pole ξ₀, η₀ and of the equinox dα₀ in
-/// the IERS Conventions (2010), 5.6, to first order, which is 1e-14 here.
+/// Returns the rotation from the mean equator and equinox of J2000 to ICRF: the offsets of the
+/// pole ξ₀, η₀ and of the equinox dα₀ in the IERS Conventions (2010), 5.6, to first order, with
+/// an error of 1e-14.
 fn frame_bias() -> Matrix3 {
     let [ascension, xi, eta] = [-14.6, -16.617, -6.8192].map(|angle| angle * MILLIARCSECOND);
     // J2000 components of an ICRF vector: R₁(−η₀) R₂(ξ₀) R₃(dα₀), rotations of axes.
@@ -204,7 +209,7 @@ mod tests {
         }
     }
 
-    /// Each name says its own axes; their handedness is right.
+    /// Checks that each name gives its own axes, with the right handedness.
     #[test]
     fn frames_of_the_orbit_have_their_axes() {
         let [velocity, normal, outward] = [Vector3::x(), Vector3::y(), Vector3::z()];

@@ -1,17 +1,17 @@
-//! What a maneuver leaves unsaid, or a program cannot write.
+//! Data that a maneuver lacks, or formats that the program cannot write.
 
 use thiserror::Error;
 
-/// What a format needs and the maneuver does not say, or the program does not have.
+/// A requirement of a format that the maneuver or the program does not meet.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Lacking {
     /// Calendar time.
-    #[error("this format has calendar times, and the spec does not say when the maneuver begins")]
+    #[error("this format has calendar times, and the spec has no epoch")]
     Epoch,
     /// A name of a frame that turns.
     #[error(
-        "the reference frame turns with the orbit (e1 along the velocity, e2 the orbit normal, e3 outward), and the spec names no \
-         frame of the orbit"
+        "the reference frame turns with the orbit (e1 along the velocity, e2 the orbit normal, e3 \
+        outward), and the spec names no frame of the orbit"
     )]
     FrameName,
     /// A program that has no frame of the orbit.
@@ -19,31 +19,33 @@ pub enum Lacking {
     InertialFrame,
     /// A frame that STK has.
     #[error(
-        "the reference frame of the spec is none that attitude files of STK are written in: ICRF (GCRF), J2000 (EME2000)"
+        "attitude files of STK do not support the reference frame of the spec: they support ICRF \
+        (GCRF) and J2000 (EME2000)"
     )]
     StkFrame,
     /// A central body that STK has.
-    #[error("the center of the spec is no central body of STK, which is one word: Earth, Mars")]
+    #[error("the center of the spec is not a central body of STK, which is one word: Earth, Mars")]
     StkCenter,
     /// A number for SPICE.
-    #[error("kernels of SPICE call spacecraft by their numbers, and the spec gives none")]
+    #[error("SPICE kernels identify spacecraft by number, and the spec has no number")]
     SpiceId,
     /// A frame that SPICE has.
     #[error(
-        "the reference frame of the spec is none of SPICE's own: J2000 (ICRF, EME2000), B1950, ECLIPJ2000"
+        "SPICE does not support the reference frame of the spec: it supports J2000 (ICRF, EME2000), \
+        B1950 and ECLIPJ2000"
     )]
     SpiceFrame,
     /// Equal ticks.
-    #[error("the duration is no whole number of ticks, or the steps of the plan are not equal")]
+    #[error("the duration is not a whole number of ticks, or the steps of the plan are not equal")]
     Tick,
     /// The feature.
     #[error("this program was built without Parquet")]
     Parquet,
     /// Time.
-    #[error("the plan takes no time, and this format tells a motion from one time to another")]
+    #[error("the plan has the duration zero, and this format needs a motion")]
     Duration,
     /// Inputs.
-    #[error("the torque of each step is needed, and there is none")]
+    #[error("this format needs the torque of each step, and the plan has no torque")]
     Inputs,
 }
 
@@ -61,30 +63,35 @@ impl Lacking {
         }
     }
 
-    /// What to do next.
+    /// Returns the remedy.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Epoch => {
                 "write epoch = \"2026-11-21T07:00:00 UTC\" into the spec, or give --set epoch='2026-11-21T07:00:00 UTC'"
             }
             Self::FrameName => {
-                "write [names] reference_frame = \"LVLH\" (or VNC, VVLH, RTN, RSW, QSW, NTW, TNW): attitudes are written in its axes"
+                "write [names] reference_frame = \"LVLH\" (or VNC, VVLH, RTN, RSW, QSW, NTW, TNW): \
+                attitudes are then written in its axes"
             }
             Self::InertialFrame => {
-                "write .aem or .xml, in a frame of the orbit; tables for Basilisk and 42 are in the frame of the start, which does not turn"
+                "write .aem or .xml, in a frame of the orbit; tables for Basilisk and 42 use the \
+                frame at the start, which does not turn"
             }
             Self::StkFrame => "write [names] reference_frame = \"J2000\" or \"ICRF\"",
             Self::StkCenter => "write [names] center = \"EARTH\"",
             Self::SpiceFrame => "write [names] reference_frame = \"J2000\"",
             Self::SpiceId => "write [names] spice_id = -125544, or give --set names.spice_id=-125544",
-            Self::Tick => "give --tick SECONDS, of which the duration is a whole number, at most ten million",
+            Self::Tick => {
+                "give --tick SECONDS so that the duration is a whole number of ticks, at most ten million"
+            }
             Self::Parquet => {
                 "build it with `cargo install --path crates/slew --features parquet` in its sources, or write .csv or .npz"
             }
             Self::Duration => {
-                "give another end or maneuver.duration_s, or write .json or .csv, which hold a single moment"
+                "give another end or maneuver.duration_s, or write .json or .csv, which hold a \
+                single instant"
             }
-            Self::Inputs => "give a plan that was solved",
+            Self::Inputs => "give a solved plan",
         }
     }
 }

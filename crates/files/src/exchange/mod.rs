@@ -12,10 +12,11 @@
 //! | Basilisk | modified Rodrigues parameters of `q` | | reference axes, rad/s |
 //! | NumPy, MATLAB, Parquet, flight table | `q` | scalar first | body axes, rad/s |
 //!
-//! Rates are those of the body against the reference frame: where that frame turns, its own rate is taken off. Frames of the orbit are
-//! written in the axes that their names have ([`frames`]). Simulators have inertial frames alone: where ours turns, their tables lead to
-//! the frame as it is at time zero, which does not turn, and rates are those against inertial space.
-//! Numbers have 17 significant digits, and read back to the same bits.
+//! Rates are those of the body relative to the reference frame: if that frame turns, its own rate
+//! is subtracted. Frames of the orbit are written in the axes of their names ([`frames`]).
+//! Simulators have inertial frames only. If our frame turns, their tables map to the frame at
+//! time zero, which is inertial, and rates are inertial. Numbers have 17 significant digits, and
+//! read back to equal bits.
 //!
 //! # Why are exchange formats written by hand?
 //!
@@ -30,9 +31,10 @@
 //! | STK, 42, Basilisk, flight table | none | text |
 //! | epochs' fraction and second 60 | hifitime otherwise | `epoch.rs` |
 //!
-//! Parquet is written by the crate `parquet` without any of its features, thirteen crates more than the program's 112 (`cargo
-//! tree -e normal -p slewkit-cli --features parquet`), behind a feature of ours: a table that CSV and NumPy carry is not
-//! worth them to everybody. Without it the name is known all the same, and the message says how to build it.
+//! The crate `parquet` writes Parquet, without any of its features. It adds thirteen crates to
+//! the program's 112 (`cargo tree -e normal -p slewkit-cli --features parquet`), so it is behind
+//! a feature: CSV and NumPy hold an equal table. Without the feature the name is known, and the
+//! message says how to build it.
 
 mod ccsds;
 mod compared;
@@ -74,9 +76,9 @@ pub enum Format {
     Stk,
     /// SPICE C-kernel: binary, type 3.
     Ck,
-    /// The clock kernel that goes with it.
+    /// The clock kernel of the C-kernel.
     Sclk,
-    /// The frame kernel that goes with it.
+    /// The frame kernel of the C-kernel.
     Fk,
     /// NumPy arrays.
     Npz,
@@ -93,10 +95,10 @@ pub enum Format {
 }
 
 impl Format {
-    /// Whether the maneuver says all that the format needs.
+    /// Checks that the maneuver has all data that the format needs.
     ///
     /// # Errors
-    /// The first thing that it does not say.
+    /// Returns the first missing item.
     pub fn check(self, record: &Record<'_>) -> Result<(), Lacking> {
         let (identity, spice) = (&record.identity, matches!(self, Self::Ck | Self::Sclk | Self::Fk));
         let ccsds = matches!(self, Self::Aem(_) | Self::AemXml | Self::Apm);
@@ -132,7 +134,8 @@ impl Format {
     /// Writes the record.
     ///
     /// # Errors
-    /// What the maneuver does not say, numbers that are not finite, or the stream.
+    /// Returns missing data of the maneuver, numbers that are not finite, or the error of the
+    /// stream.
     pub fn write(self, record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
         self.check(record)?;
         record.check_finite()?;

@@ -4,7 +4,7 @@ use super::Record;
 use crate::export::{ExportError, table};
 use std::io::{self, Write};
 
-/// What an array file begins with: format 1.0.
+/// The first bytes of an array file: format 1.0.
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 /// Headers end at a multiple of this many bytes.
 const ALIGNMENT: usize = 64;
@@ -33,7 +33,7 @@ impl<'o> Arrays<'o> {
         Self(Archive { output, written: 0, directory: Vec::new(), files: 0 })
     }
 
-    /// Appends an array of rows of so many numbers, or of plain numbers for a width of 1.
+    /// Appends an array of rows of `width` numbers, or of plain numbers for a width of 1.
     ///
     /// # Errors
     /// The stream, or more than an archive can hold.
@@ -50,7 +50,7 @@ impl<'o> Arrays<'o> {
     }
 }
 
-/// An array file: rows of so many numbers, or plain numbers for a width of 1.
+/// Returns an array file: rows of `width` numbers, or plain numbers for a width of 1.
 fn array(rows: usize, width: usize, numbers: &[f64]) -> Vec<u8> {
     let shape = if width == 1 { format!("({rows},)") } else { format!("({rows}, {width})") };
     let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");

@@ -22,7 +22,7 @@ pub(crate) enum Cells {
     Texts(Vec<Option<String>>),
 }
 
-/// What the cells of a column are.
+/// The type of the cells of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Number,
@@ -95,7 +95,7 @@ impl<'o> ParquetTable<'o> {
         self.output.write_all(&std::mem::take(self.writer.inner_mut()))
     }
 
-    /// Writes what stands at the end.
+    /// Writes the end of the file.
     pub fn close(self) -> io::Result<()> {
         self.output.write_all(&self.writer.into_inner().map_err(io::Error::other)?)
     }

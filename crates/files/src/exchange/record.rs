@@ -1,4 +1,4 @@
-//! What all formats are written from.
+//! The data from which all formats are written.
 
 use super::frames::{Meaning, meaning};
 use crate::epoch::Epoch;
@@ -10,10 +10,10 @@ use slewkit::{Matrix3, Vector3, lie};
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-/// What tables hold beyond what they always do.
+/// The optional contents of tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tables {
-    /// Tick of tables with equal ticks \[s\]; the step of the plan where there is none.
+    /// The tick of tables with equal ticks \[s\]; `None` for the step of the plan.
     pub tick: Option<f64>,
     /// Margins of limits and constraints at each node, and angles between boresights and directions, in CSV and Parquet.
     pub margins: bool,
@@ -32,23 +32,24 @@ pub struct Record<'a> {
     pub switches: Vec<usize>,
     /// When the file is written.
     pub created: Epoch,
-    /// What tables hold.
+    /// The optional contents of tables.
     pub tables: Tables,
-    /// What to know about it, a line each, for comments.
+    /// Comments, one on each line.
     pub notes: Vec<String>,
     /// Gains along it, where it has them.
     pub gains: Option<Cow<'a, FeedbackRecord>>,
 }
 
 impl Record<'_> {
-    /// Gains in a row for each step, input after input, and how many numbers a row has; none where there are none.
+    /// Returns the gains in a row for each step, input after input, and the number of values in a
+    /// row; `None` without gains.
     pub(super) fn gain_rows(&self) -> Option<(usize, Vec<f64>)> {
         let gains = &self.gains.as_ref()?.gains;
         let width = gains.first().map_or(0, |step| step.iter().map(Vec::len).sum());
         Some((width, gains.iter().flatten().flatten().copied().collect()))
     }
 
-    /// What a row of gains answers to, by name.
+    /// Returns the names of the states that the gains of a row multiply.
     pub(super) fn gain_states(&self) -> Vec<String> {
         let rows = self.gains.iter().flat_map(|gains| gains.gains.first()?.first());
         let states: &[&str] = match rows.map(Vec::len).next() {
@@ -60,7 +61,8 @@ impl Record<'_> {
         states.iter().flat_map(|state| ["x", "y", "z"].map(|axis| format!("{state}_{axis}"))).collect()
     }
 
-    /// How the lengths of arcs answer to the start, in a row for each arc: its length, and six numbers; none where there are none.
+    /// Returns a row for each arc: its length, and its six derivatives by the start; `None`
+    /// without such gains.
     pub(super) fn arc_rows(&self) -> Option<Vec<f64>> {
         let arcs = &self.gains.as_ref()?.arcs;
         let row = |arc: &ArcRecord| std::iter::once(arc.length_s).chain(arc.gain).collect::<Vec<_>>();
@@ -72,7 +74,7 @@ impl Record<'_> {
         self.problem.environment.frame_rate().amax() > 0.0
     }
 
-    /// The name of the object; of the maneuver where it has none.
+    /// Returns the name of the object; the name of the maneuver if it has none.
     pub(super) fn object(&self) -> String {
         ascii(self.identity.object.as_deref().unwrap_or(&self.problem.name))
     }
@@ -87,8 +89,9 @@ impl Record<'_> {
         self.identity.epoch.ok_or(super::Lacking::Epoch)
     }
 
-    /// The rotation from our components to those of the frame that the spec names, where that turns with an orbit; none where it does
-    /// not turn, and where its name is of no such frame.
+    /// Returns the rotation from our components to those of the frame that the spec names, if
+    /// that is a frame of an orbit; `None` if the frame does not turn, or if its name is not such
+    /// a frame.
     pub(super) fn axes(&self) -> Option<Matrix3> {
         match meaning(self.identity.reference_frame.as_deref()?) {
             Meaning::Orbit(axes) if self.turns() => Some(axes),
@@ -96,15 +99,15 @@ impl Record<'_> {
         }
     }
 
-    /// The quaternion at node `k` from body axes to those of the frame that the spec names.
+    /// Returns the quaternion at node `k` from body axes to the frame that the spec names.
     pub(super) fn named_quaternion(&self, k: usize) -> [f64; 4] {
         let own = self.trajectory.quaternion[k];
         let Some(axes) = self.axes().filter(|axes| *axes != Matrix3::identity()) else { return own };
         product(lie::quaternion_from_rotation(&axes), own)
     }
 
-    /// Attitude and angular velocity at node `k` against inertial space: from body axes to those of the reference frame as it is at
-    /// time zero, and body axes [rad/s].
+    /// Returns inertial attitude and angular velocity at node `k`: from body axes to the
+    /// reference frame at time zero, and in body axes [rad/s].
     pub(super) fn inertial(&self, k: usize) -> ([f64; 4], Vector3) {
         let (quaternion, rate) = (self.trajectory.quaternion[k], self.trajectory.angular_velocity[k]);
         if !self.turns() {
@@ -135,13 +138,15 @@ impl Record<'_> {
         inertial - attitude.tr_mul(&self.problem.environment.frame_rate())
     }
 
-    /// The other row of step `k`: that of its end for Lie–Verlet; the same for Lie–Euler, and where a row is a step's.
+    /// Returns the second row of step `k`: the row at its end for Lie–Verlet; the first row again
+    /// for Lie–Euler, and if a row belongs to a step.
     fn later_row(&self, k: usize) -> usize {
         if self.problem.switches() { k } else { k + 1 - self.problem.scheme.first_input() }
     }
 
-    /// The torque that the plan holds over step `k`, body axes [N·m]: the mean of the two rows at its ends for
-    /// Lie–Verlet, the row at its end for Lie–Euler, that of the step where inputs switch.
+    /// Returns the torque that the plan holds over step `k`, body axes [N·m]: the mean of the two
+    /// rows at its ends for Lie–Verlet, the row at its end for Lie–Euler, the row of the step if
+    /// inputs switch.
     pub(super) fn held_torque(&self, k: usize) -> Vector3 {
         let torque = &self.trajectory.torque;
         let later = self.later_row(k);
@@ -173,7 +178,7 @@ impl Record<'_> {
         if self.nodes() < 2 { Err(super::Lacking::Duration.into()) } else { Ok(()) }
     }
 
-    /// What heads call the inputs, with their units.
+    /// Returns the column headings of the inputs, with their units.
     pub(super) fn input_heads(&self) -> Vec<String> {
         let names = Names::new(self.problem, &self.identity);
         (0..self.trajectory.input_count)

@@ -26,7 +26,8 @@ pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Res
     for (k, ([w, x, y, z], _)) in rows.into_iter().enumerate() {
         let sign = if w < 0.0 { -1.0 } else { 1.0 };
         let sigma = sign * Vector3::new(x, y, z) / (1.0 + w.abs());
-        // By differences of the rates at the neighbours: what the plan has between nodes is the mean.
+        // The rate is the mean between nodes of the plan, from differences of the rates at the
+        // neighbours.
         let (before, after) = (k.saturating_sub(1), (k + 1).min(time.len() - 1));
         let acceleration = (rates[after] - rates[before]) / (time[after] - time[before]);
         let numbers = [sigma, rates[k], acceleration];

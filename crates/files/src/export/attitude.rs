@@ -87,9 +87,9 @@ impl From<&Matrix3> for Notations {
 
 /// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of [`EULER_SEQUENCES`].
 ///
-/// `a` comes from the column of `R` that `c` does not move. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`: row `j`
-/// gives `c`, the same column gives `b`. At gimbal lock `a` is whatever round-off says and `c` makes up
-/// for it, so that the product is always `R`.
+/// `a` comes from the column of `R` that `c` does not change. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`:
+/// row `j` gives `c`, and that column gives `b`. At gimbal lock round-off determines `a`, and `c`
+/// compensates, so that the product is always `R`.
 pub fn euler_angles(rotation: &Matrix3, sequence: &str) -> [f64; 3] {
     let axis = |index: usize| usize::from(sequence.as_bytes()[index] - b'x');
     let (i, j, last) = (axis(0), axis(1), axis(2));

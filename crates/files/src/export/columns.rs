@@ -14,7 +14,7 @@ pub enum TrajectoryError {
     NotFinite {
         /// The key in the file.
         key: &'static str,
-        /// Which row, from 0.
+        /// The number of the row, from 0.
         row: usize,
     },
     /// An array has another length than the maneuver needs.
@@ -24,9 +24,9 @@ pub enum TrajectoryError {
         key: &'static str,
         /// "rows" or "numbers in a row".
         of: &'static str,
-        /// What it has.
+        /// The number of values found.
         found: usize,
-        /// What it needs.
+        /// The number of values needed.
         needed: usize,
     },
 }
@@ -37,7 +37,7 @@ pub(super) enum Values<'a> {
     Numbers(&'a [f64]),
     Quaternions(&'a [[f64; 4]]),
     Vectors(&'a [Vector3]),
-    /// One row after the other, so many numbers each.
+    /// One row after the other, with this number of values each.
     Flat(&'a [f64], usize),
 }
 
@@ -92,10 +92,10 @@ impl Serialize for Values<'_> {
 pub(super) struct Column<'a> {
     /// Its key in JSON.
     pub key: &'static str,
-    /// Its columns in a table: `{}` stands for the component.
+    /// The heading of its columns in a table: `{}` is replaced by the component.
     pub header: &'static str,
     pub values: Values<'a>,
-    /// Its columns in a table; 0 where it has none.
+    /// The number of its columns in a table; 0 for none.
     pub width: usize,
     /// Whether a document has its key.
     pub shown: bool,
@@ -104,7 +104,7 @@ pub(super) struct Column<'a> {
 }
 
 impl Column<'_> {
-    /// The names of its columns in a table, where what they count is as `names` says.
+    /// Returns the headings of its columns in a table, with the `names` of inputs and wheels.
     pub fn headers(&self, names: &Names<'_>) -> Vec<String> {
         let component = |index: usize| match (self.key, self.values) {
             ("input", _) => names.input(index),
@@ -123,7 +123,7 @@ impl Column<'_> {
     }
 }
 
-/// What heads of tables call inputs and wheels.
+/// The names of inputs and wheels in headings of tables.
 pub(crate) struct Names<'a> {
     /// Names of the inputs; by their numbers where there is not one for each.
     inputs: &'a [String],
@@ -160,8 +160,8 @@ pub(super) fn plain(name: &str) -> String {
     name.replace([',', '"', '\n', '\r'], "_")
 }
 
-/// What the costate `index` of a row of `width` belongs to, with its unit: that of the cost, which weights and prices
-/// determine, for each unit of what it belongs to.
+/// Returns the quantity of costate `index` in a row of `width`, with its unit: the unit of the
+/// cost, which weights and prices determine, per unit of the quantity.
 fn costate(width: usize, index: usize) -> String {
     const OF: [(&str, &str); 4] =
         [("position", "m"), ("linear_momentum", "n_s"), ("attitude", "rad"), ("momentum", "n_m_s")];

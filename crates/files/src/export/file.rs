@@ -21,7 +21,7 @@ pub enum FileError {
         /// The output as given.
         path: String,
     },
-    /// What should be the folder is a file.
+    /// The path of the folder is a file.
     #[error("{folder}, the folder of the output {path}, is a file")]
     FolderIsFile {
         /// The folder.
@@ -34,15 +34,15 @@ pub enum FileError {
     NotWritable {
         /// The folder.
         folder: String,
-        /// What the system said.
+        /// The message of the system.
         reason: std::io::Error,
     },
     /// Writing failed on the way: usually a full disk.
-    #[error("writing {path} failed, nothing was kept: {reason}")]
+    #[error("writing {path} failed, no part is kept: {reason}")]
     Write {
         /// The output as given.
         path: String,
-        /// What the system said.
+        /// The message of the system.
         reason: std::io::Error,
     },
     /// The file exists.
@@ -62,7 +62,7 @@ pub enum FileError {
     Name {
         /// The output as given, escaped.
         path: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: &'static str,
     },
     /// The output would replace an input.
@@ -86,14 +86,14 @@ impl FileError {
         }
     }
 
-    /// What to do next.
+    /// Returns the remedy.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::FolderMissing { .. } => "create it first",
             Self::FolderIsFile { .. } => "choose another folder",
-            Self::NotWritable { .. } => "choose another folder, or ask for the right to write there",
+            Self::NotWritable { .. } => "choose another folder, or change its permissions",
             Self::Write { .. } => "free some space, or choose another folder",
-            Self::Protected { .. } => "choose another name, or allow writing to it",
+            Self::Protected { .. } => "choose another name, or change the permissions",
             Self::Exists { .. } => "give `--force` to replace it",
             Self::Name { .. } | Self::IsInput { .. } => "choose another name",
         }
@@ -120,8 +120,9 @@ pub struct Target {
 }
 
 impl Target {
-    /// Checks name, folder and whether the file exists; `force` allows to replace a regular file that is not
-    /// write-protected. A symbolic link to a file stays a link: what it leads to is replaced.
+    /// Checks the name, the folder and the existence of the file. `force` allows to replace a
+    /// regular file that is not write-protected. A symbolic link to a file is kept: its target is
+    /// replaced.
     ///
     /// # Errors
     /// A [`FileError`], found before any work is done.
@@ -145,14 +146,14 @@ impl Target {
         if let Ok(metadata) = fs::symlink_metadata(&path) {
             let regular = fs::metadata(&path).map_or(metadata.is_symlink(), |target| target.is_file());
             if !regular {
-                let reason = "a folder, device or pipe has that name";
+                let reason = "a folder, device or pipe has this name";
                 return Err(FileError::Name { path: shown, reason });
             }
-            // What no `--force` helps against comes first, so that nobody is asked for it in vain.
+            // Obstacles that `--force` cannot remove are reported first.
             if metadata.is_symlink() {
                 path = fs::canonicalize(&path).map_err(|_| FileError::Name {
                     path: shown.clone(),
-                    reason: "a symbolic link of that name leads nowhere",
+                    reason: "it is a symbolic link to a missing file",
                 })?;
                 folder = path.parent().map_or(folder, Path::to_path_buf);
             }
@@ -186,7 +187,7 @@ impl Target {
     /// Writes the file: a temporary one in the same folder, flushed to the disk, then renamed.
     ///
     /// # Errors
-    /// What `content` returns, or a [`FileError`]; the folder is then as it was.
+    /// Returns the error of `content`, or a [`FileError`]; the folder is then unchanged.
     pub fn write(
         &self,
         content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
@@ -224,7 +225,7 @@ impl Target {
     }
 }
 
-/// Names of temporary files: this, and so many random letters and digits.
+/// The prefix of temporary files, before a fixed number of random letters and digits.
 const PREFIX: &str = ".slew-";
 const RANDOM: usize = 6;
 
@@ -234,14 +235,15 @@ fn temporary_in(folder: &Path) -> std::io::Result<(Listed<'static>, NamedTempFil
     builder.prefix(PREFIX).rand_bytes(RANDOM);
     #[cfg(unix)]
     {
-        // As any new file: the default of the library would hide it from the user's group.
+        // The file gets the usual permissions: the default of the library would hide it from the
+        // user's group.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     Listed::new(&TEMPORARY, || builder.tempfile_in(folder))
 }
 
-/// Age at which a temporary file belongs to nobody any more: one that is being written is younger.
+/// The age at which a temporary file is abandoned: a file that is being written is younger.
 const ABANDONED: Duration = Duration::from_secs(86_400);
 
 /// Removes the temporary files that killed programs have left in `folder`.
@@ -250,7 +252,7 @@ fn sweep(folder: &Path) {
         let random = name.strip_prefix(PREFIX).filter(|random| random.len() == RANDOM);
         random.is_some_and(|random| random.bytes().all(|byte| byte.is_ascii_alphanumeric()))
     };
-    // What cannot be listed or removed stays: it harms nobody.
+    // A file that cannot be listed or removed stays, which is harmless.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let old = |metadata: fs::Metadata| {
             let age = metadata.modified().ok().and_then(|modified| modified.elapsed().ok());
@@ -277,10 +279,10 @@ pub fn remove_temporaries() {
 fn remove_all(list: &List) {
     let listed = list.lock().unwrap_or_else(PoisonError::into_inner);
     for path in listed.iter() {
-        // One that is gone is what was wanted.
+        // The file may have been removed already.
         let _ = fs::remove_file(path);
     }
-    // Never unlocked: until the program has ended another thread may come to write.
+    // The lock is never released: another thread may write until the program has ended.
     std::mem::forget(listed);
 }
 
@@ -291,7 +293,7 @@ struct Listed<'a> {
 }
 
 impl<'a> Listed<'a> {
-    /// Makes a file, and lists it before anybody can ask what there is.
+    /// Makes a file, and lists it before another thread can read the list.
     fn new(
         list: &'a List,
         make: impl FnOnce() -> std::io::Result<NamedTempFile>,
@@ -319,7 +321,7 @@ fn unusable_name(path: &Path) -> Option<&'static str> {
     if text.chars().any(char::is_control) {
         return Some("it holds control characters");
     }
-    // They may lead to a file, which is then another program's, or that of the text for people.
+    // Such a path may be a file of another program, or the stream of the text for people.
     if ["/dev/std", "/dev/fd/", "/proc/"].iter().any(|start| text.starts_with(start)) {
         return Some("it names a stream of a process, or a file of the system; `-o -` is stdout");
     }
@@ -334,7 +336,7 @@ fn unusable_name(path: &Path) -> Option<&'static str> {
     let numbered =
         |prefix: &str| stem.strip_prefix(prefix).is_some_and(|rest| matches!(rest.as_bytes(), [b'1'..=b'9']));
     if matches!(stem.as_str(), "CON" | "PRN" | "AUX" | "NUL") || numbered("COM") || numbered("LPT") {
-        return Some("that name is a device on Windows");
+        return Some("Windows reserves this name for a device");
     }
     None
 }
@@ -360,7 +362,7 @@ mod tests {
         .unwrap();
         remove_all(&list);
         assert!(!file.path().exists());
-        // Another thread that comes to write would wait here for the end.
+        // Another writing thread would wait here for the end.
         assert!(list.try_lock().is_err());
         std::mem::forget(listed);
     }

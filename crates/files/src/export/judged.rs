@@ -1,4 +1,4 @@
-//! A plan file before the witnesses: the plan, and the figures that the file tells of it.
+//! The judgement of a plan file by the witnesses: the plan, and the figures in the file.
 
 use super::recorded;
 use super::{ExportError, PlanFile};
@@ -7,36 +7,40 @@ use crate::spec::{ClosedLoop, Difference, SpecDocument};
 use slewkit::maneuver::{Problem, Settings};
 use slewkit::verify::{self, Check, Verification};
 
-/// What the witnesses found of a plan file.
+/// The results of the witnesses for a plan file.
 #[derive(Clone, Debug)]
 pub struct Judgement {
     /// The maneuver that it was judged by, on the grid of the plan.
     pub problem: Problem,
-    /// What they found, with a check of every figure that the file tells.
+    /// The results, with a check of every figure in the file.
     pub verification: Verification,
     /// Where the spec that the file holds is not the one that it was judged by: the file's value first.
     pub differences: Vec<Difference>,
-    /// Where what the file records is not what is found: the file's value first.
+    /// The recorded values that differ from the results: the value of the file first.
     pub recorded: Vec<Difference>,
-    /// What is not judged, a sentence each without its point.
+    /// The items that are not judged, each a sentence without its point.
     pub not_judged: Vec<String>,
 }
 
-/// What no witness of a motion can judge.
-const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: `slew plan` finds that again";
-/// Of a smoothed law.
+/// The items that no witness of a motion can judge.
+const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: only `slew \
+ plan` determines this";
+/// The item that is not judged for a smoothed law.
 const SMOOTHED: &str =
-    "the extremal of continuous time beside the smoothed inputs: the file does not hold its arcs";
-/// What is left out where the plan was made to another spec, or was not verified to the end.
-const FIGURES: &str = "the figures of the witnesses that the file records: they are those of its own spec, and of a run to the end";
+    "the extremal of continuous time near the smoothed inputs: the file does not hold its arcs";
+/// The items that are not judged if the plan was made for another spec, or its verification is
+/// incomplete.
+const FIGURES: &str =
+    "the recorded figures of the witnesses: they belong to the plan's own spec, and to a complete run";
 
-/// Relative error that a recorded figure may have: that of sums in another order.
+/// The allowed relative error of a recorded figure: that of sums in another order.
 const RECORDED: f64 = 1e-9;
 
 impl PlanFile<'_> {
-    /// Has the witnesses judge the plan: whether it fulfils `problem`, to the tolerances of `settings`, on its own
-    /// grid. They stop when `stop` says so, which is asked every few steps. `identity` is what the maneuver is called, `closed_loop` what
-    /// it is flown with: they change no verdict, but what differs is told.
+    /// Lets the witnesses judge whether the plan fulfils `problem`, to the tolerances of
+    /// `settings`, on its own grid. They stop when `stop` returns true; it is called every few
+    /// steps. `identity` and `closed_loop` change no verdict, but differences from the file are
+    /// reported.
     ///
     /// # Errors
     /// Arrays that do not fit the maneuver.
@@ -58,7 +62,7 @@ impl PlanFile<'_> {
         let continuous = settings.continuous_limit();
         let mut verification = verify::verify_until(&problem, trajectory, tolerance, continuous, stop);
         let own = held.is_some() && !differences.iter().any(|found| SpecDocument::is_asked(&found.key));
-        // What was cut off tells nothing.
+        // An incomplete verification has no figures to compare.
         let cut = verification.was_stopped() || self.verified.as_ref().is_some_and(Verification::was_stopped);
         let mut not_judged = vec![SEARCH.to_string()];
         let recorded = if own && !cut && self.verified.is_some() {
@@ -71,11 +75,11 @@ impl PlanFile<'_> {
             not_judged.push(SMOOTHED.into());
         }
         let sense = if own { verify::sense(&problem, trajectory, stop) } else { None };
-        // The tolerance that the plan was made to is its own matter, whatever another spec asks for.
+        // The recorded tolerance is that of the plan, even if another spec has a different one.
         let cost = verify::cost(&problem, trajectory);
         let made_to = held.and_then(|held| held.read("the plan's spec", &[]).ok());
         let made_to = made_to.map(|own| (self.tolerance, own.settings.tolerance));
-        // Where inputs switch the plan has its duration, and steps of which the mean is told.
+        // If inputs switch, the plan has its own duration, and the mean of its steps is reported.
         let last = trajectory.time.last().copied().unwrap_or(f64::NAN);
         let duration = problem.duration.known().filter(|_| !problem.switches()).unwrap_or(last);
         let step = duration / problem.steps as f64;
@@ -107,7 +111,7 @@ impl PlanFile<'_> {
         Ok(Judgement { problem, verification, differences, recorded, not_judged })
     }
 
-    /// Whether what the file tells of how the plan ended goes together.
+    /// Returns whether status, outcome and exit code in the file agree.
     fn is_coherent(&self) -> bool {
         self.status.agrees_with(self.outcome, self.verified.as_ref())
             && self.exit_code == self.status.exit_code()

@@ -1,4 +1,4 @@
-//! Files: plans as JSON, trajectories as CSV or JSON lines, all written whole or not at all.
+//! Files: plans as JSON, trajectories as CSV or JSON lines, all written completely or not at all.
 //!
 //! Every number is printed with the digits that read back to the same bits. A trajectory that holds
 //! a number that is not finite is refused; elsewhere such a number is `null` and reads back as NaN.
@@ -59,7 +59,8 @@ pub enum ExportError {
     },
     /// The plan was made by a library caller, and a spec has no notation for its maneuver.
     #[error(
-        "the plan file holds no spec: its maneuver has no notation, such as an environment of the caller's own"
+        "the plan file holds no spec: its maneuver has no notation, such as an environment of the \
+        caller's own"
     )]
     NoSpec,
     /// Something that a format of other programs needs is not said.
@@ -71,7 +72,7 @@ pub enum ExportError {
 }
 
 fn older(found: u32) -> &'static str {
-    if found < PlanFile::FORMAT { ": older plan files do not hold the spec that they answer" } else { "" }
+    if found < PlanFile::FORMAT { ": older plan files do not hold their spec" } else { "" }
 }
 
 impl ExportError {
@@ -87,12 +88,12 @@ impl ExportError {
         }
     }
 
-    /// What to do with a plan file that gives this error.
+    /// Returns the remedy for a plan file with this error.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Format { found } if *found < PlanFile::FORMAT => "plan again: `slew plan SPEC -o FILE`",
             Self::Lacking(lacking) => lacking.remedy(),
-            Self::NoSpec => "give the spec that it must fulfil: `--spec SPEC`",
+            Self::NoSpec => "give its spec: `--spec SPEC`",
             _ => "give a file that `slew plan SPEC -o FILE` wrote",
         }
     }

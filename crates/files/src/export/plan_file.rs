@@ -32,11 +32,11 @@ pub struct PlanFile<'a> {
     pub generator: String,
     /// How the plan ended.
     pub status: Status,
-    /// The exit code that goes with the status.
+    /// The exit code of the status.
     pub exit_code: u8,
     /// Name of the maneuver.
     pub name: String,
-    /// Which solver led here: "shooting", or "scp" for sequential convex programming.
+    /// The solver: "shooting", or "scp" for sequential convex programming.
     pub method: String,
     /// "lie_verlet" or "lie_euler".
     pub scheme: String,
@@ -69,7 +69,7 @@ pub struct PlanFile<'a> {
     /// Discrete terminal error.
     #[serde(deserialize_with = "null_is_nan")]
     pub terminal: TerminalError,
-    /// How it was made to land, where that was tried; the discrete target stands with the trajectory.
+    /// The corrections of landing, if landing was tried; the trajectory has the discrete target.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub landing: Option<Landing>,
     /// How the number of steps was chosen, where none was given.
@@ -78,21 +78,22 @@ pub struct PlanFile<'a> {
     /// Optimality of the extremal.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
-    /// What its count of conjugate points says.
+    /// The result of its count of conjugate points.
     pub second_order: SecondOrder,
-    /// What the witnesses found; `null` when there was nothing to verify.
+    /// The results of the witnesses; `null` without a trajectory.
     #[serde(deserialize_with = "null_is_nan")]
     pub verified: Option<Verification>,
-    /// How far the motion under the recorded torques misses, and how many steps would do.
+    /// The miss of the motion under the recorded torques, and the number of steps that would
+    /// suffice.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
     pub accuracy: Option<Accuracy>,
     /// Everything tried, in order.
     #[serde(deserialize_with = "null_is_nan")]
     pub ladder: Vec<RungReport>,
-    /// What the convex iteration took, where there was one.
+    /// The work of the convex iteration, if it ran.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convex: Option<ConvexRecord>,
-    /// Which limits and constraints act, where and how hard.
+    /// The active limits and constraints, with their times and multipliers.
     #[serde(default, deserialize_with = "null_is_nan")]
     pub active: Vec<ActiveConstraint>,
     /// Arcs, switching times and certificate, where time or fuel is minimised.
@@ -101,7 +102,7 @@ pub struct PlanFile<'a> {
     /// Other extremals found.
     #[serde(deserialize_with = "null_is_nan")]
     pub rivals: Vec<Rival>,
-    /// Gains along the plan, where `[feedback]` asks for them.
+    /// The gains along the plan, if `[feedback]` requests them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feedback: Option<FeedbackRecord>,
     /// Covariances along it, where something is uncertain.
@@ -110,13 +111,15 @@ pub struct PlanFile<'a> {
     /// Why no input can meet the terminal conditions, where that is proved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
-    /// A duration below which it is proved that there is no plan, seconds.
+    /// A duration below which no plan exists, seconds, as proved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_duration_s: Option<f64>,
-    /// What stays violated where the search came nearest, and what would help; where no plan was found.
+    /// The remaining violations of the nearest iterate, and possible remedies, if no plan was
+    /// found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortfall: Option<String>,
-    /// The shortest duration that was found, a local minimum, seconds; where no plan was for the one asked for.
+    /// The shortest duration that was found, a local minimum, seconds, if no plan was found for
+    /// the requested one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_found_s: Option<f64>,
     /// A longer duration for which a plan was found, seconds.
@@ -132,7 +135,7 @@ pub struct PlanFile<'a> {
     pub trajectory: TrajectoryDocument<'a>,
 }
 
-/// What the convex iteration took, but for its time, which differs between two runs.
+/// The work of the convex iteration, without its time, which differs between two runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvexRecord {
     /// Subproblems of the seed that won, on all its grids.
@@ -141,7 +144,7 @@ pub struct ConvexRecord {
     pub all_subproblems: usize,
     /// Interior-point iterations of all.
     pub cone_iterations: u32,
-    /// Share of the effort that stands in the cost beside time or fuel.
+    /// The weight of the effort in the cost of time or fuel.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub effort_share: f64,
 }
@@ -218,7 +221,7 @@ impl<'a> PlanFile<'a> {
         self
     }
 
-    /// The file with what is known of the plan beside it, and the sections of the spec that ask for it.
+    /// Adds the quantities near the plan, and the sections of the spec that request them.
     pub fn with_beside(
         mut self,
         problem: &Problem,
@@ -237,14 +240,15 @@ impl<'a> PlanFile<'a> {
         self
     }
 
-    /// The file with gains of which no covariance is known, and the sections of the spec that ask for them.
+    /// Adds gains without a covariance, and the sections of the spec that request them.
     pub fn with_gains(mut self, problem: &Problem, gains: &Gains, closed_loop: &ClosedLoop) -> Self {
         self.spec = self.spec.map(|spec| spec.with_closed_loop(closed_loop));
         self.feedback = Some(FeedbackRecord::of_gains(problem, gains));
         self
     }
 
-    /// The file with records that another file of the plan has, and the sections of the spec that ask for them.
+    /// Adds the records of another file of the plan, and the sections of the spec that request
+    /// them.
     pub fn with_records(
         mut self,
         feedback: Option<FeedbackRecord>,
@@ -264,10 +268,11 @@ impl<'a> PlanFile<'a> {
         write_document(self, output)
     }
 
-    /// Reads a document; a trajectory of another length than `steps` says is refused.
+    /// Reads a document, and refuses a trajectory whose length differs from `steps`.
     ///
     /// # Errors
-    /// The stream, a text that is no plan, or arrays that do not fit together.
+    /// Returns an error of the stream, of a text that is not a plan, or of arrays that do not fit
+    /// together.
     pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
         let file: PlanFile<'static> = serde_json::from_reader(without_mark(input)?)?;
         if file.format != Self::FORMAT {
@@ -276,8 +281,9 @@ impl<'a> PlanFile<'a> {
         Ok(file)
     }
 
-    /// Whether a text that begins so is a plan file, and not a message or a table of attitudes. What is empty, or begins as
-    /// no text does, is left to the reader of plans to tell.
+    /// Returns whether a text with these first bytes is a plan file, and not a message or a table
+    /// of attitudes. An empty text, or one that is not text, counts as a plan file, so that its
+    /// reader reports the error.
     pub fn begins(text: &[u8]) -> bool {
         if encoding::is_utf16(text) {
             return false;
@@ -323,7 +329,8 @@ impl<'a> PlanFile<'a> {
 /// Reads what a plan file suggests for another plan: its costates, and the poses of its trajectory.
 ///
 /// # Errors
-/// The stream, a text that is no plan, or another version of the format.
+/// Returns an error of the stream, of a text that is not a plan, or of another version of the
+/// format.
 pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     #[derive(Deserialize)]
     struct Document {
@@ -349,7 +356,8 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     Ok(Guess { costates: costates_0, quaternion, position })
 }
 
-/// Most bytes of a plan file: several times those of a million steps with every input a spec can name.
+/// The largest size of a plan file: several times that of a million steps with every input that a
+/// spec allows.
 const MOST_BYTES: u64 = 4 << 30;
 
 /// An input that fails where it is longer than any plan: a pipe need not end.
@@ -378,7 +386,7 @@ impl<R: Read> Read for Bounded<R> {
         let read = self.input.read(buffer)?;
         self.left = self.left.checked_sub(read as u64).ok_or_else(|| {
             io::Error::other(format!(
-                "the input goes on beyond {} GiB: no plan is that long",
+                "the input is longer than {} GiB: no plan has this size",
                 MOST_BYTES >> 30
             ))
         })?;

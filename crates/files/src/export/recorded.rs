@@ -1,18 +1,19 @@
-//! What a plan file records beside the plan, against what is found of the plan again.
+//! Compares the records of a plan file with the values that follow from its plan.
 //!
-//! Found by the witnesses: `terminal`, `verified`, `accuracy`. Found in the rows of the trajectory: arcs, pulses, costates, what acts.
-//! What only another search could tell is in [`NOT_JUDGED`].
+//! The witnesses give `terminal`, `verified` and `accuracy`. The rows of the trajectory give
+//! arcs, pulses, costates and active limits. [`NOT_JUDGED`] lists values that need a new search.
 //!
 //! # What of a plan file does `verify` judge?
 //!
-//! All that follows from the plan: the trajectory by the witnesses, and every figure that the file records beside it against
-//! what they find, key by key (`export/recorded.rs`): terminal errors, the whole of `verified` with its checks, margins and
-//! witnesses, `accuracy`, cost, duration, turn and sense, costates at the start, arcs and pulses. Figures may differ by
-//! round-off of a long motion, limits that values are held against by nothing. What only another search could tell
-//! (`NOT_JUDGED`) is said not to be judged; a test falsifies every figure, word and list of files of ten kinds, and each that
-//! is not on that list must be told of. Names and the epoch ask for nothing: they change no verdict, and where they differ
-//! from those of another spec that is told. A spec of its own is a question and no record: a limit that the plan keeps as
-//! well makes another question with the same answer.
+//! The comparison covers all values that follow from the plan: the trajectory by the witnesses,
+//! and every recorded figure, key by key (`export/recorded.rs`). These are terminal errors, the
+//! whole of `verified` with its checks, margins and witnesses, `accuracy`, cost, duration, turn
+//! and sense, costates at the start, arcs and pulses. Figures may differ by round-off of a long
+//! motion; limits must be equal. Values that need a new search (`NOT_JUDGED`) are reported as not
+//! judged. A test falsifies every figure, word and list of files of ten kinds, and each that is
+//! not on that list must be reported. Names and the epoch change no verdict; differences from
+//! another spec are reported. The recorded spec is a question and not a result: another spec
+//! whose limits the plan keeps is another question with an equal answer.
 
 use super::PlanFile;
 use crate::spec::Difference;
@@ -24,10 +25,11 @@ use slewkit::maneuver::{
 use slewkit::mechanics::{InputLimit, LimitKind};
 use slewkit::verify::{self, Accuracy, Verification};
 
-/// Steps from which on the middle of an arc of a plan on equal steps is on that arc on its grid.
+/// The number of steps after which the middle of an arc on equal steps is on that arc on its
+/// grid.
 const BESIDE: f64 = 4.0;
 
-/// Keys of a plan file that are not judged, since they tell of the search and of optimality.
+/// The keys of a plan file that are not judged, because they describe the search and optimality.
 pub const NOT_JUDGED: [&str; 20] = [
     "generator",
     "iterations",
@@ -51,16 +53,18 @@ pub const NOT_JUDGED: [&str; 20] = [
     "trajectory.costates",
 ];
 
-/// By how much the record of a figure may differ from the figure: relative, and beside that. Of another machine figures may differ by
-/// the round-off of a long motion.
+/// The allowed difference of a recorded figure, relative, with an absolute part. Figures of
+/// another machine may differ by the round-off of a long motion.
 const TOLD: f64 = 1e-6;
 const ROUND_OFF: f64 = 1e-9;
-/// How far a recorded order of convergence may be from the one that is found: it is read off errors that come near round-off.
+/// The allowed difference of a recorded order of convergence, which is computed from errors near
+/// round-off.
 const ORDER: f64 = 0.01;
-/// A limit that acts is met at many times alike: which of them is the one is round-off.
+/// The relative margin of an active limit, which is touched at many times: round-off selects one
+/// of them.
 const ACTS: f64 = 1e-6;
 
-/// What is recorded otherwise than it is found, with the value of the file first.
+/// Returns the records that differ from the results, with the value of the file first.
 pub(super) fn differences(
     file: &PlanFile<'_>,
     found: &Verification,
@@ -80,7 +84,7 @@ pub(super) fn differences(
     apart.near("terminal.linear_momentum_relative", linear[0], linear[1]);
     if let Some(told) = &file.verified {
         apart.trees("verified", &tree(told), &tree(found));
-        // Of figures that were found to be right, so that it is the same to the bit.
+        // The figures were found to be right, so this value must be equal to the bit.
         apart.exactly("accuracy", &file.accuracy, &Some(Accuracy::of(told, problem, continuous)));
     }
     let held = file.spec.as_ref().and_then(|spec| spec.read("the plan's spec", &[]).ok());
@@ -119,7 +123,7 @@ fn near(told: f64, found: f64) -> bool {
     told.is_nan() && found.is_nan() || (told - found).abs() <= ROUND_OFF + TOLD * found.abs()
 }
 
-/// What was found to differ so far.
+/// The differences so far.
 struct Apart<'a> {
     found: Vec<Difference>,
     problem: &'a Problem,
@@ -159,7 +163,8 @@ impl Apart<'_> {
                     [first, second].map(|number| number.as_f64().unwrap_or(f64::NAN));
                 let same = match last {
                     "order" => (told_value - found_value).abs() <= ORDER,
-                    // What a value is held against is no figure of a motion, and may be as small as round-off.
+                    // The limit of a check is not a figure of a motion, and may be as small as
+                    // round-off.
                     "limit" => (told_value - found_value).abs() <= TOLD * found_value.abs(),
                     _ => near(told_value, found_value),
                 };
@@ -204,7 +209,8 @@ impl Apart<'_> {
         }
     }
 
-    /// Whether the limit of a margin that is met acts at a time as well: it does at the node nearest to it.
+    /// Returns whether the limit of a touched margin is also active at a time: it is at the
+    /// nearest node.
     fn acts_at(&self, margin: &serde_json::Map<String, Value>, time: &Value) -> bool {
         let (Some(name), Some(time)) = (margin.get("name").and_then(Value::as_str), time.as_f64()) else {
             return false;
@@ -212,7 +218,8 @@ impl Apart<'_> {
         self.margin_at(name, time).is_some_and(|(value, largest)| value.abs() <= ACTS * largest)
     }
 
-    /// The margin of a limit at a node, and the largest of all nodes; `None` where the time is that of no node.
+    /// Returns the margin of a limit at a node, and the largest of all nodes; `None` if the time
+    /// is not that of a node.
     fn margin_at(&self, name: &str, time: f64) -> Option<(f64, f64)> {
         let (problem, trajectory) = (self.problem, self.trajectory);
         let rows = problem.input_rows();
@@ -227,10 +234,11 @@ impl Apart<'_> {
         Some((values[node], largest))
     }
 
-    /// What follows from arcs and from the rows of the plan.
+    /// Compares the values that follow from arcs and from the rows of the plan.
     fn switching(&mut self, told: &Switching) {
         if matches!(told.structure, Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits) {
-            // Beside a plan of equal steps it is what differences of the flow leave of the switching functions.
+            // Next to a plan of equal steps the gap is the residual of the switching functions
+            // after differences of the flow.
             let most = if self.problem.is_shaped() { TOLD * told.continuous_cost.abs() } else { 0.0 };
             if !(0.0..=most).contains(&told.gap) {
                 self.tell("switching.gap", &told.gap, &0.0);
@@ -249,7 +257,7 @@ impl Apart<'_> {
             self.near("switching.gap", Some(told.gap), Some(told.continuous_cost - pulses.cost_without));
         }
         let Some(last) = told.arcs.last() else {
-            // Of a smoothed law the extremal of continuous time is not in the file.
+            // For a smoothed law the extremal of continuous time is not in the file.
             if let Duration::Given(duration) = self.problem.duration {
                 let told = Some(told.continuous_duration_s);
                 self.near("switching.continuous_duration_s", told, Some(duration));
@@ -263,7 +271,8 @@ impl Apart<'_> {
             before = arc.end_s;
         }
         self.constraints_of(told);
-        // Along an arc of the full norm the inputs turn and are not told, nor what holds a constraint.
+        // Along an arc of the full norm the file has no inputs, because they turn, and no input
+        // that holds a constraint.
         let count = self.trajectory.input_count;
         let held = |arc: &SwitchingArc| arc.input.is_empty() && !arc.holds.is_empty();
         let constant = told.arcs.iter().all(|arc| arc.input.len() == count || held(arc));
@@ -284,11 +293,12 @@ impl Apart<'_> {
         self.inputs_of(told);
     }
 
-    /// What is held or touched is a constraint of the maneuver, and what holds one has the structure that says so.
+    /// Checks that each held or touched item is a constraint of the maneuver, and that a held one
+    /// has the right structure.
     fn constraints_of(&mut self, told: &Switching) {
         let known = |name: &String| {
             let constrained = self.problem.constraints.iter().any(|constraint| constraint.name == *name);
-            // Of inputs that change at limited rates, what they give is held too.
+            // For inputs with limited rates, their outputs can be held too.
             let of_state = |limit: &InputLimit| match limit.kind {
                 LimitKind::WheelMomentum => true,
                 LimitKind::Size => limit.set.limits().rate.is_some(),
@@ -314,7 +324,7 @@ impl Apart<'_> {
         }
     }
 
-    /// The cost of arcs along which all inputs are told.
+    /// Returns the cost of arcs with known inputs.
     fn cost_of(&self, arcs: &[SwitchingArc]) -> f64 {
         let Some(fuel) = self.problem.objective.fuel() else {
             return arcs.last().map_or(0.0, |last| last.end_s);
@@ -324,9 +334,11 @@ impl Apart<'_> {
             .sum()
     }
 
-    /// Every arc has the inputs that the plan has in its middle: the switches of the plan are those of the arcs to an error of its grid.
+    /// Checks that every arc has the inputs of the plan in its middle: the switches of the plan
+    /// are those of the arcs up to an error of its grid.
     fn inputs_of(&mut self, told: &Switching) {
-        // At the nodes of equal steps inputs are those of a discrete optimum of its own, which is at its limits on the arcs.
+        // At the nodes of equal steps the inputs are a discrete optimum of their own, which is at
+        // its limits on the arcs.
         let beside = self.problem.is_shaped();
         let times = &self.trajectory.time;
         let whole = times.last().copied().unwrap_or(f64::NAN) / told.continuous_duration_s;
@@ -336,9 +348,10 @@ impl Apart<'_> {
             let Some(row) = row else { continue };
             let held = self.trajectory.inputs(row);
             let input = arc.input_at(middle / whole);
-            // An input that chatters beside a plan of equal steps is there within its limits.
+            // An input that chatters is within its limits in a plan of equal steps.
             let chatters = |input: &usize| beside && told.singular_inputs.contains(input);
-            // An arc shorter than a step need not be in the middle of any, and that of another grid is elsewhere by some.
+            // An arc shorter than a step may contain no middle of a step, and an arc of another
+            // grid is shifted.
             let steps = if beside { BESIDE } else { 1.0 };
             let elsewhere = steps * (times[row + 1] - times[row]) / whole;
             let same = (0..held.len().min(input.len())).all(|index| {

@@ -1,9 +1,10 @@
 //! The rows of a trajectory, and the trajectory as JSON, one object a line.
 //!
-//! One row per node, `N + 1` in all. Inputs, torques, forces and costates stand in the row of the node
-//! at which the input acts, the costate beside the input that it determines (`u = −W⁻¹ Bᵀ λ`). Lie–Euler
-//! has no input at the first node: its fields are empty in CSV and absent in JSON lines. Inputs that are held over steps, as
-//! where they switch, stand in the row of the node at which their step starts; the last node has none.
+//! A table has one row for each node, `N + 1` in all. Inputs, torques, forces and costates are in
+//! the row of the node at which the input acts; the costate determines the input next to it
+//! (`u = −W⁻¹ Bᵀ λ`). Lie–Euler has no input at the first node: its fields are empty in CSV and
+//! absent in JSON lines. Inputs that are held over steps, as for switching inputs, are in the row
+//! of the node at which their step starts; the last node has none.
 
 use super::ExportError;
 use super::columns::{Column, Values, check_finite, columns, costate_width};
@@ -11,11 +12,11 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use slewkit::maneuver::Trajectory;
 use std::io::Write;
 
-/// The rows that numbers of inputs stand in.
+/// The rows of inputs.
 pub(super) struct Rows {
     nodes: usize,
     inputs: usize,
-    /// Whether a row of inputs is that of the step which starts at its node.
+    /// Whether a row of inputs belongs to the step that starts at its node.
     held: bool,
 }
 

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde_json::Value;
 use std::io::{BufReader, Read};
 
-/// What is read of the document of a simulation.
+/// The part of the document of a simulation that is read.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SimulationFile {
     /// "simulated", or how it ended before its time.

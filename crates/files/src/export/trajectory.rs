@@ -64,7 +64,8 @@ struct Matrix {
 }
 
 impl TargetDocument {
-    /// What the product of a rotation with its transpose may be beside the identity.
+    /// The largest difference between the identity and the product of a rotation with its
+    /// transpose.
     const ROTATION: f64 = 1e-9;
 
     fn of(target: &State, moves: bool) -> Self {
@@ -76,7 +77,7 @@ impl TargetDocument {
         }
     }
 
-    /// The state; `None` where the attitude is none.
+    /// Returns the state; `None` if the attitude is not a rotation.
     fn state(&self) -> Option<State> {
         let attitude = Matrix3::from(self.attitude.matrix).transpose();
         let is_rotation = (attitude.transpose() * attitude - Matrix3::identity()).amax() <= Self::ROTATION
@@ -142,7 +143,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
         trajectory.wheel_momentum = keys.wheel_momentum_n_m_s.values;
         trajectory.costates = keys.costates.values;
         if let Some(target) = &keys.target {
-            let refused = || D::Error::custom("`trajectory.target.attitude.matrix` is no rotation matrix");
+            let refused = || D::Error::custom("`trajectory.target.attitude.matrix` is not a rotation matrix");
             trajectory.target = Some(target.state().ok_or_else(refused)?);
         }
         // Rows and columns that have changed places would fit as well.

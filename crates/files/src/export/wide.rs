@@ -14,7 +14,7 @@ pub(crate) struct WideColumn<'a> {
     pub cell: Box<dyn Fn(usize) -> Option<f64> + 'a>,
 }
 
-/// All columns of the trajectory, with those of margins and cones if they are asked for.
+/// Returns all columns of the trajectory, with those of margins and cones if requested.
 pub(crate) fn wide_table<'a>(
     trajectory: &'a Trajectory,
     problem: &Problem,
@@ -39,9 +39,10 @@ pub(crate) fn wide_table<'a>(
     table
 }
 
-/// Writes CSV: a head with units, then one line a node; decimal points, no quotes. Inputs are called as `identity`
-/// does, else by their numbers. With `margins` it tells how far the plan stays from every limit and constraint of `problem`
-/// at each node, and at which angle each boresight is from each direction.
+/// Writes CSV: a header with units, then one line for each node; decimal points, no quotes.
+/// Inputs have the names of `identity`, else numbers. With `margins` it adds the margin of the
+/// plan to every limit and constraint of `problem` at each node, and the angle between each
+/// boresight and each direction.
 ///
 /// # Errors
 /// A number that is not finite, or the stream.

@@ -1,4 +1,4 @@
-//! Results of `slew fly`: what many cases say, each case, and one case step by step.
+//! Results of `slew fly`: statistics of many cases, each case, and one case step by step.
 
 use super::plan::{Part, PointingRecord, boresights};
 use crate::exchange::Arrays;
@@ -20,11 +20,11 @@ pub struct Flight<'a> {
     pub name: &'static str,
     /// The linear prediction.
     pub covariance: &'a Covariance,
-    /// What became of each case.
+    /// The result of each case.
     pub cases: Vec<Result<Flown, Lost>>,
 }
 
-/// What `slew fly` tells.
+/// The report of `slew fly`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunRecord {
     /// Name of the maneuver.
@@ -35,26 +35,26 @@ pub struct RunRecord {
     pub cases: usize,
     /// Wall time \[s\]: the only key that differs between two runs.
     pub time_s: f64,
-    /// Of each loop.
+    /// The results of each loop.
     pub loops: Vec<LoopRecord>,
 }
 
-/// What the cases of one loop say.
+/// The statistics of the cases of one loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LoopRecord {
     /// "closed loop" or "open loop".
     pub name: String,
     /// Cases that could not be followed.
     pub lost: usize,
-    /// Inertias drawn that are none, and drawn again.
+    /// The number of impossible inertias, which were drawn again.
     pub rejected_inertias: u64,
     /// Mean part of the steps in which a limit of the inputs cut a command.
     pub saturated: f64,
-    /// What the ends say.
+    /// The statistics of the ends.
     pub end: CampaignRecord,
 }
 
-/// Ends of many cases beside their linear prediction.
+/// The ends of many cases, with their linear prediction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CampaignRecord {
     /// Mean attitude error, body axes \[deg\].
@@ -74,11 +74,11 @@ pub struct CampaignRecord {
     pub eigenvalues: Option<[f64; 2]>,
     /// Cases inside the ellipsoid that holds 99.73 % by the linear covariance.
     pub inside_9973: Part,
-    /// Of each boresight.
+    /// The statistics of each boresight.
     pub pointing: Vec<PointedRecord>,
-    /// Of each constraint.
+    /// The statistics of each constraint.
     pub constraints: Vec<ConstraintRecord>,
-    /// Of each limit of the torques, by what is commanded before it is cut.
+    /// The statistics of each limit of the torques, from commands before saturation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<ConstraintRecord>,
 }
@@ -100,7 +100,8 @@ pub struct ConstraintRecord {
     pub name: String,
     /// Cases that violate it at any time.
     pub violated: Part,
-    /// What is left of it in the median case, and in the one of a thousand, and at least: deg of cones, else a part of the limit.
+    /// The room in the median case, in the worst of a thousand, and the least: deg for cones,
+    /// else relative to the limit.
     pub room_quantiles: [f64; 3],
 }
 
@@ -117,7 +118,7 @@ fn degrees(vector: &Vector6, first: usize) -> [f64; 3] {
 }
 
 impl LoopRecord {
-    /// Of the cases of a loop.
+    /// Builds the statistics of the cases of a loop.
     pub fn new(problem: &Problem, flight: &Flight<'_>) -> Self {
         let flown: Vec<&Flown> = flight.cases.iter().filter_map(|case| case.as_ref().ok()).collect();
         let ends: Vec<Vector6> = flown.iter().map(|flown| flown.end).collect();
@@ -177,7 +178,8 @@ impl LoopRecord {
 }
 
 impl ConstraintRecord {
-    /// Of what cases leave of it, sorted; less than `-rounding` violates it.
+    /// Builds the statistics from the rooms of the cases, sorted; a room below `-rounding` is a
+    /// violation.
     fn new(name: &str, rooms: &[f64], rounding: f64, unit: impl Fn(f64) -> f64) -> Self {
         let violated = rooms.iter().filter(|room| **room < -rounding).count();
         Self {
@@ -188,7 +190,7 @@ impl ConstraintRecord {
     }
 }
 
-/// Part of a limit by which a command that is at it may be beyond.
+/// The relative excess with which a command at its limit does not count as a violation.
 const ROUNDING: f64 = 1e-9;
 
 /// The limits of the torques: name, where each begins among the numbers of [`Flown::input_room`], and what the craft is allowed.
@@ -204,7 +206,7 @@ fn input_limits(problem: &Problem) -> Vec<(String, usize, Vec<f64>)> {
     told.collect()
 }
 
-/// How many numbers of a flight tell what is left of the limits of the torques.
+/// Returns the number of values of a flight for the room to the limits of the torques.
 pub fn input_rooms(problem: &Problem) -> usize {
     input_limits(problem).iter().map(|(_, _, bounds)| bounds.len()).sum()
 }

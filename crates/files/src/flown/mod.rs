@@ -1,4 +1,4 @@
-//! What is known of a plan beside it, and what became of it when it was flown: records of plan files, results of `slew fly`.
+//! Quantities near a plan, and flights of it: records of plan files, results of `slew fly`.
 
 mod campaign;
 mod plan;

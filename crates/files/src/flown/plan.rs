@@ -17,21 +17,25 @@ use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 pub struct FeedbackRecord {
     /// "neighbouring", "tvlqr" or "switching".
     pub kind: String,
-    /// The first step whose gains are those of the step before it.
+    /// The first step whose gains repeat those of the step before it.
     pub frozen_from: usize,
-    /// Steps from one measurement to the next, over which a correction is held; their gains are the same. 1 where it is absent.
+    /// The number of steps between measurements, over which a correction is held; their gains are
+    /// equal. 1 if absent.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub every_steps: usize,
-    /// For each step a row for each torque input: three numbers by `ζ = log(R*ᵀR)`, body axes \[rad\], three by the rate beside the
-    /// plan, body axes [rad/s]; of neighbouring gains of wheels three more by what these store beside the plan, body axes [N·m·s]. Of
-    /// bodies that translate a row for each input, forces first, with six numbers before these, by position \[m\] and velocity [m/s].
+    /// For each step a row for each torque input: three numbers by `ζ = log(R*ᵀR)`, body axes
+    /// \[rad\], three by the deviation of the rate from the plan, body axes [rad/s]. Neighbouring
+    /// gains of wheels have three more by the deviation of their momentum, body axes [N·m·s].
+    /// Bodies that translate have a row for each input, forces first, with six numbers before
+    /// these, by position \[m\] and velocity [m/s].
     pub gains: Vec<Vec<Vec<f64>>>,
     /// How the arcs answer to the start, where that is corrected.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub arcs: Vec<ArcRecord>,
 }
 
-/// An arc of a plan whose inputs switch: from a start beside that of the plan it lasts `length_s + gain [ζ; δΩ]`.
+/// An arc of a plan whose inputs switch: from a start near that of the plan it has the length
+/// `length_s + gain [ζ; δΩ]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArcRecord {
     /// The first of its steps.
@@ -50,16 +54,16 @@ fn is_one(steps: &usize) -> bool {
     *steps == 1
 }
 
-/// What is uncertain along a plan, to first order.
+/// The uncertainty along a plan, to first order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UncertaintyRecord {
-    /// Without gains.
+    /// The results without gains.
     #[serde(deserialize_with = "null_is_nan")]
     pub open_loop: LoopUncertainty,
-    /// Under the gains of the plan.
+    /// The results with the gains of the plan.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "null_is_nan")]
     pub closed_loop: Option<LoopUncertainty>,
-    /// What keeping the chances took, where some were asked for.
+    /// The margins of chance constraints, if the spec has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub margins: Option<MarginsRecord>,
 }
@@ -69,16 +73,16 @@ pub struct UncertaintyRecord {
 pub struct LoopUncertainty {
     /// One standard deviation of the attitude at the end, body axes \[deg\].
     pub end_attitude_sigma_deg: [f64; 3],
-    /// Of the angular velocity [deg/s].
+    /// The deviation of the angular velocity at the end [deg/s].
     pub end_rate_sigma_deg_s: [f64; 3],
     /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every error is anywhere within one deviation
     /// and none has a distribution \[deg\].
     pub end_attitude_bound_deg: [f64; 3],
     /// For each parameter which part of these six variances it makes.
     pub shares: Vec<(String, [f64; 6])>,
-    /// Of each boresight at the end.
+    /// The pointing error of each boresight at the end.
     pub pointing: Vec<PointingRecord>,
-    /// Of each constraint, then of each limit of the torques under gains.
+    /// The chance of each constraint, then of each limit of the torques with gains.
     pub chances: Vec<ChanceRecord>,
     /// One standard deviation of the correction of each input, a row for each step; none open loop.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -87,7 +91,7 @@ pub struct LoopUncertainty {
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// How far a boresight is from where it should point.
+/// The pointing error of a boresight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointingRecord {
     /// The boresight, body axes.
@@ -111,14 +115,14 @@ pub struct ChanceRecord {
     pub unit: String,
     /// One standard deviation of what is limited then.
     pub sigma: f64,
-    /// How far the plan is from the limit then, without margin.
+    /// The distance of the plan from the limit at that time, without margin.
     pub room: f64,
-    /// At each node, or in each step.
+    /// The chance at each node, or in each step.
     pub nodes: Vec<f64>,
 }
 
 impl ChanceRecord {
-    /// Of a chance along a plan with these nodes \[s\].
+    /// Builds the record of a chance along a plan with these nodes \[s\].
     fn new(chance: Chance, times: &[f64]) -> Self {
         let (unit, of) = unit(chance.quantity);
         let worst = chance.worst();
@@ -134,7 +138,7 @@ impl ChanceRecord {
     }
 }
 
-/// The unit in which a limit is told, and what it is in SI.
+/// Returns the unit of a limit in files, and its size in SI.
 pub fn unit(quantity: Quantity) -> (&'static str, f64) {
     match quantity {
         Quantity::Angle => ("deg", 1_f64.to_radians()),
@@ -149,7 +153,7 @@ pub fn unit(quantity: Quantity) -> (&'static str, f64) {
 pub struct Part {
     /// How many cases.
     pub count: u64,
-    /// Which part.
+    /// The proportion.
     pub part: f64,
     /// Its interval (Clopper and Pearson).
     pub interval: [f64; 2],
@@ -161,24 +165,25 @@ impl From<Proportion> for Part {
     }
 }
 
-/// What a plan holds of a limit.
+/// The part of a limit that a plan holds in reserve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldRecord {
     /// Its name.
     pub name: String,
     /// The unit of the numbers.
     pub unit: String,
-    /// Of a cone and of a norm one number, else one for each component or input.
+    /// One number for a cone or a norm, else one for each component or input.
     pub held: Vec<f64>,
-    /// What the craft is allowed of each; none of a cone.
+    /// The limits of the craft; empty for a cone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limit: Vec<f64>,
 }
 
-/// What keeping chances took.
+/// The margins that chance constraints need.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MarginsRecord {
-    /// Of each limit with a chance what the plan holds of it: the margin of a cone, the reserve of a rate or a torque.
+    /// The margin or reserve of each limit with a chance: the margin of a cone, the reserve of a
+    /// rate or a torque.
     pub held: Vec<HeldRecord>,
     /// Cost of the plan without margins.
     pub cost_without: f64,
@@ -186,13 +191,14 @@ pub struct MarginsRecord {
     pub plans: usize,
     /// Whether they did.
     pub agreed: bool,
-    /// Of the chances of the whole motion: of what, and how many of the flights of the plan exceed it, or any of several.
+    /// For each chance over the whole motion: the limit, or the joint limits, and the proportion
+    /// of flights of the plan that exceed it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counted: Vec<(String, Part)>,
 }
 
 impl MarginsRecord {
-    /// Of the chances of a spec.
+    /// Builds the record for the chances of a spec.
     pub fn new(closed_loop: &ClosedLoop, margins: &Margins) -> Self {
         let counted = closed_loop.chances.iter().zip(&margins.counted);
         let held = margins.held.iter().map(|held| {
@@ -223,7 +229,7 @@ fn name(kind: &Kind) -> &'static str {
 }
 
 impl FeedbackRecord {
-    /// Of the gains along a plan; `None` where there are none.
+    /// Builds the record of the gains along a plan; `None` without gains.
     pub fn new(problem: &Problem, beside: &Beside) -> Option<Self> {
         let arcs = beside.switching.iter().flat_map(|switching| {
             let gain = |arc: usize| of_rates(problem, switching.row(arc));
@@ -237,7 +243,7 @@ impl FeedbackRecord {
         Some(Self { arcs: arcs.collect(), ..Self::of_gains(problem, beside.gains.as_ref()?) })
     }
 
-    /// Of gains alone.
+    /// Builds the record of gains alone.
     pub fn of_gains(problem: &Problem, gains: &Gains) -> Self {
         let width = (gains.inputs * gains.states).max(1);
         let row = |row: &[f64]| of_rates(problem, row);
@@ -265,8 +271,8 @@ fn of_rates(problem: &Problem, row: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Gains along a plan of which no covariance is known: of a body that translates, or whose torques are fixed in the reference frame;
-/// `None` of others, whose gains are those of [`Beside`].
+/// Designs gains along a plan without a covariance: for a body that translates, or torques fixed
+/// in the reference frame. Returns `None` for other plans, whose gains are in [`Beside`].
 pub fn gains_alone(
     problem: &Problem,
     plan: &Trajectory,
@@ -281,7 +287,8 @@ pub fn is_posed(problem: &Problem) -> bool {
     PosedPlan::is_of(problem)
 }
 
-/// The boresights of a maneuver: those of its cones and of its end; the body axes where it has none.
+/// Returns the boresights of a maneuver: those of its cones and of its end; the body axes if it
+/// has none.
 pub fn boresights(problem: &Problem) -> Vec<Vector3> {
     let mut all: Vec<Vector3> = problem.aim().map(|aim| aim.boresight).into_iter().collect();
     for constraint in &problem.constraints {
@@ -299,7 +306,7 @@ pub fn boresights(problem: &Problem) -> Vec<Vector3> {
 }
 
 impl UncertaintyRecord {
-    /// Of what is uncertain along a plan; `None` where nothing is.
+    /// Builds the record of the uncertainty along a plan; `None` without uncertainty.
     pub fn new(problem: &Problem, beside: &Beside, uncertainty: Option<&Uncertainty>) -> Option<Self> {
         let uncertainty = uncertainty?;
         let of = |covariance: &Covariance, gains: Option<&Gains>| {

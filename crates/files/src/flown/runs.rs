@@ -7,14 +7,14 @@ use slewkit::closed_loop::Campaign;
 use slewkit::maneuver::Problem;
 use slewkit::uncertainty::Uncertainty;
 
-/// What decides every case.
+/// The data that determine every case.
 #[derive(Clone, Copy, Debug)]
 pub struct Runs<'a> {
     /// The maneuver, on the grid of the plan.
     pub problem: &'a Problem,
-    /// What it is flown with.
+    /// The gains and the plant.
     pub closed_loop: &'a ClosedLoop,
-    /// What the craft differs by.
+    /// The uncertainty of the craft.
     pub uncertainty: &'a Uncertainty,
     /// Gains and covariances along the plan.
     pub beside: &'a Beside,
@@ -25,7 +25,7 @@ pub struct Runs<'a> {
 }
 
 impl<'a> Runs<'a> {
-    /// What a loop is called.
+    /// Returns the name of a loop.
     pub fn name(closed: bool) -> &'static str {
         if closed { "closed loop" } else { "open loop" }
     }
@@ -38,7 +38,7 @@ impl<'a> Runs<'a> {
             .with_threads(threads)
     }
 
-    /// A loop without cases, beside its linear prediction; `None` where there is none.
+    /// Builds a loop without cases, with its linear prediction; `None` without gains.
     pub fn flight(&self, closed: bool) -> Option<Flight<'a>> {
         let covariance = if closed { &self.beside.closed } else { &self.beside.open };
         let covariance = covariance.as_ref()?;

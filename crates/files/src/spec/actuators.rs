@@ -18,7 +18,7 @@ pub(crate) struct Actuated {
     pub force_prices: Option<Vec<f64>>,
 }
 
-/// The actuators and what their inputs cost, with the defaults that go with the motion.
+/// Reads the actuators and the costs of their inputs, with the defaults of the motion.
 pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     let shortest_pulse = match section.filter(|section| section.has(SHORTEST_PULSE)) {
         Some(section) => Some(section.number(SHORTEST_PULSE)?),
@@ -64,8 +64,11 @@ fn prices(section: &Section, key: &str, inputs: &str, count: usize) -> Option<Ve
         Limits::All(price) => Some(vec![price; count]),
         Limits::Each(prices) if prices.len() == count => Some(prices),
         Limits::Each(prices) => {
-            let reason = format!("`{key}` is for {} {inputs} inputs, there are {count}", prices.len());
-            section.refuse("E0026", key, reason, "give one price per input, or one for all")
+            let reason = format!(
+                "`{key}` has values for {} {inputs} inputs, and the maneuver has {count}",
+                prices.len()
+            );
+            section.refuse("E0026", key, reason, "give one price for each input, or one for all")
         }
     }
 }
@@ -121,7 +124,7 @@ const FORCE_LIMITS: [&str; 3] = ["force_limit_n", "force_norm_limit_n", "force_r
 /// Inputs of one kind, and their weight where one is given.
 type Channel = (ActuatorSet, Option<DMatrix<f64>>);
 
-/// How far the length of an axis may be from 1 where its input has a limit in N·m or N.
+/// The largest deviation from 1 of the length of an axis whose input has a limit in N·m or N.
 const UNIT_ROUNDING: f64 = 1e-3;
 
 /// The channel under the limits of the spec.
@@ -137,8 +140,9 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
             Limits::All(limit) => vec![limit; count],
             Limits::Each(limits) if limits.len() == count => limits,
             Limits::Each(limits) => {
-                let reason = format!("`{name}` is for {} axes, there are {count}", limits.len());
-                let remedy = "give one limit per axis, or one for all";
+                let reason =
+                    format!("`{name}` has values for {} axes, and the maneuver has {count}", limits.len());
+                let remedy = "give one limit for each axis, or one for all";
                 return section.refuse("E0026", name, reason, remedy);
             }
         };
@@ -146,10 +150,11 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
         if let Some(index) = lengths.position(|length| (length - 1.0).abs() > UNIT_ROUNDING) {
             let length = short(channel.axes()[index].norm());
             let reason = format!(
-                "`{name}`: axis {} has length {length}, so its input is not in the unit of the limit",
+                "`{name}`: axis {} has length {length}, so its input does not have the unit of the limit",
                 index + 1
             );
-            let remedy = "make the axis of length 1; its `effort_weight` is then to be divided by the square of the length";
+            let remedy =
+                "give an axis of length 1, and divide its `effort_weight` by the square of the length";
             return section.refuse("E0067", name, reason, remedy);
         }
         Some(Some(limits))
@@ -177,14 +182,15 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
     let axes = if given.is_some() { section.vectors(name)? } else { default.axes().to_vec() };
     let count = axes.len();
     if count == 0 {
-        let reason = "the list of torque axes is empty: nothing turns the body";
+        let reason = "the list of torque axes is empty: no input turns the body";
         return section.refuse("E0026", name, reason, "give at least one axis");
     }
     let weight = if section.has(weight_name) {
         let rows = section.square(weight_name)?;
         if rows.len() != count {
-            let reason = format!("`{weight_name}` is for {} axes, there are {count}", rows.len());
-            return section.refuse("E0026", weight_name, reason, "give one weight per axis");
+            let reason =
+                format!("`{weight_name}` has values for {} axes, and the maneuver has {count}", rows.len());
+            return section.refuse("E0026", weight_name, reason, "give one weight for each axis");
         }
         Some(DMatrix::from_fn(count, count, |row, column| rows[row][column]))
     } else {
@@ -196,25 +202,25 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
     if let Some((index, value)) = diagonal.iter().flatten().enumerate().find(small) {
         let value = show(*value);
         let reason =
-            format!("the weight of input {} is {value}, it must be at least {SMALLEST:e}", index + 1);
-        return section.refuse("E0065", weight_name, reason, "every input must cost something");
+            format!("the weight of input {} is {value}: it must be at least {SMALLEST:e}", index + 1);
+        return section.refuse("E0065", weight_name, reason, "give every input a positive weight");
     }
     if let Some(index) = axes.iter().position(|axis| axis.amax() < SMALLEST) {
         let reason = format!(
-            "axis {} has length {}, at least {SMALLEST:e} is needed",
+            "axis {} has length {}: it must be at least {SMALLEST:e}",
             index + 1,
             show(axes[index].norm())
         );
-        let remedy = "an axis of length 1 makes inputs in N·m or N";
+        let remedy = "give an axis of length 1, so that inputs are in N·m or N";
         return section.refuse("E0031", name, reason, remedy);
     }
     let channel = match ActuatorSet::new(axes, frame) {
         Ok(channel) => channel,
         Err(error) => {
             let (code, remedy) = match error {
-                ActuatorSetError::Axis { .. } => ("E0054", "leave the axis out, or give it a direction"),
+                ActuatorSetError::Axis { .. } => ("E0054", "remove the axis, or give it a direction"),
                 ActuatorSetError::Count { .. } => ("E0034", "use fewer axes"),
-                ActuatorSetError::Limit { .. } => ("E0061", "leave the limit out where there is none"),
+                ActuatorSetError::Limit { .. } => ("E0061", "remove the key for no limit"),
                 ActuatorSetError::Position { .. } => ("E0061", "give every thruster a position"),
             };
             return section.refuse(code, name, error.to_string(), remedy);

@@ -3,7 +3,7 @@
 use super::{Section, constraint, escape};
 use slewkit::maneuver::{Alternatives, AlternativesError, Constraint};
 
-/// All alternatives; `None` when the report says what is wrong with one.
+/// Reads all alternatives; `None` if the report has an error of one.
 pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option<Vec<Alternatives>> {
     let sections = root.tables("any_of")?;
     let mut all: Vec<Alternatives> = Vec::new();
@@ -11,8 +11,8 @@ pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option
         let name = section.word("name").map_or_else(|| format!("any of {}", index + 1), String::from);
         let constraint = constraints.iter().any(|one| one.name == name);
         if constraint || constraint::is_taken(&name) || all.iter().any(|other| other.name == name) {
-            let reason = format!("something else is called \"{}\"", escape(&name));
-            let remedy = "give it a name of its own: reports speak of constraints by their names";
+            let reason = format!("another item is called \"{}\"", escape(&name));
+            let remedy = "give it another name: reports identify constraints by their names";
             return section.refuse("E0011", "name", reason, remedy);
         }
         let sets: Option<Vec<Vec<String>>> =
@@ -27,8 +27,8 @@ pub(super) fn alternatives(root: &Section, constraints: &[Constraint]) -> Option
                     "write set = [{ constraints = [\"A\"] }, { constraints = [\"B\"] }], names of [[constraint]]"
                 }
                 AlternativesError::Unknown(_) => "write the `name` of a [[constraint]]",
-                AlternativesError::Twice(_) => "leave it out of one, or write another [[constraint]]",
-                AlternativesError::NoCone(_) => "leave it out: a limit of rates holds at all times",
+                AlternativesError::Twice(_) => "remove it from one set, or write another [[constraint]]",
+                AlternativesError::NoCone(_) => "remove it: a limit of rates holds at all times",
             };
             return section.refuse("E0080", "set", escape(&error.to_string()), remedy);
         }

@@ -19,7 +19,7 @@ use slewkit::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use std::path::Path as FilePath;
 
-/// What a spec says, all of it valid unless the report holds an error.
+/// The contents of a spec, valid unless the report holds an error.
 pub(crate) struct Assembled {
     pub problem: Problem,
     pub settings: Settings,
@@ -28,7 +28,7 @@ pub(crate) struct Assembled {
     pub heavens: Option<sky::Heavens>,
 }
 
-/// Builds the problem; `None` when the report says why not. Files are relative to `folder`.
+/// Builds the problem; `None` if the report has the reason. Files are relative to `folder`.
 pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) -> Option<Assembled> {
     let body_section = root.section("body");
     let inertia = body_section.as_ref().and_then(|section| body::inertia(section));
@@ -78,7 +78,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let (start, end) = (start?, end?);
     let path = path(section, &end);
     let start_rotation = start.rotation.as_ref()?;
-    // Of any attitude that of the start is as good a guess as another.
+    // For a free end attitude the attitude of the start is a good guess.
     let end_rotation = if end.is_open() { start_rotation } else { end.rotation.as_ref()? };
     let end_condition = match aim {
         Some(aim) => EndCondition::Aim(aim),
@@ -89,7 +89,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     warn_quaternion_order(start_rotation, end_rotation, &root.report);
     let end_attitude =
         if end.relative() { start_rotation.matrix * end_rotation.matrix } else { end_rotation.matrix };
-    // What is told against other axes of the orbit is turned to ours; what leads from start to end stays as it is.
+    // Attitudes given in other axes of the orbit are converted to ours; the rotation from start
+    // to end does not change.
     let to_nadir = root.section("environment").and_then(|section| section.word("lvlh_axes"))
         == Some("velocity_antinormal_nadir");
     let axes =
@@ -105,8 +106,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
             return state;
         }
         if root.section("environment").and_then(|section| section.word("kind")) != Some("gravity_gradient") {
-            let reason =
-                "there is no orbit to be at rest in: LVLH is the frame of kind = \"gravity_gradient\"";
+            let reason = "rest in LVLH needs an orbit: LVLH is the frame of kind = \"gravity_gradient\"";
             let remedy = "add that [environment], or write angular_velocity_deg_s";
             end.section.error("E0028", super::keys::REST_IN_ORBIT, reason, remedy);
         }
@@ -116,7 +116,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let (start_state, end_state) = (turning(&start, start_state), turning(&end, end_state));
     let still = environment.is_free() && environment.frame_rate().amax() == 0.0;
     if still && !aims && is_same(&start_state, &end_state, &path) {
-        let reason = "the body is at rest where it should end: the plan is zero torque";
+        let reason = "the body is already at rest in its end attitude: the plan is zero torque";
         let remedy =
             if end.is_open() { "give [end] an attitude, or a rate" } else { "give [end] another attitude" };
         end.section.warn_here("W0059", reason, remedy);
@@ -148,8 +148,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     };
     let (switches, sought) = (objective.switches(), duration.known().is_none());
     if switches && weights != Weights::default() {
-        let reason = format!("weights of the effort have no say where {} is minimised", objective.name());
-        section.error("E0029", "minimize", reason, "leave effort_weight out; or minimize = \"effort\"");
+        let reason = format!("weights of the effort have no effect if the objective is {}", objective.name());
+        section.error("E0029", "minimize", reason, "remove effort_weight; or write minimize = \"effort\"");
     }
     let constraints: Vec<Constraint> = constraints?;
     let alternatives = any_of::alternatives(root, &constraints)?;
@@ -210,7 +210,7 @@ fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>) -> Motion {
         for (name, sample) in [("position_m", "[1, 0, 0]"), ("velocity_m_s", "[0, 0, 0]")] {
             if !end.section.has(name) {
                 let reason =
-                    format!("[{}] needs `{name}`: the maneuver moves the body too", end.section.path);
+                    format!("[{}] needs `{name}`: the maneuver also moves the body", end.section.path);
                 let remedy = format!("add {name} = {sample}, or remove positions and velocities everywhere");
                 end.section.error_here("E0021", reason, remedy);
             }
@@ -222,7 +222,7 @@ fn motion(start: Option<&Boundary<'_>>, end: Option<&Boundary<'_>>) -> Motion {
 fn mass_and_motion(section: &Section, inertia: Option<&Inertia>, mass: Option<f64>, motion: Motion) {
     match (motion, section.has("mass_kg")) {
         (Motion::RigidBody, false) => {
-            let reason = "[body] needs `mass_kg`: the maneuver moves the body too";
+            let reason = "[body] needs `mass_kg`: the maneuver also moves the body";
             section.error_here("E0021", reason, "add mass_kg = 100");
         }
         (Motion::Attitude, true) => {
@@ -251,7 +251,8 @@ fn path(section: &Section, end: &Boundary<'_>) -> Option<Path> {
         "long" => Some(Path::Long),
         "as_given" if says_turn => as_given(),
         "as_given" => {
-            let reason = "path = \"as_given\" needs `rotation_from_start` in [end]: an attitude does not say which way";
+            let reason = "path = \"as_given\" needs `rotation_from_start` in [end]: an attitude does not \
+             determine the path";
             let remedy =
                 "write rotation_from_start = { axis = [1, 0, 0], angle_deg = 480 } instead of attitude";
             section.refuse("E0021", "path", reason, remedy)
@@ -265,19 +266,19 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     const ROUNDING: f64 = 1e-6;
     let Some(turn) = end.turn else { return };
     if end.is_open() {
-        let reason = "a rotation tells the way to an attitude, and [end] gives none".to_string();
-        let remedy = "write it as rotation_from_start, which gives the attitude too; or leave it out";
+        let reason = "rotation_from_start_rad needs an attitude, and [end] has none".to_string();
+        let remedy = "write it as rotation_from_start, which also gives the attitude; or remove it";
         end.section.error("E0029", TURN, reason, remedy);
         return;
     }
     let off = minus(from_start, &exp(&turn)).norm();
     if off > ROUNDING {
         let reason = format!(
-            "the rotation leads {} rad past the attitude, at most {ROUNDING:e} is taken as rounding",
+            "the rotation leads {} rad past the attitude, and at most {ROUNDING:e} is accepted as rounding",
             short(off)
         );
         let remedy =
-            "write the rotation vector with all digits; or only one of the two, as rotation_from_start";
+            "write the rotation vector with all digits; or give only one of the two, as rotation_from_start";
         end.section.error("E0058", TURN, reason, remedy);
     }
 }
@@ -292,7 +293,7 @@ fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     constraint
 }
 
-/// Rest to rest in the same place, no whole turn asked for.
+/// Returns whether the maneuver is from rest to rest in one attitude, without a whole turn.
 fn is_same(start: &State, end: &State, path: &Path) -> bool {
     const SAME: f64 = 1e-14;
     let turned = match path {
@@ -311,15 +312,14 @@ fn warn_quaternion_order(start: &Rotation, end: &Rotation, report: &Report) {
     for (rotation, suspect) in suspects {
         if let (Some(other), true) = (rotation.maybe_identity, suspect) {
             let axis = if other == "quaternion_xyzw" { "z" } else { "x" };
-            let reason = format!(
-                "this quaternion is a 180° turn about {axis}; in the other order it is no turn at all"
-            );
+            let reason =
+                format!("this quaternion is a 180° turn about {axis}; in the other order it is the identity");
             report.warn("W0053", rotation.spot.clone(), reason, format!("meant {other}?"));
         }
     }
 }
 
-/// What [`Problem::check`] found, with its place in the spec.
+/// Reports an error of [`Problem::check`] at its place in the spec.
 fn refuse(
     error: &ProblemError,
     problem: &Problem,
@@ -331,14 +331,17 @@ fn refuse(
     match error {
         ProblemError::StepTooLong { end, angle, limit, steps } => {
             let reason = format!(
-                "the {end} rate turns {} rad in one step; the implicit equation needs less than {}",
+                "the {end} rate turns {} rad in one step, and the implicit equation needs less than {}",
                 short(*angle),
                 show(*limit)
             );
             let remedy = if *steps <= Problem::MAX_STEPS {
-                let raise =
-                    if maneuver.has("step_s") { "replace `step_s` by `steps` =" } else { "raise `steps` to" };
-                format!("{raise} {steps} or more, or leave it out")
+                let raise = if maneuver.has("step_s") {
+                    "replace `step_s` by `steps` ="
+                } else {
+                    "increase `steps` to"
+                };
+                format!("{raise} {steps} or more, or remove the key")
             } else {
                 format!("even {} steps are too few: check the rate and `duration_s`", Problem::MAX_STEPS)
             };
@@ -361,9 +364,9 @@ fn refuse(
         ProblemError::Unsuited(cause) => unsuited(*cause, root, maneuver, problem),
         ProblemError::Value { what: "shortest pulse", value, reason } => {
             let (told, remedy) = match problem.duration {
-                Duration::Given(longest) => (Some(longest), "shorten it, or lengthen `duration_s`"),
+                Duration::Given(longest) => (Some(longest), "shorten the pulse, or lengthen `duration_s`"),
                 Duration::Sought { at_most } | Duration::Found { at_most, .. } => {
-                    (at_most, "shorten it, or lengthen `duration_at_most_s`")
+                    (at_most, "shorten the pulse, or lengthen `duration_at_most_s`")
                 }
             };
             let reason = match told {
@@ -394,16 +397,16 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
     let remedy = match cause {
         // Told at the key itself.
         Unsuited::SchemeOfSoughtDuration | Unsuited::SchemeOfSwitching => return,
-        // The rotation that leads to an attitude where none is given is told at its own key.
+        // A rotation without an attitude is reported at its own key.
         Unsuited::WayToAnyAttitude => {
             if maneuver.has("path") {
-                let reason = format!("{reason}: path = \"best\" alone");
-                maneuver.error("E0029", "path", reason, "leave path out, or give [end] an attitude");
+                let reason = format!("{reason}: only path = \"best\" is possible");
+                maneuver.error("E0029", "path", reason, "remove path, or give [end] an attitude");
             }
             return;
         }
         Unsuited::WayToTarget => {
-            maneuver.error("E0029", "path", reason, "leave path out, or give [end] an attitude");
+            maneuver.error("E0029", "path", reason, "remove path, or give [end] an attitude");
             return;
         }
         Unsuited::PulsesToAnyAttitude
@@ -415,19 +418,19 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
         | Unsuited::PulsesOfLimitedRate
         | Unsuited::PulsesUnderConstraints
         | Unsuited::PulsesOnEqualSteps => {
-            let remedy = "leave it out, or write minimize = \"fuel\" with limits of the inputs alone";
+            let remedy = "remove it, or write minimize = \"fuel\" with limits of the inputs alone";
             if let Some(section) = root.section("actuators") {
                 section.error("E0029", actuators::SHORTEST_PULSE, reason, remedy);
             }
             return;
         }
-        Unsuited::UnlimitedTorque => "add torque_limit_n_m to [actuators]: one number, or one per axis",
-        Unsuited::UnlimitedForce => "add force_limit_n to [actuators]: one number, or one per axis",
+        Unsuited::UnlimitedTorque => "add torque_limit_n_m to [actuators]: one number, or one for each axis",
+        Unsuited::UnlimitedForce => "add force_limit_n to [actuators]: one number, or one for each axis",
         Unsuited::TorqueDirections if problem.actuation.torque.limits().one_sided => {
-            "add thrusters that turn the body that way"
+            "add thrusters that turn the body about this axis"
         }
-        Unsuited::TorqueDirections => "add inputs until every direction is reached, or minimise effort",
-        Unsuited::ThrusterDirections => "add thrusters until they push and turn every way",
+        Unsuited::TorqueDirections => "add inputs until they reach every direction, or minimise effort",
+        Unsuited::ThrusterDirections => "add thrusters until they push and turn in every direction",
         Unsuited::TorquePricesOfThrusters | Unsuited::TorquePricesUnderNorm => {
             "give fuel_price as one number"
         }
@@ -438,9 +441,9 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
         | Unsuited::ThrustersWithWheels
         | Unsuited::ThrusterAxes => "write minimize = \"fuel\", or describe the inputs by torque axes",
         Unsuited::FuelToMovingTarget | Unsuited::LimitsToMovingTarget => {
-            "give `duration_s`, or aim at what stands still"
+            "give `duration_s`, or aim at a fixed target"
         }
-        _ => "take it away, or minimise effort in a given `duration_s`",
+        _ => "remove it, or minimise effort in a given `duration_s`",
     };
     let of_thrusters = matches!(
         cause,
@@ -458,7 +461,7 @@ fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Probl
         // Sent from effort to fuel, thrusters are not to be sent back.
         Some(way) if of_thrusters => (
             format!("{reason}; and {way}"),
-            format!("{remedy}; of thrusters fuel needs some that reach every direction"),
+            format!("{remedy}; fuel needs thrusters that reach every direction"),
         ),
         Some(way) => (format!("{reason}; {way}"), remedy.to_string()),
         None => (reason, remedy.to_string()),

@@ -19,7 +19,7 @@ pub(crate) struct Rotation {
     pub maybe_identity: Option<&'static str>,
 }
 
-/// What the rotation is for; decides which angles look mistaken.
+/// The purpose of the rotation, which decides which angles look mistaken.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
     /// An attitude: more than a full turn means nothing.
@@ -28,7 +28,7 @@ pub(crate) enum Use {
     Turn,
 }
 
-/// What a matrix of a plan file may miss of a rotation, and is kept as it is: round-off.
+/// The largest defect of a matrix of a plan file that is kept unchanged: round-off.
 const KEPT: f64 = 1e-6;
 
 /// Reads the one notation that an attitude table holds.
@@ -94,7 +94,8 @@ const POINTED: [&str; 3] = ["ra_deg", "dec_deg", "roll_deg"];
 /// `R = Rz(α) Ry(−δ) Rx(ρ)`.
 fn pointed(section: &Section) -> Option<Matrix3> {
     if let Some(missing) = POINTED.into_iter().find(|name| !section.has(name)) {
-        let reason = format!("right ascension, declination and roll go together: `{missing}` is missing");
+        let reason =
+            format!("right ascension, declination and roll are needed together: `{missing}` is missing");
         return section.refuse_here("E0021", reason, format!("add {missing} = 0"));
     }
     let [ra, dec, roll] = POINTED.map(|name| section.number(name));
@@ -133,7 +134,7 @@ fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
     let size = axis?.amax();
     if size == 0.0 {
         let reason = "an axis of length zero has no direction";
-        let remedy = "for no rotation write axis = [0, 0, 1], angle_deg = 0";
+        let remedy = "for the identity write axis = [0, 0, 1], angle_deg = 0";
         return section.refuse("E0054", "axis", reason, remedy);
     }
     // Scaled first, so that the squares of very long or short axes stay within range.
@@ -146,14 +147,14 @@ fn axis_angle(section: &Section, purpose: Use) -> Option<Vector3> {
 fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     let size = q.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
     if size == 0.0 {
-        let reason = "a quaternion of norm 0 is no rotation";
+        let reason = "a quaternion of norm 0 is not a rotation";
         return section.refuse("E0050", name, reason, "the identity is w = 1");
     }
     let unit = q.map(|value| value / size);
     let norm = size * unit.iter().map(|value| value * value).sum::<f64>().sqrt();
     let defect = (norm - 1.0).abs();
     if defect > ROTATION {
-        let reason = format!("the norm of the quaternion is {}, a rotation has norm 1", short(norm));
+        let reason = format!("the norm of the quaternion is {}, and a rotation has norm 1", short(norm));
         let order = if name.ends_with("wxyz") { "w, x, y, z" } else { "x, y, z, w" };
         let remedy = format!("divide by the norm, or check the four numbers: {order}");
         return section.refuse("E0051", name, reason, remedy);
@@ -161,7 +162,7 @@ fn quaternion(section: &Section, q: [f64; 4], name: &str) -> Option<Matrix3> {
     if defect > SILENT {
         let reason =
             format!("the norm of the quaternion differs from 1 by {}; it is normalised", short(defect));
-        section.warn("W0051", name, reason, "write more digits to keep the attitude as meant");
+        section.warn("W0051", name, reason, "write more digits to keep the attitude exactly");
     }
     Some(rotation_from_quaternion(&unit))
 }
@@ -174,11 +175,12 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     } else {
         (matrix.transpose() * matrix - Matrix3::identity()).amax()
     };
-    // Of a row of length 1 + ε the square is 1 + 2ε.
+    // A row of length 1 + ε has the square 1 + 2ε.
     let limit = 2.0 * ROTATION;
     if residual > limit {
         let reason = format!(
-            "the matrix is not a rotation: RᵀR differs from the identity by {}, at most {limit} is taken as rounding",
+            "the matrix is not a rotation: RᵀR differs from the identity by {}, and at most {limit} \
+            is accepted as rounding",
             short(residual)
         );
         let remedy = "its rows must be orthogonal and of length 1; write all digits";
@@ -191,8 +193,8 @@ fn rotation_matrix(section: &Section) -> Option<Matrix3> {
     }
     if residual > 2.0 * SILENT {
         let reason =
-            format!("RᵀR differs from the identity by {}; the nearest rotation is taken", short(residual));
-        section.warn("W0051", "matrix", reason, "write more digits to keep the attitude as meant");
+            format!("RᵀR differs from the identity by {}; the nearest rotation is used", short(residual));
+        section.warn("W0051", "matrix", reason, "write more digits to keep the attitude exactly");
     }
     Some(if section.keeps_rounding && residual <= KEPT { matrix } else { project_to_rotation(&matrix) })
 }
@@ -216,10 +218,10 @@ fn euler(section: &Section, name: &str, purpose: Use) -> Option<Rotation> {
             let vector = log(&matrix);
             if whole {
                 let reason = format!(
-                    "three Euler angles do not say how often the body turns; the rotation is taken as one of {}°",
+                    "three Euler angles do not determine the number of turns; the rotation of {}° is used",
                     short(vector.norm().to_degrees())
                 );
-                let remedy = "write axis and angle_deg to turn further than 180°";
+                let remedy = "write axis and angle_deg for a turn of more than 180°";
                 section.warn("W0057", name, reason, remedy);
             }
             vector
@@ -236,7 +238,7 @@ fn warn_unit(section: &Section, angles: &[f64], name: &str, purpose: Use) {
     if name.ends_with("_deg") {
         let round = |angle: &f64| ROUND.iter().any(|round| (angle - round).abs() < 1e-3 * round);
         if nonzero.iter().all(round) {
-            let reason = format!("{}° is a small angle, and a round one in radians", show(*first));
+            let reason = format!("{}° is a small angle, and a round number in radians", show(*first));
             section.warn("W0058", name, reason, format!("meant {}?", name.replace("_deg", "_rad")));
         }
     } else {

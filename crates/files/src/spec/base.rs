@@ -16,7 +16,7 @@ pub struct Base {
     folder: PathBuf,
     sources: Vec<Source>,
     root: Node,
-    /// Of the files that it names.
+    /// The texts of the files that it names.
     beside: Vec<String>,
 }
 
@@ -24,17 +24,17 @@ impl Base {
     /// The spec at `path` under overrides that hold for all cases.
     ///
     /// # Errors
-    /// The file, or its notation; what its keys say is not judged before [`Base::read`].
+    /// Returns errors of the file or its notation; [`Base::read`] judges the values of its keys.
     pub fn open(path: &Path, format: Format, overrides: &[Override]) -> Result<Self, Diagnostics> {
         let name = path.display().to_string();
         let bytes = text::from_file(path, &name)?;
         Self::new(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides)
     }
 
-    /// The spec of a stream, such as the standard input; `name` stands for it in messages.
+    /// Reads the spec from a stream, such as the standard input; messages use `name` for it.
     ///
     /// # Errors
-    /// As [`Base::open`].
+    /// Returns the errors of [`Base::open`].
     pub fn from_reader(
         reader: impl Read,
         name: &str,
@@ -68,7 +68,8 @@ impl Base {
         &self.name
     }
 
-    /// The texts of which it is made: the file, then the overrides as they were written, then the orbits that it names as files.
+    /// Returns its texts: the file, then the overrides as written, then the orbits that it names
+    /// as files.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         let own = self.sources.iter().map(|source| source.text.as_str());
         own.chain(self.beside.iter().map(String::as_str))
@@ -104,7 +105,7 @@ impl Base {
     /// Whether a spec can have the key at `path`; `at` is where the path is written, the command line if nowhere else.
     ///
     /// # Errors
-    /// What is wrong with the path, with the nearest key.
+    /// Returns the error of the path, with the nearest key.
     pub fn check_key(&self, path: &str, at: Option<&Origin>) -> Result<(), Diagnostics> {
         self.key(path).map(drop).map_err(|(code, reason, remedy)| {
             let here = Origin { file: "command line".into(), line: 1, column: 1 };
@@ -121,7 +122,7 @@ impl Base {
     /// the case is read.
     ///
     /// # Errors
-    /// What is wrong with the value, or with its path.
+    /// Returns the error of the value, or of its path.
     pub fn check_value(&self, given: &Override) -> Result<(), Diagnostics> {
         let key = match self.key(given.path()) {
             Ok(Place::Key(key)) => key,
@@ -138,7 +139,8 @@ impl Base {
     }
 }
 
-/// The texts of the orbits that a tree names as files. What cannot be read is left out: of that a case says why.
+/// Reads the texts of the orbits that a tree names as files. A file that cannot be read is
+/// omitted: each case reports it.
 fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     match &node.value {
         Value::Table(entries) => {

@@ -40,29 +40,27 @@ pub(crate) fn checked(matrix: Matrix3, section: &Section, key: &str) -> Option<I
     }
     let asymmetry = (matrix - matrix.transpose()).amax() / matrix.amax();
     if asymmetry > SILENT_ASYMMETRY {
-        let reason = format!(
-            "the inertia is not quite symmetric, by {} of its size; it is averaged",
-            short(asymmetry)
-        );
+        let reason =
+            format!("the inertia is asymmetric by {} of its size; its mean is used", short(asymmetry));
         section.warn("W0040", key, reason, "write the same number on both sides of the diagonal");
     }
     if excess > 0.0 {
         let reason = format!(
-            "the largest principal moment exceeds the sum of the others by {} of itself: taken for rounding, and for the sum, as a flat \
-             plate has it",
+            "the largest principal moment exceeds the sum of the others by {} of itself: it is \
+            reduced to the sum, as for a flat plate",
             short(excess)
         );
         section.warn("W0042", key, reason, "write more digits; a step may then turn at most 0.5 rad");
     } else if inertia.is_degenerate() {
         let [a, b, c] = <[f64; 3]>::from(*inertia.principal()).map(short);
         let reason = format!("the principal moments {a}, {b}, {c} are those of a flat plate or a thin rod");
-        let remedy = "nothing to do if that is meant; a step may then turn at most 0.5 rad";
+        let remedy = "no action is needed if this is intended; a step may then turn at most 0.5 rad";
         section.warn("W0042", key, reason, remedy);
     }
     Some(inertia)
 }
 
-/// An inertia that is none, in words.
+/// Describes an impossible inertia.
 fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
     match error {
         InertiaError::NotSymmetric { row, column, upper, lower } => (
@@ -76,7 +74,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
         ),
         InertiaError::NotPositive { smallest } => (
             "E0041",
-            format!("the smallest principal moment of inertia is {}, it must be positive", short(*smallest)),
+            format!("the smallest principal moment of inertia is {}: it must be positive", short(*smallest)),
             "check the diagonal, and the signs of the products of inertia: tensor signs, Jxy = −∫xy dm",
         ),
         InertiaError::Triangle { principal: [a, b, c] } => {
@@ -93,7 +91,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
         InertiaError::IllConditioned { ratio } => (
             "E0045",
             format!(
-                "the principal moments differ by a factor of {}, at most {:e} is accepted",
+                "the principal moments differ by a factor of {}: it must be at most {:e}",
                 short(*ratio),
                 Inertia::CONDITION
             ),
@@ -103,7 +101,7 @@ fn refusal(error: &InertiaError) -> (&'static str, String, &'static str) {
     }
 }
 
-/// Warns of an inertia that does not go with the mass, as from g·cm² taken for kg·m².
+/// Warns of an inertia that does not fit the mass, such as g·cm² taken for kg·m².
 pub(crate) fn warn_density(body: &Section, inertia: &Inertia, mass: f64) {
     let radius = (inertia.mean() / mass).sqrt();
     let density = mass / radius.powi(3);

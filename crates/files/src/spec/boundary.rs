@@ -12,7 +12,8 @@ pub(crate) struct Boundary<'a> {
     /// The key that holds the rotation: `attitude` or `rotation_from_start`.
     pub key: &'static str,
     pub rotation: Option<Rotation>,
-    /// With an attitude: the rotation vector from the start \[rad\], body axes of the start.
+    /// The rotation vector from the start to the attitude \[rad\], body axes of the start, if the
+    /// end has an attitude.
     pub turn: Option<Vector3>,
     /// Inertial angular velocity, body axes [rad/s]; `None` if given wrongly.
     pub rate: Option<Vector3>,
@@ -44,7 +45,8 @@ impl<'a> Boundary<'a> {
             return;
         }
         if !self.section.has("second") {
-            let reason = "a start on a target needs `second`: the roll about the boresight is open without";
+            let reason = "a start on a target needs `second`: the roll about the boresight is undetermined \
+             without it";
             self.section.error(
                 "E0078",
                 "point",
@@ -88,7 +90,7 @@ impl<'a> Boundary<'a> {
         self.section.has("position_m") || self.section.has("velocity_m_s")
     }
 
-    /// The place of the angular velocity, or of the table when there is none.
+    /// Returns the place of the angular velocity, or of the table if it has none.
     pub fn rate_spot(&self) -> Spot {
         self.section.spot(self.section.rate_key().unwrap_or("angular_velocity_deg_s"))
     }
@@ -108,7 +110,7 @@ impl<'a> Boundary<'a> {
 }
 
 impl Section {
-    /// Which of the two keys gives the angular velocity.
+    /// Returns the key that gives the angular velocity.
     pub fn rate_key(&self) -> Option<&'static str> {
         ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
     }

@@ -25,7 +25,7 @@ struct Checker {
     /// The keys of the whole spec.
     root: &'static Table,
     keeps_rounding: bool,
-    /// What the sections are given for the second pass.
+    /// The report that sections pass to the second pass.
     report: Report,
 }
 
@@ -58,10 +58,12 @@ impl Checker {
         if !matches!(node.value, Value::Table(_)) {
             let (reason, remedy) = match &node.value {
                 Value::Array(items) if items.iter().any(|item| matches!(item.value, Value::Table(_))) => (
-                    format!("`{path}` is a list of tables, one table is needed"),
+                    format!("`{path}` is a list of tables, and one table is needed"),
                     format!("write [{path}], once"),
                 ),
-                other => (format!("`{path}` is {}, a table is needed", other.kind()), table_sample(table)),
+                other => {
+                    (format!("`{path}` is {}, and a table is needed", other.kind()), table_sample(table))
+                }
             };
             self.error(("E0024", node.span, reason, remedy), path);
             return section;
@@ -114,8 +116,8 @@ impl Checker {
         section
     }
 
-    /// Reports a key that belongs to another value of the selector. Without a valid selector nothing is
-    /// said: that is the one error to report.
+    /// Reports a key that belongs to another value of the selector. Without a valid selector it
+    /// reports nothing, because the selector is the error.
     fn misplaced(
         &mut self,
         entry: &Entry,
@@ -137,7 +139,7 @@ impl Checker {
         }
     }
 
-    /// Reports keys of which only one may be given.
+    /// Reports keys of which at most one is allowed.
     fn contradictions(&mut self, node: &Node, table: &'static Table, path: &str) {
         for group in table.exclusive {
             let given: Vec<&Entry> =
@@ -154,7 +156,7 @@ impl Checker {
     fn missing(&mut self, node: &Node, key: &Key, path: &str) {
         let Some(sample) = key.sample else { return };
         let (code, reason) = match key.kind {
-            Kind::Format => ("E0022", "the spec does not say which version of the format it is in".into()),
+            Kind::Format => ("E0022", "the spec does not state the version of its format".into()),
             Kind::Table(_) => ("E0021", format!("{} needs [{}]", table_name(path), key.name)),
             Kind::List(..) if path.is_empty() => {
                 ("E0021", format!("{} needs [[{}]]", table_name(path), key.name))
@@ -177,7 +179,7 @@ impl Checker {
             Kind::Directions => self.directions(node, path),
             Kind::Targets => self.targets(node, path),
             Kind::Later(what) => {
-                let reason = format!("`{}`: this version of slew does not have {what} yet", key.name);
+                let reason = format!("`{}`: this version of slew does not support {what} yet", key.name);
                 Err(vec![("E0019", entry.key_span, reason, "remove it to plan without".into())])
             }
             kind => values::read(kind, node),
@@ -230,7 +232,7 @@ impl Checker {
         Ok(Parsed::Tables(tables?))
     }
 
-    /// What is aimed at, or a list of it: words and tables.
+    /// Checks a target, or a list of targets: words and tables.
     fn targets(&mut self, node: &Node, path: &str) -> Read<Parsed> {
         let mut one = |node: &Node, path: &str| match &node.value {
             Value::Table(_) => Ok(self.table(node, &TARGET, path)),
@@ -239,7 +241,7 @@ impl Checker {
                 Ok(self.table(&Node { span: node.span, value: Value::Table(vec![word]) }, &TARGET, path))
             }
             _ => {
-                let reason = format!("expected what is aimed at, found {}", node.value.kind());
+                let reason = format!("expected a target, found {}", node.value.kind());
                 wrong(
                     "E0025",
                     node,
@@ -310,7 +312,7 @@ impl Checker {
         let fault = |code, reason: &str, remedy: String| (code, entry.key_span, reason.to_string(), remedy);
         let attitude = std::ptr::eq(table, &raw const ATTITUDE);
         let found = if attitude && entry.key.starts_with("quaternion") && !entry.key.contains("xyz") {
-            let reason = "a bare quaternion does not say whether the scalar comes first or last";
+            let reason = "`quaternion` does not state whether the scalar is first or last";
             fault(
                 "E0052",
                 reason,

@@ -15,24 +15,24 @@ use slewkit::mechanics::AxisFrame;
 use slewkit::optimize::discrete::linear_plan::{PosedPlan, Unlinearised};
 use slewkit::uncertainty::Uncertainty;
 
-/// What a plan is flown with; nothing where the spec says nothing.
+/// The gains, the uncertainty and the plant of a plan; empty if the spec has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ClosedLoop {
     /// Gains along the plan.
     pub feedback: Option<Feedback>,
-    /// What the craft differs by.
+    /// The uncertainty of the craft.
     pub uncertainty: Option<Uncertainty>,
     /// How its actuators follow.
     pub plant: Plant,
-    /// What chances limits keep.
+    /// The chances of limits.
     pub chances: Vec<Chance>,
-    /// The sections as they stand in the spec.
+    /// The sections as in the spec.
     written: Map<String, serde_json::Value>,
 }
 
 impl ClosedLoop {
-    /// The sections by name, as they stand in the spec.
+    /// Returns the sections by name, as in the spec.
     pub(crate) fn written(&self) -> &Map<String, serde_json::Value> {
         &self.written
     }
@@ -42,8 +42,8 @@ impl ClosedLoop {
         self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))
     }
 
-    /// What is uncertain and the chances to keep, where limits have some: such a maneuver is planned by
-    /// [`slewkit::assured::plan`].
+    /// Returns the uncertainty and the chances of limits, if there are any:
+    /// [`slewkit::assured::plan`] plans such a maneuver.
     pub fn kept(&self) -> Option<(&Uncertainty, Vec<Kept<'_>>)> {
         let uncertainty = self.uncertainty.as_ref().filter(|_| !self.chances.is_empty())?;
         let all = self.chances.iter().map(|chance| {
@@ -54,7 +54,7 @@ impl ClosedLoop {
         Some((uncertainty, all.collect()))
     }
 
-    /// Whether there is anything to tell along a plan.
+    /// Returns whether the spec requests quantities near a plan.
     pub fn is_asked(&self) -> bool {
         self.feedback.is_some() || self.uncertainty.is_some()
     }
@@ -66,19 +66,19 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     if let Some(section) = root.section("uncertainty")
         && let Some(cause) = unsuited(problem)
     {
-        let remedy = "take [uncertainty] away: the plan itself does not need it";
+        let remedy = "remove [uncertainty]: the plan itself does not need it";
         section.error_here("E0170", cause.to_string(), remedy);
     }
     let turns = PosedPlan::is_of(problem)
         && (problem.actuation.wheels.is_some() || problem.actuation.thrusters.is_some());
     if let (Some(section), true) = (root.section("feedback"), turns) {
-        let remedy = "take [feedback] away: the plan itself does not need it";
+        let remedy = "remove [feedback]: the plan itself does not need it";
         section.error_here("E0170", Unlinearised::Thrusters.to_string(), remedy);
     }
     let uncertainty = root.section("uncertainty").map(|section| uncertain::uncertainty(section, problem));
     let chances = chances::chances(root, problem, uncertainty.is_some());
     chances::hold(root, problem);
-    // Gains, ticks and covariances are those of equal steps, where any constraint may shape the plan.
+    // Gains, ticks and covariances need equal steps, on which any constraint may shape the plan.
     if problem.is_shaped() && (root.has("feedback") || root.has("uncertainty")) {
         problem.stepping = Stepping::Equal;
     }
@@ -101,13 +101,13 @@ pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> Closed
     }
 }
 
-/// The step of the plan \[s\], where the spec says which it is.
+/// Returns the step of the plan \[s\], if the spec gives it.
 fn step(problem: &Problem) -> Option<f64> {
     let duration = problem.duration.known().filter(|_| !problem.chooses_steps && !problem.switches())?;
     Some(duration / problem.steps as f64)
 }
 
-/// Part by which a time may be beside a whole number of others.
+/// The part by which a time may differ from a whole number of others.
 const WHOLE: f64 = 1e-6;
 
 fn is_whole(number: f64) -> bool {
@@ -121,17 +121,19 @@ fn every(section: &Section, problem: &Problem) -> Option<f64> {
     }
     let every = section.number("every_s")?;
     let Some(duration) = problem.duration.known().filter(|_| !problem.switches()) else {
-        let reason = "the duration is sought, and with it the step: no tick is a whole number of steps that are not known";
-        return section.refuse("E0176", "every_s", reason, "leave it out: the tick is then the step");
+        let reason =
+            "the duration is free, so the step is unknown, and a tick cannot be a whole number of steps";
+        return section.refuse("E0176", "every_s", reason, "remove the key: the tick is then the step");
     };
     if let Some(step) = step(problem) {
         if is_whole(every / step) && every <= duration * (1.0 + WHOLE) {
             return Some(every);
         }
-        let reason = format!("a tick of {} s is no whole number of steps of {} s", show(every), show(step));
+        let reason =
+            format!("a tick of {} s is not a whole number of steps of {} s", show(every), show(step));
         return section.refuse("E0176", "every_s", reason, remedy_of(every, duration));
     }
-    let reason = "a tick is a whole number of steps, and how many there are is left to the plan";
+    let reason = "a tick is a whole number of steps, and the plan chooses the number of steps";
     section.refuse("E0176", "every_s", reason, remedy_of(every, duration))
 }
 
@@ -141,17 +143,17 @@ fn remedy_of(every: f64, duration: f64) -> String {
     const STEPS: f64 = 100.0;
     let ticks = duration / every;
     if !is_whole(ticks) {
-        return format!("give a tick of which {} s is a whole number", show(duration));
+        return format!("give a tick so that {} s is a whole number of ticks", show(duration));
     }
     let ticks = ticks.round();
     format!(
-        "write maneuver.steps = {}, which are {} a tick",
+        "write maneuver.steps = {}, which are {} for each tick",
         (STEPS / ticks).ceil() * ticks,
         (STEPS / ticks).ceil()
     )
 }
 
-/// Why there is no linear motion beside a plan of the maneuver.
+/// Returns the reason for which no linear motion near a plan of the maneuver exists.
 fn unsuited(problem: &Problem) -> Option<Unlinearised> {
     if problem.motion == Motion::RigidBody {
         return Some(Unlinearised::Translation);
@@ -167,16 +169,17 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
     if kind == "neighbouring" {
         if problem.switches() {
             let reason = format!(
-                "where {} is minimised inputs switch between their limits, and a neighbouring plan moves the switches",
+                "if the objective is {}, inputs switch between their limits: neighbouring gains do \
+                not exist, because a neighbour has other switching times",
                 problem.objective.name()
             );
             return section.refuse("E0171", "kind", reason, "write kind = \"tvlqr\"");
         }
         if let Some(key) = weights.iter().find(|key| section.has(key)) {
             let reason = format!(
-                "`{key}` is a weight of the regulator, and neighbouring gains have the cost of the plan"
+                "`{key}` is a weight of the regulator, and neighbouring gains use the cost of the plan"
             );
-            return section.refuse("E0171", key, reason, "write kind = \"tvlqr\", or leave it out");
+            return section.refuse("E0171", key, reason, "write kind = \"tvlqr\", or remove the key");
         }
         return Some(Kind::Neighbouring { freeze: section.number("freeze").unwrap_or(Kind::FREEZE) });
     }
@@ -185,20 +188,22 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
             return section.refuse("E0171", "kind", cause.to_string(), "write kind = \"tvlqr\"");
         }
         if uncertain {
-            let reason = "switching times are corrected once, at the start: what that makes of covariances and flights is not known";
-            let remedy = "write kind = \"tvlqr\", or take [uncertainty] away";
+            let reason = "switching times are corrected once, at the start: their covariances and flights are not \
+             supported";
+            let remedy = "write kind = \"tvlqr\", or remove [uncertainty]";
             return section.refuse("E0171", "kind", reason, remedy);
         }
     }
     if let (Some(key), true) =
         (weights.iter().find(|key| section.has(key)), problem.motion == Motion::RigidBody)
     {
-        let reason = format!("`{key}` says nothing of position and velocity, which are to be regulated too");
-        return section.refuse("E0171", key, reason, "leave it out: the regulator has weights by default");
+        let reason =
+            format!("`{key}` does not weigh position and velocity, which the regulator must weigh too");
+        return section.refuse("E0171", key, reason, "remove the key: the regulator has default weights");
     }
     if section.has("freeze") {
-        let reason = "gains of the regulator do not grow without bound, and are not held";
-        return section.refuse("E0171", "freeze", reason, "leave it out");
+        let reason = "gains of the regulator stay bounded and are not frozen";
+        return section.refuse("E0171", "freeze", reason, "remove the key");
     }
     let of = |weights| if kind == "switching" { Kind::Switching(weights) } else { Kind::Tvlqr(weights) };
     let given = weights.map(|key| section.number(key));
@@ -209,7 +214,7 @@ fn feedback(section: &Section, problem: &Problem, uncertain: bool) -> Option<Kin
             Some(of(Some(RegulatorWeights { attitude, rate, end })))
         }
         _ => {
-            let reason = "the weights of attitude and rate belong together";
+            let reason = "the weights of attitude and rate are needed together";
             section.refuse_here("E0171", reason, "give both, or neither")
         }
     }
@@ -221,9 +226,9 @@ fn plant(section: &Section, problem: &Problem) -> Plant {
     if let (true, Some(step)) = (tick > 0.0, step(problem))
         && !is_whole(step / tick)
     {
-        let reason = format!("a tick of {} s is no whole part of a step of {} s", show(tick), show(step));
+        let reason = format!("a step of {} s is not a whole number of ticks of {} s", show(step), show(tick));
         let remedy = if tick > step {
-            "leave it out; a controller that acts more seldom than each step has [feedback] every_s".into()
+            "remove it; for a controller with a longer period write [feedback] every_s".into()
         } else {
             format!("write tick_s = {}, or other steps", short(step / (step / tick).ceil()))
         };

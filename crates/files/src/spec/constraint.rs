@@ -8,7 +8,7 @@ use slewkit::optimize::shooting_obstacle;
 /// Pairs of a boresight and a direction in all constraints together.
 const MAX_PAIRS: usize = 10_000;
 
-/// What reports call the limits of the actuators, which no constraint may be called too.
+/// The names of the limits of the actuators in reports, which no constraint may have.
 const TAKEN: [&str; 9] = [
     "torque limit",
     "torque norm limit",
@@ -26,7 +26,7 @@ pub(super) fn is_taken(name: &str) -> bool {
     TAKEN.contains(&name)
 }
 
-/// All constraints; `None` when the report says what is wrong with one.
+/// Reads all constraints; `None` if the report has an error of one.
 pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<Constraint>> {
     let sections = root.tables("constraint")?;
     let names = names(sections);
@@ -68,12 +68,12 @@ fn names(sections: &[Section]) -> Option<Vec<String>> {
             _ if name.is_empty() => Some("the name is empty".to_string()),
             Some(first) => Some(format!("constraint {} has the name of constraint {}", index + 1, first + 1)),
             None if is_taken(name) => {
-                Some(format!("\"{name}\" is what reports call that limit of [actuators]"))
+                Some(format!("\"{name}\" is the name of that limit of [actuators] in reports"))
             }
             None => None,
         };
         if let Some(reason) = reason {
-            let remedy = "give it a name of its own: reports speak of constraints by their names";
+            let remedy = "give it another name: reports identify constraints by their names";
             section.error("E0011", "name", reason, remedy);
             good = false;
         }
@@ -116,7 +116,8 @@ fn rule(section: &Section, sky: &mut sky::Reading, name: &str) -> Option<Rule> {
     if widest > 0.0 && whole >= 180.0 {
         let seen = short((widest.to_degrees() * 10.0).round() / 10.0);
         let reason = format!(
-            "the Earth is seen {seen} deg from its middle to its limb: with what is asked beyond that nothing is left"
+            "the Earth is seen {seen} deg from its middle to its limb: the requested angle beyond \
+            that leaves no direction"
         );
         return section.refuse("E0070", "beyond_limb_deg", reason, "write a smaller angle");
     }
@@ -149,25 +150,26 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     } else {
         section.angle("half_angle_deg", "half_angle_rad")
     };
-    // What is held on a cone has none: that has been said.
+    // A cone on which boresights are held has no margin, which was reported already.
     let has_margin = !matches!(side, Side::On { .. });
     let margin_given = has_margin && (section.has("margin_deg") || section.has("margin_rad"));
     let margin = if margin_given { section.angle("margin_deg", "margin_rad") } else { None };
     let half_angle = half_angle?;
     if half_angle.degrees() <= 0.0 || half_angle.degrees() >= 180.0 {
         let reason = format!(
-            "`{}`: {half_angle} is no half angle of a cone: it must be above 0 and below {}",
+            "`{}`: {half_angle} is not a half angle of a cone: it must be above 0 and below {}",
             half_angle.key,
             half_angle.half_turn()
         );
-        let remedy = "the half angle is from the axis of the cone to its surface";
+        let remedy = "the half angle is measured from the axis of the cone to its surface";
         return section.refuse("E0070", half_angle.key, reason, remedy);
     }
     let margin = if margin_given { margin? } else { Angle { key: "margin_deg", value: 0.0 } };
     let (half, extra) = (half_angle.degrees(), margin.degrees());
     let reason = match side {
         Side::KeepOut if half + extra >= 180.0 => format!(
-            "a cone of {half_angle} with a margin of {margin} leaves nowhere to point: together they must be below {}",
+            "a cone of {half_angle} with a margin of {margin} leaves no direction: their sum must be \
+            below {}",
             half_angle.half_turn()
         ),
         Side::KeepIn if half - extra <= 0.0 => {
@@ -199,14 +201,15 @@ fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Optio
         directions.push(sky.limb(section, used_by)?);
     }
     if section.has("beyond_limb_deg") != section.has("limb_of") {
-        let reason = "`limb_of` and `beyond_limb_deg` go together: the angle is counted from the limb";
+        let reason =
+            "`limb_of` and `beyond_limb_deg` are needed together: the angle is measured from the limb";
         let key = if section.has("limb_of") { "limb_of" } else { "beyond_limb_deg" };
         return section.refuse("E0021", key, reason, "write limb_of = \"earth\", beyond_limb_deg = 20");
     }
     (!directions.is_empty()).then_some(directions)
 }
 
-/// What kind of constraint the problem calls `name`.
+/// Returns the rule of the constraint `name`.
 fn rule_of<'a>(problem: &'a Problem, name: &str) -> Option<&'a Rule> {
     problem.constraints.iter().find(|constraint| constraint.name == name).map(|constraint| &constraint.rule)
 }
@@ -216,9 +219,12 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
     match rule_of(problem, name) {
         Some(Rule::RateNorm(limit)) => (
             "E0060",
-            format!("slow the {end} down, or raise the limit from {} deg/s", short(limit.to_degrees())),
+            format!(
+                "reduce the rate at the {end}, or raise the limit from {} deg/s",
+                short(limit.to_degrees())
+            ),
         ),
-        Some(Rule::RateAxes(_)) => ("E0060", format!("slow the {end} down, or raise the limit")),
+        Some(Rule::RateAxes(_)) => ("E0060", format!("reduce the rate at the {end}, or raise the limit")),
         Some(Rule::Pointing(Pointing { side: Side::On { within }, .. })) => (
             "E0071",
             format!("turn the {end} onto the cone, or widen within_deg from {}", short(within.to_degrees())),
@@ -239,14 +245,14 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     } else if actuation.wheels.is_some() {
         "reaction wheels".into()
     } else if limits(&actuation.torque) || actuation.force.as_ref().is_some_and(limits) {
-        "a limit of how fast inputs change".into()
+        "a limit of the rate of inputs".into()
     } else if let Some(obstacle) = shooting_obstacle(problem) {
-        let reason = format!("method = \"shooting\" does not serve here: {obstacle}");
+        let reason = format!("method = \"shooting\" is not possible here: {obstacle}");
         solver.error("E0066", "method", reason, "write method = \"auto\" or \"scp\"");
         return;
     } else {
         return;
     };
-    let reason = format!("method = \"shooting\" holds limits of the inputs, not {what}");
+    let reason = format!("method = \"shooting\" supports limits of the inputs, not {what}");
     solver.error("E0066", "method", reason, "write method = \"auto\" or \"scp\"");
 }

@@ -1,4 +1,4 @@
-//! What is wrong with a spec, where, why, and what to do about it.
+//! The findings about a spec: the place, the reason and the remedy.
 
 use super::{Origin, Source, Span};
 use serde::Serialize;
@@ -10,7 +10,7 @@ use std::fmt::{self, Write};
 pub enum Severity {
     /// The spec cannot be used.
     Error,
-    /// The spec is used as the reason says.
+    /// The spec is used in the way that the reason states.
     Warning,
 }
 
@@ -31,7 +31,7 @@ pub struct Diagnostic {
     pub key: String,
     /// The offending text, cut to a readable length; control characters escaped.
     pub text: String,
-    /// What is wrong, with the numbers.
+    /// The reason, with the numbers.
     pub reason: String,
     /// The next thing to do.
     pub remedy: String,
@@ -57,7 +57,7 @@ impl Diagnostic {
         }
     }
 
-    /// An error about a `text` that stands at `at` in some file.
+    /// Builds an error about a `text` at `at` in some file.
     pub(crate) fn in_text(code: &'static str, at: &Origin, text: &str, reason: String, remedy: &str) -> Self {
         let source = Source::new(at.file.as_str(), text).within(at.line, at.column);
         let span = Span { source: 0, start: 0, end: text.len() };
@@ -110,7 +110,8 @@ impl fmt::Display for Diagnostic {
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {
-    /// Whether a spec could not be read at all, as opposed to being wrong inside, or a file that is no spec is wrong.
+    /// Returns whether a spec could not be read, or a file that is not a spec is wrong; false if
+    /// the contents of the spec are wrong.
     pub fn is_io(&self) -> bool {
         self.0.iter().any(|finding| matches!(finding.code, "E0014" | "E0015" | "E0150" | "E0151" | "E0152"))
     }
@@ -146,7 +147,8 @@ impl std::error::Error for Diagnostics {}
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
-        // None of them is a "control" character, but they break a line on screen, reorder it, or are not seen at all.
+        // These characters are no "control" characters, but they break a line on screen, reorder
+        // it, or are invisible.
         let hidden = matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
             | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}');
         if c.is_control() || hidden {
@@ -249,7 +251,7 @@ impl Finding {
             text: cut(source.slice(span), 60),
             reason: escape_lines(&self.reason),
             remedy: escape_lines(&self.remedy),
-            // What is missing from the whole file has no place to point at.
+            // A finding about the whole file has no place.
             excerpt: (span != Span::default()).then(|| excerpt(source, line_of_text, span)),
         }
     }

@@ -1,4 +1,4 @@
-//! In which keys two specs differ.
+//! The keys in which two specs differ.
 
 use serde::Serialize;
 use serde_json::Value;

@@ -8,14 +8,14 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use slewkit::lie::{exp, log};
 use slewkit::{Matrix3, Vector3};
 
-/// What is uncertain in a spec, as `slew monte-carlo` takes it.
+/// The uncertain numbers of a spec, for `slew monte-carlo`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dispersion {
     /// Seed of the random numbers.
     pub seed: u64,
     /// Number of cases.
     pub cases: u64,
-    /// What varies; each draws by itself.
+    /// The varied numbers; each is drawn independently.
     pub varied: Vec<Varied>,
 }
 
@@ -24,11 +24,12 @@ pub struct Dispersion {
 pub struct Varied {
     /// The key that a case sets.
     pub key: String,
-    /// What stands there without dispersion.
+    /// The value without dispersion.
     pub nominal: Nominal,
     /// Distribution of ξ.
     pub distribution: Distribution,
-    /// From ξ to the offset of the numbers, in the unit of the key; for an attitude the offset is a rotation vector, rad.
+    /// The map from ξ to the offset of the numbers, in the unit of the key; the offset of an
+    /// attitude is a rotation vector, rad.
     pub map: DMatrix<f64>,
 }
 
@@ -56,7 +57,7 @@ pub enum Nominal {
     Inertia(Matrix3),
     /// An attitude, its rotation vector \[rad\]; an offset δ makes it R exp(δ).
     Attitude(Vector3),
-    /// A rotation from the start, any angle; the same, and whole turns are kept.
+    /// A rotation from the start, of any angle; whole turns are kept.
     Turn(Vector3),
 }
 
@@ -121,13 +122,13 @@ impl Nominal {
 /// The rotation vector of the same rotation as `shortest`, with whole turns, that is nearest to `wanted`.
 fn nearest_turn(shortest: &Vector3, wanted: &Vector3) -> Vector3 {
     let angle = shortest.norm();
-    // Whole turns about no axis: those of the axis that was.
+    // Whole turns keep the axis of the nominal rotation.
     let axis = if angle > 0.0 { shortest / angle } else { wanted.try_normalize(0.0).unwrap_or_default() };
     let turns = ((wanted.dot(&axis) - angle) / std::f64::consts::TAU).round();
     axis * (angle + turns * std::f64::consts::TAU)
 }
 
-/// Reads `[dispersion]`; `None` where there is none, or where the report says why not.
+/// Reads `[dispersion]`; `None` if it is absent, or if the report has an error.
 pub(crate) fn read(root: &Section, tree: &Node) -> Option<Dispersion> {
     let section = root.section("dispersion")?;
     let varied: Vec<Option<Varied>> =
@@ -139,8 +140,8 @@ pub(crate) fn read(root: &Section, tree: &Node) -> Option<Dispersion> {
         if let Some(other) =
             earlier.clone().find(|other| inside(&other.key, &one.key) || inside(&one.key, &other.key))
         {
-            let reason = format!("`{}` varies already, with `{}`", escape(&one.key), escape(&other.key));
-            return section.list("vary")[index].refuse("E0011", "key", reason, "let each number vary once");
+            let reason = format!("`{}` already varies, with `{}`", escape(&one.key), escape(&other.key));
+            return section.list("vary")[index].refuse("E0011", "key", reason, "vary each number once");
         }
     }
     Some(Dispersion { seed: section.whole("seed")?, cases: section.whole("cases")?, varied })
@@ -156,13 +157,13 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
         _ => Distribution::Ball,
     };
     let numbers = nominal.numbers();
-    // Of an inertia the diagonal alone may vary.
+    // Only the diagonal of an inertia may vary.
     let inertia = matches!(nominal, Nominal::Inertia(_));
     let fits = |count: usize| count == numbers.len() || (inertia && count == 3);
     let misfit = |count: usize| {
         let needed = if inertia { "3 (the diagonal) or 6".into() } else { numbers.len().to_string() };
-        let reason = format!("`{name}` is for {count} numbers, `{}` has {needed}", escape(path));
-        entry.refuse("E0026", name, reason, "give one for each number")
+        let reason = format!("`{name}` has {count} numbers, and `{}` has {needed}", escape(path));
+        entry.refuse("E0026", name, reason, "give one number for each")
     };
     let map = match name {
         "covariance" | "semi_axes" => {
@@ -182,7 +183,8 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
                 Limits::Each(spreads) => return misfit(spreads.len()),
             };
             if relative && matches!(nominal, Nominal::Attitude(_) | Nominal::Turn(_)) {
-                let reason = format!("`{name}`: an attitude has no size that this could be a part of");
+                let reason =
+                    format!("`{name}`: an attitude has no size, so a relative spread has no meaning");
                 let remedy = format!("write {} in the unit of the key", name.trim_end_matches("_relative"));
                 return entry.refuse("E0160", name, reason, remedy);
             }
@@ -195,16 +197,11 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
 
 /// A with `A Aᵀ` the covariance.
 fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    /// What rounding of the entries may make of a zero.
+    /// The value that rounding of the entries may give a zero.
     const ROUNDING: f64 = 1e-12;
     let size = covariance.amax();
     let refuse = |reason: String| {
-        entry.refuse(
-            "E0160",
-            "covariance",
-            reason,
-            "it must be symmetric, with no direction of negative variance",
-        )
+        entry.refuse("E0160", "covariance", reason, "give a symmetric, positive semidefinite covariance")
     };
     if (&covariance - covariance.transpose()).amax() > ROUNDING * size {
         return refuse("the covariance is not symmetric".into());
@@ -217,7 +214,8 @@ fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(eigenvectors * DMatrix::from_diagonal(&deviations))
 }
 
-/// The key that is set, what stands there, and the unit of its spread in that of its offset.
+/// Returns the key that is set, its value, and the unit of its spread relative to that of its
+/// offset.
 fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(String, Nominal, f64)> {
     if let Err((code, reason, remedy)) = paths::place(tree, path) {
         return entry.refuse(code, "key", reason, remedy);
@@ -239,7 +237,7 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
     if let Ok(Place::Key(key)) = paths::place(tree, path)
         && matches!(key.kind, Kind::Steps(_) | Kind::Count(..) | Kind::Format)
     {
-        let reason = format!("`{}` counts: it cannot vary by parts", escape(path));
+        let reason = format!("`{}` is a count: it cannot vary continuously", escape(path));
         return entry.refuse("E0160", "key", reason, "sweep it: `slew sweep SPEC --over KEY=A,B,C`");
     }
     let mut node = Some(tree);
@@ -253,7 +251,7 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
     match numbers(node) {
         Some(nominal) => Some((path.into(), nominal, 1.0)),
         None => {
-            let reason = format!("`{}` holds no numbers that could vary", escape(path));
+            let reason = format!("`{}` holds no numbers", escape(path));
             let remedy = "name a key with a number, a list or rows of numbers; an attitude as end.attitude.rotation_vector_deg";
             entry.refuse("E0160", "key", reason, remedy)
         }
@@ -261,8 +259,8 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
 }
 
 fn absent<T>(entry: &Section, path: &str) -> Option<T> {
-    let reason = format!("`{}` varies, but the spec does not give it", escape(path));
-    entry.refuse("E0160", "key", reason, "write its value, about which it varies")
+    let reason = format!("`{}` varies, but the spec has no value for it", escape(path));
+    entry.refuse("E0160", "key", reason, "write its mean value")
 }
 
 /// A number, a list or rows.

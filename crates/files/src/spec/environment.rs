@@ -58,8 +58,8 @@ impl Surroundings<'_> {
                 let rate = section.number("orbital_rate_rad_s")?;
                 if rate.abs() > FASTEST_ORBIT {
                     let reason = format!(
-                        "no orbit has the rate {} rad/s: about the densest of all matter it is {FASTEST_ORBIT} rad/s at most, above the Earth \
-                         0.00124",
+                        "no orbit has the rate {} rad/s: around the densest matter it is at most \
+                        {FASTEST_ORBIT} rad/s, above the Earth 0.00124",
                         show(rate)
                     );
                     let per_second = show(rate.to_radians());
@@ -104,13 +104,15 @@ impl Surroundings<'_> {
         let sum: f64 = points.iter().map(|(mass, _)| mass).sum();
         if (sum - mass).abs() > MASS_ROUNDING * mass {
             let (sum, mass) = (short(sum), show(mass));
-            let reason = format!("the masses of the points sum to {sum} kg, that of the body is {mass} kg");
+            let reason = format!(
+                "the masses of the points have the sum {sum} kg, and the mass of the body is {mass} kg"
+            );
             return section.refuse("E0087", "points", reason, "make them equal");
         }
         accept(CentralGravity::of_masses(parameter?, points), section)
     }
 
-    /// What the environment asks of the states, the start first.
+    /// Checks the requirements of the environment on the states, the start first.
     pub fn check_ends(&self, ends: &[&Boundary<'_>]) {
         let Some(section) = &self.section else { return };
         match section.word("kind") {
@@ -119,12 +121,13 @@ impl Surroundings<'_> {
                     let told = end.section.rate_key().is_some() || end.rests_in_orbit();
                     if !told && !end.section.has("angular_momentum_body_n_m_s") {
                         let reason = format!(
-                            "[{}] needs an angular velocity: under gravity_gradient rest against LVLH and inertial rest differ",
+                            "[{}] needs an angular velocity: under gravity_gradient rest relative to \
+                            LVLH and inertial rest differ",
                             end.section.path
                         );
-                        let remedy = "add angular_velocity = \"at rest in LVLH\", or angular_velocity_rad_s, inertial, in body \
-                                      axes; LVLH is here e1 along the velocity, e2 the orbit normal, e3 outward: lvlh_axes = \
-                                      \"velocity_antinormal_nadir\" tells attitudes against z to nadir";
+                        let remedy = "add angular_velocity = \"at rest in LVLH\", or angular_velocity_rad_s, \
+                         inertial, in body axes; LVLH here is e1 along the velocity, e2 the orbit \
+                         normal, e3 outward; lvlh_axes = \"velocity_antinormal_nadir\" has z to nadir";
                         end.section.error_here("E0021", reason, remedy);
                     }
                 }
@@ -139,7 +142,8 @@ impl Surroundings<'_> {
                         let reach = if points.is_empty() { 0.0 } else { reach };
                         let [radius, reach] = told_apart([radius, reach], 4, rounded);
                         let reason = format!(
-                            "the distance from the attracting point is {radius} m, the body reaches {reach} m: they touch"
+                            "the distance from the attracting point is {radius} m, and the body has \
+                            the radius {reach} m: they touch"
                         );
                         let remedy = "the attracting point is at the origin; check `position_m` (m, not km?)";
                         end.section.error("E0083", "position_m", reason, remedy);
@@ -165,8 +169,8 @@ impl Surroundings<'_> {
                 let reason = format!(
                     "the start is on a hyperbolic orbit: {speed} m/s, the escape velocity there is {escape} m/s"
                 );
-                let remedy =
-                    "nothing to do if that is meant; else check units and the gravitational parameter";
+                let remedy = "no action is needed if this is intended; else check units and the gravitational \
+                    parameter";
                 start.section.warn("W0083", "velocity_m_s", reason, remedy);
             }
         }
@@ -179,7 +183,7 @@ fn accept<E: Environment + 'static>(
 ) -> Option<Arc<dyn Environment>> {
     let told = |error: &EnvironmentError| match error {
         EnvironmentError::NoDirection { .. } => {
-            let remedy = "give the direction in which things fall, for example [0, 0, 1]";
+            let remedy = "give the direction of falling, for example [0, 0, 1]";
             ("E0054", section.spot("direction"), remedy)
         }
         _ => ("E0086", section.here(), "check the numbers of [environment]"),

@@ -1,11 +1,12 @@
-//! `[expect]`: what a plan or a motion must come to; read by the tests of a collection of problems.
+//! `[expect]`: the required result of a plan or a motion; the tests of a collection of problems
+//! read it.
 
 use super::attitude::{self, Use};
 use super::{Section, cut};
 use slewkit::maneuver::Sense;
 use slewkit::{Matrix3, Vector3};
 
-/// A number to be met, and how closely.
+/// A required number and its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Toleranced {
     /// The number.
@@ -14,16 +15,16 @@ pub struct Toleranced {
     pub tolerance: f64,
 }
 
-/// `[expect]`: what the plan of a shipped problem must come to.
+/// `[expect]`: the required result of the plan of a shipped problem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expect {
-    /// Where the numbers come from.
+    /// The source of the numbers.
     pub source: Option<String>,
-    /// Status of the plan; `solved` when the spec says nothing.
+    /// The status of the plan; `solved` by default.
     pub status: String,
     /// Cost.
     pub cost: Option<Toleranced>,
-    /// Cost that was published, in the unit of ours, and its rounding: the plan is not dearer.
+    /// The published cost, in the unit of ours, and its rounding: the plan must not cost more.
     pub published: Option<Toleranced>,
     /// Bound on the larger of attitude error in rad and relative momentum error at the end.
     pub terminal_error: Option<f64>,
@@ -49,10 +50,10 @@ pub struct Expect {
     pub because: Option<String>,
 }
 
-/// `[expect]` of a simulation: what the motion of a shipped problem must come to.
+/// `[expect]` of a simulation: the required result of the motion of a shipped problem.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimulationExpect {
-    /// Where the numbers come from.
+    /// The source of the numbers.
     pub source: Option<String>,
     /// Energy at the start \[J\].
     pub energy: Option<Toleranced>,
@@ -75,7 +76,7 @@ pub struct SimulationExpect {
 /// State of one body at the end, each with the largest accepted distance from it (SI units, radians).
 #[derive(Clone, Debug, PartialEq)]
 pub struct EndExpect {
-    /// Which body, from 0.
+    /// The index of the body, from 0.
     pub body: usize,
     /// Attitude, body → reference.
     pub attitude: Option<(Matrix3, f64)>,
@@ -90,11 +91,11 @@ pub struct EndExpect {
 /// How fast a body axis turns about a direction, in the mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precession {
-    /// Which body, from 0.
+    /// The index of the body, from 0.
     pub body: usize,
     /// The axis, body axes, any length.
     pub axis: Vector3,
-    /// What it turns about, reference frame, any length.
+    /// The axis of its rotation, reference frame, any length.
     pub about: Vector3,
     /// Mean rate [rad/s].
     pub rate: Toleranced,
@@ -103,7 +104,7 @@ pub struct Precession {
 /// How a body axis swings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oscillation {
-    /// Which body, from 0.
+    /// The index of the body, from 0.
     pub body: usize,
     /// The axis, body axes, any length.
     pub axis: Vector3,
@@ -121,13 +122,13 @@ impl Toleranced {
 }
 
 impl Section {
-    /// The number under `name`, and how closely it is to be met.
+    /// Returns the number under `name`, and its tolerance.
     pub fn toleranced(&self, name: &str) -> Option<Toleranced> {
         self.section(name).and_then(Toleranced::read)
     }
 }
 
-/// `[expect]`, checked for itself only: it says nothing about the plan.
+/// Reads `[expect]` and checks it alone: it does not affect the plan.
 pub(crate) fn of_maneuver(section: &Section) -> Expect {
     Expect {
         source: section.word("source").map(str::to_string),
@@ -148,7 +149,7 @@ pub(crate) fn of_maneuver(section: &Section) -> Expect {
     }
 }
 
-/// What `[[expect.end]]` may ask, and how closely.
+/// The keys of `[[expect.end]]`, and their tolerances.
 const TOLERATED: [(&str, &str); 4] = [
     ("attitude", "attitude_tolerance_rad"),
     ("angular_velocity_rad_s", "angular_velocity_tolerance_rad_s"),
@@ -156,7 +157,8 @@ const TOLERATED: [(&str, &str); 4] = [
     ("velocity_m_s", "velocity_tolerance_m_s"),
 ];
 
-/// `[expect]` of a simulation of bodies of these names; `None` if it names a body that is none.
+/// Reads `[expect]` of a simulation of bodies with these names; `None` if it names an unknown
+/// body.
 pub(crate) fn of_simulation(section: &Section, names: &[&str]) -> Option<SimulationExpect> {
     let body = |section: &Section| {
         let named = section.word("body");
@@ -168,7 +170,7 @@ pub(crate) fn of_simulation(section: &Section, names: &[&str]) -> Option<Simulat
             let names: Vec<_> = names.iter().take(6).map(|name| cut(name, 40)).collect();
             let reason = match named {
                 Some(name) => format!("no body is called \"{}\"", cut(name, 40)),
-                None => format!("[{}] does not say of which body", section.path),
+                None => format!("[{}] does not name a body", section.path),
             };
             section.refuse("E0021", "body", reason, format!("give body = one of {}", names.join(", ")))
         })

@@ -10,8 +10,8 @@ type Words = (&'static str, String, &'static str);
 /// Fewer steps than there must be.
 pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
     let (what, remedy) = match of {
-        StepsOf::Plan => ("a plan", "100 is a good start; or leave the key out"),
-        StepsOf::Simulation => ("a simulation", "write how many, or give step_s instead"),
+        StepsOf::Plan => ("a plan", "100 is a good first value; or remove the key"),
+        StepsOf::Simulation => ("a simulation", "write a number, or give step_s instead"),
     };
     let least = of.least();
     let plural = if least == 1 { "" } else { "s" };
@@ -24,13 +24,14 @@ pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
         StepsOf::Plan => {
             // A node holds state, inputs, costates and the transition matrix of the sweep: about 1 kB on SO(3).
             let gigabytes = short(steps * 1e3 / 1e9);
-            let why = format!("they would need about {gigabytes} GB, the limit of a plan is {}", of.most());
-            (why, "use fewer steps; a thousand are plenty for most maneuvers")
+            let why =
+                format!("they would need about {gigabytes} GB, and the limit of a plan is {}", of.most());
+            (why, "use fewer steps; a thousand suffice for most maneuvers")
         }
         StepsOf::Simulation => {
             let most = show(of.most() as f64);
-            let why = format!("a simulation may have {most}, a minute or more even for a single free body");
-            (why, "take longer steps, a method of higher order, or a shorter duration")
+            let why = format!("the limit of a simulation is {most}, a minute or more even for a free body");
+            (why, "use longer steps, a method of higher order, or a shorter duration")
         }
     };
     ("E0034", format!("{} steps are too many: {why}", show(steps)), remedy)
@@ -49,7 +50,8 @@ pub(super) fn given(of: StepsOf, section: &Section, duration: f64) -> Option<u64
         let (reason, longest) = match of {
             StepsOf::Plan => (
                 format!(
-                    "a step of {step} s is too long for a maneuver of {whole} s; a plan needs at least {} steps",
+                    "a step of {step} s is too long for a maneuver of {whole} s; a plan needs at \
+                    least {} steps",
                     Problem::MIN_STEPS
                 ),
                 short(duration / 100.0),
@@ -66,8 +68,9 @@ pub(super) fn given(of: StepsOf, section: &Section, duration: f64) -> Option<u64
     }
     if (wanted - steps).abs() > 1e-9 * steps {
         let (whole, step, used) = (show(duration), show(step), short(duration / steps));
-        let reason =
-            format!("{whole} s is no whole number of steps of {step} s; {steps} steps of {used} s are used");
+        let reason = format!(
+            "{whole} s is not a whole number of steps of {step} s; {steps} steps of {used} s are used"
+        );
         section.warn("W0033", "step_s", reason, format!("write steps = {steps}"));
     }
     Some(steps as u64)

@@ -112,7 +112,7 @@ fn syntax(kind: &ParseErrorKind, span: Span, source: &Source) -> Finding {
         ParseErrorKind::UnexpectedWord | ParseErrorKind::ExpectedStringObjectProperty => {
             "put names and text between quotes \""
         }
-        _ => "write plain JSON, or TOML, which is easier to type",
+        _ => "write plain JSON, or TOML, which is easier to write",
     };
     let mut message = kind.to_string();
     if let Some(first) = message.get_mut(..1) {

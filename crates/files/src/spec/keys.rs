@@ -5,7 +5,7 @@ use Kind::*;
 use slewkit::maneuver::Problem;
 use slewkit::mechanics::ActuatorSet;
 
-/// What a key holds.
+/// The kind of value of a key.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     /// The version of the format, 1.
@@ -48,9 +48,9 @@ pub(crate) enum Kind {
     Vectors(Quantity),
     /// A direction in space, or a list of them.
     Directions,
-    /// What is aimed at: a word, a table, or a list of these.
+    /// A target: a word, a table, or a list of these.
     Targets,
-    /// A heavenly body, whose direction this version cannot know.
+    /// A body of the sky, whose direction this version cannot compute.
     HeavenlyBody,
     /// A list of texts, at most this many.
     Texts(usize),
@@ -60,11 +60,11 @@ pub(crate) enum Kind {
     Faces,
     /// A list of intervals of time \[s\], one after another.
     Intervals,
-    /// Known, but this version cannot do it; the text says what it will be.
+    /// A known key that this version does not support; the text names it.
     Later(&'static str),
 }
 
-/// What has steps.
+/// The kind of motion that has steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StepsOf {
     /// A plan, which holds its nodes in memory.
@@ -74,7 +74,7 @@ pub(crate) enum StepsOf {
 }
 
 impl StepsOf {
-    /// The fewest that it may have.
+    /// Returns the smallest number of steps.
     pub fn least(self) -> u64 {
         match self {
             Self::Plan => Problem::MIN_STEPS as u64,
@@ -82,7 +82,7 @@ impl StepsOf {
         }
     }
 
-    /// The most.
+    /// Returns the largest number of steps.
     pub fn most(self) -> u64 {
         match self {
             Self::Plan => Problem::MAX_STEPS as u64,
@@ -108,9 +108,9 @@ impl Kind {
 pub(crate) struct Key {
     pub name: &'static str,
     pub kind: Kind,
-    /// What it means, in one line.
+    /// Its meaning, in one line.
     pub doc: &'static str,
-    /// Required; the text is what a spec might say.
+    /// Whether it is required; the text is a sample.
     pub sample: Option<&'static str>,
     /// Only for these values of the table's selector; empty: always.
     pub only: &'static [&'static str],
@@ -122,9 +122,9 @@ pub(crate) struct Table {
     pub keys: &'static [Key],
     /// The key whose value decides which others apply.
     pub selector: Option<&'static str>,
-    /// Groups of keys of which at most one may be given.
+    /// Groups of keys of which at most one is allowed.
     pub exclusive: &'static [&'static [&'static str]],
-    /// Groups of keys of which one must be given, with a sample.
+    /// Groups of keys of which one is required, with a sample.
     pub one_of: &'static [(&'static [&'static str], &'static str)],
 }
 
@@ -160,8 +160,8 @@ macro_rules! shared_keys {
     };
 }
 
-/// Tables, each with what it says beside its keys in brackets. A key is a name with its [`Kind`], or one that is
-/// shared; the comment of a key is its description in the schema.
+/// Tables, each with its properties in brackets. A key is a name with its [`Kind`], or a shared
+/// key; the comment of a key is its description in the schema.
 macro_rules! tables {
     ($(
         $(#[doc = $about:literal])*
@@ -215,19 +215,20 @@ tables! {
         "$schema": Text(2000);
         /// Version of this format: 1.
         "format": Format, needed "format = 1";
-        /// What is planned, for people. Default: the file name.
+        /// The name of the maneuver or simulation, for people. Default: the file name.
         "name": Text(200);
         /// Notes for people; ignored.
         "description": Text(10_000);
         /// The moment of time zero, with its time scale (UTC, TAI, TT, TDB, GPS), as in "2026-11-21T07:00:00 UTC".
         /// Files for other programs need it; plans do not depend on it.
         "epoch": Text(100);
-        /// Whether what is aimed at by name is seen where it was when its light left it: of stations, Moon and satellites. Default: none.
+        /// Whether named targets are seen where they were when their light left them: stations,
+        /// Moon and satellites. Default: none.
         "light_time": Choice(&["none", "one_way"], &[]);
-        /// Whether what is aimed at by name is seen as from a satellite that moves: of all that gives light, stars by ra_deg among it.
-        /// Default: none.
+        /// Whether named targets are seen as from a moving satellite: everything that gives
+        /// light, with stars by ra_deg. Default: none.
         "aberration": Choice(&["none", "satellite"], &[]);
-        /// What files for other programs call the object, its frames and its inputs.
+        /// The names of the object, its frames and its inputs in files for other programs.
         "names": Table(&NAMES);
         /// The rigid body.
         "body": Table(&BODY), needed "[body]\ninertia_kg_m2 = [2, 3, 4]   # or three rows: the whole matrix";
@@ -240,33 +241,36 @@ tables! {
         /// State at the end.
         "end": Table(&END),
             needed "[end]\nattitude = { euler_zyx_deg = [90, 0, 0] }\nangular_velocity_deg_s = [0, 0, 0]";
-        /// What is minimised, in what time, on which grid.
+        /// The objective, the duration and the grid.
         "maneuver": Table(&MANEUVER), needed "[maneuver]\nduration_s = 60";
         /// How it is solved. Default: automatic.
         "solver": Table(&SOLVER);
-        /// What acts on the body. Default: nothing.
+        /// The forces and moments on the body other than those of its actuators. Default: none.
         "environment": Table(&ENVIRONMENT);
-        /// What the plan must come to; read by the tests of a collection of problems.
+        /// The required result of the plan; the tests of a collection of problems read it.
         "expect": Table(&EXPECT);
-        /// Where the body may point and how fast it may turn, all the way. Default: anywhere, any rate.
+        /// Pointing constraints and limits of the rate, for the whole maneuver. Default: none.
         "constraint": List(&CONSTRAINT, Problem::MAX_CONSTRAINTS);
-        /// Sets of cones that hold in turns: at every time one of the sets holds as a whole.
+        /// Sets of cones that alternate: at every time one whole set holds.
         "any_of": List(&ANY_OF, 10);
-        /// The orbit, where ends or cones aim at what depends on it. Axes of the reference frame are then those of the GCRS (ICRF).
+        /// The orbit, if ends or cones aim at targets that depend on it. Axes of the reference
+        /// frame are then those of the GCRS (ICRF).
         "orbit": Table(&ORBIT);
-        /// What stands around the spacecraft, for pictures and summaries: plan files write it where [orbit] and targets are told.
+        /// The surroundings of the spacecraft, for pictures and summaries: plan files write it if
+        /// the spec has [orbit] and targets.
         "scenery": Table(&SCENERY);
-        /// What is uncertain, for `slew monte-carlo`; any other command plans the values as they stand.
+        /// The uncertain numbers, for `slew monte-carlo`; other commands use the nominal values.
         "dispersion": Table(&DISPERSION);
         /// Gains that keep the craft on the plan.
         "feedback": Table(&FEEDBACK);
-        /// What the craft that flies the plan differs by while the plan stays, for covariances along it and for `slew fly`.
+        /// The uncertainty of the craft that flies the plan, for covariances along it and for
+        /// `slew fly`.
         "uncertainty": Table(&UNCERTAINTY);
-        /// How the actuators follow when the plan is flown, for `slew fly`.
+        /// The response of the actuators when the plan is flown, for `slew fly`.
         "plant": Table(&PLANT);
-        /// What becomes of the rounded last digits of matrices and unit vectors. remove: they become
-        /// rotations, and of length 1. keep: each number is taken to its last bit, as in a spec that slew
-        /// wrote. Default: remove.
+        /// The treatment of the rounded last digits of matrices and unit vectors. remove: they
+        /// become rotations, and of length 1. keep: each number is used to its last bit, as in a
+        /// spec that slew wrote. Default: remove.
         "rounding": Choice(&["remove", "keep"], &[]);
     }
 
@@ -275,26 +279,28 @@ tables! {
         "object": Text(64);
         /// Its international designator, as in "1995-074A". Default: UNKNOWN.
         "object_id": Text(64);
-        /// What the object is about, as in "EARTH". Default: not said.
+        /// The central body, as in "EARTH". Default: none.
         "center": Text(64);
-        /// The reference frame, to which attitudes lead. Default: ICRF; needed where the frame turns.
+        /// The reference frame, to which attitudes map. Default: ICRF; required if the frame
+        /// turns.
         "reference_frame": Text(64);
-        /// The body frame, from which they come. Default: SC_BODY_1.
+        /// The body frame, from which attitudes map. Default: SC_BODY_1.
         "body_frame": Text(64);
-        /// Who issues the files. Default: UNKNOWN.
+        /// The issuer of the files. Default: UNKNOWN.
         "originator": Text(64);
         /// Number of the object at NAIF, negative, for SPICE kernels.
         "spice_id": Number(q::SPICE_ID);
-        /// What the inputs are called in heads of tables, one for each. Default: the names of the wheels, else
-        /// numbers.
+        /// The names of the inputs in headings of tables, one for each. Default: the names of the
+        /// wheels, else numbers.
         "inputs": Texts(100);
     }
 
     static BODY {
-        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor signs:
-        /// three rows, or a diagonal of three. The mass of wheels is in it, their moments about their own axes are not.
+        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes,
+        /// tensor signs: three rows, or a diagonal of three. It includes the mass of wheels, and
+        /// excludes their moments about their own axes.
         "inertia_kg_m2": Inertia, needed "inertia_kg_m2 = [2, 3, 4]";
-        /// Mass; needed when positions are given, and nowhere else.
+        /// Mass; required with positions, and only then.
         "mass_kg": Number(q::MASS);
     }
 
@@ -306,8 +312,8 @@ tables! {
         "torque_axes_body": Axes;
         /// Torque axes fixed in the reference frame: the torque is Rᵀ B u.
         "torque_axes_reference": Axes;
-        /// Weight W of the torque inputs in ½uᵀWu: one number per axis, or a full symmetric positive definite
-        /// matrix. Default: 1 each.
+        /// Weight W of the torque inputs in ½uᵀWu: one number for each axis, or a full symmetric
+        /// positive definite matrix. Default: 1 each.
         "effort_weight": Weight;
         /// Force axes fixed in the reference frame; an empty list: no forces. Default: three unit axes when
         /// positions are given.
@@ -316,42 +322,52 @@ tables! {
         "force_axes_body": Axes;
         /// Weight of the force inputs, like effort_weight. Default: 1 each.
         "force_effort_weight": Weight;
-        /// Limit of the size of each torque input: one for all, or one per axis. Default: none.
+        /// Limit of the size of each torque input: one number for all, or one for each axis.
+        /// Default: none.
         "torque_limit_n_m": Limits(q::TORQUE, None);
-        /// The chance that corrections under [feedback] ask for more of an input than its limit at the worst instant, of each input: the
-        /// plan leaves a reserve for them. Of wheels that of their torque limits. Below 0.5.
+        /// The chance that the command of an input, with corrections under [feedback], exceeds
+        /// its limit at the worst instant, for each input: the plan leaves a reserve. For wheels
+        /// it applies to their torque limits. Below 0.5.
         "torque_limit_chance": Number(q::CHANCE);
-        /// What the plan leaves of the limit to corrections: one number for all, or one per input. With a chance the larger acts.
-        /// Default: 0.
+        /// The reserve of the limit for corrections: one number for all, or one for each input.
+        /// With a chance the larger one is active. Default: 0.
         "torque_limit_reserve_n_m": Spread(q::SPREAD);
         /// Limit of the norm of the whole torque. Default: none.
         "torque_norm_limit_n_m": Limit(q::TORQUE_NORM);
-        /// The same chance of the limit of the norm.
+        /// The chance that the norm of the torque exceeds its limit at the worst instant.
         "torque_norm_limit_chance": Number(q::CHANCE);
-        /// What the plan leaves of the limit of the norm. Default: 0.
+        /// The reserve of the limit of the norm. Default: 0.
         "torque_norm_limit_reserve_n_m": Spread(q::SPREAD);
-        /// Limit of how fast each torque input changes: one for all, or one per axis. Default: none.
+        /// Limit of the rate of change of each torque input: one number for all, or one for each
+        /// axis. Default: none.
         "torque_rate_limit_n_m_per_s": Limits(q::TORQUE_RATE, None);
-        /// The chance that a held command changes more from a step to the next than the limit allows in a step.
+        /// The chance that the change of a held command from one step to the next exceeds the
+        /// limit for a step.
         "torque_rate_limit_chance": Number(q::CHANCE);
-        /// What the plan leaves of that limit: one number for all, or one per input. Default: 0.
+        /// The reserve of that limit: one number for all, or one for each input. Default: 0.
         "torque_rate_limit_reserve_n_m_per_s": Spread(q::SPREAD);
-        /// When limits may be exceeded with their chances, as of constraints: instant or motion. Default: instant.
+        /// The time to which the chances of limits refer, as for constraints: instant or motion.
+        /// Default: instant.
         "chance_over": Choice(&["instant", "motion"], &[]);
-        /// Limit of the size of each force input: one for all, or one per axis. Default: none.
+        /// Limit of the size of each force input: one number for all, or one for each axis.
+        /// Default: none.
         "force_limit_n": Limits(q::FORCE, None);
         /// Limit of the norm of the whole force. Default: none.
         "force_norm_limit_n": Limit(q::FORCE_NORM);
-        /// Limit of how fast each force input changes: one for all, or one per axis. Default: none.
+        /// Limit of the rate of change of each force input: one number for all, or one for each
+        /// axis. Default: none.
         "force_rate_limit_n_per_s": Limits(q::FORCE_RATE, None);
-        /// Shortest pulse: each torque input is off or at its limit, and on for at least so long each time. For minimum fuel in a
-        /// given duration. Default: inputs take any value within their limits.
+        /// Shortest pulse: each torque input is off or at its limit, and each pulse has at least
+        /// this length. For minimum fuel in a given duration. Default: inputs take any value
+        /// within their limits.
         "shortest_pulse_s": Number(q::DURATION);
-        /// What a N·m of each torque input costs in a second, where fuel is minimised: one for all, or one per axis; under
-        /// torque_norm_limit_n_m what a N·m of the whole torque costs. Default: 1.
+        /// The cost per second of a N·m of each torque input, if fuel is the objective: one
+        /// number for all, or one for each axis; with torque_norm_limit_n_m the cost of a N·m of
+        /// the whole torque. Default: 1.
         "fuel_price": Limits(q::PRICE, None);
-        /// What a newton of each force input costs in a second, where fuel is minimised: one for all, or one per axis; under
-        /// force_norm_limit_n what a newton of the whole force costs. Default: 1.
+        /// The cost per second of a newton of each force input, if fuel is the objective: one
+        /// number for all, or one for each axis; with force_norm_limit_n the cost of a newton of
+        /// the whole force. Default: 1.
         "force_fuel_price": Limits(q::PRICE, None);
         /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.
         "wheel": List(&WHEEL, MAX_WHEELS);
@@ -361,47 +377,49 @@ tables! {
     }
 
     static THRUSTER {
-        /// What messages call the thruster. Default: its number.
+        /// The name of the thruster in messages. Default: its number.
         "name": Text(100);
-        /// Where it sits, from the mass center, body axes.
+        /// Its position from the mass center, body axes.
         "position_m": Vector(q::LENGTH);
-        /// The way in which it pushes the body, body axes, any length.
+        /// The direction of its force on the body, body axes, any length.
         "force_direction_body": Vector(q::COMPONENT);
         /// Its largest force.
         "force_limit_n": Limit(q::FORCE);
-        /// Instead of position, direction and force, where the body does not move: the axis of its torque, body axes, any length.
+        /// Instead of position, direction and force, if the body does not translate: the axis of
+        /// its torque, body axes, any length.
         "torque_axis_body": Vector(q::COMPONENT);
         /// Its largest torque.
         "torque_limit_n_m": Limit(q::TORQUE);
-        /// What a newton of its force, or a N·m where the torque is given, costs in a second. Default: 1.
+        /// The cost per second of a newton of its force, or of a N·m if the torque is given.
+        /// Default: 1.
         "fuel_price": Number(q::PRICE);
     }
 
     static WHEEL {
-        /// What messages call the wheel. Default: its number.
+        /// The name of the wheel in messages. Default: its number.
         "name": Text(100);
         /// Spin axis, body axes, of length 1.
         "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
-        /// Limit of the size of its torque; for every wheel or for none. Default: none.
+        /// Limit of the size of its torque; for every wheel or for no wheel. Default: none.
         "torque_limit_n_m": Limit(q::TORQUE);
         /// Limit of the size of its momentum about its axis. Default: none.
         "momentum_limit_n_m_s": Limit(q::WHEEL_LIMIT);
-        /// Its momentum about its axis at the start, against inertial space, not against the body: axial moment times (speed in the body
-        /// plus axis · angular velocity); free at the end. Default: 0.
+        /// Its inertial momentum about its axis at the start: axial moment times (speed in the
+        /// body plus axis · angular velocity); free at the end. Default: 0.
         "momentum_n_m_s": Number(q::WHEEL_MOMENTUM);
         /// Weight of its torque in ½uᵀWu. Default: 1.
         "effort_weight": Number(q::WHEEL_WEIGHT);
     }
 
     static ANY_OF {
-        /// What reports call it. Default: its number.
+        /// The name in reports. Default: its number.
         "name": Text(100);
-        /// The sets, two at least.
+        /// The sets, at least two.
         "set": List(&SET, 10), needed "set = [{ constraints = [\"A\"] }, { constraints = [\"B\"] }]";
     }
 
     static SET {
-        /// Names of cones, each in this set alone, which hold together.
+        /// Names of cones that hold together; each is in this set only.
         "constraints": Texts(1000), needed "constraints = [\"tracker A off the Sun\"]";
     }
 
@@ -421,54 +439,60 @@ tables! {
             (RATE_LIMITS, "angular_velocity_limit_deg_s = 4"),
         ],
     ] {
-        /// What it asks: boresights outside or inside of cones, or held on them, or a limit of the angular velocity.
+        /// The kind of condition: boresights outside or inside of cones, or held on them, or a
+        /// limit of the angular velocity.
         "kind": Choice(&["keep_out", "keep_in", "on_cone", "rate_limit"], &[]), needed "kind = \"keep_out\"";
-        /// What reports call it. Default: its kind.
+        /// The name in reports. Default: its kind.
         "name": Text(100);
         /// One boresight or several, body axes, any length.
         "boresight_body": Vectors(q::COMPONENT), only POINTING, needed "boresight_body = [0, 0, 1]";
-        /// What the cone is about, fixed in inertial space: one direction or several, in the axes of the
-        /// reference frame at the start.
+        /// The axis of the cone, fixed in inertial space: one direction or several, in the axes
+        /// of the reference frame at the start.
         "direction_inertial": Directions, only POINTING;
-        /// The same, fixed to a reference frame that turns.
+        /// The axis of the cone, fixed in a reference frame that turns: one direction or several.
         "direction_reference": Directions, only POINTING;
-        /// What the cone is about by name, as it moves: "sun", { at = "ground", latitude_deg = 48.1, longitude_deg = 11.6 }; one or several.
+        /// The axis of the cone by name, as it moves: "sun", { at = "ground", latitude_deg =
+        /// 48.1, longitude_deg = 11.6 }; one or several.
         "direction": Targets, only POINTING;
-        /// Instead of a direction: the disc of the Earth as it is seen; half angles are then counted from its limb.
+        /// Instead of a direction: the disc of the Earth as seen; half angles are then measured
+        /// from its limb.
         "limb_of": Choice(&["earth"], &[]), only POINTING;
         /// Angle beyond the limb, instead of the half angle.
         "beyond_limb_deg": Number(q::MARGIN_DEG), only POINTING;
         /// Half angle of the cone, between 0 and 180.
         "half_angle_deg": Number(q::ANGLE_DEG), only POINTING;
-        /// The same in rad, between 0 and π.
+        /// Half angle of the cone in rad, between 0 and π.
         "half_angle_rad": Number(q::ANGLE_RAD), only POINTING;
-        /// Margin: added to the half angle of a keep-out cone, taken from that of a keep-in cone. Default: 0.
+        /// Margin: it enlarges a keep-out cone and reduces a keep-in cone. Default: 0.
         "margin_deg": Number(q::MARGIN_DEG), only BESIDE_CONE;
-        /// The same in rad.
+        /// Margin in rad.
         "margin_rad": Number(q::MARGIN_RAD), only BESIDE_CONE;
-        /// What a boresight that is held on a cone may be off by at the ends and between the nodes, on which it is held exactly. Default: 0.1.
+        /// The largest deviation of a boresight from its cone at the ends and between the nodes;
+        /// it is zero at the nodes. Default: 0.1.
         "within_deg": Number(q::TOLERANCE_DEG), only ON_CONE;
-        /// The same in rad.
+        /// The largest deviation in rad.
         "within_rad": Number(q::TOLERANCE_RAD), only ON_CONE;
-        /// When it acts: while a part of the Sun is seen, while a part of it is hidden by the Earth, or while what the cone is about is
-        /// not hidden by the Earth. Needs [orbit]. Default: always.
+        /// The time of activity: while a part of the Sun is visible, while the Earth hides a part
+        /// of it, or while the Earth does not hide the target of the cone. Needs [orbit].
+        /// Default: always.
         "while": Choice(&["always", "sunlit", "eclipse", "target_visible"], &[]), only POINTING;
-        /// The same as intervals of time from the start on: [[0, 40], [60, 90]].
+        /// The times of activity as intervals from the start on: [[0, 40], [60, 90]].
         "during_s": Intervals, only POINTING;
-        /// The chance of violating it at its worst instant, under [uncertainty], with the gains of [feedback]: the plan keeps as much
-        /// margin as that takes. Below 0.5.
+        /// The chance of violating it at its worst instant, under [uncertainty], with the gains
+        /// of [feedback]: the plan keeps the necessary margin. Below 0.5.
         "chance": Number(q::CHANCE), only WITH_CHANCE;
-        /// When it may be violated with the chance. instant: at the worst one, to first order. motion: at any time, counted in flights
-        /// by [plant]; from 1e-4 on. Default: instant.
+        /// The time to which the chance refers. instant: the worst one, to first order. motion:
+        /// any time, counted in flights with [plant]; at least 1e-4. Default: instant.
         "chance_over": Choice(&["instant", "motion"], &[]), only WITH_CHANCE;
         /// Limit of the inertial angular velocity: one number for its norm, or three for its components in
         /// body axes.
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;
-        /// The same in rad/s.
+        /// The limit in rad/s.
         "angular_velocity_limit_rad_s": Limits(q::RATE_LIMIT_RAD, Some(3)), only RATE_LIMIT;
-        /// What the plan leaves of the limit: one number, or three beside three limits. With a chance the larger acts. Default: 0.
+        /// The reserve of the limit: one number, or three for three limits. With a chance the
+        /// larger one is active. Default: 0.
         "margin_deg_s": Spread(q::SPREAD), only RATE_LIMIT;
-        /// The same in rad/s.
+        /// The reserve in rad/s.
         "margin_rad_s": Spread(q::SPREAD), only RATE_LIMIT;
     }
 }
@@ -497,9 +521,11 @@ const PLACES: &[&str] = &[
 ];
 
 shared_keys! {
-    /// What is aimed at: sun, anti_sun, moon, nadir (or earth), zenith, geodetic_nadir, velocity, anti_velocity, along_track,
-    /// orbit_normal, anti_orbit_normal, ground, limb, satellite (with the keys of its orbit), orbit_vector; turning; or a track, as plan files write it. All but Sun, Moon and what turns need
-    /// [orbit], and all but that an epoch. Instead: ra_deg and dec_deg, or a vector, which stand still.
+    /// The target: sun, anti_sun, moon, nadir (or earth), zenith, geodetic_nadir, velocity,
+    /// anti_velocity, along_track, orbit_normal, anti_orbit_normal, ground, limb, satellite (with
+    /// the keys of its orbit), orbit_vector; turning; or a track, as in plan files. All except
+    /// Sun, Moon and turning need [orbit], and all except turning need an epoch. For a fixed
+    /// direction give ra_deg and dec_deg, or a vector, instead.
     AT_KEY = "at": Choice(PLACES, &[]);
     /// Right ascension, with dec_deg.
     RA_KEY = "ra_deg": Number(q::ANGLE_DEG);
@@ -511,7 +537,7 @@ shared_keys! {
     LATITUDE_KEY = "latitude_deg": Number(q::ANGLE_DEG);
     /// East longitude of a station.
     LONGITUDE_KEY = "longitude_deg": Number(q::ANGLE_DEG);
-    /// For limb: about nadir, right-handed, from along the track.
+    /// For limb: the azimuth about nadir, right-handed, from along the track.
     AZIMUTH_KEY = "azimuth_deg": Number(q::ANGLE_DEG);
     /// Height of a station above the ellipsoid of WGS 84, or of a limb above the sphere of its equatorial radius. Default: 0.
     HEIGHT_KEY = "height_m": Number(q::POSITION);
@@ -538,29 +564,32 @@ shared_keys! {
     MOTION_KEY = "velocity_m_s": Vector(q::VELOCITY);
     /// The moment of elements or state. Default: the epoch of the maneuver.
     MOMENT_KEY = "epoch": Text(100);
-    /// How elements or a state go on: about a point mass, or about the flattened Earth. Default: j2.
+    /// The propagation of elements or a state: about a point mass, or about the flattened Earth.
+    /// Default: j2.
     MODEL_KEY = "model": Choice(&["j2", "two_body"], &[]);
     /// For orbit_vector: along the track, the orbit normal, outward.
     ORBIT_VECTOR_KEY = "orbit_vector": Vector(q::COMPONENT);
     /// For turning: the direction at time zero.
     TURNING_KEY = "turning_vector": Vector(q::COMPONENT);
-    /// For turning: the angular velocity of what it is fixed in, reference axes.
+    /// For turning: the angular velocity of the turning object, reference axes.
     TURNING_RATE_KEY = "turning_rate_deg_s": Vector(q::RATE_DEG);
-    /// For track: when it begins. Default: 0.
+    /// For track: its start. Default: 0.
     FROM_KEY = "from_s": Number(q::ELAPSED);
     /// For track: the length of a piece.
     PIECE_KEY = "piece_s": Number(q::DURATION);
-    /// For track: how many coefficients a piece has. Default: all.
+    /// For track: the number of coefficients of a piece. Default: all.
     TERMS_KEY = "terms": Count(1, 10_000);
     /// For track: Chebyshev coefficients of a vector in reference axes at time zero, piece after piece.
     COEFFICIENTS_KEY = "coefficients": Vertices(q::COMPONENT);
-    /// For track: radius of what it leads to, whose limb cones begin at.
+    /// For track: the radius of the target, from whose limb cones are measured.
     DISC_KEY = "disc_radius": Number(q::COMPONENT);
-    /// A body axis that points at a target, in place of an attitude: the body then turns with it.
+    /// A body axis that points at a target, instead of an attitude: the body then turns with the
+    /// target.
     POINT_KEY = "point": Table(&POINT_AT);
-    /// With point: a second body axis towards a second target, as well as it can. Default: the roll is free.
+    /// With point: a second body axis, as near as possible to a second target. Default: the roll
+    /// is free.
     SECOND_KEY = "second": Table(&SECOND);
-    /// With point: whether the body moves on with the target or stands. Default: matched.
+    /// With point: whether the body turns with the target or is at rest. Default: matched.
     AIM_RATE_KEY = "rate": Choice(&["matched", "zero"], &[]);
 }
 
@@ -583,20 +612,20 @@ macro_rules! targets {
 }
 
 targets! {
-    /// What is aimed at.
+    /// A target.
     pub(crate) static TARGET {}
 
-    /// The axis that points, and what at.
+    /// The pointing axis and its target.
     static POINT_AT {
-        /// The axis that points, body axes, any length.
+        /// The pointing axis, body axes, any length.
         "boresight_body": Vector(q::COMPONENT), needed "boresight_body = [0, 0, 1]";
     }
 
-    /// The axis that keeps the roll, and what towards.
+    /// The axis that fixes the roll, and its target.
     static SECOND {
         /// The axis, body axes, any length.
         "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
-        /// How far the roll may be from there to either side. Default: 0.
+        /// The largest deviation of the roll to either side. Default: 0.
         "roll_within_deg": Number(q::MARGIN_DEG);
     }
 }
@@ -605,9 +634,9 @@ tables! {
     static ORBIT[exclusive: &[&["tle", "oem", "semi_major_axis_m", "position_m"]], one_of: &[(&["tle", "oem", "semi_major_axis_m", "position_m"], "tle = [\"1 …\", \"2 …\"]")]] {
         TLE_KEY; OEM_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
         PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
-        /// UT1 − UTC, of bulletins: 120 m on the ground at most. Default: 0.
+        /// UT1 − UTC, from bulletins: at most 120 m on the ground. Default: 0.
         "ut1_minus_utc_s": Number(q::ELAPSED);
-        /// Coordinate x of the pole: 15 m on the ground at most. Default: 0.
+        /// Coordinate x of the pole: at most 15 m on the ground. Default: 0.
         "polar_motion_x_arcsec": Number(q::COMPONENT);
         /// Coordinate y of the pole. Default: 0.
         "polar_motion_y_arcsec": Number(q::COMPONENT);
@@ -616,17 +645,18 @@ tables! {
 
 tables! {
     static SCENERY {
-        /// From the centre of the Earth to the spacecraft, m.
+        /// The vector from the centre of the Earth to the spacecraft, m.
         "spacecraft": Table(&WAY);
-        /// From the spacecraft to the Sun, m.
+        /// The vector from the spacecraft to the Sun, m.
         "sun": Table(&WAY), needed "sun = { piece_s = 60, coefficients = [[1.5e11, 0, 0]] }";
-        /// From the spacecraft to the Moon, m.
+        /// The vector from the spacecraft to the Moon, m.
         "moon": Table(&WAY), needed "moon = { piece_s = 60, coefficients = [[3.8e8, 0, 0]] }";
-        /// From reference axes to those that turn with the Earth, at time zero.
+        /// The rotation from reference axes to axes that turn with the Earth, at time zero.
         "earth_axes": Matrix, needed "earth_axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
-        /// What the end points at, for people.
+        /// The target of the end, for people.
         "target": Text(200);
-        /// Metres in the unit of the vector that the end points along; without it that is no place.
+        /// Metres in the unit of the vector that the end points along; absent for a direction
+        /// without a distance.
         "target_unit_m": Number(q::SIZE);
         LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY;
     }
@@ -651,20 +681,23 @@ tables! {
 }
 
 shared_keys! {
-    /// Attitude R, body vectors to reference-frame vectors, in one of the notations.
+    /// Attitude R, body vectors to reference vectors, in one of the notations.
     ATTITUDE_KEY = "attitude": Table(&ATTITUDE);
-    /// Inertial angular velocity in body axes. Default: at rest (needed under gravity_gradient).
+    /// Inertial angular velocity in body axes. Default: at rest (required under
+    /// gravity_gradient).
     RATE_DEG_KEY = "angular_velocity_deg_s": Vector(q::RATE_DEG);
-    /// Inertial angular velocity in body axes. Default: at rest (needed under gravity_gradient).
+    /// Inertial angular velocity in body axes. Default: at rest (required under
+    /// gravity_gradient).
     RATE_RAD_KEY = "angular_velocity_rad_s": Vector(q::RATE_RAD);
-    /// Position of the mass center, reference frame. Given in [start] and [end], the maneuver moves the body too.
+    /// Position of the mass center, reference frame. With positions in [start] and [end] the
+    /// maneuver also moves the body.
     POSITION_KEY = "position_m": Vector(q::POSITION);
     /// Velocity of the mass center, reference frame.
     VELOCITY_KEY = "velocity_m_s": Vector(q::VELOCITY);
     LATER_FILE = "attitude_file": Later("attitudes read from files");
 }
 const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s", "angular_velocity"];
-/// The key that says "at rest in LVLH".
+/// The key with the value "at rest in LVLH".
 pub(super) const REST_IN_ORBIT: &str = "angular_velocity";
 const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "attitude_file", "point"];
 const ENDS: &[&str] = &[
@@ -685,7 +718,8 @@ tables! {
         ATTITUDE_KEY;
         RATE_DEG_KEY;
         RATE_RAD_KEY;
-        /// Instead of numbers: at rest against the frame of the orbit, under kind = "gravity_gradient".
+        /// Instead of numbers: at rest relative to the frame of the orbit, under kind =
+        /// "gravity_gradient".
         "angular_velocity": Choice(&["at rest in LVLH"], &[]);
         POINT_KEY;
         SECOND_KEY;
@@ -699,18 +733,19 @@ tables! {
         exclusive: &[END_ATTITUDES, &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"], &["rotation_from_start", "rotation_from_start_rad"], RATES],
         one_of: &[(ENDS, ATTITUDE_SAMPLE)],
     ] {
-        /// Attitude R, body vectors to reference-frame vectors, in one of the notations. Without one, and with an angular velocity,
-        /// the body ends in any attitude: detumbling.
+        /// Attitude R, body vectors to reference vectors, in one of the notations. With an
+        /// angular velocity and no attitude the body ends in any attitude: detumbling.
         "attitude": Table(&ATTITUDE);
-        /// Instead of attitude: the rotation from the start, in its body axes, any angle; end = start ·
-        /// rotation. Taken as written unless `path` says otherwise.
+        /// Instead of attitude: the rotation from the start, in its body axes, any angle; end =
+        /// start · rotation. It is used as written unless `path` changes that.
         "rotation_from_start": Table(&ATTITUDE);
-        /// Beside attitude: which rotation from the start leads there, a rotation vector in its body axes,
-        /// any angle. Taken as written unless `path` says otherwise.
+        /// In addition to attitude: the rotation from the start that leads there, a rotation
+        /// vector in its body axes, any angle. It is used as written unless `path` changes that.
         "rotation_from_start_rad": Vector(q::ANGLE_RAD);
         RATE_DEG_KEY;
         RATE_RAD_KEY;
-        /// Instead of numbers: at rest against the frame of the orbit, under kind = "gravity_gradient".
+        /// Instead of numbers: at rest relative to the frame of the orbit, under kind =
+        /// "gravity_gradient".
         "angular_velocity": Choice(&["at rest in LVLH"], &[]);
         POINT_KEY;
         SECOND_KEY;
@@ -721,53 +756,59 @@ tables! {
     }
 
     static MANEUVER[exclusive: &[&["steps", "step_s"]]] {
-        /// What is minimised: effort, the integral of ½uᵀWu; or under limits of the inputs time, the duration, which is then
-        /// not given, or fuel, the integral of Σ price·|u|, or price·|torque| under torque_norm_limit_n_m. Default: effort.
+        /// The objective: effort, the integral of ½uᵀWu. With limits of the inputs also time, the
+        /// duration, which is then not given, or fuel, the integral of Σ price·|u|, or
+        /// price·|torque| with torque_norm_limit_n_m. Default: effort.
         "minimize": Choice(&["effort", "time", "fuel"], &[]);
-        /// Duration; of a maneuver of least effort or fuel, unless time has a price.
+        /// The duration of a maneuver of least effort or fuel, unless time has a price.
         "duration_s": Number(q::DURATION);
-        /// The longest duration of a maneuver of least effort or fuel, instead of duration_s: the best one up to it is sought.
+        /// The longest duration of a maneuver of least effort or fuel, instead of duration_s: the
+        /// plan finds the best duration up to it.
         "duration_at_most_s": Number(q::DURATION);
-        /// What a second costs beside effort or fuel, instead of duration_s: the duration is then sought.
+        /// The price of a second in addition to effort or fuel, instead of duration_s: the plan
+        /// then finds the duration.
         "time_price_per_s": Number(q::PRICE);
-        /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad a step; more where a plan needs them to land, or
-        /// to cost at most about 0.1 % above its optimum in continuous time.
+        /// Number of steps. Default: the smallest from 100 on with at most 0.3 rad for each step;
+        /// more if a plan needs them to land, or to cost at most about 0.1 % above its optimum in
+        /// continuous time.
         "steps": Steps(StepsOf::Plan);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
-        /// Which way round. Default: best; as_given with rotation_from_start.
+        /// The homotopy class of the rotation. Default: best; as_given with rotation_from_start.
         "path": Choice(&["best", "shortest", "long", "as_given"], &[]);
     }
 
     static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
-        /// Which solver: shooting on the costates, or sequential convex programming. Default: auto, which
-        /// takes the second where something is constrained.
+        /// The solver: shooting on the costates, or sequential convex programming. Default: auto,
+        /// which uses the second if the maneuver has constraints.
         "method": Choice(&["auto", "shooting", "scp"], &[]);
-        /// How much is tried before an answer counts as the best: quick, default, or thorough with two hundred starts.
+        /// The number of attempts before an answer counts as the best: quick, default, or
+        /// thorough with two hundred starts.
         "search": Choice(&["quick", "default", "thorough"], &[]);
         /// Discretisation: lie_verlet (second order) or lie_euler (first order). Default: lie_verlet.
         "scheme": Choice(&["lie_verlet", "lie_euler"], &[]);
         /// Tolerance of the scaled discrete terminal error. Default: 1e-12.
         "tolerance": Number(q::TOLERANCE);
-        /// What meets the end: the true motion under the torques, held over the steps (the plan lands), or the discrete one, as in
-        /// what is published: the true one then ends beside it. Default: motion.
+        /// The motion that meets the end: the true motion under the torques, held over the steps
+        /// (the plan lands), or the discrete one, as in published plans, with an error of the
+        /// true one. Default: motion.
         "target": Choice(&["motion", "discrete"], &[]);
         /// Limit on the continuous terminal attitude error. Default: 1e-4 degrees; with the target discrete a quarter of the angle
         /// turned, from 5 to 45 degrees.
         "continuous_tolerance_deg": Number(q::TOLERANCE_DEG);
-        /// The same in rad.
+        /// Limit on the continuous terminal attitude error in rad.
         "continuous_tolerance_rad": Number(q::TOLERANCE_RAD);
         /// Limit on the wall-clock time of the plan. Default: none.
         "time_limit_s": Number(q::DURATION);
         /// Iteration limit of one Newton run, and of the subproblems of one convex run. Default: 60.
         "max_iterations": Count(1, 1_000_000);
-        /// Whether the extremal and its rivals are tested to second order; skipped: what is found may be a saddle, and
-        /// the plan says that it was not tested. Default: tested.
+        /// Whether the extremal and its rivals are tested to second order. With skipped the
+        /// result may be a saddle, and the plan reports that it was not tested. Default: tested.
         "second_order": Choice(&["tested", "skipped"], &[]);
     }
 
     static ENVIRONMENT[selector: Some("kind")] {
-        /// Which environment.
+        /// The kind of environment.
         "kind": Choice(&["uniform_gravity", "gravity_gradient", "central_gravity"], &[]),
             needed "kind = \"gravity_gradient\"";
         /// Mass of the body on its pivot.
@@ -776,15 +817,15 @@ tables! {
         "gravity_m_s2": Number(q::GRAVITY), only UNIFORM, needed "gravity_m_s2 = 9.81";
         /// Direction of gravity, reference frame; any length.
         "direction": Vector(q::COMPONENT), only UNIFORM, needed "direction = [0, 0, 1]";
-        /// From the pivot to the mass center, body axes.
+        /// The vector from the pivot to the mass center, body axes.
         "pivot_to_mass_center_m": Vector(q::LENGTH), only UNIFORM,
             needed "pivot_to_mass_center_m = [0, 0, 0.3]";
         /// Orbital rate. Attitudes are then relative to LVLH: e1 along the velocity, e2 the orbit normal, e3
         /// radially outward. `lvlh_axes` chooses others.
         "orbital_rate_rad_s": Number(q::ORBITAL_RATE), only GRADIENT, needed "orbital_rate_rad_s = 0.00116";
-        /// Axes in which this spec tells attitudes and directions: velocity_normal_outward as above, or
-        /// velocity_antinormal_nadir, x along the velocity, y against the orbit normal, z to nadir. The plan file tells
-        /// them in the first. Default: velocity_normal_outward.
+        /// Axes of attitudes and directions in this spec: velocity_normal_outward as above, or
+        /// velocity_antinormal_nadir, x along the velocity, y opposite to the orbit normal, z to
+        /// nadir. The plan file uses the first. Default: velocity_normal_outward.
         "lvlh_axes": Choice(&["velocity_normal_outward", "velocity_antinormal_nadir"], &[]), only GRADIENT;
         /// Gravitational parameter of the point mass at the origin.
         "gravitational_parameter_m3_s2": Number(q::GRAVITATIONAL_PARAMETER), only CENTRAL,
@@ -803,13 +844,14 @@ tables! {
     }
 
     static EXPECT {
-        /// Where the numbers come from.
+        /// The source of the numbers.
         "source": Text(2000);
         /// Status of the plan. Default: solved.
         "status": Choice(&["solved", "infeasible", "not_converged", "limit_reached", "verification_failed"], &[]);
         /// The cost.
         "cost": Table(&TOLERANCED);
-        /// The cost that was published, in the unit of ours, and its rounding: the plan is not dearer.
+        /// The published cost, in the unit of ours, and its rounding: the plan must not cost
+        /// more.
         "published": Table(&TOLERANCED);
         /// Bound on the larger of terminal.attitude_rad and terminal.momentum_relative.
         "terminal_error": Number(q::COST);
@@ -846,7 +888,8 @@ tables! {
 macro_rules! attitude_keys {
     ($($sequence:literal)*) => {
         tables! {
-            /// The notations of an attitude. Exactly one is given; `axis` goes with one of the two angles.
+            /// The notations of an attitude. Exactly one is given; `axis` needs one of the two
+            /// angles.
             pub(crate) static ATTITUDE {
                 /// Axis of rotation, any length; with angle_deg or angle_rad.
                 "axis": Vector(q::COMPONENT);

@@ -20,18 +20,19 @@ pub fn default_steps(angle: f64, rate: f64, duration: f64) -> f64 {
     ((1.5 * angle + rate * duration) / ANGLE_PER_STEP).ceil().max(DEFAULT_STEPS)
 }
 
-/// The duration: needed where effort or fuel is minimised and time has neither price nor bound; otherwise it is sought.
+/// Reads the duration: required if effort or fuel is the objective and time has neither price nor
+/// bound; otherwise the plan finds it.
 pub(crate) fn duration(section: &Section) -> Option<Duration> {
     let minimize = section.word("minimize");
     let (priced, bounded) = (section.has("time_price_per_s"), section.has("duration_at_most_s"));
     if minimize == Some("time") {
-        let reason = "where only time counts it has no price";
-        let remedy = "leave time_price_per_s out; or minimize = \"effort\" or \"fuel\"";
+        let reason = "if time is the objective, it has no price";
+        let remedy = "remove time_price_per_s; or write minimize = \"effort\" or \"fuel\"";
         if priced {
             return section.refuse("E0029", "time_price_per_s", reason, remedy);
         }
-        let reason = "the duration is what is minimised: it takes no bound";
-        let remedy = "leave duration_at_most_s out; or minimize = \"effort\" or \"fuel\"";
+        let reason = "if the duration is the objective, it has no bound";
+        let remedy = "remove duration_at_most_s; or write minimize = \"effort\" or \"fuel\"";
         if bounded {
             return section.refuse("E0029", "duration_at_most_s", reason, remedy);
         }
@@ -49,29 +50,29 @@ pub(crate) fn duration(section: &Section) -> Option<Duration> {
     }
     if section.has("duration_s") {
         let (reason, remedy) = if priced {
-            ("the duration is looked for where time has a price", "leave out one of the two")
+            ("the plan finds the duration if time has a price", "remove one of the two")
         } else if bounded {
-            ("the duration is looked for where it has a bound", "leave out one of the two")
+            ("the plan finds the duration if it has a bound", "remove one of the two")
         } else {
-            let reason = "the duration is what `minimize = \"time\"` looks for";
-            (reason, "leave duration_s out; or minimize = \"effort\" in that time")
+            let reason = "the plan finds the duration if `minimize = \"time\"`";
+            (reason, "remove duration_s; or write minimize = \"effort\" for a plan in that time")
         };
         return section.refuse("E0029", "duration_s", reason, remedy);
     }
-    // A number that is wrong is told, and not that a duration is missing.
+    // A wrong number is reported, and not a missing duration.
     for (given, key) in [(bounded, "duration_at_most_s"), (priced, "time_price_per_s")] {
         if given {
             section.number(key)?;
         }
     }
     if section.has("step_s") {
-        let reason = "steps of a given length need a given duration, and the duration is looked for";
-        return section.refuse("E0029", "step_s", reason, "give steps = 100 instead, or leave it out");
+        let reason = "steps of a given length need a given duration, and the duration is free";
+        return section.refuse("E0029", "step_s", reason, "give steps = 100 instead, or remove the key");
     }
     Some(Duration::Sought { at_most: section.number("duration_at_most_s") })
 }
 
-/// The number of steps of a maneuver whose duration is sought, given or chosen for its angle.
+/// Returns the number of steps of a maneuver with a free duration, given or chosen for its angle.
 pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<usize> {
     if section.has("steps") {
         section.whole("steps")?.try_into().ok()
@@ -80,11 +81,11 @@ pub(crate) fn steps_of_sought_duration(section: &Section, angle: f64) -> Option<
     }
 }
 
-/// Refuses the scheme that a maneuver cannot have whose inputs switch, or whose duration is sought.
+/// Refuses a scheme that switching inputs, or a free duration, do not allow.
 pub(crate) fn refuse_scheme(section: &Section) {
     if section.word("scheme") == Some("lie_euler") {
-        let reason = "what has no given duration, or switches, takes the second-order scheme";
-        section.error("E0029", "scheme", reason, "write scheme = \"lie_verlet\", or leave it out");
+        let reason = "a free duration, and inputs that switch, need the second-order scheme";
+        section.error("E0029", "scheme", reason, "write scheme = \"lie_verlet\", or remove the key");
     }
 }
 
@@ -96,7 +97,7 @@ pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> 
     let steps = default_steps(angle, rate, duration);
     if steps > Problem::MAX_STEPS as f64 {
         let reason = format!(
-            "a maneuver of {} rad with rates of {} rad/s wants {} steps, the limit is {}",
+            "a maneuver of {} rad with rates of {} rad/s needs {} steps, and the limit is {}",
             short(angle),
             short(rate),
             show(steps),
@@ -125,15 +126,15 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
     if let Some(tolerance) = section.number("tolerance") {
         let least = Settings::MIN_TOLERANCE;
         let wrong = match tolerance {
-            _ if tolerance < least => format!("is below what double precision reaches here, {least:e}"),
-            _ if tolerance >= 1.0 => "would accept anything; it must be below 1".into(),
+            _ if tolerance < least => format!("is below {least:e}, the limit of double precision here"),
+            _ if tolerance >= 1.0 => "would accept any result; it must be below 1".into(),
             _ => String::new(),
         };
         if wrong.is_empty() {
             settings.tolerance = tolerance;
         } else {
             let reason = format!("a tolerance of {} {wrong}", show(tolerance));
-            section.error("E0036", "tolerance", reason, "write 1e-12, or leave the key out");
+            section.error("E0036", "tolerance", reason, "write 1e-12, or remove the key");
         }
     }
     if section.word("target") == Some("discrete") {

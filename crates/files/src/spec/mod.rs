@@ -8,27 +8,30 @@
 //! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads either kind, [`read`] one
 //! that is planned.
 //!
-//! Units stand in the keys; inside the crate everything is SI. All errors of a spec are reported at
-//! once, each with its place, its reason and a remedy. [`schema()`] gives the JSON Schema of the format,
-//! [`template`] a spec to start from. [`SpecDocument`] writes a maneuver in the same keys.
+//! The keys state the units; inside the crate everything is SI. All errors of a spec are reported
+//! at once, each with its place, its reason and a remedy. [`schema()`] returns the JSON Schema of
+//! the format, [`template`] a first spec. [`SpecDocument`] writes a maneuver in these keys.
 //!
-//! What a spec leaves out: three body torques of weight 1; three forces along the reference axes too
-//! when `[start]` has a position; angular velocities at rest; the number of steps of [`default_steps`];
-//! nothing that acts on the body; no limits and no constraints; `path = "best"`, or `"as_given"` with
-//! `rotation_from_start`.
-//! Under `rotation_from_start` a quaternion, a matrix, or two or more Euler angles mean the shortest
-//! rotation; axis and angle, a rotation vector, or a single Euler angle mean the angle as written.
+//! The defaults of a maneuver are three body torques of weight 1, and three forces along the
+//! reference axes if `[start]` has a position; angular velocities at rest; the number of steps of
+//! [`default_steps`]; a free body; no limits and no constraints; `path = "best"`, or `"as_given"`
+//! with `rotation_from_start`. With `rotation_from_start` a quaternion, a matrix, or two or more
+//! Euler angles mean the shortest rotation; axis and angle, a rotation vector, or a single Euler
+//! angle mean the angle as written.
 //!
-//! What a simulation leaves out: Lie–Verlet; a row for every step; bodies at rest that neither attract nor are
-//! attracted; the inertia of a body that has a shape. A body without a shape attracts to second order in its size.
+//! The defaults of a simulation are Lie–Verlet; a row for every step; bodies at rest without
+//! mutual gravity; the inertia of a body with a shape. A body without a shape attracts to second
+//! order in its size.
 //!
 //! # Why a hand-written reader of specs instead of serde derive?
 //!
-//! Derive stops at the first error and, for `--set` and nested tables, loses the place. We want all errors at once, each with
-//! line, column, reason with its numbers and the next thing to try. So TOML and JSON are parsed to one tree whose nodes carry
-//! spans, and tables of keys (`spec/keys.rs`) drive the check, the nearest-key suggestions, the writer and the JSON Schema: a
-//! key is one line there under its description. A table that has been read reports at its own keys (`section.refuse("E0054",
-//! "axis_body", reason, remedy)`). Opinion: the reader is long because helpful messages are long, not because parsing is.
+//! Derive stops at the first error and loses the place for `--set` and nested tables. This reader
+//! reports all errors at once, each with line, column, reason with its numbers and a remedy. TOML
+//! and JSON are parsed to one tree whose nodes carry spans, and tables of keys (`spec/keys.rs`)
+//! drive the check, the nearest-key suggestions, the writer and the JSON Schema: a key is one
+//! line there under its description. A table that has been read reports at its own keys
+//! (`section.refuse("E0054", "axis_body", reason, remedy)`). Opinion: the reader is long because
+//! helpful messages are long, not because parsing is.
 
 mod actuators;
 mod any_of;
@@ -123,19 +126,19 @@ pub struct Loaded {
     pub problem: Problem,
     /// How to solve it.
     pub settings: Settings,
-    /// What the plan must come to, if the spec says so.
+    /// The required result of the plan, if the spec has one.
     pub expect: Option<Expect>,
-    /// What files for other programs call it, and when it begins.
+    /// The names and the epoch for files of other programs.
     pub identity: Identity,
-    /// What is uncertain, if the spec says so.
+    /// The uncertain numbers, if the spec has any.
     pub dispersion: Option<Dispersion>,
-    /// Where what it aims at by name is, if it does.
+    /// The directions of its named targets, if it has any.
     pub heavens: Option<Heavens>,
-    /// What it is flown with: gains, what is uncertain, actuators.
+    /// The gains, the uncertainty and the plant.
     pub closed_loop: ClosedLoop,
     /// The files that it names, which no output may replace.
     pub files: Vec<PathBuf>,
-    /// What is accepted but worth a word, in file order.
+    /// The warnings, in file order.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -146,13 +149,13 @@ pub struct LoadedSimulation {
     pub simulation: Simulation,
     /// Shapes of the bodies, in their order; `None` for those without.
     pub shapes: Vec<Option<BodyShape>>,
-    /// What the surfaces of faces among them say, in their order.
+    /// The solids of the bodies with faces, in their order.
     pub solids: Vec<Option<Solid>>,
-    /// What the motion must come to, if the spec says so.
+    /// The required result of the motion, if the spec has one.
     pub expect: Option<SimulationExpect>,
     /// Files that the spec names and the reader has read.
     pub files: Vec<PathBuf>,
-    /// What is accepted but worth a word, in file order.
+    /// The warnings, in file order.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -179,14 +182,14 @@ pub enum BodyShape {
 /// A spec of either kind.
 #[derive(Clone, Debug)]
 pub enum Spec {
-    /// To be planned.
+    /// A maneuver.
     Maneuver(Box<Loaded>),
-    /// To be simulated.
+    /// A simulation.
     Simulation(Box<LoadedSimulation>),
 }
 
 impl Spec {
-    /// What is accepted but worth a word, in file order.
+    /// Returns the warnings, in file order.
     pub fn warnings(&self) -> &[Diagnostic] {
         match self {
             Self::Maneuver(loaded) => &loaded.warnings,
@@ -205,11 +208,12 @@ pub fn load(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec,
     interpret(text::decode(&bytes, &name)?, &name, folder_of(path), format, overrides, Wanted::Any)
 }
 
-/// Reads a spec of either kind from a stream, such as the standard input, to its end or to the size limit; `name`
-/// stands for it in messages. Files that it names are relative to the current folder.
+/// Reads a spec of either kind from a stream, such as the standard input, to its end or to the
+/// size limit; messages use `name` for it. Files that it names are relative to the current
+/// folder.
 ///
 /// # Errors
-/// As [`load`].
+/// Returns the errors of [`load`].
 pub fn load_from_reader(
     reader: impl Read,
     name: &str,
@@ -220,8 +224,8 @@ pub fn load_from_reader(
     interpret(text::decode(&bytes, name)?, name, Path::new(""), format, overrides, Wanted::Any)
 }
 
-/// Reads a spec of either kind from text; `name` stands for it in messages, files that it names are relative to
-/// `folder`.
+/// Reads a spec of either kind from text; messages use `name` for it, and files that it names are
+/// relative to `folder`.
 ///
 /// # Errors
 /// Every error of the spec, in file order, with the warnings among them.
@@ -246,7 +250,7 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> 
 /// Reads the maneuver at `path` in the given notation.
 ///
 /// # Errors
-/// As [`read`].
+/// Returns the errors of [`read`].
 pub fn read_as(path: &Path, format: Format, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
     let name = path.display().to_string();
     let bytes = text::from_file(path, &name)?;
@@ -256,7 +260,7 @@ pub fn read_as(path: &Path, format: Format, overrides: &[Override]) -> Result<Lo
 /// Reads a maneuver from a stream, such as the standard input, to its end or to the size limit.
 ///
 /// # Errors
-/// As [`read`].
+/// Returns the errors of [`read`].
 pub fn from_reader(
     reader: impl Read,
     name: &str,
@@ -267,10 +271,10 @@ pub fn from_reader(
     from_bytes(&bytes, name, format, overrides)
 }
 
-/// Reads a maneuver from bytes; `name` stands for it in messages.
+/// Reads a maneuver from bytes; messages use `name` for it.
 ///
 /// # Errors
-/// As [`read`].
+/// Returns the errors of [`read`].
 pub fn from_bytes(
     bytes: &[u8],
     name: &str,
@@ -281,7 +285,7 @@ pub fn from_bytes(
     from_str(text, name, format, overrides)
 }
 
-/// Reads a maneuver from text; `name` stands for it in messages.
+/// Reads a maneuver from text; messages use `name` for it.
 ///
 /// # Errors
 /// Every error of the spec, in file order, with the warnings among them.
@@ -312,7 +316,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().unwrap_or_else(|| Path::new(""))
 }
 
-/// Which kind of spec will do.
+/// The accepted kind of spec.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wanted {
     Any,
@@ -337,7 +341,7 @@ fn interpret(
     understand(&root, findings, &sources, name, folder, wanted)
 }
 
-/// What a tree says, with what was found while it was made.
+/// Interprets a tree, and adds the findings of its parsing.
 fn understand(
     root: &Node,
     findings: Vec<Finding>,
@@ -349,7 +353,7 @@ fn understand(
     let simulated = is_simulation(root);
     if let Some(key) = simulated.filter(|_| wanted == Wanted::Maneuver) {
         let spot = Spot { span: key.key_span, key: key.key.clone() };
-        let reason = format!("`{}` makes this spec a simulation: there is no maneuver to plan", key.key);
+        let reason = format!("`{}` makes this spec a simulation: it has no maneuver", key.key);
         let remedy = "run `slew simulate` on it; or write [body], [start], [end] and [maneuver]";
         return Err(diagnostics(vec![Finding::error_at("E0018", spot, reason, remedy)], sources));
     }
@@ -402,8 +406,8 @@ fn understand(
     }
 }
 
-/// The key that makes a spec a simulation; none in a maneuver. Of a spec that has keys of both, `[maneuver]`
-/// decides unless there is `[simulation]`.
+/// Returns the key that makes a spec a simulation; `None` for a maneuver. If a spec has keys of
+/// both, `[maneuver]` makes it a maneuver unless it has `[simulation]`.
 fn is_simulation(root: &Node) -> Option<&tree::Entry> {
     let decided = || root.entry("bodies").or_else(|| root.entry("gravity"));
     root.entry("simulation").or_else(|| if root.entry("maneuver").is_some() { None } else { decided() })
@@ -426,7 +430,7 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
         Err(vec![Finding::error(code, Span { source: 0, start, end }, reason, remedy)])
     };
     let first = text.len() - text.trim_start().len();
-    let empty = || wrong("E0001", (0, 0), "the spec is empty", "write a first one with `slew init`");
+    let empty = || wrong("E0001", (0, 0), "the spec is empty", "`slew init` writes a first spec");
     if text[first..].is_empty() {
         return empty();
     }
@@ -451,7 +455,8 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
         Value::Table(entries) if entries.is_empty() => empty(),
         Value::Table(_) if root.entry("trajectory").is_some() && root.entry("exit_code").is_some() => {
             let reason = "this is a plan file, not a spec";
-            let remedy = "`slew verify`, `slew report` and `slew export` take it; its own spec is what stands in it under `spec`";
+            let remedy =
+                "`slew verify`, `slew report` and `slew export` read it; its key `spec` holds its spec";
             wrong("E0018", (first, first + 1), reason, remedy)
         }
         Value::Table(_) => Ok(root),

@@ -1,11 +1,11 @@
-//! `epoch` and `[names]`: what files for other programs say of the maneuver.
+//! `epoch` and `[names]`: the identity of the maneuver in files for other programs.
 
 use super::{Section, cut, show};
 use crate::epoch::{Epoch, EpochError};
 use crate::identity::{Identity, Nozzle};
 use slewkit::mechanics::Actuation;
 
-/// The identity; `actuation` is that of the maneuver, where it is known.
+/// Reads the identity; `actuation` is that of the maneuver, if known.
 pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identity {
     let inputs = actuation.map(Actuation::count);
     let mut identity = Identity { epoch: epoch(root), ..Identity::default() };
@@ -19,7 +19,8 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
         identity.spice_id = spice_id(names);
         identity.inputs = names.texts("inputs").unwrap_or_default();
         if let Some(inputs) = inputs.filter(|count| names.has("inputs") && *count != identity.inputs.len()) {
-            let reason = format!("`inputs` has {} names, there are {inputs} inputs", identity.inputs.len());
+            let reason =
+                format!("`inputs` has {} names, and the maneuver has {inputs} inputs", identity.inputs.len());
             names.error("E0026", "inputs", reason, "name each input once, forces before torques");
         }
     }
@@ -32,7 +33,8 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
     identity
 }
 
-/// Thrusters that are all told by place and force. The maneuver has been read from them.
+/// Returns the thrusters if all are given by position and force. The maneuver has been read from
+/// them.
 fn nozzles(root: &Section) -> Option<Vec<Nozzle>> {
     let nozzle = |thruster: &Section| {
         Some(Nozzle {
@@ -53,7 +55,7 @@ fn epoch(root: &Section) -> Option<Epoch> {
                 EpochError::NoScale | EpochError::Scale(_) => {
                     "name the time scale: UTC, TAI, TT, TDB or GPS, as in epoch = \"2026-11-21T07:00:00 UTC\""
                 }
-                EpochError::Offset(_) => "write the moment in UTC, as in epoch = \"2026-11-21T07:00:00 UTC\"",
+                EpochError::Offset(_) => "write the time in UTC, as in epoch = \"2026-11-21T07:00:00 UTC\"",
                 EpochError::Form | EpochError::Calendar => "write epoch = \"2026-11-21T07:00:00 UTC\"",
             };
             root.error("E0130", "epoch", format!("`epoch`: {error}"), remedy);
@@ -66,13 +68,10 @@ fn name(names: &Section, key: &str) -> Option<String> {
     let text = names.word(key)?.trim();
     let wrong = |c: &char| !(c.is_ascii_graphic() || *c == ' ');
     if text.is_empty() {
-        return names.refuse("E0131", key, format!("`{key}` is empty"), "write a name, or leave the key out");
+        return names.refuse("E0131", key, format!("`{key}` is empty"), "write a name, or remove the key");
     }
     if let Some(sign) = text.chars().find(wrong) {
-        let reason = format!(
-            "`{key}`: {} is not among the signs that exchange files carry",
-            cut(&sign.to_string(), 1)
-        );
+        let reason = format!("`{key}`: exchange files do not allow {}", cut(&sign.to_string(), 1));
         return names.refuse("E0131", key, reason, "use printable ASCII");
     }
     Some(text.into())
@@ -81,9 +80,11 @@ fn name(names: &Section, key: &str) -> Option<String> {
 fn spice_id(names: &Section) -> Option<i32> {
     let value = names.number("spice_id")?;
     if value >= 0.0 || value.fract() != 0.0 {
-        let reason =
-            format!("`spice_id`: {} is no number of a spacecraft, which is negative and whole", show(value));
-        return names.refuse("E0131", "spice_id", reason, "write it as NAIF does, as in spice_id = -125544");
+        let reason = format!(
+            "`spice_id`: {} is not the number of a spacecraft, which is a negative whole number",
+            show(value)
+        );
+        return names.refuse("E0131", "spice_id", reason, "write the NAIF number, as in spice_id = -125544");
     }
     Some(value as i32)
 }

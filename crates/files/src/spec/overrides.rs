@@ -4,8 +4,8 @@ use super::{Finding, MAX_BYTES, Node, Origin, Source, Span, Spot, Value, cut, to
 
 /// A key set from outside the file, as by `--set maneuver.steps=200`.
 ///
-/// The value is read as a TOML value, and as text if it is none. A number in the path picks an element
-/// of a list, from 0.
+/// The value is read as a TOML value, or else as text. A number in the path selects an element of
+/// a list, from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Override {
     path: String,
@@ -13,14 +13,14 @@ pub struct Override {
     origin: Option<Origin>,
 }
 
-/// What an override looks like.
+/// The form of an override.
 const WANTED: &str = "write key.path=value, for example maneuver.steps=200";
 
 impl Override {
     /// Splits `key.path=value`.
     ///
     /// # Errors
-    /// What is wrong with the text, for a usage message.
+    /// Returns the error of the text, for a usage message.
     pub fn parse(text: &str) -> Result<Self, String> {
         let Some((path, value)) = text.split_once('=') else {
             return Err(format!("`{}` has no `=`; {WANTED}", cut(text, 60)));
@@ -31,17 +31,17 @@ impl Override {
     /// Sets the key at a dotted `path` to `value`.
     ///
     /// # Errors
-    /// What is wrong with the path or the value, for a usage message.
+    /// Returns the error of the path or the value, for a usage message.
     pub fn new(path: &str, value: &str) -> Result<Self, String> {
         let path = path.trim();
         if path.split('.').any(|part| part.trim().is_empty()) {
-            return Err(format!("`{}` is no key path; {WANTED}", cut(path, 60)));
+            return Err(format!("`{}` is not a key path; {WANTED}", cut(path, 60)));
         }
         if path.split('.').count() > toml_text::MAX_DEPTH {
             return Err(format!("the key path is deeper than {}; {WANTED}", toml_text::MAX_DEPTH));
         }
         if path.len() + value.len() > MAX_BYTES {
-            return Err("the value is larger than a spec may be".into());
+            return Err("the value is larger than the limit of a spec".into());
         }
         Ok(Self { path: path.into(), value: value.trim().into(), origin: None })
     }

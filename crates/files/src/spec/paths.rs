@@ -9,7 +9,7 @@ use super::{Node, Value, cut};
 
 /// Where a path leads.
 pub(super) enum Place {
-    /// To a key.
+    /// The path of a key.
     Key(&'static Key),
     /// Into the value of a key: an element of a list.
     Element,
@@ -66,11 +66,11 @@ pub(super) fn place(root: &Node, path: &str) -> Result<Place, (&'static str, Str
 }
 
 fn no_element(path: &str, count: usize, index: &str) -> (&'static str, String, String) {
-    let reason = format!("`{path}` has {count} elements, none of them is `{}`", cut(index, 60));
+    let reason = format!("`{path}` has {count} elements, and `{}` is not one of them", cut(index, 60));
     ("E0025", reason, "elements are counted from 0".into())
 }
 
-/// The end of a path that has come to a key which holds no table; `rest` is what comes next.
+/// Handles the end of a path at a key that holds no table; `rest` is the rest of the path.
 fn element(
     rest: Option<&str>,
     node: Option<&Node>,
@@ -90,7 +90,7 @@ fn element(
                 (Some(count), Ok(_)) => return Err(no_element(path, count, index)),
                 _ => {}
             }
-            let reason = format!("`{}` would stand inside `{path}`, which is no table", cut(index, 60));
+            let reason = format!("`{}` would be inside `{path}`, which is not a table", cut(index, 60));
             let remedy =
                 if is_list { "elements of a list are counted from 0" } else { "name the key itself" };
             Err(("E0025", reason, remedy.into()))
@@ -98,13 +98,13 @@ fn element(
     }
 }
 
-/// What is wrong with a value of this key, as far as it can be said without the rest of the spec.
+/// Returns the errors of a value of this key that do not depend on the rest of the spec.
 pub(super) fn faults(key: &'static Key, node: &Node) -> Vec<Fault> {
     match key.kind {
         Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets => vec![],
         Kind::Later(what) => {
-            let reason = format!("`{}`: this version of slew does not have {what} yet", key.name);
-            vec![("E0019", node.span, reason, "leave it out".into())]
+            let reason = format!("`{}`: this version of slew does not support {what} yet", key.name);
+            vec![("E0019", node.span, reason, "remove it".into())]
         }
         kind => {
             let faults = values::read(kind, node).err().unwrap_or_default();

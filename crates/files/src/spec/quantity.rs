@@ -5,7 +5,7 @@
 
 pub(crate) use slewkit::numerics::figures::{exact as show, short};
 
-/// Which signs a quantity may have.
+/// The allowed signs of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sign {
     /// Any, zero included.

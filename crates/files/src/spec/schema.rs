@@ -102,7 +102,7 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     Value::Object(out)
 }
 
-/// What makes up one notation of an attitude.
+/// Returns the keys of each notation of an attitude.
 fn notations() -> Vec<Value> {
     let together = ["axis", "angle_deg", "angle_rad", "ra_deg", "dec_deg", "roll_deg"];
     let alone = ATTITUDE.keys.iter().filter(|key| !together.contains(&key.name));
@@ -174,7 +174,7 @@ fn kind(kind: Kind) -> Value {
     }
 }
 
-/// At least one of something.
+/// Returns the schema of a list with at least one element.
 fn several(items: Value) -> Value {
     json!({ "type": "array", "items": items, "minItems": 1, "maxItems": MAX_DIRECTIONS })
 }

@@ -8,10 +8,10 @@ use std::cell::RefCell;
 use std::fmt;
 use std::rc::Rc;
 
-/// How far the length of a unit vector may be from 1 by rounding.
+/// The largest deviation from 1 of the length of a unit vector by rounding.
 const UNIT_ROUNDING: f64 = 1e-9;
 
-/// More findings than this help nobody, and a megabyte of nonsense could make a hundred thousand.
+/// The largest number of reported findings; a megabyte of nonsense could have a hundred thousand.
 pub(crate) const MAX_FINDINGS: usize = 100;
 
 /// `path.name`.
@@ -31,7 +31,7 @@ impl Report {
         self.push(Finding::error_at(code, spot, reason, remedy));
     }
 
-    /// An error for which there is no value.
+    /// Reports an error and returns `None`.
     pub fn refuse<T>(
         &self,
         code: Code,
@@ -43,7 +43,8 @@ impl Report {
         None
     }
 
-    /// What could be made; else the error in its own words, with the code, the place and the remedy of `told`.
+    /// Returns the value; or reports the error in its own words, with the code, the place and the
+    /// remedy of `told`.
     pub fn accept<'r, T, E: fmt::Display>(
         &self,
         made: Result<T, E>,
@@ -84,7 +85,7 @@ impl Report {
     }
 }
 
-/// What a value says.
+/// The value of a key.
 #[derive(Clone, Debug)]
 pub(crate) enum Parsed {
     Number(f64),
@@ -98,7 +99,7 @@ pub(crate) enum Parsed {
     Square(Vec<Vec<f64>>),
     Limits(Limits),
     Faces(Vec<[u32; 3]>),
-    /// A table, or those of a list.
+    /// A table, or the tables of a list.
     Tables(Vec<Section>),
 }
 
@@ -151,7 +152,7 @@ pub(crate) struct Section {
     pub keeps_rounding: bool,
     /// Where its findings go.
     pub report: Report,
-    /// What stands in it, in the order of the file.
+    /// Its keys and values, in the order of the file.
     pub given: Vec<Given>,
 }
 
@@ -159,7 +160,7 @@ pub(crate) struct Section {
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     pub name: String,
-    /// Of the value.
+    /// The place of the value.
     pub span: Span,
     /// Whether the value is `[]`.
     pub is_empty_list: bool,
@@ -224,8 +225,8 @@ impl Section {
         }
     }
 
-    /// The tables under `name`: one, those of a list, or none where the key is absent. `None` where it holds anything
-    /// else.
+    /// Returns the tables under `name`: one, those of a list, or none if the key is absent.
+    /// Returns `None` if it holds anything else.
     pub fn tables(&self, name: &str) -> Option<&[Section]> {
         match self.given(name) {
             None => Some(&[]),
@@ -278,7 +279,7 @@ impl Section {
         self.report.error(code, self.here(), reason, remedy);
     }
 
-    /// An error at the value of `name`, for which there is nothing.
+    /// Reports an error at the value of `name`, and returns `None`.
     pub fn refuse<T>(
         &self,
         code: Code,
@@ -289,7 +290,7 @@ impl Section {
         self.report.refuse(code, self.spot(name), reason, remedy)
     }
 
-    /// An error of the table, for which there is nothing.
+    /// Reports an error of the table, and returns `None`.
     pub fn refuse_here<T>(
         &self,
         code: Code,

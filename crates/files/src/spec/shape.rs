@@ -18,10 +18,10 @@ pub(crate) const MAX_POINTS: usize = 2_000_000;
 /// Most bytes of all OBJ files of a spec together: seconds of reading.
 pub(crate) const MAX_BYTES: u64 = 128 << 20;
 
-/// Gauss points along each direction of a tetrahedron, if the spec does not say.
+/// The default number of Gauss points along each direction of a tetrahedron.
 const GAUSS_ORDER: usize = 3;
 
-/// What all shapes of a spec may still take.
+/// The rest of the size that all shapes of a spec may have.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
     faces: usize,
@@ -45,11 +45,11 @@ impl Budget {
             return true;
         }
         let reason = format!(
-            "a shape of {faces} faces and {points} points; all bodies together may have {MAX_FACES} faces and \
-             {MAX_POINTS} points, and {} and {} are left",
+            "a shape of {faces} faces and {points} points; all bodies together may have {MAX_FACES} \
+            faces and {MAX_POINTS} points, and {} and {} remain",
             self.faces, self.points
         );
-        section.error_here("E0034", reason, "take a coarser shape, or a lower gauss_order");
+        section.error_here("E0034", reason, "use a coarser shape, or a lower gauss_order");
         false
     }
 
@@ -61,10 +61,9 @@ impl Budget {
         }
         let megabytes = |bytes: u64| short(bytes as f64 / f64::from(1 << 20));
         let [size, most, left] = [size, MAX_BYTES, self.bytes].map(megabytes);
-        let reason = format!(
-            "the file has {size} MiB; all OBJ files together may have {most} MiB, and {left} are left"
-        );
-        section.error("E0034", "obj", reason, "take a coarser shape");
+        let reason =
+            format!("the file has {size} MiB; all OBJ files together may have {most} MiB, and {left} remain");
+        section.error("E0034", "obj", reason, "use a coarser shape");
         false
     }
 }
@@ -82,11 +81,12 @@ pub(crate) struct Shape {
     pub dumbbell: Option<Dumbbell>,
     /// Distance of its farthest point from the mass center \[m\].
     pub reach: f64,
-    /// What a surface of faces has said of itself.
+    /// The solid of a shape with faces.
     pub solid: Option<Solid>,
 }
 
-/// Reads the shape of a body with the mass of `mass_kg`, if given; `None` when the report says why not.
+/// Reads the shape of a body with the mass of `mass_kg`, if given; `None` if the report has an
+/// error.
 pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &mut Budget) -> Option<Shape> {
     let section = body.section("shape")?;
     let kind = section.word("kind")?;
@@ -101,7 +101,7 @@ pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &m
     }
     let known = kind == "points" || body.has("mass_kg") || (solid && section.has("density_kg_m3"));
     if !known {
-        let reason = format!("[{}] needs `mass_kg`: the shape alone does not give the mass", body.path);
+        let reason = format!("[{}] needs `mass_kg`: the shape alone does not determine the mass", body.path);
         let remedy = if solid {
             "add mass_kg = 1 to it, or density_kg_m3 = 2000 to its shape"
         } else {
@@ -116,8 +116,8 @@ pub(crate) fn shape(body: &Section, mass: Option<f64>, folder: &Path, budget: &m
             let dumbbell = Dumbbell { mass: mass?, length, sphere_radius };
             if length < 2.0 * sphere_radius {
                 let reason = format!(
-                    "the spheres overlap: their centers are {} m apart and their radii add up to {} m, and the inertia \
-                     counts twice what is in both",
+                    "the spheres overlap: their centers are {} m apart, the sum of their radii is {} \
+                    m, and the inertia counts the common part twice",
                     short(length),
                     short(2.0 * sphere_radius)
                 );
@@ -203,7 +203,7 @@ fn homogeneous(
     Some(Shape { mass, inertia, attractor, dumbbell: None, reach, solid: Some(written) })
 }
 
-/// Vertices and faces that stand in the spec.
+/// Reads vertices and faces in the spec.
 fn listed(section: &Section) -> Option<Polyhedron> {
     if !section.has("vertices_m") {
         // The first pass has said that a shape is missing.
@@ -243,7 +243,7 @@ fn from_obj(section: &Section, folder: &Path, budget: &mut Budget) -> Option<Pol
     section.report.accept(read, |_| ("E0089", section.spot("obj"), remedy))
 }
 
-/// A file beside the spec or below: nothing else of the disk is read at a spec's word.
+/// Opens a file in the folder of the spec or below: a spec cannot read other files.
 pub(super) fn open(
     written: &str,
     folder: &Path,
@@ -255,7 +255,7 @@ pub(super) fn open(
     let shown = cut(&path.to_string_lossy(), 200);
     let escapes = |how: &str| {
         let reason = format!("\"{}\" leads {how} the folder of the spec", cut(written, 100));
-        ("E0091", reason, "put the file beside the spec, or into a folder below".into())
+        ("E0091", reason, "put the file into the folder of the spec, or into a folder below".into())
     };
     if !inside {
         return Err(escapes("out of"));
@@ -270,14 +270,14 @@ pub(super) fn open(
         return Err(escapes("through a link out of"));
     }
     if !real.metadata().map_err(missing)?.is_file() {
-        let reason = format!("\"{}\" is no file", cut(written, 100));
+        let reason = format!("\"{}\" is not a file", cut(written, 100));
         return Err(("E0090", reason, format!("name {what}")));
     }
     let file = File::open(&real).map_err(missing)?;
     Ok((path, file))
 }
 
-/// What the numbers of a shape make.
+/// Returns the shape, or reports an error of its numbers.
 fn accept<T>(made: Result<T, FullBodyError>, section: &Section) -> Option<T> {
     section.report.accept(made, |_| ("E0086", section.here(), "check the numbers of the shape"))
 }

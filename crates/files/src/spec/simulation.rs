@@ -16,7 +16,7 @@ use slewkit::propagate::simulate::Simulation;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a simulation spec says, all of it valid unless the report holds an error.
+/// The contents of a simulation spec, valid unless the report holds an error.
 pub(crate) struct Assembled {
     pub simulation: Simulation,
     pub shapes: Vec<Option<BodyShape>>,
@@ -25,7 +25,7 @@ pub(crate) struct Assembled {
     pub files: Vec<PathBuf>,
 }
 
-/// Steps by which the variational methods cannot carry a body: `h|Ω|` \[rad\].
+/// The turn of a step with which the variational methods cannot propagate a body: `h|Ω|` \[rad\].
 const LONGEST_TURN: f64 = 1.0;
 
 /// One body as written.
@@ -38,7 +38,7 @@ struct Member<'a> {
     moves: bool,
 }
 
-/// Builds the simulation; `None` when the report says why not. Files are relative to `folder`.
+/// Builds the simulation; `None` if the report has an error. Files are relative to `folder`.
 pub(crate) fn assemble(root: &Section, default_name: &str, folder: &Path) -> Option<Assembled> {
     let list = root.list("bodies");
     if list.is_empty() {
@@ -81,7 +81,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &Path) -> Opt
         (None, Some(gravity)) => System::new(bodies, Some(potential(gravity, &members)?)),
         (None, None) => {
             if !alone {
-                let reason = "the bodies do not act on one another: there is no [gravity]";
+                let reason = "the bodies have no mutual gravity: [gravity] is missing";
                 let remedy = "add [gravity], or simulate them one by one";
                 root.warn("W0132", "bodies", reason, remedy);
             }
@@ -118,21 +118,20 @@ fn shown(shape: &Shape) -> BodyShape {
     }
 }
 
-/// What acts must fit the number of bodies.
+/// Checks that the forces fit the number of bodies.
 fn contradictions(root: &Section, gravity: Option<&Section>, bodies: &[Section]) {
     let environment = root.section("environment");
     if let (Some(environment), Some(_)) = (&environment, gravity) {
         let reason = "both [gravity] and [environment] are given";
-        let remedy =
-            "[gravity] is for bodies that attract one another, [environment] for a single one: give one";
+        let remedy = "[gravity] is for several bodies, [environment] for one body: give one of the two";
         environment.error_here("E0028", reason, remedy);
     } else if let Some(environment) = environment.filter(|_| bodies.len() > 1) {
-        let reason = format!("[environment] acts on a single body, but there are {}", bodies.len());
-        let remedy = "use [gravity]; the attracting center can be a body too";
+        let reason = format!("[environment] acts on one body, and the spec has {}", bodies.len());
+        let remedy = "use [gravity]; the attracting center can be a body";
         environment.error_here("E0085", reason, remedy);
     }
     if let Some(gravity) = gravity.filter(|_| bodies.len() == 1) {
-        let reason = "[gravity] acts between bodies, but there is only one";
+        let reason = "[gravity] acts between bodies, and the spec has one body";
         let remedy = "add another body, or use [environment] with kind = \"central_gravity\"";
         gravity.error_here("E0085", reason, remedy);
     }
@@ -150,7 +149,7 @@ fn member<'a>(
     let moving = ["position_m", "velocity_m_s", "linear_momentum_n_s"];
     let moves = attracted || moving.iter().any(|name| section.has(name));
     if moves && !section.has("position_m") {
-        let why = if attracted { "the bodies attract one another" } else { "the body moves" };
+        let why = if attracted { "the bodies attract each other" } else { "the body moves" };
         let reason = format!("[{}] needs `position_m`: {why}", section.path);
         section.error_here("E0021", reason, "add position_m = [0, 0, 0]");
     }
@@ -192,7 +191,7 @@ fn member<'a>(
 fn inertia_of_shape(section: &Section, inertia: &Matrix3) -> Option<Inertia> {
     if let Err(slewkit::mechanics::body::InertiaError::NotPositive { .. }) = Inertia::new(*inertia) {
         let reason = "the points lie on a line: the body has no moment of inertia about it";
-        let remedy = "add `inertia_kg_m2` to the body; or take a dumbbell, whose spheres have a radius";
+        let remedy = "add `inertia_kg_m2` to the body; or use a dumbbell, whose spheres have a radius";
         return section.refuse("E0041", "shape", reason, remedy);
     }
     body::checked(*inertia, section, "shape")
@@ -223,7 +222,7 @@ fn names_differ(members: &[Member<'_>]) {
         if let Some(first) = members[..index].iter().position(|other| other.name == member.name) {
             let (first, second, name) = (first + 1, index + 1, cut(&member.name, 40));
             let reason = format!("bodies {first} and {second} are both called \"{name}\"");
-            member.boundary.section.error("E0011", "name", reason, "give each its own name");
+            member.boundary.section.error("E0011", "name", reason, "give each body another name");
         }
     }
 }
@@ -238,7 +237,7 @@ fn environment<'a>(root: &'a Section, members: &[Member<'_>]) -> Option<Surround
         && !member.boundary.section.has("linear_momentum_n_s")
     {
         let reason = "the body starts at rest in a central field: it falls into the center";
-        let remedy = "nothing to do if that is meant; else add `velocity_m_s`";
+        let remedy = "no action is needed if this is intended; else add `velocity_m_s`";
         member.boundary.section.warn_here("W0133", reason, remedy);
     }
     let motion = if member.moves { Motion::RigidBody } else { Motion::Attitude };
@@ -270,13 +269,14 @@ fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potent
         }
     };
     let remedy = |error: &FullBodyError| match error {
-        FullBodyError::Count { .. } => "take coarser shapes, fewer bodies, or potential = \"second_order\"",
+        FullBodyError::Count { .. } => "use coarser shapes, fewer bodies, or potential = \"second_order\"",
         _ => "check masses and the constant of gravitation",
     };
     gravity.report.accept(built, |error| ("E0086", gravity.here(), remedy(error)))
 }
 
-/// Interactions of one evaluation from which a step takes a good part of a second.
+/// The number of interactions of one evaluation from which on a step takes a good part of a
+/// second.
 const LONG: f64 = 1e8;
 
 /// Warns where a step will take long: nothing is shown within one.
@@ -293,11 +293,11 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
     let of = if faces.is_empty() { String::new() } else { format!(" (faces: {})", faces.join(", ")) };
     let (count, time) = (short(interactions), short((10.0 * interactions / PER_SECOND).round() / 10.0));
     let reason = format!(
-        "each evaluation of the gravity takes {count} interactions of point with point{of}, {time} s or so; a step \
-         makes one or more"
+        "each evaluation of the gravity needs {count} interactions of point with point{of}, about \
+        {time} s; a step makes one or more"
     );
-    let remedy = "take shapes of fewer faces, a lower gauss_order, points for one of them, or potential = \
-                  \"second_order\"";
+    let remedy = "use shapes of fewer faces, a lower gauss_order, points for one of them, or potential = \
+     \"second_order\"";
     section.warn_here("W0137", reason, remedy);
 }
 
@@ -316,14 +316,15 @@ fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member
         if turn >= LONGEST_TURN {
             let (name, shown) = (cut(&member.name, 40), short(turn));
             let reason = format!(
-                "{name} turns {shown} rad in one step; the implicit equation needs less than {LONGEST_TURN}"
+                "{name} turns {shown} rad in one step, and the implicit equation needs less than \
+                {LONGEST_TURN}"
             );
             let steps = (simulation.steps as f64 * turn / 0.3).ceil();
             let remedy = if section.has("steps") {
-                format!("raise `steps` to {} or so, or check the rate", show(steps))
+                format!("increase `steps` to about {}, or check the rate", show(steps))
             } else {
                 let step = short(0.3 * simulation.step() / turn);
-                format!("shorten `step_s` to {step} s or so, or check the rate")
+                format!("shorten `step_s` to about {step} s, or check the rate")
             };
             section.report.error("E0120", member.boundary.rate_spot(), reason, remedy);
         }
@@ -349,10 +350,11 @@ fn apart(simulation: &Simulation, members: &[Member<'_>]) {
                 warned += 1;
                 let [distance, first, second] = [distance, reach(first), reach(second)].map(short);
                 let reason = format!(
-                    "{a} and {b} are {distance} m apart and reach {first} m and {second} m: they may touch"
+                    "{a} and {b} are {distance} m apart and have the radii {first} m and {second} m: \
+                    they may touch"
                 );
-                let remedy =
-                    "nothing to do if their shapes are apart; gravity is that of bodies that do not touch";
+                let remedy = "no action is needed if their shapes are apart; gravity is exact for bodies that \
+                    do not touch";
                 section.warn("W0131", "position_m", reason, remedy);
             }
         }

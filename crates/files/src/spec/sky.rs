@@ -1,7 +1,8 @@
 //! `epoch` and `[orbit]`, and what ends and cones aim at by name.
 //!
-//! What is known of the sky is turned into vectors as functions of time when a spec is read: the maneuver holds these, and a plan file
-//! writes their coefficients (`at = "track"`), so that nobody needs an orbit or an ephemeris after that. Axes are those of the GCRS.
+//! When a spec is read, targets become vectors as functions of time. The maneuver holds these,
+//! and a plan file writes their coefficients (`at = "track"`), so that later commands need no
+//! orbit and no ephemeris. Axes are those of the GCRS.
 
 mod acting;
 mod scenery;
@@ -19,23 +20,23 @@ use std::path::Path;
 pub(super) use target::star;
 use target::{axis, named, own_keys, station, track};
 
-/// How far ahead the sky is known where the duration is sought without a bound \[s\].
+/// The time for which targets are computed if the duration is free and has no bound \[s\].
 const HORIZON: f64 = 7_200.0;
 
 /// The most of that \[s\]: a day of vectors is read in a second.
 const MOST_AHEAD: f64 = 86_400.0;
 
-/// How far ahead the next pass over a station is looked for \[s\].
+/// The time within which the next pass over a station is searched \[s\].
 const PASSES: f64 = 86_400.0;
 
 /// Something that is aimed at, with the name that people read.
 #[derive(Clone, Debug)]
 pub struct Named {
-    /// As in "end", or the name of the constraint.
+    /// The user of the target: "end", or the name of the constraint.
     pub used_by: String,
-    /// As in "sun".
+    /// The name, as in "sun".
     pub name: String,
-    /// What it is.
+    /// The target.
     pub target: Target,
 }
 
@@ -44,20 +45,20 @@ pub struct Named {
 pub struct Heavens {
     /// The spacecraft on its orbit.
     pub sky: Sky,
-    /// What the spec aims at.
+    /// The targets of the spec.
     pub targets: Vec<Named>,
 }
 
-/// What a spec says of the sky, while it is read.
+/// The data on the sky in a spec, while it is read.
 pub(crate) struct Reading {
-    /// When and beside what orbits are read; `None` without an epoch.
+    /// The epoch and the folder for reading orbits; `None` without an epoch.
     around: Option<Around>,
-    /// `None` where the report says why not, or no epoch is given.
+    /// The sky; `None` if the report has an error, or without an epoch.
     sky: Option<Sky>,
-    /// How far ahead tracks reach \[s\].
+    /// The time that tracks cover \[s\].
     ahead: f64,
     targets: Vec<Named>,
-    /// What the end points at, where that has a name.
+    /// The target of the end, if it has a name.
     goal: Option<TargetShown>,
 }
 
@@ -80,7 +81,7 @@ impl Reading {
         });
         let orbit = match (section, &around) {
             (Some(section), None) => {
-                let reason = "[orbit] needs `epoch`: where a satellite is depends on the date";
+                let reason = "[orbit] needs `epoch`: the position of a satellite depends on the date";
                 section.error_here("E0075", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top");
                 None
             }
@@ -90,8 +91,9 @@ impl Reading {
         let turns =
             root.section("environment").is_some_and(|environment| environment.has("orbital_rate_rad_s"));
         if let (Some(section), true) = (section, turns) {
-            let reason = "[orbit] places the satellite among the stars, and `orbital_rate_rad_s` in a frame that turns";
-            section.error_here("E0028", reason, "leave one of the two out");
+            let reason = "[orbit] places the satellite in inertial space, and `orbital_rate_rad_s` in a frame \
+             that turns";
+            section.error_here("E0028", reason, "remove one of the two");
         }
         let light = Light {
             takes_time: root.word("light_time") == Some("one_way"),
@@ -99,15 +101,15 @@ impl Reading {
         };
         if let (true, None) = (light != Light::default(), &around) {
             let key = if light.takes_time { "light_time" } else { "aberration" };
-            let reason = format!("`{key}` needs `epoch`: what is seen depends on the date");
+            let reason = format!("`{key}` needs `epoch`: visibility depends on the date");
             root.error(
                 "E0075",
                 key,
                 reason,
-                "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, or leave it out",
+                "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, or remove the key",
             );
         }
-        // Of an orbit that is wrong something has been said already.
+        // An error of the orbit has been reported already.
         let sky = match &around {
             Some(around) if orbit.is_some() || section.is_none() => {
                 Some(Sky::new(around.clock, orbit, rotation).with_light(light))
@@ -117,7 +119,7 @@ impl Reading {
         Self { around, sky, ahead, targets: Vec::new(), goal: None }
     }
 
-    /// What was aimed at.
+    /// Returns the targets.
     pub fn heavens(self) -> Option<Heavens> {
         Some(Heavens { sky: self.sky.filter(|_| !self.targets.is_empty())?, targets: self.targets })
     }
@@ -188,7 +190,7 @@ impl Reading {
         Some(direction)
     }
 
-    /// What is fixed in something that turns, as a satellite that tumbles.
+    /// Reads a direction fixed in a turning object, such as a tumbling satellite.
     fn turning(&self, section: &Section) -> Option<Direction> {
         for (key, sample) in [("turning_vector", "[0, 0, 1]"), ("turning_rate_deg_s", "[0, 0, 2]")] {
             if !section.has(key) {
@@ -213,7 +215,7 @@ impl Reading {
     pub fn limb(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         let Some(sky) = &self.sky else {
             if self.around.is_none() {
-                let reason = "where the Earth is depends on the date, and the spec has no `epoch`";
+                let reason = "the position of the Earth depends on the date, and the spec has no `epoch`";
                 section.error(
                     "E0075",
                     "limb_of",
@@ -236,15 +238,15 @@ impl Reading {
             return Some(());
         }
         let reason = format!(
-            "targets are known for {} s ahead, and the maneuver may take {} s",
+            "targets are computed for {} s, and the maneuver may take {} s",
             short(MOST_AHEAD),
             short(self.ahead)
         );
-        section.refuse("E0076", key, reason, "shorten it, or bound it by duration_at_most_s")
+        section.refuse("E0076", key, reason, "shorten the maneuver, or bound it by duration_at_most_s")
     }
 
     fn without_epoch<T>(&self, section: &Section, word: &str) -> Option<T> {
-        let reason = format!("where \"{word}\" is depends on the date, and the spec has no `epoch`");
+        let reason = format!("the position of \"{word}\" depends on the date, and the spec has no `epoch`");
         section.refuse("E0075", "at", reason, "add epoch = \"2026-11-21T07:00:00 UTC\" at the top")
     }
 
@@ -253,19 +255,19 @@ impl Reading {
             Ok(_) => "",
             Err(SkyError::NoOrbit) => "add [orbit] with tle, oem, or the keys of a Keplerian orbit",
             Err(SkyError::BelowLimb(..)) => "give a smaller height_m",
-            Err(SkyError::Orbit(OrbitError::Decays(_))) => "take newer elements, or a shorter maneuver",
+            Err(SkyError::Orbit(OrbitError::Decays(_))) => "use newer elements, or a shorter maneuver",
             Err(_) => "check [orbit]",
         };
         let key = if section.has("at") { "at" } else { "limb_of" };
         found.map_err(|error| section.error("E0076", key, format!("\"{what}\": {error}"), remedy)).ok()
     }
 
-    /// Refuses what goes with `point` where that is not given.
+    /// Refuses the keys of `point` if that is absent.
     pub fn check_boundary(boundary: &Section) {
         for key in ["second", "rate"] {
             if boundary.has(key) && !boundary.has("point") {
-                let reason = format!("`{key}` goes with `point`, which [{}] does not have", boundary.path);
-                let remedy = "add point = { boresight_body = [0, 0, 1], at = \"sun\" }, or leave it out";
+                let reason = format!("`{key}` needs `point`, which [{}] does not have", boundary.path);
+                let remedy = "add point = { boresight_body = [0, 0, 1], at = \"sun\" }, or remove the key";
                 boundary.error("E0021", key, reason, remedy);
             }
         }

@@ -1,9 +1,9 @@
-//! The texts that a spec comes from: the file, and each `--set` of the command line.
+//! The texts of a spec: the file, and each `--set` of the command line.
 
 /// A range of bytes in one of the sources.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Span {
-    /// Which source: 0 is the file, `i` the i-th override.
+    /// The index of the source: 0 is the file, `i` the i-th override.
     pub source: usize,
     /// First byte.
     pub start: usize,
@@ -25,7 +25,7 @@ pub struct Origin {
 /// One text, with the starts of its lines.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
-    /// What the user knows it by.
+    /// Its name for the user.
     pub name: String,
     /// The text.
     pub text: String,

@@ -1,4 +1,4 @@
-//! From file to text: size, kind of file, encoding.
+//! Reads a file as text: size, kind of file, encoding.
 
 use super::{Diagnostic, Diagnostics, Finding, MAX_BYTES, Source, Span, short};
 use slewkit::numerics::encoding::{self, NoText};
@@ -40,7 +40,7 @@ fn is_pipe(_: fs::FileType) -> bool {
 
 /// The bytes of a stream, which ends or is too large; `size` if known beforehand.
 pub(super) fn from_stream(reader: impl Read, name: &str, size: Option<u64>) -> Result<Vec<u8>, Diagnostics> {
-    let remedy = "a spec holds one maneuver or one simulation; a large shape belongs into an OBJ file";
+    let remedy = "a spec holds one maneuver or one simulation; put a large shape into an OBJ file";
     let limit = MAX_BYTES as u64;
     if let Some(size) = size.filter(|size| *size > limit) {
         let megabytes = short(size as f64 / limit as f64);
@@ -61,13 +61,13 @@ pub(super) fn from_stream(reader: impl Read, name: &str, size: Option<u64>) -> R
 
 fn too_large(bytes: &[u8], name: &str) -> Result<(), Diagnostics> {
     if bytes.len() > MAX_BYTES {
-        let remedy = "a spec holds one maneuver or one simulation; a large shape belongs into an OBJ file";
+        let remedy = "a spec holds one maneuver or one simulation; put a large shape into an OBJ file";
         return Err(refuse("E0004", name, "the spec is larger than the limit of 1 MiB".into(), remedy));
     }
     Ok(())
 }
 
-/// What helps against another encoding.
+/// The remedy for another encoding.
 const SAVE: &str = "save it as UTF-8";
 
 /// The text of a spec: UTF-8, with or without a byte order mark, without control characters.

@@ -19,7 +19,7 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Finding>> {
     let mut converter = Converter { source: 0, offset: 0, too_deep: None, graveyard: Vec::new() };
     let root = converter.node(0..text.len(), DeValue::Table(table.into_inner()), 0);
     let too_deep = converter.finish();
-    // One duplicate says nothing about another; other syntax errors cascade from the first.
+    // Each duplicate is an error of its own; other syntax errors follow from the first.
     let duplicate = |error: &&toml::de::Error| error.message().starts_with(DUPLICATE);
     let duplicates = errors.iter().filter(duplicate).take(MAX_SYNTAX);
     let first = errors.iter().find(|error| !duplicate(error));
@@ -32,7 +32,7 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Finding>> {
     if findings.is_empty() { Ok(root) } else { Err(findings) }
 }
 
-/// Parses one TOML value of an override; `None` when it is none.
+/// Parses one TOML value of an override; returns `None` if it is not one.
 pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<Node> {
     let value = DeValue::parse(text).ok()?;
     let mut converter = Converter { source, offset, too_deep: None, graveyard: Vec::new() };
@@ -43,7 +43,7 @@ pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<No
 /// A nesting error.
 pub(crate) fn nesting(span: Span) -> Finding {
     let reason = format!("tables and lists are nested deeper than {MAX_DEPTH} levels");
-    Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is never closed")
+    Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is not closed")
 }
 
 /// Turns toml's tree into ours, without recursing deeper than [`MAX_DEPTH`].
@@ -99,7 +99,7 @@ impl<'i> Converter<'i> {
         self.node(value.span(), value.into_inner(), depth)
     }
 
-    /// Buries what was too deep and says where that was.
+    /// Drops a value that is too deep, and returns its place.
     fn finish(mut self) -> Option<Span> {
         while let Some(value) = self.graveyard.pop() {
             match value {
@@ -128,7 +128,7 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
         let first = first_set(text, range.start, key);
         let first = first.map_or(String::new(), |line| format!(", first on line {line}"));
         let reason = format!("`{}` is set twice{first}", super::diagnostic::cut(key, 60));
-        return finding("E0011", reason, "keep one of the two");
+        return finding("E0011", reason, "remove one of the two");
     }
     const VALUE: &str =
         "write `key = value`: a number such as 0.3, a list such as [0, 0, 1], or text in quotes";
@@ -162,7 +162,8 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
 
 /// The line that set `key` before byte `at`: the last one in the same table, or the table header.
 ///
-/// Read off the text, because toml does not say; only an aid, so that no answer is fine too.
+/// Finds the place in the text, because toml does not report it. It is only an aid, so `None` is
+/// acceptable.
 fn first_set(text: &str, at: usize, key: &str) -> Option<usize> {
     if key.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! One tree for both notations: what the text says, with the place of every key and value.
+//! One tree for both notations: the contents of the text, with the place of every key and value.
 
 use super::{Span, cut};
 
@@ -28,7 +28,7 @@ pub(crate) struct Number {
     pub integer: Integer,
 }
 
-/// What a number is as an integer.
+/// The value of a number as an integer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Integer {
     Exact(i64),
@@ -76,7 +76,7 @@ impl Number {
 }
 
 impl Value {
-    /// What it is, for "found …".
+    /// Returns its kind, for "found …".
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Table(_) => "a table",
@@ -106,7 +106,8 @@ impl Node {
 
     /// Sets `path` below this node to `value`, making the tables on the way.
     ///
-    /// A number in the path picks an element of a list, from 0. The error says what stands in the way.
+    /// Sets a value. A number in the path selects an element of a list, from 0. The error names
+    /// the obstacle.
     pub fn set(&mut self, path: &[(String, Span)], value: Node) -> Result<(), (Span, String)> {
         let Some(((key, key_span), rest)) = path.split_first() else {
             *self = value;
@@ -133,7 +134,7 @@ impl Node {
             }
             other => Err((
                 *key_span,
-                format!("`{}` would stand inside {}, not a table", cut(key, 60), other.kind()),
+                format!("`{}` would be inside {}, which is not a table", cut(key, 60), other.kind()),
             )),
         }
     }

@@ -1,4 +1,5 @@
-//! One value at a time: its type, its shape, its range. What is returned is the value, or all that is wrong with it.
+//! Reads one value at a time: its type, its shape, its range. Returns the value, or all its
+//! errors.
 
 mod lists;
 
@@ -13,7 +14,7 @@ use slewkit::{Matrix3, Vector3};
 
 pub(crate) use lists::{MAX_DIRECTIONS, MAX_INTERVALS, each};
 
-/// What is wrong with a value: code, place, reason, remedy.
+/// An error of a value: code, place, reason, remedy.
 pub(crate) type Fault = (&'static str, Span, String, String);
 
 /// A value, or all that is wrong with it.
@@ -94,7 +95,7 @@ fn number(node: &Node, quantity: &Quantity) -> Read<f64> {
         wrong("E0030", node, reason, format!("write a finite number, at most {}{unit}", show(largest)))
     } else if (sign == Sign::Positive && value <= 0.0) || (sign == Sign::NotNegative && value < 0.0) {
         let wanted = if sign == Sign::Positive { "positive" } else { "zero or positive" };
-        let reason = format!("{name} of {}{unit} is not possible: it must be {wanted}", show(value));
+        let reason = format!("{name} of {}{unit} is impossible: it must be {wanted}", show(value));
         wrong("E0032", node, reason, format!("write a {wanted} number"))
     } else if value.abs() > largest || (value != 0.0 && value.abs() < smallest) {
         let (value, least, most) = (show(value), show(smallest), show(largest));
@@ -107,31 +108,30 @@ fn number(node: &Node, quantity: &Quantity) -> Read<f64> {
 
 /// A limit: positive and finite.
 fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
-    let none = "leave the key out: without it there is no limit";
+    let none = "remove the key for no limit";
     let Value::Number(tree::Number { value, .. }) = node.value else { return number(node, quantity) };
     if value.is_nan() {
         let remedy = format!("write a positive number, or {none}");
-        return wrong("E0030", node, "nan is not a number, and no limit", remedy);
+        return wrong("E0030", node, "nan is not a number and not a limit", remedy);
     }
     if value.is_infinite() {
-        return wrong("E0030", node, format!("a limit of {value} is not a limit"), none);
+        return wrong("E0030", node, format!("{value} is not a limit"), none);
     }
     if value > 0.0 {
         return number(node, quantity);
     }
     let Quantity { name, unit, .. } = *quantity;
     let (leaves, remedy) = match unit {
-        _ if name.ends_with("norm") => {
-            ("nothing to act with", "write a positive limit, or leave the key out")
-        }
+        _ if name.ends_with("norm") => ("no input", "write a positive limit, or remove the key"),
         "N·m" => (
-            "nothing to turn the body with",
-            "for an underactuated body leave the axis out of `torque_axes_body`, for a failed wheel the wheel",
+            "no input to turn the body",
+            "for an underactuated body remove the axis from `torque_axes_body`, for a failed wheel \
+            remove the wheel",
         ),
-        "N" => ("nothing to push the body with", "leave the axis out of the force axes"),
-        "N·m·s" => ("the wheel no momentum to take", "leave the wheel out"),
-        "deg/s" | "rad/s" => ("no way to turn", "write a positive rate"),
-        "" => ("nothing to save", "write a positive price, or leave the key out: it is then 1"),
+        "N" => ("no input to push the body", "remove the axis from the force axes"),
+        "N·m·s" => ("the wheel no momentum to store", "remove the wheel"),
+        "deg/s" | "rad/s" => ("no rotation", "write a positive rate"),
+        "" => ("no fuel to save", "write a positive price, or remove the key: the price is then 1"),
         _ => ("the input no way to change", "write a positive rate of change"),
     };
     let amount = format!("{} {unit}", show(value));
@@ -142,18 +142,19 @@ fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
 const HEAVENLY: [&str; 10] =
     ["sun", "moon", "earth", "mercury", "venus", "mars", "jupiter", "saturn", "uranus", "neptune"];
 
-/// A heavenly body in place of a direction: without ephemerides and an epoch nobody knows where it is.
+/// Reports a body of the sky in place of a direction: without ephemerides and an epoch its
+/// position is unknown.
 pub(crate) fn heavenly_body<T>(node: &Node) -> Read<T> {
-    let fixed = "write direction = \"sun\", with an epoch; or its direction at the time of the maneuver: { ra_deg = 231.0, dec_deg = -18.3 }";
+    let fixed = "write direction = \"sun\", with an epoch; or its direction at the time of the maneuver: { \
+     ra_deg = 231.0, dec_deg = -18.3 }";
     let Value::Text(body) = &node.value else {
         let wanted = "a direction: { ra_deg = 231.0, dec_deg = -18.3 } or { vector = [0, 0, 1] }";
         return wrong_type(node, wanted);
     };
     let lower = body.to_lowercase();
     if HEAVENLY.contains(&lower.as_str()) {
-        let reason = format!(
-            "where \"{lower}\" stands depends on the time, and this key is for directions that stand still"
-        );
+        let reason =
+            format!("the direction of \"{lower}\" depends on the time, and this key is for fixed directions");
         return wrong("E0073", node, reason, fixed);
     }
     let meant = nearest(&lower, HEAVENLY.into_iter()).map(|known| format!("did you mean \"{known}\"? Then "));
@@ -217,7 +218,7 @@ fn text(node: &Node, most: usize) -> Read<&str> {
 
 /// One of some words.
 fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> Read<&'a str> {
-    /// A longer list is not told whole more than once.
+    /// The length from which on a list is not printed in full more than once.
     const LONG: usize = 12;
     let quoted =
         |words: &[&str]| words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
@@ -229,7 +230,7 @@ fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> R
         return Ok(word);
     }
     if later.contains(&word.as_str()) {
-        let reason = format!("\"{word}\" is planned, but this version of slew does not have it yet");
+        let reason = format!("\"{word}\" is planned, but this version of slew does not support it yet");
         return wrong("E0019", node, reason, format!("this version has {}", quoted(now)));
     }
     let remedy = match nearest(word, now.iter().chain(later).copied()) {
@@ -238,7 +239,7 @@ fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> R
     };
     let word = cut(word, 40);
     let reason = if now.len() > LONG {
-        format!("\"{word}\" is none of the {} that there are", now.len())
+        format!("\"{word}\" is not one of the {} known words", now.len())
     } else {
         format!("\"{word}\" is not one of {}", quoted(now))
     };
@@ -250,8 +251,8 @@ fn format_version(node: &Node) -> Read<u64> {
     count(node, 1, 1).or_else(|faults| match &node.value {
         Value::Number(number) if faults.iter().any(|fault| fault.0 == "E0031") => {
             let version = show(number.value);
-            let reason = format!("the spec is in format {version}, this program reads format 1");
-            wrong("E0023", node, reason, "write format = 1, or use a slew that reads it")
+            let reason = format!("the spec has format {version}, and this program reads format 1");
+            wrong("E0023", node, reason, "write format = 1, or use a version of slew that reads it")
         }
         _ => Err(faults),
     })

@@ -1,16 +1,17 @@
 //! A maneuver and its settings, written with the keys in which a spec is read.
 //!
-//! What is written reads back to the same numbers, bit for bit: in SI units and radians, attitudes as matrices, and
-//! under `rounding = "keep"`, so that no matrix and no unit vector is corrected a second time. The keys, and their
-//! order, are those of the tables that the reader has.
+//! The output reads back to equal numbers, bit for bit. It is in SI units and radians, with
+//! attitudes as matrices, and under `rounding = "keep"`, so that no matrix and no unit vector is
+//! corrected a second time. The keys, and their order, come from the tables of the reader.
 //!
 //! # Why can a spec be written, and what is `rounding = "keep"` for?
 //!
-//! A plan file holds the maneuver in the notation in which it is read, so `slew verify plan.json` needs nothing else, and
-//! Python dictionaries will be the same text. The writer puts its keys through the tables of the reader and chooses the
-//! notation that gives the same bits back: radians, matrices. The reader rounds attitudes to rotations and axes to unit
-//! vectors, which would move the last bit of what was rounded before; `rounding = "keep"` takes such numbers as they are. A
-//! field of a library caller's own has no notation: then `spec` is null in the plan file, and `verify` asks for one.
+//! A plan file holds the maneuver in the notation of specs, so `slew verify plan.json` needs no
+//! other file. The writer passes its keys through the tables of the reader and chooses the
+//! notation that gives equal bits: radians, matrices. The reader rounds attitudes to rotations
+//! and axes to unit vectors, which would change rounded values again; `rounding = "keep"` uses
+//! such numbers unchanged. A field of a library caller's own has no notation: then `spec` is null
+//! in the plan file, and `verify` requires a spec.
 
 use super::closed_loop::ClosedLoop;
 use super::difference::{Difference, differences};
@@ -34,7 +35,7 @@ use thiserror::Error;
 #[serde(transparent)]
 pub struct SpecDocument(Value);
 
-/// What a library caller can plan and a spec has no notation for.
+/// A part of a problem that a library caller can plan and that has no notation in a spec.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error("a spec has no notation for {0}")]
 pub struct Unwritable(&'static str);
@@ -43,7 +44,7 @@ impl SpecDocument {
     /// The maneuver and its settings.
     ///
     /// # Errors
-    /// What a spec cannot say, such as an environment of the caller's own.
+    /// Returns the part without a notation, such as an environment of the caller's own.
     pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Unwritable> {
         let moves = problem.motion == Motion::RigidBody;
         let mut spec = Writing::new(&ROOT);
@@ -173,7 +174,7 @@ impl SpecDocument {
         Self(Value::Object(keys))
     }
 
-    /// Reads the maneuver, as from a file; `name` stands for it in messages.
+    /// Reads the maneuver, as from a file; messages use `name` for it.
     ///
     /// # Errors
     /// Every error of the spec, in its order, with the warnings among them.
@@ -186,7 +187,7 @@ impl SpecDocument {
         }
     }
 
-    /// Whether a key asks for something of a plan: names and the epoch do not.
+    /// Returns whether a key affects a plan: names and the epoch do not.
     pub(crate) fn is_asked(key: &str) -> bool {
         let section = key.split('.').next().unwrap_or_default();
         key != "epoch"
@@ -204,7 +205,7 @@ impl SpecDocument {
     }
 }
 
-/// As JSON, which is what a spec file may hold.
+/// Displays JSON, which is a notation of a spec file.
 impl std::fmt::Display for SpecDocument {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.write_str(&serde_json::to_string_pretty(self).map_err(|_| std::fmt::Error)?)
@@ -217,7 +218,7 @@ impl Serialize for SpecDocument {
     }
 }
 
-/// A value of which every table has its keys in the order of the key tables.
+/// A value in which every table has its keys in the order of the key tables.
 struct InOrder<'a>(&'a Value, Option<&'static Table>);
 
 impl Serialize for InOrder<'_> {
@@ -280,7 +281,8 @@ impl Writing {
         self.keys.insert(name.into(), inner.keys.into());
     }
 
-    /// Writes thrusters that are told by their torque by place and force instead, as the spec told them.
+    /// Writes thrusters that are given by their torque by position and force instead, as in the
+    /// original spec.
     fn by_force(&mut self, nozzles: &[Nozzle]) {
         let all = self.keys.get("actuators").and_then(|actuators| actuators.get("thruster"));
         let Some(all) =
@@ -321,7 +323,8 @@ fn rows<'a>(vectors: impl IntoIterator<Item = &'a Vector3>) -> Vec<Value> {
     vectors.into_iter().map(row).collect()
 }
 
-/// A symmetric matrix of so many columns: its diagonal where nothing else is set, else its rows.
+/// Writes a symmetric matrix with `count` columns: its diagonal if all else is zero, else its
+/// rows.
 fn symmetric(matrix: &[f64], count: usize) -> Value {
     let off = |index: &usize| index / count != index % count;
     let is_zero = |index: usize| matrix[index].to_bits() == 0;
@@ -367,7 +370,7 @@ fn aim(spec: &mut Writing, aim: &Aim) -> Result<(), Unwritable> {
     Ok(())
 }
 
-/// What is aimed at, by coefficients where it moves.
+/// Writes a target, by coefficients if it moves.
 fn target(table: &mut Writing, direction: &Direction) {
     let track = match direction {
         Direction::Fixed(vector) | Direction::InFrame(vector) => return table.put("vector", row(vector)),
@@ -557,7 +560,7 @@ fn environment(spec: &mut Writing, problem: &Problem) -> Result<(), Unwritable> 
         Description::UniformGravity { .. } | Description::GravityGradient { .. } => false,
     };
     if acts_on_orbit != moves {
-        return Err(Unwritable("an environment that does not go with what moves"));
+        return Err(Unwritable("an environment that does not fit the motion of the body"));
     }
     match description {
         Description::Free => {}

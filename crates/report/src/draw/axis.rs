@@ -32,7 +32,7 @@ impl Axis {
     }
 }
 
-/// An axis laid along a stretch of the drawing.
+/// An axis with its position in the drawing.
 #[derive(Clone, Debug)]
 pub(super) struct Laid {
     scale: Scale,
@@ -51,7 +51,7 @@ pub(super) struct Tick {
 }
 
 impl Laid {
-    /// From pixel `from` to pixel `to`, wide enough for `values`.
+    /// Builds an axis from pixel `from` to pixel `to`, wide enough for `values`.
     pub fn new(axis: &Axis, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
         let logarithmic = axis.scale == Scale::Logarithmic;
         let place = |value: f64| if logarithmic { value.log10() } else { value };
@@ -109,7 +109,7 @@ impl Laid {
             let value = index as f64 * step;
             Tick { at: self.pixel(value), label: Some(linear_label(value, step, largest)) }
         };
-        // At most a few dozen, whatever rounding did to the limits.
+        // The number of ticks is bounded for any rounding of the limits.
         (first..=last).take(50).map(tick).collect()
     }
 
@@ -169,7 +169,7 @@ fn linear_label(value: f64, step: f64, largest: f64) -> String {
     minus(&format!("{value:.*}", decimals.min(15)))
 }
 
-/// With the sign that is as wide as a plus.
+/// Replaces the hyphen by the minus sign, which has the width of a plus.
 fn minus(text: &str) -> String {
     text.replace('-', "−")
 }

@@ -1,4 +1,4 @@
-//! Curves over two axes, with marks, bands and a legend beside the plot.
+//! Curves over two axes, with marks, bands and a legend next to the plot.
 
 use super::axis::{Axis, Laid, Tick};
 use super::colour;
@@ -9,15 +9,15 @@ use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, shortened};
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// What it shows.
+    /// The title.
     pub title: String,
-    /// Under which circumstances, one line below the title.
+    /// The circumstances, one line below the title.
     pub subtitle: String,
     /// The axis to the right.
     pub x: Axis,
     /// The axis upwards.
     pub y: Axis,
-    /// What is drawn, the first one on top.
+    /// The curves, the first one on top.
     pub curves: Vec<Curve>,
     /// Lines across the plot, such as limits.
     pub levels: Vec<Level>,
@@ -30,7 +30,7 @@ pub struct Chart {
 pub struct Level {
     /// Where on the axis upwards.
     pub value: f64,
-    /// What it is; stands at the line unless empty.
+    /// The label at the line; none if empty.
     pub label: String,
 }
 
@@ -71,7 +71,7 @@ impl Chart {
         svg.end()
     }
 
-    /// The curves as they are drawn: those that diverge are cut, and their names say where.
+    /// Returns the curves as drawn: a curve that diverges is cut, and its name says where.
     pub fn legible_curves(&self) -> Vec<Curve> {
         legibility::cut(&self.curves, self.y.scale)
     }
@@ -214,7 +214,7 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     }
 }
 
-/// Names beside the plot; returns where the next one would stand.
+/// Draws the names next to the plot; returns the position of the next name.
 fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     let x = RIGHT + 18.0;
     let mut y = TOP + 12.0;
@@ -270,7 +270,7 @@ fn tint(names: &[&str], name: &str) -> &'static str {
 
 /// A span between two pixels; where colours differ in meaning, with its name if there is room.
 fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
-    /// Of a small letter \[px\].
+    /// The width of a small letter \[px\].
     const WIDTH: f64 = 6.5;
     let corners = [(from, TOP), (to, TOP), (to, BOTTOM), (from, BOTTOM)];
     svg.path(&corners, true, &format!("fill=\"{}\"", tint(names, name)));
@@ -283,7 +283,7 @@ fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
     }
 }
 
-/// What the shading means, below the legend: each name once.
+/// Draws the meaning of the shading below the legend: each name once.
 fn shades(svg: &mut Svg, names: &[&str], mut y: f64) {
     for name in names.iter().filter(|name| !name.is_empty()) {
         if y > BOTTOM + 40.0 {

@@ -1,4 +1,4 @@
-//! What a chart draws.
+//! The elements of a chart.
 
 /// A curve. Points that are not finite, or not positive on a logarithmic axis, are left out.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// A map of tracks on the ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
-    /// What it shows.
+    /// The title.
     pub title: String,
     /// One line below the title.
     pub subtitle: String,
@@ -36,7 +36,8 @@ pub struct GroundTrack {
 /// Middle and radius of the map on the drawing \[px\].
 const MIDDLE: (f64, f64) = (300.0, 264.0);
 const RADIUS: f64 = 196.0;
-/// Steps of the grid \[deg\], of which the first that gives at most so many lines from the middle to the rim is taken.
+/// Steps of the grid \[deg\]. The first one with few enough lines from the middle to the rim is
+/// used.
 const STEPS: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0];
 const MOST_LINES: f64 = 3.5;
 /// Kilometres of a degree on the ground.
@@ -155,7 +156,7 @@ impl Ground {
     }
 }
 
-/// The unit vector to a place, for which the sphere of directions stands.
+/// Returns the unit vector to a place, as on the sphere of directions.
 fn direction([latitude, longitude]: &Place) -> Vector3 {
     let ((sin, cos), (sl, cl)) = (latitude.to_radians().sin_cos(), longitude.to_radians().sin_cos());
     Vector3::new(cos * cl, cos * sl, sin)

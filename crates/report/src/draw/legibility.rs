@@ -1,4 +1,5 @@
-//! What a reader must be told of a chart: which curve is cut because it diverges, which one lies under another.
+//! Remarks that a chart needs: which curve is cut because it diverges, and which one lies under
+//! another.
 
 use super::axis::Scale;
 use super::curve::{Curve, Shape};
@@ -8,7 +9,7 @@ use slewkit::numerics::figures::significant;
 /// logarithmic axis, where many decades are ordinary, the second.
 const DIVERGED: (f64, f64) = (1e6, 1e12);
 
-/// How far a diverged curve is followed, times what the rest of the chart reaches.
+/// The height up to which a diverged curve is drawn, relative to the rest of the chart.
 const FOLLOWED: f64 = 10.0;
 
 /// A curve that ends above this part of the largest it reaches does not come back.
@@ -20,8 +21,8 @@ const APART: f64 = 0.7;
 /// Where a point is in the drawing, if it has a place there.
 type Place = Option<(f64, f64)>;
 
-/// The curves of a chart with an axis upwards of that scale, those cut off that leave it for good or are no longer
-/// finite; their names say so.
+/// Cuts the curves of a chart with a vertical axis of this scale: a curve that leaves it for
+/// good, or is not finite, is cut, and its name says so.
 pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     let threshold = if scale == Scale::Logarithmic { DIVERGED.1 } else { DIVERGED.0 };
     let reach = |curve: &Curve| -> f64 {
@@ -73,7 +74,7 @@ fn ends_at(points: &[(f64, f64)]) -> f64 {
     points.iter().rev().map(|point| point.1.abs()).find(|size| size.is_finite()).unwrap_or(0.0)
 }
 
-/// The size that one of so many values is below.
+/// Returns the size below which one of `of` values lies.
 fn share(points: &[(f64, f64)], of: usize) -> f64 {
     let mut sizes: Vec<f64> =
         points.iter().map(|point| point.1.abs()).filter(|size| size.is_finite()).collect();
@@ -143,7 +144,7 @@ mod tests {
             assert!(drawn.name.contains("reaches"), "{}", drawn.name);
             assert!(drawn.shape.points().iter().all(|point| point.1.abs() < 100.0));
         }
-        // At rest for most of the time but for round-off, then a motion that ends at rest again.
+        // The curve is at rest up to round-off for most of the time, then moves and ends at rest.
         let moves = |from: f64| {
             move |x: f64| from * (1e-17 + if x > 80.0 { (x * 0.1).sin().powi(2) * (100.0 - x) } else { 0.0 })
         };

@@ -1,4 +1,4 @@
-//! A value over two quantities, as colours of cells; where there is none the cell says so.
+//! A value over two quantities, as colours of cells; a cell without a value says so.
 
 use super::svg::{Anchor, FAINT, FONT_SIZE, INK, SIZE, Svg, shortened};
 use slewkit::numerics::figures::short;
@@ -6,9 +6,9 @@ use slewkit::numerics::figures::short;
 /// Cells in columns and rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// What it shows.
+    /// The title.
     pub title: String,
-    /// Under which circumstances, one line below the title.
+    /// The circumstances, one line below the title.
     pub subtitle: String,
     /// Name of the quantity to the right, and its values.
     pub x: (String, Vec<String>),
@@ -16,7 +16,7 @@ pub struct Map {
     pub y: (String, Vec<String>),
     /// Name of what the colours are.
     pub value: String,
-    /// What the cells without a value are.
+    /// The meaning of cells without a value.
     pub none: String,
     /// Values of the cells, all of the lowest row first.
     pub cells: Vec<Option<f64>>,
@@ -27,12 +27,12 @@ const LEFT: f64 = 110.0;
 const RIGHT: f64 = 610.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 410.0;
-/// Labels that find room below and beside.
+/// The number of labels for which there is room below and at the side.
 const MOST_LABELS: usize = 10;
 /// Viridis (van der Walt, Smith 2015) at equal distances: growing lightness, for any eye and for print.
 const COLOURS: [[f64; 3]; 5] =
     [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
-/// Values that differ by more than this factor are told apart by their logarithms.
+/// The ratio of values above which the colours are logarithmic.
 const WIDE: f64 = 30.0;
 
 impl Map {
@@ -103,7 +103,7 @@ impl Map {
         svg.text(at, Anchor::Middle, &turned, &self.y.0);
     }
 
-    /// The colours beside the cells, with the values that they stand for.
+    /// Draws the colours next to the cells, with their values.
     fn legend(&self, svg: &mut Svg, (low, high): (f64, f64), logarithmic: bool) {
         const STRIPES: usize = 64;
         let (x, top, bottom) = (RIGHT + 24.0, TOP + 28.0, BOTTOM - 60.0);

@@ -1,8 +1,9 @@
 //! Charts as SVG: curves over linear or logarithmic axes, and paths in space. Tables of text.
 //!
-//! No measurement of text, no style sheet, no script: a file opens in every browser and vector editor
-//! and prints as it looks. Colours are those of Okabe and Ito, told apart also by colour-blind readers; curves
-//! differ in mark and dash as well. With the feature `paper` SVG becomes PNG and PDF.
+//! SVG here needs no measurement of text, no style sheet and no script: a file opens in every
+//! browser and vector editor and prints as it looks. Colours are those of Okabe and Ito, which
+//! colour-blind readers can distinguish; curves also differ in mark and dash. The feature `paper`
+//! converts SVG to PNG and PDF.
 
 mod axis;
 mod chart;

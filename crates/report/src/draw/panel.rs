@@ -20,7 +20,7 @@ pub enum Picture {
 }
 
 impl Picture {
-    /// What it shows.
+    /// Returns the title.
     pub fn title(&self) -> &str {
         match self {
             Self::Chart(chart) => &chart.title,

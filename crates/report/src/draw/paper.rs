@@ -1,7 +1,7 @@
 //! Pictures as PNG and PDF, from the SVG that charts write: by `resvg` and `svg2pdf`, which only this file names.
 //!
-//! Letters are those of a font of the system, of the first family there is among those that the SVG asks for; sizes are
-//! absolute: 13 px are 9.75 points in a PDF, and in a PNG as many pixels as its scale says.
+//! The font is a font of the system: the first available family of those in the SVG. Sizes are
+//! absolute: 13 px are 9.75 points in a PDF; in a PNG the scale sets the pixels.
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
@@ -11,7 +11,7 @@ use thiserror::Error;
 /// Why a picture cannot be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PaperError {
-    /// Without a font there would be no labels, and nobody would be told.
+    /// The system has no font. Without an error the labels would be missing without notice.
     #[error("the system has no fonts")]
     NoFont,
     /// The picture is too large, or not SVG.
@@ -19,7 +19,7 @@ pub enum PaperError {
     Unreadable(String),
 }
 
-/// Families that look alike, those of the SVG first.
+/// Font families with a similar look, those of the SVG first.
 const FAMILIES: [&str; 6] =
     ["Helvetica", "Arial", "DejaVu Sans", "Liberation Sans", "Noto Sans", "Open Sans"];
 

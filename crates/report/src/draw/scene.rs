@@ -8,15 +8,15 @@ use slewkit::Vector3;
 /// A drawing in space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// What it shows.
+    /// The title.
     pub title: String,
-    /// Under which circumstances, one line below the title.
+    /// The circumstances, one line below the title.
     pub subtitle: String,
     /// Unit of the axes.
     pub unit: String,
     /// Names of the bodies, in the legend, in the order of their colours.
     pub names: Vec<String>,
-    /// What is drawn.
+    /// The items of the drawing.
     pub items: Vec<Item>,
 }
 
@@ -188,7 +188,7 @@ impl Scene {
         if !(size.is_finite() && size > 0.0) {
             return (Vector3::repeat(-1.0), Vector3::repeat(1.0));
         }
-        // A box without height has no floor to stand on.
+        // A box without height needs no floor.
         let middle = 0.5 * (low + high);
         let half = (0.5 * (high - low)).map(|half| (1.04 * half).max(0.08 * size));
         (middle - half, middle + half)
@@ -218,7 +218,8 @@ impl Scene {
                 Item::Rod { ends, style } => {
                     let colour = mix(colour(*style), -0.35);
                     let style = format!("stroke=\"{colour}\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
-                    // In parts, so that each goes before or behind what it passes.
+                    // The line is drawn in parts, so that each part is in front of or behind the
+                    // items that it passes.
                     let at = |part: usize| ends[0] + (ends[1] - ends[0]) * (part as f64 / PARTS as f64);
                     for part in 0..PARTS {
                         line(&at(part), &at(part + 1), style.clone());
@@ -256,8 +257,8 @@ impl Scene {
         svg.path(&outline, true, "fill=\"#f6f7f9\" stroke=\"none\"");
         let ticks = |axis: usize| -> Vec<(f64, Option<String>)> {
             let round = Axis { limits: Some((low[axis], high[axis])), ..Axis::linear("") };
-            // Along a stretch of about its length in the drawing, so that the labels have room; the ticks come
-            // back as values.
+            // The axis covers about its length in the drawing, so that the labels have room; the
+            // ticks are converted back to values.
             let length = 0.8 * view.scale * (high[axis] - low[axis]);
             let laid = Laid::new(&round, std::iter::empty(), 0.0, length);
             let value = |at: f64| low[axis] + at / length * (high[axis] - low[axis]);
@@ -275,7 +276,7 @@ impl Scene {
             svg.text((x + 10.0, y + 0.9 * FONT_SIZE), Anchor::Start, &ink, &label.unwrap_or_default());
         }
         svg.path(&outline, true, &format!("fill=\"none\" {edge}"));
-        // The height stands at the left corner, (low x, low y).
+        // The height axis is at the left corner, (low x, low y).
         svg.line(at(low.x, low.y, low.z), at(low.x, low.y, high.z), &edge);
         for (value, label) in ticks(2) {
             let (x, y) = at(low.x, low.y, value);

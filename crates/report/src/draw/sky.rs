@@ -18,7 +18,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 /// A map of directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sky {
-    /// What it shows.
+    /// The title.
     pub title: String,
     /// One line below the title.
     pub subtitle: String,
@@ -47,7 +47,7 @@ pub struct SkyCone {
     pub axis: Vector3,
     /// Half angle \[rad\].
     pub half_angle: f64,
-    /// What it asks.
+    /// The condition of the cone.
     pub asks: ConeAsks,
     /// When it acts, as parts of the motion from 0 to 1; `None`: always.
     pub acts: Option<Vec<[f64; 2]>>,
@@ -57,19 +57,19 @@ pub struct SkyCone {
     pub way: Vec<(Vector3, f64)>,
 }
 
-/// What a cone asks of boresights.
+/// The condition of a cone on boresights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConeAsks {
-    /// To stay outside.
+    /// Boresights stay outside.
     KeepOut,
-    /// To stay inside.
+    /// Boresights stay inside.
     KeepIn,
-    /// To stay on its surface.
+    /// Boresights stay on its surface.
     HoldOn,
 }
 
 impl ConeAsks {
-    /// In words.
+    /// Returns the condition in words.
     pub fn word(self) -> &'static str {
         match self {
             Self::KeepOut => "keep out",
@@ -137,7 +137,7 @@ const AROUND: usize = 180;
 const FORBIDDEN: &str = "#a01818";
 
 impl SkyView {
-    /// In units of the radius of the map.
+    /// Projects a direction, in units of the radius of the map.
     pub fn project(&self, direction: &Vector3) -> (f64, f64) {
         let part =
             Vector3::new(direction.dot(&self.right), direction.dot(&self.up), direction.dot(&self.middle));
@@ -156,7 +156,8 @@ impl SkyView {
 }
 
 impl Sky {
-    /// About the middle of the tracks and cones, as far as they and the marks go; north up.
+    /// Returns the view about the middle of the tracks and cones that contains them and the
+    /// marks; north is up.
     pub fn view(&self) -> SkyView {
         let tracks = || self.tracks.iter().flat_map(|track| &track.points);
         let shown = || tracks().copied().chain(self.marks.iter().map(|mark| mark.at));
@@ -219,7 +220,8 @@ impl Sky {
                 svg.path(&edge, true, &style);
             }
             let edge: Vec<(f64, f64)> = circle(&cone.axis, cone.half_angle).iter().map(place).collect();
-            // On this map the inside of a closed curve is the part without the point opposite to the middle.
+            // On this map the inside of a closed curve is the part without the point opposite to
+            // the middle.
             let opposite = cone.axis.dot(&-view.middle).clamp(-1.0, 1.0).acos() < cone.half_angle;
             if cone.asks != ConeAsks::HoldOn {
                 let outer = (opposite == (cone.asks == ConeAsks::KeepOut)).then_some(&rim[..]);
@@ -255,7 +257,7 @@ impl Sky {
         let style = format!("font-size=\"{NAME}\" fill=\"{INK}\"");
         let discs = self.discs.iter().map(|disc| (disc.ends()[1].0, &disc.name));
         let marks = self.marks.iter().map(|mark| (mark.at, &mark.name));
-        // What lies beyond the rim is not shown.
+        // Points beyond the rim are not shown.
         let shown = |at: &Vector3| {
             let (x, y) = view.project(at);
             x.hypot(y) <= 1.0
@@ -299,7 +301,7 @@ impl Sky {
             let at = sphere(tilt.to_radians(), about.to_radians());
             let about = (about + 360.0) % 360.0;
             let text = if kind == 0 { format!("{tilt}°") } else { format!("{about}°") }.replace('-', "−");
-            // Both would stand on the same crossing.
+            // Both labels would be on one crossing.
             let twice = kind == 1 && ((about - middle) % 360.0).abs() < 1.0;
             (!twice && inside(&at)).then_some((text, at))
         };
@@ -429,7 +431,7 @@ mod tests {
         };
         let torn = |track: &[Vector3]| track.windows(2).filter(|pair| view.tears(&pair[0], &pair[1])).count();
         assert_eq!(torn(&around(0.5)), 1);
-        // Past it by 40° the map turns it, and does not tear it.
+        // Up to 40° past the point the map turns the curve and does not tear it.
         assert_eq!(torn(&around(40.0)), 0);
         assert_eq!(torn(&circle(&Vector3::x(), 1.5)), 0);
     }

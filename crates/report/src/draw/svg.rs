@@ -5,7 +5,8 @@ use std::fmt::Write;
 /// Font of all text, and its size \[px\].
 const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 pub(super) const FONT_SIZE: f64 = 13.0;
-/// That of raised text, in the same unit: some viewers take a part of the size in percent for one of the page.
+/// The size of raised text, in the same unit: some viewers interpret a percentage as relative to
+/// the page.
 const RAISED_SIZE: f64 = 9.75;
 
 /// Size of every picture of curves or of the sky \[px\].
@@ -137,7 +138,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// A name in the `room` that there is beside a plot, in characters.
+/// Shortens a name to the `room` next to a plot, in characters.
 pub(super) fn shortened(name: &str, room: usize) -> String {
     if name.chars().count() <= room {
         return name.into();

@@ -1,7 +1,7 @@
-//! Fewer points that look the same.
+//! Reduces the points of a curve without a visible change.
 
-/// At most `most` points: in each of equal stretches the lowest and the highest, so that no peak is lost, and both ends.
-/// Few points come back as they are.
+/// Returns at most `most` points: both ends, and the lowest and the highest of each of equal
+/// stretches, so that no peak is lost. Few points are returned unchanged.
 pub fn thinned(points: &[(f64, f64)], most: usize) -> Vec<(f64, f64)> {
     if points.len() <= most.max(4) {
         return points.to_vec();

@@ -1,6 +1,7 @@
 //! The plan flown: percentiles of where boresights point and of what is commanded, over the time of many cases.
 //!
-//! They stand beside what linear theory says: cases are few enough to fly while a page is made, and always the same.
+//! The bands are drawn with the linear theory. The cases are few enough to fly while a page is
+//! made, and always equal.
 
 use super::{LEVELS, some_nodes};
 use crate::boresight::boresights;
@@ -25,16 +26,16 @@ const MOST_STEPS: usize = 2_000_000;
 /// Cases at least.
 const FEWEST: usize = 100;
 
-/// Nodes at most at which percentiles are told.
+/// The largest number of nodes with percentiles.
 const NODES: usize = 24;
 
-/// Steps at most of which commands are told.
+/// The largest number of steps with commands.
 const STEPS: usize = 240;
 
-/// Seed of the cases: that of `slew fly` where none is given.
+/// The seed of the cases: the default seed of `slew fly`.
 const SEED: u64 = 1;
 
-/// What the cases were at some nodes.
+/// The states of the cases at some nodes.
 struct Bands {
     name: &'static str,
     cases: usize,
@@ -129,10 +130,10 @@ fn pointing(subject: &Subject, bands: &Bands) -> Option<Shown> {
         _ => LEVELS[0].1.into(),
     };
     chart.subtitle = format!("{of}: percentiles of {} cases, {}", bands.cases, bands.name);
-    Some(shown("flown_pointing", chart, "marks: flown, as slew fly does; lines: linear theory"))
+    Some(shown("flown_pointing", chart, "marks: flights, as in slew fly; lines: linear theory"))
 }
 
-/// What holds 99.73 % of the commands of each input.
+/// Returns the range of 99.73 % of the commands of each input.
 fn commands(subject: &Subject, bands: &Bands) -> Option<Shown> {
     let (problem, linear) = (subject.problem, &subject.beside()?.linear);
     let first = problem.actuation.first_torque();
@@ -163,7 +164,7 @@ fn commands(subject: &Subject, bands: &Bands) -> Option<Shown> {
         .collect();
     let bounds: Vec<(&str, &[f64])> = bounds.iter().map(|(name, bounds)| (*name, &bounds[..])).collect();
     within(&mut chart, &bounds, unit);
-    let about = format!("the plan, and what holds 99.73 % of {} cases, {}", bands.cases, bands.name);
+    let about = format!("the plan, and the range of 99.73 % of {} cases, {}", bands.cases, bands.name);
     chart.subtitle = if chart.subtitle.is_empty() { about } else { format!("{about}; {}", chart.subtitle) };
     Some(shown("flown_commands", chart, ""))
 }

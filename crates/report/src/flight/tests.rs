@@ -1,4 +1,4 @@
-//! What is shown of a flight against the covariances that it is made of.
+//! Compares the pictures of a flight with the covariances.
 
 use super::super::{page, pictures};
 use super::*;
@@ -54,7 +54,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     ] {
         let last = of(name).last().unwrap();
         assert_eq!(last.0, 60.0);
-        // Without half a kick at the nodes the last state is that of the end.
+        // Without half a kick at the nodes the last state is the state at the end.
         assert!((last.1 / radius - 1.0).abs() < 1e-9, "{name}: {} and {radius}", last.1);
     }
     for name in ["closed loop", "open loop"] {
@@ -63,7 +63,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
         assert!(outer.iter().zip(middle).zip(inner).all(|((a, b), c)| a.1 > b.1 && b.1 > c.1));
     }
 
-    // What the limit leaves and what the plan takes are the limit.
+    // The sum of the reserve and the input of the plan is the limit.
     let inputs = curves(&shown, "corrections");
     assert_eq!(inputs.len(), 6);
     for (axis, (name, left)) in inputs[3..].iter().enumerate() {
@@ -75,13 +75,15 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     }
     assert!((inputs[1].1[7].1 / closed.input_sigma[7][1] - 3.0).abs() < 1e-12);
 
-    // Percentiles of the flown cases: near those of the linear theory, and a band of three deviations about the commands.
+    // Compares the percentiles of the flown cases with the linear theory, and checks a band of
+    // three deviations about the commands.
     let flown = curves(&shown, "flown_pointing");
     assert_eq!(flown.len(), 6);
     for (marks, lines) in flown[1..3].iter().zip(&flown[4..]) {
         assert!(marks.0.ends_with("flown") && lines.0.ends_with("linear"), "{} {}", marks.0, lines.0);
         for ((time, mark), (_, value)) in marks.1.iter().zip(&lines.1) {
-            // Of 1000 cases: three standard errors of the median, four of the 90 %.
+            // With 1000 cases the tolerance is three standard errors of the median, four of the
+            // 90 %.
             assert!((mark / value - 1.0).abs() < 0.15, "{} at {time} s: {mark} and {value}", marks.0);
         }
     }
@@ -97,7 +99,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
         }
     }
 
-    // Ellipses: on each the quadratic form of the covariance is the same, −2 ln(1 − p).
+    // On each ellipse the quadratic form of the covariance is constant, −2 ln(1 − p).
     let (sky, remark) = map(&shown);
     let (rings, factor) = rings(&subject);
     assert_eq!((rings.len(), &rings), (2 * (RINGS + 1), &sky.rings));
@@ -119,7 +121,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
                 let aside = seen - boresight * seen.x;
                 let plane = aside.fixed_rows::<2>(1) * (seen.x.acos() / aside.norm());
                 let form = plane.dot(&(across * plane));
-                // Of acos near one: half of the digits.
+                // The acos of a number near one loses half of the digits.
                 assert!((form / level - 1.0).abs() < 1e-5, "node {node}: {form} and {level}");
             }
         }

@@ -2,17 +2,18 @@
 
 use std::time::Duration;
 
-/// Whether the system tells the CPU time of a thread, and what [`thread_time`] is therefore.
+/// Whether the system reports the CPU time of a thread, which determines the meaning of
+/// [`thread_time`].
 const TOLD: bool = cfg!(unix);
 
-/// What [`thread_time`] measures, for labels.
+/// The name of the time that [`thread_time`] measures, for labels.
 pub const THREAD_TIME: &str = if TOLD { "CPU time" } else { "wall time" };
 
 /// Head of a column of what [`thread_time`] measures.
 pub const THREAD_TIME_S: &str = if TOLD { "CPU time, s" } else { "wall time, s" };
 
-/// CPU time of this thread since some moment: what others do on the machine is not in it, and neither is the share of other
-/// threads. Where the system does not tell it, elapsed time.
+/// Returns the CPU time of this thread since some moment, without the time of other processes and
+/// threads. If the system does not report it, returns the elapsed time.
 pub fn thread_time() -> Duration {
     #[cfg(unix)]
     {

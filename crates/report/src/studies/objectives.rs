@@ -6,10 +6,11 @@
 //! effort  ∫ ½ uᵀWu dt ,    fuel  ∫ Σ c_j |u_j| dt ,    time  T
 //! ```
 //!
-//! (under a limit of the norm of the torque fuel is `c ∫ |τ| dt`)
-//! so that it shows what the best of one costs in the rest. Weights and prices are those of the maneuver's own objective
-//! where it has them, and 1 otherwise. Effort and fuel take the duration of the maneuver, or that which its price of time
-//! chooses; where it minimises time, [`STRETCH`] times the shortest.
+//! (with a limit of the norm of the torque, fuel is `c ∫ |τ| dt`) so that it shows the value of
+//! each objective for each plan. Weights and prices come from the maneuver's own objective if it
+//! has them, and are 1 otherwise. Effort and fuel use the duration of the maneuver, or the
+//! duration that its price of time selects. If the maneuver minimises time, they use [`STRETCH`]
+//! times the shortest duration.
 
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
@@ -19,13 +20,13 @@ use slewkit::numerics::figures::rounded_up;
 use slewkit::optimize::search::{Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 
-/// Beside minimum time, effort and fuel have this multiple of the shortest duration.
+/// The multiple of the shortest duration that effort and fuel use if the maneuver minimises time.
 pub const STRETCH: f64 = 1.5;
 
-/// A plan of least effort, fuel or time. Numbers are absent where there is no plan.
+/// A plan of least effort, fuel or time. Numbers are absent without a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ObjectiveRun {
-    /// What it minimises: `time`, `fuel` or `effort`.
+    /// The objective: `time`, `fuel` or `effort`.
     pub minimises: &'static str,
     /// How it ended; absent where such a plan cannot be made.
     pub status: Option<Status>,
@@ -39,7 +40,7 @@ pub struct ObjectiveRun {
     pub fuel: Option<f64>,
     /// How many times an input switches, of plans that switch.
     pub switches: Option<usize>,
-    /// What could still be gained, to first order, in seconds or in fuel, of plans that switch.
+    /// The possible gain, to first order, in seconds or in fuel, of plans that switch.
     pub gap: Option<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
     pub solve_time_s: f64,
@@ -50,11 +51,12 @@ pub struct ObjectiveRun {
 
 /// Plans `problem` for least time, fuel and effort.
 ///
-/// Of its objective the weights and prices are used. A time limit holds for each solve. A stop that the observer asks
-/// for ends them all.
+/// The comparison uses the weights and prices of the problem's objective. A time limit applies to
+/// each solve. A stop by the observer ends them all.
 ///
 /// # Errors
-/// [`PlanError`] where none of the three can be planned; of one that cannot, the reason stands in its row.
+/// Returns [`PlanError`] if none of the three can be planned; if one cannot, its row has the
+/// reason.
 pub fn compare(
     problem: &Problem,
     settings: &Settings,
@@ -81,7 +83,7 @@ pub fn compare(
         let (sought, name) = (objective == Objective::Time, objective.name());
         let in_time = if sought { Some(Duration::SOUGHT) } else { duration.map(Duration::Given) };
         let run = match in_time {
-            None => Err("no duration is given, and none is found".to_string()),
+            None => Err("the spec has no duration, and none was found".to_string()),
             Some(in_time) => {
                 let of_this = problem.clone().with_duration(in_time).with_objective(objective);
                 plan::plan(&of_this, settings, None, observer).map_err(|error| {
@@ -106,7 +108,7 @@ pub fn compare(
     }
 }
 
-/// What every plan is measured by.
+/// The three measures of a plan.
 struct Measures<'a> {
     problem: &'a Problem,
     weights: Weights,
@@ -156,7 +158,7 @@ impl<'a> Measures<'a> {
         row
     }
 
-    /// `½ uᵀWu` of a row of inputs, those of forces first.
+    /// Returns `½ uᵀWu` of a row of inputs, forces first.
     fn effort(&self, inputs: &[f64]) -> f64 {
         let actuation = &self.problem.actuation;
         let torque = self.weights.torque(actuation);

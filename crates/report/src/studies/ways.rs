@@ -1,9 +1,11 @@
-//! The ways to one plan that switches, side by side: the smoothed law, Newton on switching times, and the convex road.
+//! The methods for a plan that switches, side by side: the smoothed law, Newton on switching
+//! times, and the convex iteration.
 //!
 //! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching times is in it;
 //! - **switching times**: what a plan takes, arcs at the limits on steps that end where inputs switch;
-//! - **convex**: SCP with the duration as an unknown where it is sought, on equal steps with inputs at the nodes: the road of
-//!   maneuvers with constraints, which `method = "scp"` asks for.
+//! - **convex**: SCP on equal steps with inputs at the nodes, and with the duration as an unknown
+//!     if it is free. It is the method for maneuvers with constraints, and the method of
+//!     `method = "scp"`.
 //!
 //! The three discretise differently, so that durations agree but for the square of the step, where they find the same
 //! extremal: each is a local minimum of its own search.
@@ -15,7 +17,7 @@ use slewkit::optimize::search::{self, Misfit, Observer, PlanError};
 use slewkit::plan::{self, Plan, Status};
 use std::time::Instant;
 
-/// A plan by one of the ways. Numbers are absent where there is no plan.
+/// A plan by one of the methods. Numbers are absent without a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WayRun {
     /// `smoothed`, `switching_times` or `convex`.
@@ -26,15 +28,15 @@ pub struct WayRun {
     pub reason: Option<String>,
     /// Duration \[s\].
     pub duration_s: Option<f64>,
-    /// What is minimised: the duration \[s\], or fuel with the price of time.
+    /// The cost: the duration \[s\], or fuel with the price of time.
     pub cost: Option<f64>,
-    /// What could still be gained, to first order, by the continuous extremal that the plan is from.
+    /// The possible gain, to first order, of the continuous extremal of the plan.
     pub gap: Option<f64>,
     /// How many times an input switches.
     pub switches: Option<usize>,
     /// ε of the smoothed law on the grid, scaled.
     pub smoothing: Option<f64>,
-    /// By what the continuous motion under the same torque misses the attitude \[deg\].
+    /// The attitude error of the continuous motion under the held torque \[deg\].
     pub continuous_miss_deg: Option<f64>,
     /// Wall time of the solve, without verification \[s\]: differs between two runs.
     pub solve_time_s: f64,
@@ -42,7 +44,7 @@ pub struct WayRun {
 
 /// Plans a maneuver whose inputs switch by each of the ways.
 ///
-/// A time limit holds for each solve. A stop that the observer asks for ends them all.
+/// A time limit applies to each solve. A stop by the observer ends them all.
 ///
 /// # Errors
 /// [`PlanError`] when problem or settings cannot be used, or inputs do not switch. A way that does not apply is no error.

@@ -1,5 +1,6 @@
-//! The summary for who flies the plan: what turns by how much in what time, what that costs, how near it comes to every limit,
-//! and where the true motion ends. A dozen lines of eighty columns; what the solver did stands in [`super::details`].
+//! The summary for the users of a plan: the angle, the duration, the cost, the margins to every
+//! limit, and the end of the true motion. It has about a dozen lines of eighty columns;
+//! [`super::details`] describes the work of the solver.
 
 use super::found::rotation_beside_path;
 use super::inputs;
@@ -23,10 +24,11 @@ const MOST_LINES: usize = 12;
 /// Lines around these: the headline, and what to type next.
 const AROUND: usize = 2;
 
-/// A part below this is nothing to an engineer: costs are told to a tenth of a percent.
+/// The relative difference below which two costs count as equal: costs are printed to a tenth of
+/// a percent.
 const SAME: f64 = 5e-4;
 
-/// Less room than this is none to an engineer \[deg\].
+/// The clearance below which a cone counts as touched \[deg\].
 const LITTLE: f64 = 1e-3;
 
 /// The lines below the headline, but for what to type next.
@@ -75,7 +77,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     lines
 }
 
-/// Why there is no plan.
+/// Returns the reason for which no plan was found.
 fn unsolved(solution: &Solution) -> Vec<String> {
     let mut lines = Vec::new();
     let reason = match &solution.infeasible {
@@ -98,7 +100,7 @@ fn unsolved(solution: &Solution) -> Vec<String> {
     lines
 }
 
-/// Which set of each of the alternatives holds until when.
+/// Returns the sets of the alternatives and the times until which they hold.
 fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
     let end = solution.duration(problem);
     let told = solution.turns.iter().map(|Turns { of, shifts }| {
@@ -132,7 +134,7 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     let steps = counted(solution.steps, "step");
     match rotation_beside_path(problem, solution) {
         Some(rotation) => {
-            // As one line.
+            // The line combines angle, way and duration.
             let way = round.trim_end_matches(" round");
             format!("{rotation:.1} deg{moved}, {way} by {turned:.1} deg, in {duration} s{sought}, {steps}")
         }
@@ -154,7 +156,7 @@ fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     let value = significant(solution.cost, 6);
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let price = problem.objective.given_time_price();
-    let timed = price.map_or(String::new(), |_| ", the price of time included".into());
+    let timed = price.map_or(String::new(), |_| ", with the price of time".into());
     let mut text = format!("{value}{unit}, {what}{timed}");
     if matches!(problem.path, Path::Best | Path::Shortest) {
         text.push_str(&against(problem, solution));
@@ -162,7 +164,7 @@ fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     text
 }
 
-/// The cost against that of the turn about a fixed axis, where that is known.
+/// Compares the cost with that of the turn about a fixed axis, if known.
 fn against(problem: &Problem, solution: &Solution) -> String {
     let Some(fixed) = fixed_axis::cost(problem, solution) else { return String::new() };
     let part = solution.cost / fixed - 1.0;
@@ -204,8 +206,8 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     if missed > accuracy.wanted_deg {
         let wanted = short(accuracy.wanted_deg);
         lines.push(match accuracy.steps {
-            Some(steps) => format!("more than {wanted} deg: {steps} steps would do"),
-            None => format!("more than {wanted} deg, which no number of steps changes"),
+            Some(steps) => format!("more than {wanted} deg: {steps} steps would suffice"),
+            None => format!("more than {wanted} deg, for any number of steps"),
         });
     }
     lines
@@ -236,10 +238,10 @@ fn rate(problem: &Problem, found: &Verification) -> String {
     if told.is_empty() { format!("{peak} at most") } else { format!("{peak} at most; {}", told.join(", ")) }
 }
 
-/// The margin in the true motion; that of inputs, which are held, is one with that of the plan.
+/// Returns the margin in the true motion; inputs are held, so their margin is that of the plan.
 fn met(margin: &Margin) -> f64 {
     let value = margin.continuous_margin.unwrap_or(margin.margin);
-    // What acts touches its limit up to round-off, of either sign.
+    // An active limit is touched up to round-off, of either sign.
     let scale = if margin.scaled == 0.0 { 1.0 } else { (margin.margin / margin.scaled).abs() };
     if value.abs() <= Margin::ROUND_OFF * scale { 0.0 } else { value }
 }
@@ -261,7 +263,8 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
         match left {
             left if left < 0.0 => format!("{name}: {} deg too near {at}", significant(-left, 2)),
             left => {
-                // What is drawn in until the true motion holds it touches it up to the tolerance of that.
+                // A limit that was tightened for the true motion is touched up to the tolerance
+                // of the tightening.
                 let spare = if left < LITTLE {
                     format!("less than {LITTLE} deg")
                 } else {
@@ -280,18 +283,18 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     lines
 }
 
-/// What is known of it as an optimum.
+/// Describes the plan as an optimum.
 fn proof(problem: &Problem, solution: &Solution) -> String {
     if let Some(switching) = &solution.switching {
         let part = switching.gap / switching.continuous_cost;
         let gap = match 100.0 * part {
-            small if small < 1e-3 => "within 0.001 % of the least nearby".into(),
-            part => format!("within {} % of the least nearby", significant(part, 2)),
+            small if small < 1e-3 => "within 0.001 % of the nearby minimum".into(),
+            part => format!("within {} % of the nearby minimum", significant(part, 2)),
         };
         return match switching.structure {
-            Structure::Rest => "nothing to do: the body is where it should be".into(),
+            Structure::Rest => "no action is needed: the body is already in its end attitude".into(),
             _ if switching.beside_optimum => {
-                "switches meet the end; the best of this grid was not found".into()
+                "the switching plan meets the end; the optimum of this grid was not found".into()
             }
             Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits if problem.is_shaped() => {
                 let unit = if problem.objective == Objective::Time { " s" } else { "" };
@@ -318,37 +321,39 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
     if problem.is_shaped() {
         return match solution.convex.map_or(0.0, |work| work.effort_share) {
-            share if share > 1e-6 => "nearly the least nearby: a little effort is counted as well".into(),
-            _ => "the least nearby, to first order; others may be better".into(),
+            share if share > 1e-6 => "nearly a local minimum: the cost contains a small effort term".into(),
+            _ => "a local minimum, to first order; others may be better".into(),
         };
     }
     match solution.optimality.second_order() {
-        SecondOrder::Minimum => "a local minimum; that nothing else is better is not proved".into(),
+        SecondOrder::Minimum => "a local minimum; no proof that it is global".into(),
         SecondOrder::Saddle if matches!(problem.path, Path::AsGiven(_)) => {
             "not a minimum: another rotation than the given one costs less".into()
         }
-        SecondOrder::Saddle => "not a minimum: there is a way down, but nothing better was found".into(),
-        SecondOrder::Undecided => "an extremal; whether it is a minimum is not decided".into(),
-        SecondOrder::NotTested => "an extremal; whether it is a minimum was not tested, as asked".into(),
+        SecondOrder::Saddle => {
+            "not a minimum: the cost decreases in a direction, but no better plan was found".into()
+        }
+        SecondOrder::Undecided => "an extremal; whether it is a minimum is undecided".into(),
+        SecondOrder::NotTested => "an extremal; whether it is a minimum was not tested, as requested".into(),
     }
 }
 
-/// Which way a path goes.
+/// Describes the way of a path.
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
-        _ if problem.ends_in_any_attitude() => "to an attitude of its choice",
-        _ if problem.aim().is_some_and(|aim| aim.has_roll()) => "to a roll of its choice",
+        _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",
+        _ if problem.aim().is_some_and(|aim| aim.has_roll()) => "to a roll chosen by the plan",
         Sense::Short => "the short way round",
         Sense::Long => "the long way round",
     }
 }
 
-/// What else was found, in words.
+/// Describes the rivals.
 fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let best = solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before);
     let nearest = solution.rivals.first()?;
     let round = way(problem, nearest.sense);
-    // Of switching times alone no path is known.
+    // Switching times alone do not determine the path.
     let way = if solution.switching.is_some() && !problem.is_shaped() {
         "another way".into()
     } else {
@@ -360,7 +365,7 @@ fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     };
     let cost = format!("{}{unit}", significant(nearest.cost, 4));
     let against = match nearest.cost / best {
-        // Where nothing is needed all else is infinitely dear.
+        // If the plan costs nothing, every other cost is infinitely higher.
         part if !part.is_finite() => format!("at {cost}"),
         part if part >= 10.0 => format!("at {} times the cost ({cost})", significant(part, 3)),
         part if part > 1.0 + SAME => format!("at {} % more ({cost})", significant(100.0 * (part - 1.0), 2)),

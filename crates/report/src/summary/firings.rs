@@ -1,4 +1,4 @@
-//! What thrusters do: when each is on, how long, and what all of them give together.
+//! The firings of thrusters: start and length of each, and their total impulse.
 
 use super::inputs;
 use slewkit::maneuver::{Problem, Solution};
@@ -12,7 +12,7 @@ const OFF: f64 = 0.01;
 /// A thruster that is on without a break.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Firing {
-    /// Which one.
+    /// The number of the thruster.
     pub input: usize,
     /// When it opens \[s\].
     pub from: f64,
@@ -29,7 +29,7 @@ impl Firing {
 
 /// All firings of thrusters, by thruster and time; none where the inputs push to both sides.
 ///
-/// Of a plan of arcs they are those of its grid, whose nodes stand at the switches.
+/// The firings of a plan of arcs are those of its grid, whose nodes are at the switches.
 pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
     let set = &problem.actuation.torque;
     let Some(sizes) = set.limits().size.as_ref().filter(|_| set.limits().one_sided) else {
@@ -59,7 +59,8 @@ pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
     found
 }
 
-/// What stretch of time each row of inputs stands for: a step where rows are held, else the time around its node.
+/// Returns the time stretch of each row of inputs: a step if rows are held, else the time around
+/// its node.
 fn stretches(problem: &Problem, time: &[f64]) -> Vec<(f64, f64)> {
     if problem.switches() && !problem.is_shaped() {
         return time.windows(2).map(|ends| (ends[0], ends[1])).collect();
@@ -71,8 +72,8 @@ fn stretches(problem: &Problem, time: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// What all thrusters together push, `∫ R Σ f d dt` in the axes of the reference frame, and the sum of what each pushes by
-/// itself \[N·s\]; `None` where the forces are not known.
+/// Returns the net impulse of all thrusters, `∫ R Σ f d dt` in the axes of the reference frame,
+/// and the sum of their single impulses \[N·s\]; `None` if the forces are unknown.
 pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identity) -> Option<(Vector3, f64)> {
     let trajectory = &solution.trajectory;
     let count = problem.actuation.count();
@@ -109,7 +110,7 @@ fn vector(vector: &Vector3) -> String {
     format!("({x}, {y}, {z}) N·s")
 }
 
-/// What is told of the firings in a line or two; nothing where there are no thrusters.
+/// Describes the firings in a line or two; empty without thrusters.
 pub(crate) fn told(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let found = firings(problem, solution);
     if found.is_empty() {
@@ -139,7 +140,7 @@ pub(crate) fn times(problem: &Problem, solution: &Solution, identity: &Identity)
     .collect()
 }
 
-/// From when to when, each.
+/// Lists start and end of each firing.
 pub(crate) fn listed(firings: &[Firing]) -> Vec<String> {
     firings.iter().map(|firing| format!("{:.3}–{:.3}", firing.from, firing.to)).collect()
 }

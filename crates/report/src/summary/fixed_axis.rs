@@ -1,10 +1,11 @@
-//! What the turn about a fixed axis would take, for comparison.
+//! The turn about a fixed axis, for comparison.
 //!
-//! About a fixed axis e with the angle θ(t), ω = θ̇, a free body needs the torque `Je ω̇ + (e × Je) ω²`. Its effort is
-//! `½ ∫ (a ω̇² + b ω⁴) dt` with `a = |Je|²` and `b = |e × Je|²` in the norm `A = (B W⁻¹ Bᵀ)⁻¹`: the mixed term is the derivative
-//! of `ω³/3`, nothing from rest to rest. Among all θ(t) with the angle and the duration asked for the least is sought: with
-//! `ω = θ f(t/T)/T` it is `θ²/(2T³) min ∫ (a f'² + bθ² f⁴)` over f that are 0 at both ends and have the mean 1. The problem
-//! is convex.
+//! About a fixed axis e with the angle θ(t), ω = θ̇, a free body needs the torque
+//! `Je ω̇ + (e × Je) ω²`. Its effort is `½ ∫ (a ω̇² + b ω⁴) dt` with `a = |Je|²` and
+//! `b = |e × Je|²` in the norm `A = (B W⁻¹ Bᵀ)⁻¹`: the mixed term is the derivative of `ω³/3`,
+//! which vanishes from rest to rest. The function minimises over all θ(t) with the requested
+//! angle and duration. With `ω = θ f(t/T)/T` the minimum is `θ²/(2T³) min ∫ (a f'² + bθ² f⁴)`
+//! over f that are 0 at both ends and have the mean 1. The problem is convex.
 
 use slewkit::lie;
 use slewkit::maneuver::{Motion, Objective, Problem, Solution};
@@ -129,11 +130,13 @@ fn thomas(diagonal: &[f64], beside: f64, right: &[f64]) -> Vec<f64> {
 mod tests {
     use super::profile;
 
-    /// Without the gyroscopic torque the best profile is f = 6s(1−s): 12. With it the least lies between the sum of both minima
-    /// and what that profile has: k ∫ f⁴ = k 6⁴ B(5, 5).
+    /// Without the gyroscopic torque the best profile is f = 6s(1−s), with the value 12. With it
+    /// the least value is between the sum of both minima and the value of that profile: k ∫ f⁴ =
+    /// k 6⁴ B(5, 5).
     #[test]
     fn the_least_turn_has_the_closed_form_of_a_cubic_and_its_bounds() {
-        // On the grid of step h that is 12/(1 − h²), because the sum of s(1 − s) h is (1 − h²)/6.
+        // On the grid of step h the value is 12/(1 − h²), because the sum of s(1 − s) h is (1 −
+        // h²)/6.
         let h2 = (super::NODES as f64).powi(-2);
         assert!((profile(0.0).unwrap() * (1.0 - h2) / 12.0 - 1.0).abs() < 1e-9);
         for k in [0.01, 1.0, 30.0, 1e4] {

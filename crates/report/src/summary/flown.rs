@@ -1,4 +1,4 @@
-//! What is told of gains, of what is uncertain, and of a plan that was flown.
+//! The summary of gains, of uncertainty, and of flights of a plan.
 
 use super::lines::{Lines, TEXT, wrapped};
 use super::{Tone, headline};
@@ -13,10 +13,10 @@ use slewkit::uncertainty::{Covariance, Radius, Uncertainty};
 use slewkit_files::flown::{HeldRecord, LoopRecord, MarginsRecord, RunRecord, boresights};
 use slewkit_files::spec::{ClosedLoop, escape};
 
-/// Probabilities below this are told by the tail of the normal law alone.
+/// The probability below which only the tail of the normal law is reported.
 const SAMPLED: f64 = 1e-4;
 
-/// What the summary of a plan says of the plan beside it.
+/// Returns the lines about the quantities near a plan.
 pub fn beside(
     problem: &Problem,
     closed_loop: &ClosedLoop,
@@ -39,7 +39,7 @@ pub fn beside(
     {
         lines.lines("", wrapped(&text, TEXT));
     }
-    // A chance that is asked of the limit says it better.
+    // A chance of the limit contains more information.
     let limit = problem.actuation.limit_name(LimitKind::Size, false);
     let is_asked = closed_loop.chances.iter().any(|chance| chance.limits.iter().any(|name| name == limit));
     if beside.gains.is_some()
@@ -56,7 +56,8 @@ pub fn beside(
     lines
 }
 
-/// The chance of each constraint, and of each limit of which one is asked; then those that several share.
+/// Returns the chance of each constraint, and of each limit with a requested chance; then the
+/// joint chances.
 fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<String> {
     let is_constraint = |name: &str| problem.constraints.iter().any(|constraint| constraint.name == name);
     let shared =
@@ -65,7 +66,7 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
     let mut texts: Vec<String> = told
         .map(|chance| {
             let of = closed_loop.asked(&chance.name).map_or(String::new(), |asked| {
-                format!(", asked at most {}{}", significant(asked.at_most, 2), when(asked))
+                format!(", requested at most {}{}", significant(asked.at_most, 2), when(asked))
             });
             let tail = if chance.largest() < SAMPLED { " (by the tail of the normal law)" } else { "" };
             let at = significant(beside.linear.times()[chance.worst().node], 3);
@@ -75,12 +76,12 @@ fn chances(problem: &Problem, closed_loop: &ClosedLoop, beside: &Beside) -> Vec<
         .collect();
     texts.extend(closed_loop.chances.iter().filter(|chance| chance.is_joint).map(|chance| {
         let names = escape(&chance.limits.join(", "));
-        format!("any of {names}: asked at most {} over the motion", significant(chance.at_most, 2))
+        format!("any of {names}: requested at most {} over the motion", significant(chance.at_most, 2))
     }));
     texts
 }
 
-/// What a summary says of gains along a plan with these nodes \[s\].
+/// Describes gains along a plan with these nodes \[s\].
 pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
     let steps = times.len() - 1;
     let every = if gains.every > 1 {
@@ -112,7 +113,7 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     };
     let axis = |column: usize| ["x", "y", "z"][column % 3];
     let ((turn, first), of_turn) = least(0..3);
-    // In rates: the momentum of an error of one rate alone.
+    // The error is converted to rates: the momentum of an error of one rate alone.
     let by_rate = |axis: usize| {
         let momentum = problem.body.inertia.j().column(axis).into_owned();
         let least = |(index, arc): (usize, &slewkit::feedback::Arc)| {
@@ -127,7 +128,8 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
         rates.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((f64::INFINITY, 0), 0));
     let and = if first == second { String::new() } else { format!(", and arc {}", second + 1) };
     format!(
-        "{} deg about {} off, or {} deg/s about {}, leave arc {}{and} no time: then plan anew",
+        "errors of {} deg about {}, or {} deg/s about {}, would make arc {}{and} shorter than zero: \
+        then plan anew",
         significant(turn.to_degrees(), 2),
         axis(of_turn),
         significant(rate.to_degrees(), 2),
@@ -159,7 +161,7 @@ fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) 
     }
 }
 
-/// What makes most of the attitude's variance at the end.
+/// Returns the source of the largest part of the attitude's variance at the end.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<String> {
     let all: f64 = (0..3).map(|row| covariance.end[(row, row)]).sum();
     let of_parameters: f64 = (0..3).map(|row| covariance.end_of_parameters[(row, row)]).sum();
@@ -175,7 +177,7 @@ fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty) -> Option<S
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let (name, part) = shares.first().filter(|(_, part)| part.is_finite() && *part > 0.0)?;
     Some(format!(
-        "{} of its variance is of constant errors, most of {} ({})",
+        "{} of its variance is from constant errors, most of {} ({})",
         percent(of_parameters / all),
         escape(name),
         percent(*part)
@@ -186,7 +188,7 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 2))
 }
 
-/// The largest correction, three deviations, beside what the limit leaves.
+/// Compares the largest correction, three deviations, with the room below the limit.
 fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<String> {
     let craft = problem.of_craft();
     let sizes = craft.actuation.torque.limits().size.as_ref()?;
@@ -204,13 +206,14 @@ fn demand(problem: &Problem, beside: &Beside, closed: &Covariance) -> Option<Str
     let at = significant(beside.linear.times()[step], 3);
     (part > 1.0).then(|| {
         format!(
-            "input {} has less left than three deviations of its correction, at {at} s: leave more, or plan within less",
+            "input {} has less reserve than three deviations of its correction, at {at} s: increase \
+            the reserve, or plan with smaller limits",
             input + 1
         )
     })
 }
 
-/// What a plan holds of a limit: one number, or the least and the most of several.
+/// Formats the reserve of a limit: one number, or the least and the largest of several.
 fn held(of: &HeldRecord) -> String {
     let number = |number: f64| significant(number, 4);
     let range = |numbers: &[f64]| {
@@ -228,7 +231,7 @@ fn held(of: &HeldRecord) -> String {
     format!("{} {}{limit} {}", escape(&of.name), range(&of.held), of.unit)
 }
 
-/// What keeping chances takes.
+/// Describes the margins of chance constraints.
 pub fn kept(margins: &MarginsRecord) -> String {
     let flown = margins.counted.iter().map(|(name, counted)| {
         let [low, high] = counted.interval.map(percent);
@@ -239,16 +242,16 @@ pub fn kept(margins: &MarginsRecord) -> String {
         )
     });
     let flown: String = flown.collect();
-    let agreed = if margins.agreed { "" } else { "; margins and covariances do not agree yet" };
+    let agreed = if margins.agreed { "" } else { "; margins and covariances have not converged yet" };
     format!(
-        "{} for the chances asked, found in {}; without them the cost is {}{flown}{agreed}",
+        "{} for the requested chances, found in {}; without them the cost is {}{flown}{agreed}",
         margins.held.iter().map(held).collect::<Vec<_>>().join(", "),
         counted(margins.plans, "plan"),
         significant(margins.cost_without, 6)
     )
 }
 
-/// What one case came to.
+/// Describes the result of one case.
 pub fn case(
     problem: &Problem,
     uncertainty: &Uncertainty,
@@ -263,7 +266,7 @@ pub fn case(
     lines.line(
         "case",
         format!(
-            "{case}, {name}: ends {} deg and {} deg/s beside the plan",
+            "{case}, {name}: ends {} deg and {} deg/s from the plan",
             significant(turn.norm().to_degrees(), 3),
             significant(rate.norm().to_degrees(), 3)
         ),
@@ -283,7 +286,7 @@ pub fn case(
     lines
 }
 
-/// What many cases came to.
+/// Describes the results of many cases.
 pub fn runs(colour: bool, record: &RunRecord) -> Vec<String> {
     let lost: usize = record.loops.iter().map(|one| one.lost).sum();
     let verdict = format!("{} flown", counted(record.cases, "case"));
@@ -310,7 +313,7 @@ fn told(one: &LoopRecord) -> Vec<String> {
         significant(most(&end.rate_sigma_linear_deg_s), 3),
     ));
     lines.push(format!(
-        "{} inside of the ellipsoid that is to hold 99.73 %{}",
+        "{} inside of the 99.73 % ellipsoid{}",
         percent(end.inside_9973.part),
         end.eigenvalues.map_or(String::new(), |[least, largest]| format!(
             ", variances {} to {} times the linear",
@@ -320,9 +323,11 @@ fn told(one: &LoopRecord) -> Vec<String> {
     ));
     for cone in end.constraints.iter().chain(&end.limits) {
         let violated = match cone.violated.count {
-            0 => format!("violated by none, below {} at 95 %", significant(cone.violated.interval[1], 2)),
+            0 => {
+                format!("violated in no flight, below {} at 95 %", significant(cone.violated.interval[1], 2))
+            }
             count => format!(
-                "violated by {count} ({}, {} to {})",
+                "violated in {count} flights ({}, {} to {})",
                 percent(cone.violated.part),
                 percent(cone.violated.interval[0]),
                 percent(cone.violated.interval[1])
@@ -331,13 +336,13 @@ fn told(one: &LoopRecord) -> Vec<String> {
         lines.push(format!("{}: {violated}", escape(&cone.name)));
     }
     if one.saturated > 0.0 {
-        lines.push(format!("limits cut the commands of {} of the steps", percent(one.saturated)));
+        lines.push(format!("limits saturate the commands of {} of the steps", percent(one.saturated)));
     }
     if one.rejected_inertias > 0 {
-        lines.push(format!("{} inertias drawn that are none, and drawn again", one.rejected_inertias));
+        lines.push(format!("{} drawn inertias were impossible and were drawn again", one.rejected_inertias));
     }
     if one.lost > 0 {
-        lines.push(format!("{} lost: they turn faster than can be followed", counted(one.lost, "case")));
+        lines.push(format!("{} cases lost: they turn too fast to be propagated", counted(one.lost, "case")));
     }
     lines.iter().flat_map(|text| wrapped(text, TEXT)).collect()
 }

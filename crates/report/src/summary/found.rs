@@ -1,4 +1,4 @@
-//! What was found: method, path, cost, arcs, optimality.
+//! The results of the search: method, path, cost, arcs, optimality.
 
 use super::lines::{Lines, line};
 use slewkit::lie;
@@ -10,7 +10,7 @@ use slewkit::numerics::figures::{counted, error, short, significant, time};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// A gap of this part of the cost is that of a singular arc which is cut into enough arcs.
+/// The relative gap of a singular arc that is replaced by enough arcs.
 const SMALL_GAP: f64 = 1e-4;
 
 /// Durations that differ by this part are one.
@@ -47,7 +47,7 @@ pub(super) fn method(problem: &Problem, solution: &Solution) -> String {
     format!("{how}, {} {scheme} steps{step}", solution.steps)
 }
 
-/// What a converged solve found.
+/// Describes the result of a converged solve.
 pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let unit = match problem.motion {
         Motion::Attitude => "  N²·m²·s",
@@ -68,13 +68,13 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
             let priced = problem.objective.given_time_price().is_some();
             let why = match problem.duration.at_most() {
                 _ if solution.shortest.is_some() => {
-                    "the shortest found: less time would cost less, and has no plan"
+                    "the shortest found: less time would cost less, but no plan was found"
                 }
                 Some(longest) if solution.duration(problem) >= longest * (1.0 - SAME_DURATION) => {
                     "the longest allowed"
                 }
                 Some(_) if !priced => "more time would cost more",
-                _ => "where a second is worth its price",
+                _ => "where a second gains its price",
             };
             let fuel = problem.objective.fuel().is_some();
             let unit = if fuel { "" } else { unit };
@@ -103,18 +103,19 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         Some(count) => {
             let given = matches!(problem.path, Path::AsGiven(_));
             let why =
-                if given { "kept because the rotation is given" } else { "and nothing cheaper was found" };
+                if given { "kept because the rotation is given" } else { "and no cheaper plan was found" };
             format!("{}: a saddle, {why}", counted(count, "conjugate point"))
         }
         None if optimality.tested => "not decided".into(),
-        None => "not tested, as asked".into(),
+        None => "not tested, as requested".into(),
     };
     let timed = solution.switching.is_some() || problem.is_shaped();
-    // The shooting tests both in one sweep, which may not have been asked for, or have been stopped.
+    // The shooting tests both in one sweep, which may not have been requested, or may have been
+    // stopped.
     let known = Some(optimality.stationarity).filter(|stationarity| !stationarity.is_nan());
     let first = known.map(|stationarity| format!("stationarity {}", error(stationarity)));
     let second = if solution.switching.as_ref().is_some_and(|switching| switching.beside_optimum) {
-        Some("no discrete optimum was found: the arcs meet the end beside it".into())
+        Some("no discrete optimum was found: the arcs meet the end near it".into())
     } else {
         (!timed).then(|| format!("second order: {second}"))
     };
@@ -126,7 +127,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
             None => String::new(),
         };
         let mut path = format!("{}, turned {:.1} deg", way(problem, rival.sense), rival.turned_deg);
-        // What passes cones on different sides may turn the same way.
+        // Paths on different sides of a cone may have one homotopy class.
         if solution.method == Method::Scp {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
@@ -144,7 +145,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
     lines
 }
 
-/// How the discrete target was shifted until the true motion met the end.
+/// Describes the corrections of the discrete target until the true motion met the end.
 fn landed(landing: &Landing) -> String {
     let figure = |miss: Option<&f64>| miss.map_or("?".into(), |miss| error(*miss));
     let (first, last) = (figure(landing.misses.first()), figure(landing.misses.last()));
@@ -169,8 +170,8 @@ fn landed(landing: &Landing) -> String {
 /// Why a plan has as many steps as it has.
 fn steps(steps: usize, chosen: &ChosenSteps) -> String {
     let cost = match chosen.cost_error {
-        Some(part) => format!("the cost is about {} above that of ever shorter steps", percent(part)),
-        None => "what shorter steps would save is not known".into(),
+        Some(part) => format!("the cost is about {} above the cost of ever shorter steps", percent(part)),
+        None => "the gain of shorter steps is unknown".into(),
     };
     let lands = if chosen.lands { "the true motion lands" } else { "the true motion does not land" };
     let from = if steps == chosen.began { String::new() } else { format!(", from {} upwards", chosen.began) };
@@ -193,7 +194,7 @@ fn switched(
     let fuel = problem.objective.fuel();
     if switching.structure == Structure::Rest {
         let none = if fuel.is_some() { "no fuel" } else { "0 s" };
-        lines.line(problem.objective.name(), format!("{none}: the body is where it should be"));
+        lines.line(problem.objective.name(), format!("{none}: the body is already in its end attitude"));
         return lines;
     }
     if problem.seeks_duration() {
@@ -223,7 +224,7 @@ fn switched(
         _ => format!("inputs {}", numbers.join(", ")),
     };
     let arcs = match switching.structure {
-        Structure::Norm => "the torque has its full norm all the time, and turns".into(),
+        Structure::Norm => "the torque always has its full norm, and turns".into(),
         Structure::Singular => format!("singular: {which} within the limits; all inputs smoothed"),
         Structure::BangBang
         | Structure::BangOffBang
@@ -235,9 +236,9 @@ fn switched(
             let shortest = lengths.fold(f64::INFINITY, f64::min).max(0.0);
             let small = switching.gap <= SMALL_GAP * switching.continuous_cost;
             let chatters = if switching.structure == Structure::TruncatedChattering && !small {
-                "; not every sign is right".into()
+                "; some signs are wrong".into()
             } else if switching.structure == Structure::TruncatedChattering {
-                format!("; a singular arc of {which}, cut into arcs")
+                format!("; a singular arc of {which}, replaced by arcs")
             } else {
                 String::new()
             };
@@ -257,7 +258,7 @@ fn switched(
         return lines;
     }
     let unit = if fuel.is_some() { "" } else { " s" };
-    lines.line("gap", format!("{}{unit} to be gained at most, to first order", error(switching.gap)));
+    lines.line("gap", format!("a gain of at most {}{unit}, to first order", error(switching.gap)));
     if let Some(eigenaxis) = switching.eigenaxis_s {
         let more = 100.0 * (eigenaxis / switching.continuous_duration_s - 1.0);
         let told = match more {
@@ -288,8 +289,8 @@ fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
 
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
-        _ if problem.ends_in_any_attitude() => "to an attitude of its choice",
-        _ if problem.aim().is_some_and(|aim| aim.has_roll()) => "to a roll of its choice",
+        _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",
+        _ if problem.aim().is_some_and(|aim| aim.has_roll()) => "to a roll chosen by the plan",
         Sense::Short => "short way round",
         Sense::Long => "long way round",
     }
@@ -308,7 +309,8 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
 /// How many residuals are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
 
-/// What is said of a plan of time or fuel on the convex road, whose second order is not tested.
+/// Describes the optimality of a plan of time or fuel by the convex iteration, whose second order
+/// is not tested.
 fn minimal(solution: &Solution) -> String {
     // Below this what a share of the effort adds to the cost is out of sight.
     const SEEN: f64 = 1e-6;
@@ -316,7 +318,7 @@ fn minimal(solution: &Solution) -> String {
     match solution.convex.map_or(0.0, |work| work.effort_share) {
         share if share > SEEN => {
             let share = significant(share, 2);
-            format!("{minimal} with {share} of the effort in the cost: a little less is possible")
+            format!("{minimal} with {share} of the effort in the cost: a small gain is possible")
         }
         _ => minimal.into(),
     }

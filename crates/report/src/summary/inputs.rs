@@ -9,13 +9,14 @@ use slewkit::verify::{Margin, Verification};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// More inputs than these are not all told.
+/// The largest number of inputs that are listed one by one.
 const MOST_TOLD: usize = 6;
 
 /// Characters of a name.
 const NAME: usize = 10;
 
-/// What the input of this number is called: its name in the spec, the axis that it is along, or its kind and number.
+/// Returns the name of the input with this number: its name in the spec, its axis, or its kind
+/// and number.
 pub(crate) fn name(problem: &Problem, identity: &Identity, index: usize) -> String {
     if let Some(name) = identity.input(index) {
         return escape(name);
@@ -41,7 +42,8 @@ fn axis(set: &ActuatorSet, number: usize) -> Option<&'static str> {
     alone.then(|| ["x", "y", "z"][at])
 }
 
-/// By what an input of the plan is divided for people, and the unit of that: a thruster told by place and force is a force.
+/// Returns the divisor that converts an input of the plan for people, and its unit: a thruster
+/// given by position and force is a force.
 pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f64, &'static str) {
     if problem.actuation.thrusters.is_some() || index < problem.actuation.first_torque() {
         return (1.0, "N");
@@ -52,7 +54,7 @@ pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f6
     }
 }
 
-/// The unit of fuel, where all inputs are of one kind and cost the same.
+/// Returns the unit of fuel, if all inputs have one kind and one price.
 pub(super) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str {
     let Some(Fuel { prices, force_prices, .. }) = problem.objective.fuel() else { return "" };
     let ones = |prices: &Option<Vec<f64>>| prices.iter().flatten().all(|price| *price == 1.0);

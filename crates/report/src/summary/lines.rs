@@ -45,7 +45,7 @@ pub trait Lines {
     /// Adds a labelled line.
     fn line(&mut self, label: &str, text: impl AsRef<str>);
 
-    /// Adds lines of which the first has the label.
+    /// Adds lines; the first one has the label.
     fn lines<T: AsRef<str>>(&mut self, label: &str, texts: impl IntoIterator<Item = T>) {
         for (index, text) in texts.into_iter().enumerate() {
             self.line(if index == 0 { label } else { "" }, text);
@@ -59,7 +59,7 @@ impl Lines for Vec<String> {
     }
 }
 
-/// What a text means, shown as colour and as a sign.
+/// The meaning of a text, shown as colour and as a sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
     /// It went well.
@@ -95,7 +95,7 @@ pub(super) fn percent(part: f64) -> String {
     }
 }
 
-/// `text`, cut where it is longer than so many characters.
+/// Cuts `text` to at most `most` characters.
 pub(super) fn clipped(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.into();

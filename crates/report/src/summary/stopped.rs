@@ -16,25 +16,25 @@ pub(super) fn stopped(solution: &Solution) -> &'static str {
         Outcome::Stalled => "no step reduces the terminal error any more",
         Outcome::StepTooLong => "the body turns too far in one step: the implicit equation has no solution",
         Outcome::NotFinite => "a number became NaN or infinite",
-        Outcome::Singular => "the sensitivity matrix is singular: the costates do not steer the end state",
+        Outcome::Singular => "the sensitivity matrix is singular: the costates do not control the end state",
         Outcome::Infeasible => "proved infeasible: no plan exists",
         Outcome::TimeLimit => "the time limit was reached",
         Outcome::Interrupted => "interrupted; this is the best iterate",
     }
 }
 
-/// The terminal error of the best iterate, if one reached the end at all.
+/// Describes the terminal error of the best iterate, if one reached the end.
 pub(super) fn best(error: &TerminalError) -> String {
     if error.largest().is_finite() { terminal(error) } else { "no iterate reached the end".into() }
 }
 
-/// What would do where there is no plan, most promising first.
+/// Returns the remedies if no plan was found, the most promising first.
 pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     let key = if problem.duration.at_most().is_some() { "duration_at_most_s" } else { "duration_s" };
     let mut told = Vec::new();
     if let Some(bound) = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound) {
         let longer = short(rounded_up(1.2 * bound));
-        told.push(format!("{key} = {longer}, as no plan takes less than {} s", about(bound)));
+        told.push(format!("{key} = {longer}, as no plan is shorter than {} s", about(bound)));
     }
     if let Some(longer) = solution.longer {
         told.push(format!("{key} = {}, for which a plan was found", short(longer)));
@@ -42,16 +42,20 @@ pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     match solution.outcome {
         Outcome::Converged | Outcome::Interrupted => {}
         Outcome::Infeasible => {
-            told.push("what the reason names; or other torque axes, terminal rates or attitudes".into());
+            told.push(
+                "changes of the quantities in the reason; or other torque axes, terminal rates or \
+             attitudes"
+                    .into(),
+            );
         }
         Outcome::TimeLimit => told.push("more time to search, solver.time_limit_s; or fewer steps".into()),
         Outcome::IterationLimit => told.push("more solver.max_iterations, or more maneuver.steps".into()),
         Outcome::StepTooLong => told.push("more maneuver.steps".into()),
         Outcome::Singular => {
-            told.push("other torque axes, or rates at the end that the present ones can reach".into())
+            told.push("other torque axes, or rates at the end that the present axes can reach".into())
         }
         Outcome::Stalled | Outcome::NotFinite => {
-            told.push("more steps, looser limits, or solver.search = \"thorough\"".into());
+            told.push("more steps, larger limits, or solver.search = \"thorough\"".into());
         }
     }
     told
@@ -86,7 +90,8 @@ fn ended(outcome: Outcome) -> &'static str {
     }
 }
 
-/// Runs of one rung, one after the other, beyond which they share a line; a file has them all.
+/// The number of consecutive runs of one strategy beyond which they share a line; a file has all
+/// runs.
 const CROWD: usize = 8;
 
 /// Everything tried, one line a run, a crowd of equal ones in one.

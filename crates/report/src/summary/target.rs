@@ -1,4 +1,5 @@
-//! What a maneuver ends on: how far it is, how fast it goes by, and by how much a plan that aims where it is at first would miss.
+//! The target of a maneuver: its distance, its rate, and the miss of a plan that aims at its
+//! position at the start.
 
 use slewkit::maneuver::constraint::angle_between;
 use slewkit::maneuver::{Problem, Solution};

@@ -1,4 +1,4 @@
-//! What the witnesses say.
+//! The results of the witnesses.
 
 use super::lines::{Lines, Tone, line, paint};
 use slewkit::maneuver::{ActiveConstraint, Problem, Trajectory};
@@ -7,15 +7,15 @@ use slewkit::verify::{Margin, Testimony, Verification};
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 
-/// What the witnesses judged.
+/// The plan and the results of the witnesses.
 pub struct Judged<'a> {
     /// The maneuver.
     pub problem: &'a Problem,
-    /// What its inputs are called.
+    /// The names of its inputs.
     pub identity: &'a Identity,
     /// The plan.
     pub trajectory: &'a Trajectory,
-    /// What the solver says acts, where it may speak.
+    /// The active limits according to the solver, if they should be shown.
     pub active: Option<&'a [ActiveConstraint]>,
 }
 
@@ -91,14 +91,14 @@ pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String>
         if check.name == "continuous terminal" && check.value > check.limit {
             lines.lines(
                 "",
-                ["the steps are too coarse: the motion under this torque ends", "elsewhere; take more steps"],
+                ["the steps are too coarse: the motion under this torque ends", "elsewhere; use more steps"],
             );
         }
     }
     lines
 }
 
-/// What is on record of a witness that ran, or that could not judge.
+/// Returns the record of a witness that ran, or that could not judge.
 fn ran<'a>(verification: &'a Verification, witness: &str) -> Option<&'a Testimony> {
     verification.witnesses.iter().find(|ran| ran.witness == witness)
 }
@@ -111,7 +111,8 @@ fn over(ran: &Testimony, judged: &Judged) -> String {
     format!(" over {} of {} steps in {} windows", ran.steps, judged.problem.steps, ran.windows)
 }
 
-/// How near the plan comes to one limit, when, and whether that is between two nodes.
+/// Describes the margin of the plan to one limit, its time, and whether that is between two
+/// nodes.
 fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     let active = judged.active.and_then(|all| all.iter().find(|active| active.name == margin.name));
     let touched = judged.active.is_none() && margin.scaled.abs() <= Margin::ROUND_OFF;
@@ -121,7 +122,7 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
         None if touched => "active, ".into(),
         None => String::new(),
     };
-    // What acts touches its limit up to round-off, of either sign.
+    // An active limit is touched up to round-off, of either sign.
     let value = if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.margin };
     let is_between = judged.problem.duration.known().is_some_and(|duration| {
         let steps = margin.time_s / (duration / judged.problem.steps as f64);

@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 /// Arguments of `slew merge`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The shards may be named in any order. All of them are needed, and each must be complete: what is
-missing is named, and nothing is written. The result is, byte for byte, the file of a run
-without --shard. A name that ends in .csv or .parquet makes a table of it, a row a case, for
-spreadsheets, pandas and their like; .parquet needs a build with the feature `parquet`.
+Name the shards in any order. slew needs all of them, and each must be complete. If one is missing or
+incomplete, slew names it and writes nothing. The result has the same bytes as a run without --shard.
+The endings .csv and .parquet select a table with one row for each case, for spreadsheets and pandas.
+.parquet needs a build with the feature `parquet`.
 
 Examples:
   slew merge part1.jsonl part2.jsonl part3.jsonl -o all.jsonl
@@ -59,7 +59,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(Exit::Solved)
 }
 
-/// Refuses a name of results whose ending is none of `endings`; what is no file, such as `/dev/null`, needs none.
+/// Refuses a name of results whose ending is not one of `endings`. A path that is not a file,
+/// such as `/dev/null`, needs no ending.
 pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let is_known = ending.as_deref().is_some_and(|ending| endings.contains(&ending));
@@ -69,11 +70,11 @@ pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     let shown = escape(&path.to_string_lossy());
     let reason = match ending {
         Some(ending) => format!("{shown}: results have no format with the ending .{}", escape(&ending)),
-        None => format!("{shown} has no ending, which would say in which format"),
+        None => format!("{shown} has no ending to select the format"),
     };
     let known: Vec<String> = endings.iter().map(|ending| format!(".{ending}")).collect();
     let remedy =
-        format!("let the name end in {}: .jsonl holds lines of JSON, and can be continued", known.join(", "));
+        format!("use the ending {}: .jsonl holds lines of JSON, and can be continued", known.join(", "));
     Err(Failure::Output(Message::new("E0105", reason, remedy)))
 }
 

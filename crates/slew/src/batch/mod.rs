@@ -24,14 +24,15 @@ use std::time::Instant;
 /// How cases are planned and where results go, the same in all commands of many cases.
 #[derive(Debug, clap::Args)]
 pub struct Running {
-    /// Append the results to FILE.jsonl, a JSON object a line; a file that has some of them is continued. FILE.csv is a
-    /// table, written at the end. `-` is stdout. With --case: the plan file
+    /// Append the results to FILE.jsonl, one JSON object on each line; an incomplete file is
+    /// continued. FILE.csv is a table, written at the end. `-` is stdout. With --case: the plan
+    /// file
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Throw away the results that FILE holds; replace the plan file
     #[arg(long)]
     pub force: bool,
-    /// Number of threads; by default that of the machine. It changes no result
+    /// Number of threads; by default the number of the machine. It does not change the results
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
     /// Only every n-th case from the i-th on, for one of n processes; `slew merge` puts them together
@@ -76,11 +77,11 @@ pub fn checked_threads(threads: usize) -> Result<(), Failure> {
         return Ok(());
     }
     let reason = format!("--threads: {threads} threads are not possible");
-    let remedy = format!("give a number from 1 to {MAX_THREADS}, or leave it out");
+    let remedy = format!("give a number from 1 to {MAX_THREADS}, or remove the option");
     Err(Failure::Output(Message::new("E0115", reason, remedy)))
 }
 
-/// How a batch was asked for, to say how one of its cases is planned again.
+/// The command line of a batch, to print the command that plans one of its cases again.
 pub struct Asked<'a> {
     /// The command with what makes its cases: `slew sweep SPEC --over …`.
     pub command: String,
@@ -91,7 +92,7 @@ pub struct Asked<'a> {
     pub reading: &'a Reading,
 }
 
-/// Plans the cases, or the one asked for.
+/// Plans the cases, or the requested one.
 pub fn conduct(
     batch: &Batch,
     asked: &Asked<'_>,
@@ -103,7 +104,8 @@ pub fn conduct(
     }
     if let Some(path) = running.output.as_deref().filter(|path| merge::is_parquet(path)) {
         let shown = escape(&path.to_string_lossy());
-        let reason = format!("{shown}: results are appended as lines of JSON, which Parquet cannot be");
+        let reason =
+            format!("{shown}: results are appended as lines of JSON, and Parquet cannot be appended");
         let remedy = "give -o FILE.jsonl, then `slew merge FILE.jsonl -o FILE.parquet`";
         return Err(Failure::Output(Message::new("E0107", reason, remedy)));
     }
@@ -117,7 +119,7 @@ pub fn conduct(
     if let Some(path) = running.output.as_deref().filter(|path| path.as_os_str() != "-") {
         merge::checked_ending(path, &["jsonl", "ndjson", "csv"])?;
         if merge::is_csv(path) && running.shard.is_some() {
-            let reason = "shards are put together from lines of JSON, not from tables";
+            let reason = "shards are joined from lines of JSON, not from tables";
             let remedy = "give -o FILE.jsonl, then `slew merge FILE.jsonl … -o ALL.csv`";
             return Err(Failure::Output(Message::new("E0107", reason, remedy)));
         }
@@ -129,7 +131,7 @@ pub fn conduct(
     let mut tally = Tally::default();
     let mut sink = Sink::open(running, &header, &mut tally, console)?;
     let done = tally.cases;
-    // Of a run that goes on they are its own, and one that a kill left is replaced.
+    // The plans of a continued run belong to it, and a plan that a kill left is replaced.
     if let Some(folder) = options.plans.as_ref().filter(|_| done == 0 && !running.force) {
         batch.check_plans(folder, shard)?;
     }
@@ -152,7 +154,7 @@ pub fn conduct(
     let ended = run(batch, shard, done, &options, &interrupt::requested, &mut take, &mut tick);
     console.clear_progress();
     let ended = match ended {
-        // As `head` does.
+        // The reader closed the stream, as `head` does.
         Err(BatchError::Closed) => return Ok(Exit::Solved),
         ended => ended?,
     };
@@ -186,9 +188,7 @@ fn one(
     console: &mut Console,
 ) -> Result<Exit, Failure> {
     if asked.spec.as_os_str() == "-" {
-        return Err(Failure::Usage(
-            "--case: the spec is read once more for it, so it cannot come from stdin".into(),
-        ));
+        return Err(Failure::Usage("--case: the spec is read twice, so it cannot come from stdin".into()));
     }
     let case = batch.case(number)?;
     let own = case.set.iter().map(|set| format!("{}={}", set.path(), set.value()));
@@ -261,10 +261,10 @@ impl Sink {
                 if found.torn > 0 {
                     let shown = escape(&path.to_string_lossy());
                     let reason = format!(
-                        "{shown}: the last line was cut short, {} bytes of it; it is gone",
+                        "{shown}: the last line was incomplete, {} bytes of it; it is removed",
                         found.torn
                     );
-                    console.warn("W0113", &reason, "nothing to do: its case is planned again");
+                    console.warn("W0113", &reason, "no action is needed: its case is planned again");
                 }
                 Ok(Self::File(path.clone(), Box::new(journal)))
             }

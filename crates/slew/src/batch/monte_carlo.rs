@@ -8,7 +8,7 @@ use slewkit_files::batch::Batch;
 /// Arguments of `slew monte-carlo`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-What is uncertain stands in the spec, about the values that the spec has:
+The spec states the distributions about its own values:
 
   [dispersion]
   seed = 1
@@ -30,15 +30,15 @@ What is uncertain stands in the spec, about the values that the spec has:
   semi_axes = [0.1, 0.1, 0.02]
 
   [[dispersion.vary]]
-  key = \"end.attitude.rotation_vector_deg\" # R exp(d), d in body axes, whatever the notation of R
+  key = \"end.attitude.rotation_vector_deg\" # R exp(d), d in body axes, for every notation of R
   kind = \"normal\"
   sigma = [0.05, 0.05, 0.2]
 
-Numbers are in the unit of the key. The random numbers of a case depend on the seed, its number
-and the place of the entry alone. A draw that is no spec, such as an inertia of no body, is a
-case that failed: it is counted with its error, and never drawn again.
+Numbers are in the unit of the key. The random numbers of a case depend only on the seed, the number
+of the case and the place of the entry. A draw that is no valid spec, such as an impossible inertia,
+is a failed case: slew counts it with its error and does not draw it again.
 
-Results, continuing, shards and exit codes are those of `slew batch`.
+`slew batch --help` describes results, interrupted runs, shards and exit codes.
 
 Examples:
   slew monte-carlo maneuver.toml -o results.jsonl

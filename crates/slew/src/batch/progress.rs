@@ -1,11 +1,11 @@
-//! How far a batch is: cases, rate, time to go.
+//! The progress of a batch: cases, rate, remaining time.
 
 use crate::Console;
 use slewkit::numerics::figures::significant;
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-/// How often progress is told where there is no terminal.
+/// The interval between progress lines without a terminal.
 const SELDOM: Duration = Duration::from_secs(10);
 
 /// A run that goes on.
@@ -14,7 +14,7 @@ pub struct Progress {
     /// Results that were there before.
     before: u64,
     began: Instant,
-    /// Lines are wanted where there is no terminal; when the last one was told.
+    /// The time of the last progress line, if lines are printed without a terminal.
     told: Option<Cell<Instant>>,
 }
 

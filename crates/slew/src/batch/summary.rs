@@ -1,4 +1,4 @@
-//! What a batch came to, in words.
+//! The summary of a batch.
 
 use super::Asked;
 use super::progress::span;
@@ -11,7 +11,7 @@ use slewkit_files::spec::escape;
 use slewkit_report::told_of_cases;
 use std::path::PathBuf;
 
-/// All that the summary tells.
+/// The data of the summary.
 pub struct Facts<'a> {
     pub asked: &'a Asked<'a>,
     pub header: &'a Header,
@@ -23,7 +23,7 @@ pub struct Facts<'a> {
     pub threads: usize,
     pub output: Option<PathBuf>,
     pub stopped: bool,
-    /// What the file held was thrown away.
+    /// Whether the old contents of the file were discarded.
     pub forced: bool,
 }
 
@@ -65,11 +65,11 @@ pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     if *stopped {
         let how = match facts.output.as_deref() {
             Some(path) if super::merge::is_csv(path) => {
-                "a table is not gone on with: with -o FILE.jsonl the same command would"
+                "a table cannot be continued: with -o FILE.jsonl this command can continue the run"
             }
-            Some(_) if facts.forced => "the same command without --force goes on where this was left",
-            Some(_) => "the same command goes on where this was left",
-            None => "nothing was kept: with -o FILE.jsonl the same command would go on where it was left",
+            Some(_) if facts.forced => "this command without --force continues the run",
+            Some(_) => "this command continues the run",
+            None => "no results were kept: with -o FILE.jsonl this command can continue the run",
         };
         lines.line("resume", how);
     }
@@ -85,7 +85,7 @@ fn again(facts: &Facts<'_>) -> Option<String> {
     let case = failed.or(costliest)?;
     let Asked { command, reading, spec, .. } = facts.asked;
     if spec.as_os_str() == "-" {
-        // What has been read from stdin cannot be read once more.
+        // Input from stdin cannot be read again.
         return None;
     }
     let set: String = reading.set.iter().map(|set| format!(" --set {}", word(set))).collect();

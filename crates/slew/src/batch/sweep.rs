@@ -8,14 +8,14 @@ use slewkit_files::batch::{Axis, Batch};
 /// Arguments of `slew sweep`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-KEY=START:STOP:COUNT gives so many values at equal distances, both ends included. KEY=A,B,C lists
-them, and takes anything that the key takes: `end.angular_velocity_deg_s=[0,0,0],[0,0,1]`.
+KEY=START:STOP:COUNT gives COUNT values at equal distances, with both ends. KEY=A,B,C lists the values;
+each may be anything that the key accepts: `end.angular_velocity_deg_s=[0,0,0],[0,0,1]`.
 
 Several --over make all combinations. The first key changes slowest, the last fastest, and cases
-are numbered from 1 in that order. Every case is solved from a cold start, as `slew plan` would:
-no result depends on its neighbours.
+are numbered from 1 in that order. Every case has a cold start, like `slew plan`: no result depends on
+its neighbours.
 
-Results, continuing, shards and exit codes are those of `slew batch`.
+`slew batch --help` describes results, interrupted runs, shards and exit codes.
 
 Examples:
   slew sweep maneuver.toml --over maneuver.duration_s=20:200:37 -o sweep.jsonl

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 /// Arguments of `slew batch`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The table is comma-separated. Its head has dotted keys of the spec, a row is a case, and a list
-stands between quotes; a column `name` names the cases, an empty cell leaves its key as it is:
+The table is comma-separated. Its header has dotted keys of the spec, and each row is a case. A list
+needs quotes. A column `name` names the cases. An empty cell keeps the value of the spec:
 
   name,maneuver.duration_s,start.angular_velocity_deg_s
   slow,90,\"[0, 0, 0]\"
@@ -19,10 +19,10 @@ stands between quotes; a column `name` names the cases, an empty cell leaves its
 A folder has one case for each of its .toml and .json files, in the order of their names.
 
 Results are JSON lines in the order of the cases: a header, then for each case its keys, status,
-cost, duration, terminal errors, second order and the verdict of the witnesses. The file is the
-same byte for byte on any number of threads, after any interruption, and from shards that
-`slew merge` puts together, unless a time limit ends a solve. The time limit of the spec
-(`solver.time_limit_s`) is that of one case. Exit code 9 says that some case failed.
+cost, duration, terminal errors, second order and the verdict of the witnesses. The file has the same
+bytes on any number of threads, after any interruption, and from shards that `slew merge` joins,
+unless a time limit ends a solve. The time limit of the spec (`solver.time_limit_s`) applies to each
+case. Exit code 9 means that some cases failed.
 
 Examples:
   slew batch maneuver.toml --cases cases.csv -o results.jsonl
@@ -55,7 +55,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         None if spec.is_dir() => {
             if reading.input.is_some() {
                 return Err(Failure::Usage(
-                    "--input: the files of a folder say by their ending what they hold".into(),
+                    "--input: the endings of the files of a folder select their notation".into(),
                 ));
             }
             let (overrides, _) = spec_file::arguments(spec, reading)?;

@@ -10,7 +10,7 @@ use slewkit::plan::Observer;
 #[cfg(feature = "sdp")]
 use slewkit_report::studies::methods::{Global, global};
 
-/// A bound, or why there is none, in words and as a document.
+/// A bound, or the reason for its absence, in words and as a document.
 pub struct Bound {
     /// Lines of the summary.
     pub lines: Vec<String>,
@@ -24,14 +24,14 @@ pub fn available() -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Usage(
-        "--bound needs semidefinite programs, which this `slew` was built without: build it with \
-         `cargo install --path crates/slew --features sdp`; that links the system's OpenBLAS (Debian, Ubuntu: \
-         `apt-get install libopenblas-dev`)"
+        "--bound needs semidefinite programs, and this `slew` was built without them: build it with \
+        `cargo install --path crates/slew --features sdp`, which links the system's OpenBLAS \
+        (Debian, Ubuntu: `apt-get install libopenblas-dev`)"
             .into(),
     ))
 }
 
-/// As [`available`].
+/// Returns the failure of [`available`].
 #[cfg(not(feature = "sdp"))]
 pub fn bound(_: &Problem, _: &Settings, _: Option<usize>, _: &mut dyn Observer) -> Result<Bound, Failure> {
     available()?;
@@ -66,10 +66,10 @@ fn lines(problem: &Problem, found: &Global) -> Vec<String> {
     let grid = if found.same_grid {
         "this discrete problem".into()
     } else {
-        format!("the same maneuver on {} {scheme} steps, another discrete problem", found.steps)
+        format!("this maneuver on {} {scheme} steps, another discrete problem", found.steps)
     };
     let numbers = format!(
-        "no maneuver, whichever way round, costs less than {}; the plan there costs {}",
+        "no maneuver of any homotopy class costs less than {}; the plan there costs {}",
         significant(found.lower_bound, 10),
         significant(found.cost, 10)
     );
@@ -77,13 +77,15 @@ fn lines(problem: &Problem, found: &Global) -> Vec<String> {
     lines.line("", format!("gap {} of the cost   {}", error(found.gap), time(found.solve_time_s)));
     if let Some(cost) = found.cost_without_limits {
         let (cost, gap) = (significant(cost, 10), error(found.gap_without_limits));
-        let text = format!("the bound leaves limits out: the plan without them costs {cost}, gap {gap}");
+        let text = format!("the bound ignores limits: the plan without them costs {cost}, gap {gap}");
         lines.line("", &text);
     }
     let verdict = match (found.tight, found.cost_without_limits.is_some()) {
         (true, false) => "the plan there is globally optimal within the gap",
         (true, true) => "without limits the plan there is globally optimal within its gap",
-        (false, _) => "loose: a cheaper maneuver, or the relaxation; the gap does not tell which",
+        (false, _) => {
+            "loose: a cheaper maneuver may exist, or the relaxation is not tight; the gap does not decide"
+        }
     };
     lines.line("", verdict);
     lines

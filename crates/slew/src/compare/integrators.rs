@@ -13,11 +13,11 @@ use slewkit_report::studies::integrators::{Asked, Study, StudyError, StudyProgre
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-/// What to compare, other than what follows from the spec.
+/// The options of the comparison that replace values of the spec.
 #[derive(Debug, clap::Args)]
 pub struct StudyArgs {
-    /// Integrators, the first of which the others are compared with; by default lie_verlet, crouch_grossman_2,
-    /// explicit_midpoint and implicit_midpoint
+    /// Integrators; the others are compared with the first; by default lie_verlet,
+    /// crouch_grossman_2, explicit_midpoint and implicit_midpoint
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = PossibleValuesParser::new(Kind::NAMES).try_map(|name| name.parse::<Kind>()))]
     pub integrators: Vec<Kind>,
     /// Steps in seconds, longest first; each must divide every horizon
@@ -39,7 +39,7 @@ pub struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// Whether anything is asked for.
+    /// Returns whether any option is given.
     pub fn any(&self) -> bool {
         let lists = [&self.step, &self.horizon, &self.error];
         self.figures.is_some() || !self.integrators.is_empty() || lists.iter().any(|list| !list.is_empty())
@@ -71,7 +71,7 @@ impl StudyArgs {
         Failure::Problem(Message::new("E0124", error.to_string(), remedy))
     }
 
-    /// What is asked for.
+    /// Returns the requested comparison.
     fn asked(&self) -> Asked {
         Asked {
             kinds: self.integrators.clone(),
@@ -82,7 +82,7 @@ impl StudyArgs {
     }
 }
 
-/// Runs the comparison, tells it, writes the figures.
+/// Runs the comparison, prints it, and writes the figures.
 pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Result<Exit, Failure> {
     let simulation = &loaded.simulation;
     let study = Study::of(simulation, &args.study.asked());
@@ -120,7 +120,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
         interrupted: found.interrupted,
     };
     args.report.print(&document)?;
-    // What an interrupted comparison lacks would look like a finding.
+    // The gaps of an interrupted comparison would look like results.
     if !found.interrupted && !targets.is_empty() {
         let drawn = figures(&simulation.name, &study, &found, &outlines(loaded));
         for (figure, target) in drawn.iter().zip(&targets) {

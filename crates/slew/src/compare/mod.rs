@@ -20,31 +20,31 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("written").args(["figures", "page"]).multiple(true))]
 #[command(after_help = "\
-A spec of a maneuver compares methods, a spec of a simulation integrators. Where a maneuver
-minimises time or fuel, or its duration is sought, its objectives are compared, and the ways to a plan
-that switches.
+A spec of a maneuver compares methods, a spec of a simulation integrators. If a maneuver minimises time
+or fuel, or has a free duration, slew compares its objectives, and the methods for a plan that switches.
 
 The methods: shooting, where it applies; scp, sequential convex programming to its own
-convergence; scp + polish, the same ended by Newton, as `slew plan` does it. `solver.method`
-of the spec is not used; a time limit holds for each solve.
+convergence; scp + polish, SCP with final Newton iterations, as in `slew plan`. The key
+`solver.method` of the spec has no effect. A time limit applies to each solve.
 
 Exit codes: 0 when at least one method solved and those that did agree; 7 when their costs
-differ, or a witness rejects a plan; otherwise those of `slew plan`. A missing bound changes
-no exit code.
+differ, or a witness rejects a plan; otherwise the codes of `slew plan`. A missing bound does not
+change the exit code.
 
-Where inputs switch (minimum time or fuel): the smoothed law, switching times, and for minimum time the
-convex road, on the same number of steps; then the objectives.
+If inputs switch (minimum time or fuel), slew compares the smoothed law, switching times, and for minimum
+time the convex iteration, on one number of steps; then the objectives.
 
-The objectives (`--objectives`): plans of least time, fuel and effort, each measured by the
-others too. Weights and prices are those of the spec. Effort and fuel take the duration of the
-spec or of its price of time, and 1.5 times the shortest beside minimum time. Exit code 0 when at least one is solved.
+The objectives (`--objectives`): plans of least time, fuel and effort, each measured by all three.
+Weights and prices come from the spec. Effort and fuel use the duration of the spec or of its price of
+time. If the spec minimises time, they use 1.5 times the shortest duration. Exit code 0 means that at
+least one plan is solved.
 
 Integrators run with 16 … ¼ times the step of the spec, over its duration, a tenth and a
 hundredth of it. The table shows errors of energy, RᵀR and momenta, the work, and the work of
-each integrator for the same mean energy error, relative to the first. An integrator that
-fails has a row with the reason; that changes no exit code.
+each integrator at equal mean energy error, relative to the first. An integrator that fails has a row
+with the reason, and does not change the exit code.
 
-In JSON only the keys of times (`solve_time_s`, `time_s`, `time_ratio`) differ between two runs.
+Two runs differ in JSON only in the keys of times (`solve_time_s`, `time_s`, `time_ratio`).
 
 Examples:
   slew compare maneuver.toml
@@ -85,7 +85,8 @@ impl Args {
     }
 }
 
-/// Writes the page of a comparison, where one is asked for: its document, and what is in no document.
+/// Writes the page of a comparison, if requested: its document, and the data that no document
+/// holds.
 fn page(
     target: Option<&Target>,
     document: &impl Serialize,
@@ -101,7 +102,7 @@ fn page(
     report::write(target, &comparison_page(&file), console)
 }
 
-/// What wrote a comparison.
+/// The program that wrote a comparison.
 const GENERATOR: &str = concat!("slewkit ", env!("CARGO_PKG_VERSION"));
 
 /// Runs the command.
@@ -111,8 +112,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
     match spec_file::load(&args.spec.spec, &args.spec.reading, console)? {
         Spec::Maneuver(_) if args.study.any() => {
-            let reason = "--integrators, --step, --horizon, --error, --figures: for specs of simulations";
-            Err(Failure::Usage(format!("{reason}; this one is of a maneuver")))
+            let reason =
+                "--integrators, --step, --horizon, --error, --figures: these need a spec of a simulation";
+            Err(Failure::Usage(format!("{reason}; this spec is a maneuver")))
         }
         Spec::Maneuver(loaded) => {
             let objective = &loaded.problem.objective;
@@ -123,11 +125,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
                 methods(args, *loaded, console)
             }
         }
-        Spec::Simulation(_) if args.objectives => {
-            Err(Failure::Usage("--objectives: for specs of maneuvers; this one is of a simulation".into()))
-        }
+        Spec::Simulation(_) if args.objectives => Err(Failure::Usage(
+            "--objectives: it needs a spec of a maneuver; this spec is a simulation".into(),
+        )),
         Spec::Simulation(_) if args.bound => {
-            Err(Failure::Usage("--bound: for specs of maneuvers; this one is of a simulation".into()))
+            Err(Failure::Usage("--bound: it needs a spec of a maneuver; this spec is a simulation".into()))
         }
         Spec::Simulation(loaded) => integrators::run(args, &loaded, console),
     }

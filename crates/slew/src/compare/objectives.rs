@@ -17,7 +17,8 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
     let Loaded { problem, settings, identity, .. } = loaded;
     let target = args.target(&loaded.files)?;
     interrupt::watch();
-    // What switches has ways of its own, which stand before the objectives unless these alone are asked for.
+    // A maneuver whose inputs switch has several methods, which come before the objectives unless
+    // only these are requested.
     let ways = (problem.switches() && !args.objectives)
         .then(|| ways::compare(problem, settings, &mut Watcher(console)).map_err(refusal))
         .transpose()?;
@@ -44,9 +45,12 @@ pub fn run(args: &Args, loaded: &Loaded, console: &mut Console) -> Result<Exit, 
         }
     }
     if problem.objective == Objective::Time {
-        lines.line("duration", format!("none given: effort and fuel have {STRETCH} times the shortest"));
+        lines.line(
+            "duration",
+            format!("not given: effort and fuel have {STRETCH} times the shortest duration"),
+        );
     } else if problem.duration.known().is_none() {
-        lines.line("duration", "none given: effort and fuel have that which the price of time chooses");
+        lines.line("duration", "not given: effort and fuel have the duration that the price of time selects");
     }
     console.say(&lines.join("\n"));
     let document = document! {

@@ -1,4 +1,4 @@
-//! The comparison in words: a table, and what it says.
+//! The comparison in words: a table, and its conclusions.
 
 use crate::summary::scheme;
 use crate::{Console, Lines, Tone, headline, line};
@@ -11,7 +11,7 @@ use slewkit_report::studies::methods::{
     ActiveNodes, Agreement, ByItself, Comparison, Contender, FromDuals, MethodRun, Standing, Verdict,
 };
 
-/// What tables call a method.
+/// Returns the name of a method in tables.
 pub fn name(method: Contender) -> &'static str {
     match method {
         Contender::Shooting => "shooting",
@@ -63,11 +63,11 @@ pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> V
     lines
 }
 
-/// What a method found before it was shown a cheaper answer.
+/// Describes the result of a method before it started from a cheaper answer.
 fn found_alone(run: &MethodRun, by_itself: &ByItself) -> String {
     let cost = by_itself.cost.map_or(String::new(), |cost| format!(", cost {}", significant(cost, 6)));
     format!(
-        "{}: along the path of the cheapest answer; by itself {}{cost}",
+        "{}: along the path of the cheapest answer; alone {}{cost}",
         name(run.method),
         standing(by_itself.status)
     )
@@ -115,7 +115,7 @@ fn agreed(agreement: &Agreement) -> Vec<String> {
             let text = format!("against the shooting's costates {}, of the largest", parts.join(", "));
             lines.line("duals", &text);
             if agreement.costates_unique == Some(false) {
-                lines.line("", "a symmetry: costates are not unique, and need not agree");
+                lines.line("", "a symmetry: costates are not unique and may differ");
             }
         }
     }
@@ -135,7 +135,7 @@ fn started(from_duals: &FromDuals) -> String {
     }
 }
 
-/// What acts, of the first method that tells.
+/// Returns the active limits, from the first method that reports them.
 fn active(problem: &Problem, comparison: &Comparison) -> Vec<String> {
     let order = [Contender::ScpPolish, Contender::Shooting, Contender::Scp];
     let solved =

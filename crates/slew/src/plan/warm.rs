@@ -9,7 +9,8 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::Loaded;
 use std::path::Path;
 
-/// Part by which two durations, and seconds by which two epochs, may differ and be one.
+/// The relative difference of two equal durations, and the difference in seconds of two equal
+/// epochs.
 const SAME: f64 = 1e-9;
 const SAME_MOMENT: f64 = 1e-3;
 
@@ -44,7 +45,8 @@ pub fn begun<'a>(
     let lasts = problem.duration.known().unwrap_or(f64::NAN);
     if ![whole, moment.duration].iter().any(|duration| (lasts - duration).abs() <= SAME * duration) {
         let reason = format!(
-            "the spec lasts {lasts} s; the plan {whole} s, of which {} s are left: its end keeps its time",
+            "the spec has a duration of {lasts} s; the plan has {whole} s, of which {} s remain: its \
+            end keeps its time",
             moment.duration
         );
         return Err(misfit(reason, "set maneuver.duration_s to one of the two"));
@@ -52,10 +54,10 @@ pub fn begun<'a>(
     let (all, left) = (replanner.problem().steps, moment.steps);
     if !problem.chooses_steps && ![all, left].contains(&problem.steps) {
         let reason = format!(
-            "the spec has {} steps; the plan {all}, of which {left} are left: they are not refined",
+            "the spec has {} steps; the plan has {all}, of which {left} remain: they are not refined",
             problem.steps
         );
-        return Err(misfit(reason, "leave maneuver.steps out, or set it to one of the two"));
+        return Err(misfit(reason, "remove maneuver.steps, or set it to one of the two"));
     }
     identity.epoch = epoch(identity.epoch, of_plan.epoch, at)?;
     Ok(Warm { path, replanner, at })
@@ -67,14 +69,14 @@ fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option
     let begins = of_plan.after(at);
     let is = |moment: &Epoch, other: &Epoch| moment.since(other).abs() <= SAME_MOMENT;
     if given.is_some_and(|given| !is(&given, &of_plan) && !is(&given, &begins)) {
-        let reason = format!("the epoch of the spec is neither that of the plan nor {at} s after it");
-        return Err(misfit(reason, "leave the epoch out, or set it to one of the two"));
+        let reason = format!("the epoch of the spec is neither the epoch of the plan nor {at} s after it");
+        return Err(misfit(reason, "remove the epoch, or set it to one of the two"));
     }
     Ok(Some(begins))
 }
 
 impl Warm<'_> {
-    /// What was left, its plan, and what there is to tell of it.
+    /// Replans the rest of the maneuver; returns the rest, its plan, and its report.
     pub fn plan(
         &self,
         problem: &Problem,
@@ -92,7 +94,7 @@ impl Warm<'_> {
         let told = match found.warm {
             Ok(1) => format!("1 Newton step from {name} at {at} s"),
             Ok(steps) => format!("{steps} Newton steps from {name} at {at} s"),
-            Err(left) => format!("{name} at {at} s was left, because {left}: searched anew"),
+            Err(left) => format!("{name} at {at} s was not used, because {left}: new search"),
         };
         Ok((found.problem, found.plan, Some(told)))
     }
@@ -103,9 +105,9 @@ fn refused(path: &Path, error: &NotReplanned) -> Failure {
     let remedy = match error {
         NotReplanned::Time { .. } => return Failure::Usage(format!("--at: {error}")),
         NotReplanned::Other(_) => "give the plan of this maneuver, or plan without --warm",
-        NotReplanned::Trajectory => "give a plan that is solved, or plan without --warm",
+        NotReplanned::Trajectory => "give a solved plan, or plan without --warm",
         NotReplanned::Limited(_) | NotReplanned::Translation => {
-            "begin from its path: --guess, or plan without --warm"
+            "start from its path with --guess, or plan without --warm"
         }
         _ => "plan without --warm",
     };

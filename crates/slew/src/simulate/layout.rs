@@ -1,8 +1,8 @@
-//! What the rows and the report of a simulation are laid out by.
+//! The layout of the rows and the report of a simulation.
 
 use slewkit::mechanics::Symmetry;
 
-/// What all rows of a simulation have in common.
+/// The common properties of all rows of a simulation.
 pub struct Layout {
     pub name: String,
     pub integrator: &'static str,
@@ -12,7 +12,7 @@ pub struct Layout {
     pub duration: f64,
     pub steps: u64,
     pub stride: u64,
-    /// What of the momenta is conserved.
+    /// The symmetry that determines the conserved momenta.
     pub symmetry: Symmetry,
     /// Whether the energy is: no inputs work.
     pub keeps_energy: bool,

@@ -1,4 +1,4 @@
-//! What held inputs of a maneuver do to its limits.
+//! The limits that the held inputs of a maneuver exceed.
 
 use slewkit::maneuver::Problem;
 use slewkit::mechanics::{InputLimit, LimitKind};
@@ -26,7 +26,7 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
                     if set.limits().one_sided && *input < 0.0 {
                         let (number, input) = (index + 1, shown(*input));
                         found.push(format!(
-                            "input {number} is {input} {unit}, and a thruster is never negative"
+                            "input {number} is {input} {unit}, and a thruster cannot be negative"
                         ));
                     }
                     if input.abs() > *bound {
@@ -42,7 +42,7 @@ pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
                 if let Some(bound) = bounds.first().filter(|bound| norm > **bound) {
                     let (norm, bound) = (shown(norm), shown(*bound));
                     found.push(format!(
-                        "the inputs add up to {norm} {unit}, above the {name} of {bound} {unit}"
+                        "the inputs have the norm {norm} {unit}, above the {name} of {bound} {unit}"
                     ));
                 }
             }

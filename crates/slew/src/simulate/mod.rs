@@ -31,12 +31,12 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 A simulation spec has [simulation] and [[bodies]]. A maneuver spec is propagated from its start over its
-duration; its end plays no part.
+duration; its end has no effect.
 
-CSV and JSON lines are streamed, whatever the number of steps; JSON is held in memory first. Ctrl-C
-ends the motion and keeps the rows so far, with one of the state reached, in a file too. Errors of what
-is conserved, in the summary and as `errors` in JSON, are the largest at the rows: a stride may step
-over larger ones. Bodies do not collide: a warning says when two come within reach of one another.
+CSV and JSON lines stream for any number of steps. JSON is held in memory first. Ctrl-C ends the motion
+and keeps the rows so far and the last state, also in a file. Errors of conserved quantities, in the
+summary and as `errors` in JSON, are the largest at the rows; larger ones may occur between them. Bodies
+do not collide: a warning reports that two bodies came within their sizes.
 
 Examples:
   slew simulate dumbbells.toml -o motion.csv
@@ -47,7 +47,7 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Number of steps; by default those of the spec
+    /// Number of steps; by default that of the spec
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub steps: Option<u64>,
     /// Steps from one row to the next; by default the output_stride of the spec, or 1
@@ -64,7 +64,7 @@ pub struct Args {
 /// Rows of one JSON document, one for each body, held in memory.
 const MAX_DOCUMENT_ROWS: u64 = 10_000_000;
 
-/// What a motion of bodies can be written as.
+/// The formats for a motion of bodies.
 const FORMATS: [Format; 4] = [Format::Text, Format::Json, Format::Jsonl, Format::Csv];
 
 /// Runs the command.
@@ -74,7 +74,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         Spec::Maneuver(loaded) => {
             let motion = Motion::of_maneuver(&loaded.problem, args)?;
             for reason in limits::exceeded(&loaded.problem, args.inputs.as_deref()) {
-                let remedy = "nothing is cut off: give smaller inputs, or a shorter `maneuver.duration_s`";
+                let remedy = "a simulation does not saturate inputs: give smaller inputs, or a shorter \
+                 `maneuver.duration_s`";
                 console.warn("W0135", &reason, remedy);
             }
             motion
@@ -119,7 +120,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     }
     written?;
     if closed {
-        // The reader has seen enough: the motion was not followed to its end, and there is nothing to tell of it.
+        // The reader closed the stream: the motion is incomplete, and no summary is printed.
         console.clear_progress();
         return Ok(Exit::Solved);
     }
@@ -130,10 +131,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     if let Some(Encounter { time, bodies, distance, .. }) = run.and_then(|run| run.encounter) {
         let [a, b] = bodies.map(|body| escape(&layout.bodies[body]));
         let (time, distance) = (significant(time, 4), significant(distance, 4));
-        let reason =
-            format!("{a} and {b} came within reach of one another at t = {time} s, {distance} m apart");
-        let remedy = "bodies do not collide here: look at the motion until then, or shorten the step if that was a \
-                      near miss of long bodies";
+        let reason = format!("{a} and {b} came within their sizes at t = {time} s, {distance} m apart");
+        let remedy = "bodies do not collide here: use only the motion until then, or shorten the step if long \
+         bodies nearly missed";
         console.warn("W0134", &reason, remedy);
     }
     if let Destination::File(target, _) = &destination {
@@ -145,7 +145,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     Ok(stopped.map_or(Exit::Solved, |(exit, _)| exit))
 }
 
-/// What is propagated, and by whom.
+/// A motion and its method.
 struct Motion {
     layout: Layout,
     carrier: Carrier,
@@ -200,9 +200,9 @@ impl Motion {
             return Err(Failure::Usage("--inputs: every input must be finite".into()));
         }
         let Duration::Given(duration) = problem.duration else {
-            let reason =
-                "the duration is sought: nothing says how long the motion is to be followed".to_string();
-            let remedy = "give `maneuver.duration_s`, with minimize = \"effort\" and no price of time; `--set KEY=VALUE` does";
+            let reason = "the duration is free, so the length of the simulation is unknown".to_string();
+            let remedy = "give `maneuver.duration_s`, with minimize = \"effort\" and no price of time; `--set \
+             KEY=VALUE` does this";
             return Err(Failure::Problem(Message::new("E0121", reason, remedy)));
         };
         let (steps, stride) = (args.steps.unwrap_or(problem.steps as u64), args.stride.unwrap_or(1));
@@ -217,8 +217,8 @@ impl Motion {
             Kind::LieVerlet => Propagator::LieVerlet,
             Kind::Verner98 => Propagator::Verner98,
             other => {
-                let reason = format!("--integrator {other}: reaction wheels are beyond it");
-                return Err(Failure::Usage(format!("{reason}; take lie_verlet or verner98")));
+                let reason = format!("--integrator {other}: it does not support reaction wheels");
+                return Err(Failure::Usage(format!("{reason}; use lie_verlet or verner98")));
             }
         };
         let layout = Layout {
@@ -229,7 +229,7 @@ impl Motion {
             duration,
             steps,
             stride,
-            // What the wheels do is between them and the body.
+            // Torques of wheels are internal: they act between wheels and body.
             symmetry: problem.environment.symmetry(),
             keeps_energy: !works(inputs),
             wheels: limits::wheel_momenta(problem, inputs),
@@ -273,7 +273,7 @@ struct Job<'a> {
     /// How the program will end where the motion ends early, and the steps made until then: before Ctrl-C, or up to
     /// the last row whose numbers are finite.
     stopped: Option<(Exit, u64)>,
-    /// What is to be said of that.
+    /// The message for the user.
     message: Option<Message>,
 }
 
@@ -405,12 +405,12 @@ fn refusal(error: SimulationError) -> Failure {
         SimulationError::Inputs { .. } => Failure::Usage(format!("--inputs: {reason}")),
         SimulationError::Step {
             error: StepError::TooLong { .. } | StepError::NotConverged { .. }, ..
-        } => stopped("E0120", "raise `--steps`, or shorten the step in the spec"),
+        } => stopped("E0120", "increase `--steps`, or shorten the step in the spec"),
         SimulationError::Step { error: StepError::NotFinite, .. } => {
-            stopped("E0123", "raise `--steps`, or look at the rows before; bodies may have met")
+            stopped("E0123", "increase `--steps`, or look at the rows before; bodies may have met")
         }
         SimulationError::Step { .. } => {
-            stopped("E0122", "check the start and what acts; bodies may have met")
+            stopped("E0122", "check the start, the forces and the torques; bodies may have met")
         }
         SimulationError::System(_)
         | SimulationError::Sought
@@ -429,7 +429,7 @@ fn refusal_of_witness(error: WitnessError) -> Failure {
         WitnessError::Problem(error) => plan::invalid(error),
         WitnessError::Rows { .. } => Failure::Usage(format!("--inputs: {reason}")),
         WitnessError::StepTooLong { .. } => stopped("E0120", "raise `--steps`"),
-        WitnessError::NotFinite { .. } => stopped("E0123", "raise `--steps`, or look at the rows before"),
-        _ => stopped("E0122", "check start and environment"),
+        WitnessError::NotFinite { .. } => stopped("E0123", "increase `--steps`, or look at the rows before"),
+        _ => stopped("E0122", "check the start and the environment"),
     }
 }

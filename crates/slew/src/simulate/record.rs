@@ -24,7 +24,7 @@ struct Field {
     columns: Vec<String>,
     /// Whether it is one number, not a list.
     scalar: bool,
-    /// Where its numbers begin among those of the row.
+    /// The index of its first number in the row.
     at: usize,
 }
 
@@ -94,7 +94,7 @@ pub struct Recorder<'a> {
     fields: Vec<Field>,
     /// Numbers of a row.
     width: usize,
-    /// Of the last row, or of all that are held.
+    /// The numbers of the last row, or of all rows that are held.
     numbers: Vec<f64>,
 }
 
@@ -190,12 +190,12 @@ struct Rows<'a> {
     several: bool,
 }
 
-/// Fields as an object; those of several bodies are a list of objects in it.
+/// Fields as an object; fields of several bodies are a list of objects in it.
 struct Object<'a> {
     fields: &'a [Field],
     rows: Rows<'a>,
     bodies: &'a [String],
-    /// What stands before the fields.
+    /// The name before the fields.
     name: Option<&'a str>,
 }
 
@@ -222,7 +222,7 @@ impl Serialize for Object<'_> {
     }
 }
 
-/// What stands at a key.
+/// The values of a key.
 struct Values<'a> {
     field: &'a Field,
     rows: Rows<'a>,

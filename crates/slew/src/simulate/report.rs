@@ -1,4 +1,4 @@
-//! What a reader wants to know first: where it ended, what was conserved, and what it cost.
+//! The summary of a simulation: the end, the conserved quantities, and the work.
 
 use super::layout::Layout;
 use crate::{Console, Exit, Lines, Tone, headline};
@@ -10,7 +10,8 @@ use slewkit::propagate::integrator::Facts;
 use slewkit::propagate::simulate::{Run, SimulationRow};
 use slewkit_files::spec::escape;
 
-/// The largest errors at the rows; between them they may be larger. What is not conserved has none.
+/// The largest errors at the rows; they may be larger between the rows. A quantity that is not
+/// conserved has no error.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Totals {
     /// `|E − E₀|` \[J\].
@@ -50,7 +51,7 @@ impl Totals {
     }
 }
 
-/// What has been seen of the rows.
+/// The extremes of the rows so far.
 pub struct Seen {
     first: SimulationRow,
     last: SimulationRow,
@@ -86,7 +87,8 @@ impl Seen {
         raise(&mut totals.orthogonality, now.orthogonality);
     }
 
-    /// The summary for people; `stopped`: how the program will end, and after how many steps.
+    /// Formats the summary for people; `stopped` has the exit code of the program, and the number
+    /// of steps.
     pub fn summary(
         &self,
         console: &Console,
@@ -139,7 +141,7 @@ impl Seen {
         lines.join("\n")
     }
 
-    /// What is conserved, and how well at the rows.
+    /// Describes the conserved quantities and their errors at the rows.
     fn conserved(&self, layout: &Layout) -> Vec<String> {
         let (start, totals) = (&self.first.invariants, &self.totals);
         let value = |value: f64, size: f64, unit: &str, change: Option<f64>| {
@@ -182,11 +184,11 @@ impl Seen {
     }
 }
 
-/// What theory says of a method.
+/// Describes the theoretical properties of a method.
 fn in_words(facts: &Facts, symmetry: Symmetry) -> String {
     let evaluations = match facts.force_evaluations {
         Some(count) => format!("{} a step", counted(count as usize, "force evaluation")),
-        None => "as many force evaluations as it needs".into(),
+        None => "a variable number of force evaluations".into(),
     };
     let mut words = vec![format!("order {}", facts.order)];
     words.push(if facts.explicit { "explicit" } else { "implicit" }.into());

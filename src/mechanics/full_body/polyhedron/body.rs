@@ -8,10 +8,10 @@ use crate::{Matrix3, Vector3};
 
 /// A polyhedron of constant density, its mass center at the origin of the body axes.
 ///
-/// On points and clouds its gravity is exact. Between two polyhedra the exact field of the one with the larger
-/// radius acts on the Gauss points of the other ([`Polyhedron::cubature`]): the error falls as
-/// `O((l/d)^{2 order})`, l the size of a tetrahedron of the smaller body and d its distance from the surface of
-/// the larger one.
+/// Its gravity is exact on points and clouds. Between two polyhedra the exact field of the one
+/// with the larger radius acts on the Gauss points of the other ([`Polyhedron::cubature`]). The
+/// error falls as `O((l/d)^{2 order})`, with l the size of a tetrahedron of the smaller body and
+/// d its distance from the surface of the larger one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HomogeneousPolyhedron {
     shape: Polyhedron,
@@ -44,7 +44,7 @@ impl HomogeneousPolyhedron {
     /// The body with a given mass \[kg\].
     ///
     /// # Errors
-    /// As [`HomogeneousPolyhedron::new`].
+    /// Returns the errors of [`HomogeneousPolyhedron::new`].
     pub fn with_mass(shape: Polyhedron, mass: f64, order: usize) -> Checked<Self> {
         let density = positive("mass of a polyhedron", mass)? / shape.volume();
         Self::new(shape, density, order)
@@ -75,8 +75,8 @@ impl HomogeneousPolyhedron {
         &self.field
     }
 
-    /// Its Gauss points, with the masses they stand for: a cloud that approximates the body. Masses are negative
-    /// where the solid is not [star-shaped](Polyhedron::is_star_shaped).
+    /// Returns its Gauss points with their masses: a cloud that approximates the body. Masses are
+    /// negative where the solid is not [star-shaped](Polyhedron::is_star_shaped).
     pub fn cubature(&self) -> &PointCloud {
         &self.cubature
     }

@@ -1,13 +1,15 @@
 //! Gauss points of a polyhedron: conical products over the tetrahedra from the mass center to the faces.
 //!
-//! A tetrahedron with apex 0 and base a, b, c is the image of the cube, `ρ = u (a + v ((b − a) + w (c − b)))`
-//! with `dV = 6V u² v du dv dw`. Gauss–Jacobi points for the weights `u²`, `v` and 1, n of each, integrate every
-//! polynomial of degree 2n − 1 exactly (Stroud 1971). What the points do to a field that is smooth over the
-//! solid then differs from what the solid does by O((l/d)^{2n}), l the size of a tetrahedron and d its distance
-//! from what attracts. For n ≥ 2 mass, mass center and inertia are those of the solid.
+//! A tetrahedron with apex 0 and base a, b, c is the image of the cube,
+//! `ρ = u (a + v ((b − a) + w (c − b)))` with `dV = 6V u² v du dv dw`. Gauss–Jacobi points for
+//! the weights `u²`, `v` and 1, n of each, integrate every polynomial of degree 2n − 1 exactly
+//! (Stroud 1971). For a field that is smooth over the solid, points and solid therefore differ by
+//! O((l/d)^{2n}), with l the size of a tetrahedron and d its distance from the attracting body.
+//! For n ≥ 2 mass, mass center and inertia are those of the solid.
 //!
-//! A face that cannot be seen from the mass center has a tetrahedron of negative volume, which takes away what
-//! another has too much: still exact for polynomials, but with points outside the solid.
+//! A face that is not visible from the mass center has a tetrahedron of negative volume, which
+//! subtracts the excess of another. The sum is still exact for polynomials, but has points
+//! outside the solid.
 
 use super::Polyhedron;
 use crate::Vector3;
@@ -17,9 +19,10 @@ impl Polyhedron {
     /// Largest number of points along each direction of [`cubature`](Self::cubature).
     pub const ORDER: usize = 16;
 
-    /// `order³` weighted points per face that stand for a solid of density 1: exact for polynomials of degree
-    /// `2 order − 1`. Positions from the origin of the solid's axes; weights \[m³\], negative ones if the solid is
-    /// not [star-shaped](Self::is_star_shaped). `order` is taken between 1 and [`Self::ORDER`].
+    /// Returns `order³` weighted points for each face that represent a solid of density 1: exact
+    /// for polynomials of degree `2 order − 1`. Positions are relative to the origin of the
+    /// solid's axes. Weights \[m³\] may be negative if the solid is not
+    /// [star-shaped](Self::is_star_shaped). `order` is limited to 1 … [`Self::ORDER`].
     pub fn cubature(&self, order: usize) -> Vec<MassPoint> {
         let order = order.clamp(1, Self::ORDER);
         let [us, vs, ws] = [2, 1, 0].map(|power| gauss_jacobi(order, power));

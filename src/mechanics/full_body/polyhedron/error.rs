@@ -18,7 +18,7 @@ pub enum ShapeError {
     /// A coordinate is NaN, infinite, or so large that the fifth power of lengths leaves the range of numbers.
     #[error("vertex {vertex} has the coordinate {value} m; magnitudes up to {limit:e} are possible")]
     Coordinate {
-        /// Which vertex.
+        /// The number of the vertex.
         vertex: usize,
         /// Its coordinate \[m\].
         value: f64,
@@ -28,7 +28,7 @@ pub enum ShapeError {
     /// A face names a vertex that does not exist.
     #[error("face {face} names vertex {vertex}, but there are {vertices}")]
     OutOfRange {
-        /// Which face.
+        /// The number of the face.
         face: usize,
         /// The vertex it names.
         vertex: usize,
@@ -38,7 +38,7 @@ pub enum ShapeError {
     /// A face names a vertex twice.
     #[error("face {face} names vertex {vertex} twice")]
     Repeated {
-        /// Which face.
+        /// The number of the face.
         face: usize,
         /// The vertex.
         vertex: usize,

@@ -11,9 +11,10 @@
 //! `U` and `∇U` are exact and continuous everywhere, inside, outside and on the surface. A face without area
 //! adds nothing.
 //!
-//! In floating point the terms are each good to a few ulps: `L_e` as an odd series in `e/(a + b)` rather than
-//! the logarithm of a number near one, the numerator of `ω_f` as `2A n·r`. Their sum cancels far away: at the
-//! distance r from a body of size l and volume V, `U` and `∇U` keep about `r² l/V` ulps.
+//! In floating point each term has an error of a few ulps: `L_e` as an odd series in `e/(a + b)`
+//! instead of the logarithm of a number near one, the numerator of `ω_f` as `2A n·r`. Their sum
+//! cancels far from the body. At the distance r from a body of size l and volume V, `U` and `∇U`
+//! have errors of about `r² l/V` ulps.
 //!
 //! Four field points are evaluated side by side.
 
@@ -120,14 +121,15 @@ impl Face {
         let [a, b, c] = corners;
         let area = (b - a).cross(&(c - a));
         let double_area = area.norm();
-        // The normal of a sliver is noise, which does no harm as long as it is perpendicular to the sides: the
-        // terms of the three sides then cancel. To the longest side, and the others are along it.
+        // The normal of a thin triangle is noise. This is harmless if the normal is perpendicular
+        // to the sides, because the terms of the three sides then cancel. It is made
+        // perpendicular to the longest side, and the other sides are parallel to it.
         let sides = [b - a, c - b, a - c];
         let longer = |a: Vector3, b: Vector3| if b.norm_squared() > a.norm_squared() { b } else { a };
         let longest = longer(longer(sides[0], sides[1]), sides[2]);
         let noisy = area / double_area;
         let normal = noisy - noisy.dot(&longest) / longest.norm_squared() * longest;
-        // All noise, or no area at all (NaN): the terms vanish in any case.
+        // The normal is noise, or the area is zero (NaN): the terms vanish in both cases.
         let normal = if normal.norm() > 0.5 { normal.normalize() } else { Vector3::zeros() };
         Self { corners, normal, double_area }
     }
@@ -159,9 +161,10 @@ fn face_angle(corners: &[[Lanes; 3]; 3], numerator: Lanes) -> Lanes {
 
 /// `ln[(s + e)/(s − e)]` for `s = a + b ≥ e`; on the edge itself, where it is infinite, a large number.
 ///
-/// With `2^k` the power of two next to the ratio, `ln = k ln 2 + 2 atanh z`, `|z| ≤ 0.1716`,
-/// `z = ((s + e) − 2^k (s − e))/((s + e) + 2^k (s − e))`; for `k = 0`, away from the edge, `z = e/s` without any
-/// subtraction. Coefficients of the odd series: fdlibm `e_log.c`, error below 2⁻⁵⁸.
+/// With `2^k` the power of two nearest to the ratio, `ln = k ln 2 + 2 atanh z`, `|z| ≤ 0.1716`,
+/// `z = ((s + e) − 2^k (s − e))/((s + e) + 2^k (s − e))`. For `k = 0`, away from the edge,
+/// `z = e/s` needs no subtraction. Coefficients of the odd series: fdlibm `e_log.c`, error below
+/// 2⁻⁵⁸.
 #[inline(always)]
 fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
     // Digits as published.

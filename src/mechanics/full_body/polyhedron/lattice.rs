@@ -19,7 +19,7 @@ impl HomogeneousPolyhedron {
     pub fn lattice(&self, spacing: f64) -> Checked<PointCloud> {
         positive("spacing of the lattice", spacing)?;
         let cells = self.shape().volume() / spacing.powi(3);
-        // Far too many or too few are told before they are counted one by one.
+        // Numbers far outside of the limits are reported before points are counted one by one.
         let limit = PointCloud::POINTS;
         count("points of a lattice", (cells.min(1e18) as usize).max(1), limit)?;
         let columns = [0, 1].map(|axis| rows(self.shape(), axis, spacing).count());

@@ -20,7 +20,8 @@ pub(super) struct MassProperties {
 }
 
 impl MassProperties {
-    /// Volume below which a solid has none, relative to a third of area times size: the round-off of its sum.
+    /// The volume below which a solid counts as flat, relative to a third of area times size: the
+    /// round-off of its sum.
     const ROUND_OFF: f64 = 1e-12;
 
     pub fn new(vertices: &[Vector3], faces: &[[u32; 3]]) -> Result<Self, ShapeError> {

@@ -1,4 +1,5 @@
-//! Homogeneous polyhedra: the solid, its mass properties, its exact field, and points that stand for it.
+//! Homogeneous polyhedra: the solid, its mass properties, its exact field, and points that
+//! represent it.
 
 mod body;
 mod cubature;
@@ -22,8 +23,8 @@ use mass_properties::MassProperties;
 
 /// A solid bounded by triangles: closed, every edge between two faces, faces outward.
 ///
-/// What is checked is stated by [`ShapeError`]. That the surface does not cut through itself is not: where it
-/// does, what is enclosed twice counts twice.
+/// [`ShapeError`] lists the checks. The surface may intersect itself without an error; a volume
+/// that is enclosed twice then counts twice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyhedron {
     vertices: Vec<Vector3>,

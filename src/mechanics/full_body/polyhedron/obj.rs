@@ -1,10 +1,11 @@
 //! Wavefront OBJ files: vertices and faces of one solid.
 //!
-//! `v x y z` (a weight or a color after it is ignored) and `f a b c …` with corners `v`, `v/vt`, `v//vn` or
-//! `v/vt/vn`, negative ones counted from the end. Polygons become fans of triangles. Lines that end in `\`
-//! continue; curves and surfaces of free form are ignored, as all that is no face. Vertices at one place are one vertex, as exporters that split faces write them, and faces that
-//! thereby lose a corner disappear. Groups and objects all belong to the one solid; normals, textures and
-//! materials are ignored.
+//! `v x y z` (a weight or a color after it is ignored) and `f a b c …` with corners `v`, `v/vt`,
+//! `v//vn` or `v/vt/vn`; negative corners count from the end. Polygons become fans of triangles.
+//! A line that ends in `\` continues. Curves, free-form surfaces and all other elements without
+//! faces are ignored. Vertices at one place become one vertex, because some exporters split
+//! faces; faces that thereby lose a corner are removed. All groups and objects form one solid.
+//! Normals, textures and materials are ignored.
 
 use super::{Polyhedron, ShapeError};
 use crate::Vector3;
@@ -13,17 +14,17 @@ use std::collections::HashMap;
 use std::io::{BufRead, Read};
 use thiserror::Error;
 
-/// What is wrong with an OBJ file, and where.
+/// An error in an OBJ file, with its place.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("line {line}: {problem}")]
 pub struct ObjError {
     /// Line, from 1; for what the whole shows, the last one, or the one of the face that shows it.
     pub line: usize,
-    /// What is wrong there.
+    /// The kind of the error.
     pub problem: ObjProblem,
 }
 
-/// What can be wrong with an OBJ file.
+/// The possible errors of an OBJ file.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ObjProblem {
     /// The file cannot be read.
@@ -77,7 +78,7 @@ pub enum ObjProblem {
     Shape(ShapeError),
 }
 
-/// Keywords whose lines say nothing about the solid.
+/// The keywords whose lines do not describe the solid.
 const IGNORED: &str = "vn vt vp g o s mg usemtl mtllib usemap maplib l p lod bevel c_interp d_interp shadow_obj trace_obj \
     cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech bsp bzp cdc cdp res call csh";
 
@@ -154,14 +155,14 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// What has been read so far.
+/// The vertices and faces that have been read.
 #[derive(Default)]
 struct Mesh {
     scale: f64,
     vertices: Vec<Vector3>,
     /// Triangles; a face of more corners makes several.
     faces: Vec<[u32; 3]>,
-    /// Where each comes from.
+    /// The line of each face.
     origins: Vec<Origin>,
     /// Faces of the file so far.
     count: usize,
@@ -271,8 +272,8 @@ impl Mesh {
         })
     }
 
-    /// Makes vertices at one place one, drops those of no face and faces without three corners. Returns the
-    /// number in the file of every vertex that is left.
+    /// Joins vertices at one place, and removes vertices without a face and faces without three
+    /// corners. Returns the number in the file of every remaining vertex.
     fn merge(&mut self) -> Vec<usize> {
         let mut first_at = HashMap::new();
         let (mut vertices, mut places) = (Vec::new(), Vec::new());
@@ -323,7 +324,7 @@ fn in_file(error: ShapeError, places: &[usize], origins: &[Origin]) -> (Option<u
     }
 }
 
-/// At most the first 40 characters of a word, for a message.
+/// Returns at most the first 40 characters of a word, for a message.
 fn shortened(word: &str) -> String {
     let mut short: String =
         word.chars().take(40).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();

@@ -27,7 +27,7 @@ pub(super) struct Arc {
     pub charts: Vec<Chart>,
     /// `h Σ b_i exp S(ξ_i) M_i`, as of the last look at the equations.
     pub impulse: Vector3,
-    /// What the quadrature points add to the Jacobian.
+    /// The contributions of the quadrature points to the Jacobian.
     hessians: Vec<Hessian>,
 }
 
@@ -37,13 +37,13 @@ struct Hessian {
     vv: Matrix3,
     v_xi: Matrix3,
     xi_xi: Matrix3,
-    /// Of `J_r(ξ_s) exp S(ξ) M`, in the last row alone.
+    /// The value of `J_r(ξ_s) exp S(ξ) M`, in the last row alone.
     carried: Matrix3,
-    /// By slope and by value of a column, in the row of the Jacobian that is written.
+    /// The derivatives by slope and by value of a column, in the current row of the Jacobian.
     of_row: [Matrix3; 2],
 }
 
-/// What a step starts with.
+/// The data at the start of a step.
 pub(super) struct Start {
     /// Inertia.
     pub j: Matrix3,
@@ -76,7 +76,8 @@ impl Arc {
     /// Starts from where the curve of the last step leads.
     pub fn extrapolate(&mut self, scheme: &Scheme) {
         let back = crate::lie::exp(&-self.xi[scheme.degree - 1]);
-        // In place: the charts are of no use until the next look, and there is at least one per unknown.
+        // The charts are overwritten, because they are not needed until the next evaluation, and
+        // each unknown has at least one.
         for (chart, row) in self.charts.iter_mut().zip(&scheme.ahead) {
             chart.xi = crate::lie::log(&(back * crate::lie::exp(&combine(row, &self.xi))));
         }

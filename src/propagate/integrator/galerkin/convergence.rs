@@ -17,7 +17,7 @@ pub(super) struct Convergence {
     last: f64,
 }
 
-/// What to do next.
+/// The next action of the iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
     Iterate,
@@ -30,7 +30,7 @@ impl Convergence {
         Self { exact, last: f64::INFINITY }
     }
 
-    /// After a correction.
+    /// Returns the next action after a correction.
     pub fn after(&mut self, correction: f64) -> Next {
         if !correction.is_finite() {
             return Next::GiveUp;

@@ -74,7 +74,7 @@ impl EulerPoincare {
             return Err(SystemError::Step { step });
         }
         let scheme = Scheme::new(degree, quadrature);
-        // In units of the mean principal moment.
+        // The inertia is in units of the mean principal moment.
         let mean = inertia.mean();
         Ok(Self {
             j: inertia.j() / mean,

@@ -14,10 +14,11 @@
 //! The chart sits at the start of the step and the same curve seen from the end is no polynomial: for s ≥ 2 the
 //! methods are symplectic and keep momenta, but are not symmetric in time.
 //!
-//! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). All equations are solved
-//! together by Newton. With the gradient of the potential, and where loads do not depend on the poses, the Jacobian is
-//! exact, 2–4 iterations; without it, or with too many bodies, its part is left out, every body is solved for alone, and
-//! the error shrinks by a factor of about h²‖U''‖ an iteration.
+//! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). Newton solves all
+//! equations together. If the gradient of the potential is available, or loads do not depend on
+//! the poses, the Jacobian is exact and 2–4 iterations suffice. Without the gradient, or with too
+//! many bodies, its part is omitted, every body is solved alone, and each iteration reduces the
+//! error by a factor of about h²‖U''‖.
 
 mod attitude;
 mod convergence;
@@ -61,15 +62,16 @@ pub(crate) struct Galerkin {
     /// Wrenches at the quadrature points, a row of bodies per point.
     wrenches: Vec<Wrench>,
     poses: Vec<Pose>,
-    /// With the gradient of the potential: n×n blocks at one point, and the matrix of all unknowns.
+    /// The gradient of the potential, if available: n×n blocks at one point, and the matrix of
+    /// all unknowns.
     coupled: Option<(Vec<Blocks>, Dense)>,
     /// The matrix of one attitude, for bodies solved for alone.
     single: Dense,
     right: Vec<f64>,
     stiffness: Stiffness,
-    /// Whether what acts on the bodies depends on where they are.
+    /// Whether the loads on the bodies depend on their poses.
     posed: bool,
-    /// Whether the curves are those of the last step.
+    /// Whether the curves come from the last step.
     warm: bool,
 }
 
@@ -150,8 +152,8 @@ impl Galerkin {
         Facts { order, explicit: false, force_evaluations: None, ..Facts::VARIATIONAL }
     }
 
-    /// Curves to start from: where those of the last step lead, or the rates and velocities that a body has, its rate with
-    /// the acceleration that is known before its curve is.
+    /// Computes initial curves: the continuation of the curves of the last step, or the rates and
+    /// velocities of each body, with its angular acceleration, which is known beforehand.
     fn predict(&mut self, warm: bool) {
         let h = self.course.loads.step;
         for (index, curve) in self.curves.iter_mut().enumerate() {
@@ -192,7 +194,7 @@ impl Galerkin {
         }
     }
 
-    /// What acts on the bodies at the quadrature points.
+    /// Evaluates the loads on the bodies at the quadrature points.
     fn evaluate(&mut self, inputs: &[Input]) {
         let n = self.curves.len();
         if self.course.loads.is_free(inputs) {
@@ -293,7 +295,7 @@ impl Galerkin {
                 Next::Iterate => {}
                 Next::Done => {
                     if !free {
-                        // The impulses are those of the curves before the last correction.
+                        // The impulses belong to the curves before the last correction.
                         self.look(inputs);
                     }
                     return Ok(());
@@ -319,7 +321,7 @@ impl Galerkin {
             let xi = &curve.arc.xi[s - 1];
             let momentum = self.course.state.momenta()[index].angular + moment;
             if xi.norm_squared() < LARGE_TURN {
-                // As the Cayley vector, whose update keeps steady rotations.
+                // The Cayley vector is used, because its update preserves steady rotations.
                 let turn = xi * half_tangent(xi.norm());
                 self.course.state.add_angular(index, &(carried(&turn, &momentum) + moment));
                 self.course.state.turn_attitude(index, &turn);

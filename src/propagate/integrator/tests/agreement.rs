@@ -7,7 +7,8 @@ use crate::propagate::simulate::SimulationRow;
 use crate::verify::propagation::{self, Propagator};
 use std::ops::ControlFlow;
 
-/// The frame of an orbit turns under the body; the witnesses treat it in inertial axes, on another road.
+/// The frame of an orbit turns under the body; the witnesses treat it in inertial axes, by
+/// another method.
 #[test]
 fn a_turning_frame_agrees_with_the_inertial_treatment() {
     let field = GravityGradient::new(1.0, &full_inertia()).unwrap();
@@ -61,7 +62,7 @@ fn both_forms_of_verlet_are_one_map() {
     }
 }
 
-/// With `Π̃ = Π + (h/2) M`, velocity Verlet in Π is Lie–Euler in Π̃, step by step.
+/// In the variable `Π̃ = Π + (h/2) M`, velocity Verlet in Π is Lie–Euler in Π̃, step by step.
 #[test]
 fn lie_euler_is_conjugate_to_verlet_by_half_kicks() {
     for (system, state) in [pendulum(), dumbbells(2.5, 4.0)] {

@@ -85,8 +85,8 @@ fn galerkin_methods_hold_a_steady_rotation_over_1e6_steps() {
     }
 }
 
-/// The same update without compensation, `R⁺ = R F` and `Π⁺ = FᵀΠ`: over as many steps of a steady rotation it
-/// loses what the test above asks for.
+/// Shows that the update without compensation, `R⁺ = R F` and `Π⁺ = FᵀΠ`, fails the requirement
+/// of the test above over as many steps of a steady rotation.
 #[test]
 fn a_naive_update_does_not_hold() {
     let (system, start) = steady_rotation();

@@ -52,7 +52,7 @@ fn the_reduced_equations_give_the_same_free_body() {
     }
 }
 
-/// A moment held in body axes, which says that it does not depend on the pose, or keeps quiet.
+/// A moment held in body axes that reports its independence of the pose, or does not.
 #[derive(Debug)]
 struct Held {
     moment: Vector3,

@@ -43,7 +43,7 @@ fn a_few_iterations_do() {
     }
 }
 
-/// Beyond 90° a step there is no solution by any way, and what is not a number is none.
+/// A step beyond 90° has no solution by any method, and a number that is NaN gives no solution.
 #[test]
 fn too_long_a_step_has_no_solution() {
     let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();

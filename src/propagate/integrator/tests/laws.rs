@@ -1,4 +1,5 @@
-//! What the variational methods keep: momenta, the symplectic form, the direction of time.
+//! The conservation laws of the variational methods: momenta, the symplectic form, the direction
+//! of time.
 
 use super::*;
 use crate::propagate::integrator::Quadrature;
@@ -119,7 +120,7 @@ fn symmetric_methods_are_reversible_in_time() {
             distance(&reversed(second.state()), &state)
         };
         for kind in variational() {
-            // From degree 2 on the natural chart singles out the start of the step.
+            // For degree 2 and higher the natural chart treats the start of the step differently.
             let symmetric = !matches!(kind, Kind::Galerkin { degree: 2.., .. });
             // The adjoint of one Lie–Euler is the other.
             let back = match kind {

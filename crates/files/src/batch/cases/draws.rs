@@ -1,7 +1,8 @@
 //! Random draws: `[dispersion]` of the spec, a case each.
 //!
-//! What quantity k of case i draws is a function of the seed, i and k: the stream of random numbers has them as its key
-//! and counter. So a case is the same alone, in any shard and in a run of more cases.
+//! The draw of quantity k in case i is a function of the seed, i and k, which are the key and the
+//! counter of the random numbers. A case is therefore equal alone, in any shard and in a run of
+//! more cases.
 
 use crate::batch::{BatchError, Case};
 use crate::spec::{Dispersion, Distribution, Override, Varied};
@@ -31,7 +32,7 @@ impl Draws {
     }
 }
 
-/// What is added to the nominal numbers.
+/// Returns the offset of the nominal numbers.
 fn offset(varied: &Varied, stream: &mut Stream) -> Vec<f64> {
     let count = varied.map.ncols();
     let standard = match varied.distribution {

@@ -51,12 +51,12 @@ impl Folder {
         for name in &names {
             let file = path.join(name);
             let mut content = Vec::new();
-            // One that is too long, or cannot be read, is told when its turn comes.
+            // A file that is too long, or cannot be read, is reported as the result of its case.
             if let Ok(input) = File::open(&file) {
                 let _ = input.take(MAX_BYTES as u64 + 1).read_to_end(&mut content);
             }
             fingerprint = fingerprint.and(name.as_bytes()).and(&content);
-            // What is wrong with a spec is told when its turn comes, too.
+            // An error of a spec is reported as the result of its case, too.
             if let Ok(base) = Base::open(&file, Format::of(&file), &[]) {
                 fingerprint =
                     base.texts().skip(1).fold(fingerprint, |found, text| found.and(text.as_bytes()));

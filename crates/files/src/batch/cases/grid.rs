@@ -12,11 +12,11 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Reads `key=start:stop:count`, so many values from one number to another at equal distances, both of them
-    /// included; or `key=a,b,c`, any values of the key, such as `[1, 0, 0],[0, 1, 0]`.
+    /// Reads `key=start:stop:count`, which gives `count` values at equal distances, including
+    /// both ends; or `key=a,b,c`, any values of the key, such as `[1, 0, 0],[0, 1, 0]`.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// Returns the error of the text.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let remedy = "write key=start:stop:count, as in maneuver.duration_s=20:200:37, or key=a,b,c";
         let wrong = |reason: String| Err(BatchError::argument("E0110", format!("--over: {reason}"), remedy));
@@ -45,7 +45,7 @@ impl Axis {
         if values.iter().any(|value| value.is_empty()) {
             return wrong(format!("`{key}` has an empty value", key = cut(key, 60)));
         }
-        // What a key path and a value may be, the overrides know.
+        // Overrides define valid key paths and values.
         if let Err(reason) = Override::new(key, &values[0]) {
             return wrong(reason);
         }
@@ -68,7 +68,7 @@ fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     let value = |index: u64| match index {
         0 => start,
         index if index + 1 == count => stop,
-        // Of the weighted mean, not of a sum of steps: no error adds up.
+        // A weighted mean does not accumulate rounding errors, unlike a sum of steps.
         index => {
             let part = index as f64 / (count - 1) as f64;
             start * (1.0 - part) + stop * part
@@ -120,7 +120,7 @@ impl Grid {
     pub fn new(axes: Vec<Axis>, base: &Base) -> Result<Self, BatchError> {
         if axes.is_empty() {
             let remedy = "give --over key=start:stop:count, or --over key=a,b,c";
-            return Err(BatchError::argument("E0110", "there is no key to sweep", remedy));
+            return Err(BatchError::argument("E0110", "no key is given", remedy));
         }
         let keys: Vec<String> = axes.iter().map(|axis| axis.key.clone()).collect();
         check_distinct(&keys, "--over")?;

@@ -1,4 +1,5 @@
-//! Where cases come from: a table, a folder, a grid, random draws. All give the same: a number, a name, keys that are set.
+//! The sources of cases: a table, a folder, a grid, random draws. Each gives cases with a number,
+//! a name and keys to set.
 
 mod draws;
 mod folder;
@@ -70,7 +71,7 @@ impl Batch {
     /// One case for each point of a grid. The first axis changes slowest, the last fastest.
     ///
     /// # Errors
-    /// Keys that a spec does not have, values that are none of theirs, too many points.
+    /// Returns an error for unknown keys, wrong values, and too many points.
     pub fn of_grid(base: Base, axes: Vec<Axis>) -> Result<Self, BatchError> {
         let grid = Grid::new(axes, &base)?;
         let keys = grid.keys();
@@ -85,7 +86,7 @@ impl Batch {
     /// The spec, or what is uncertain in it.
     pub fn of_dispersion(base: Base) -> Result<Self, BatchError> {
         let Some(dispersion) = base.read(&[])?.dispersion else {
-            let reason = format!("{}: the spec does not say what is uncertain", escape(base.name()));
+            let reason = format!("{}: the spec has no [dispersion]", escape(base.name()));
             let remedy =
                 "add [dispersion] with seed, cases and [[dispersion.vary]], as `slew help monte-carlo` shows";
             return Err(BatchError::argument("E0160", reason, remedy));
@@ -125,7 +126,7 @@ impl Batch {
         Ok(Self { base, overrides, source, header })
     }
 
-    /// The files that the specs name from which the cases are made, which no output may replace.
+    /// Returns the files that the specs of the cases name, which no output may replace.
     pub fn files(&self) -> Vec<PathBuf> {
         match (&self.base, &self.source) {
             (Some(base), _) => base.files(),
@@ -167,10 +168,10 @@ impl Batch {
     /// The case of this number.
     ///
     /// # Errors
-    /// There is none.
+    /// Returns an error if the case does not exist.
     pub fn case(&self, number: u64) -> Result<Case, BatchError> {
         let none = || {
-            let reason = format!("--case: there is no case {number}");
+            let reason = format!("--case: case {number} does not exist");
             BatchError::argument("E0111", reason, format!("cases are numbered from 1 to {}", self.count()))
         };
         if number == 0 || number > self.count() {
@@ -197,7 +198,7 @@ fn of_base(base: &Base) -> Fingerprint {
     base.texts().fold(Fingerprint::of_program(), |found, text| found.and(text.as_bytes()))
 }
 
-/// Refuses two keys of which one is set by the other too.
+/// Refuses two keys if one sets the other too.
 fn check_distinct(keys: &[String], what: &str) -> Result<(), BatchError> {
     for (index, key) in keys.iter().enumerate() {
         let inside = |other: &&String| **other == *key || other.starts_with(&format!("{key}."));
@@ -206,7 +207,7 @@ fn check_distinct(keys: &[String], what: &str) -> Result<(), BatchError> {
             let reason = if other == key {
                 format!("{what}: `{key}` is set twice")
             } else {
-                format!("{what}: `{key}` also sets `{other}`, which is set by itself")
+                format!("{what}: `{key}` also sets `{other}`, which is set separately")
             };
             return Err(BatchError::argument("E0011", reason, "set each key once"));
         }

@@ -26,7 +26,7 @@ pub(super) struct Row {
     pub cells: Vec<Cell>,
 }
 
-/// The rows of a file; blank lines are none.
+/// The rows of a file, without blank lines.
 #[derive(Debug)]
 pub(super) struct Rows {
     path: PathBuf,
@@ -44,7 +44,7 @@ impl Rows {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let file = File::open(path).map_err(unreadable)?;
         if !file.metadata().map_err(unreadable)?.is_file() {
-            let reason = format!("{}: cases are read twice, and this is no file", shown(path));
+            let reason = format!("{}: cases are read twice, and this is not a file", shown(path));
             return Err(BatchError::file("E0014", reason, "write the cases to a file first"));
         }
         let name = path.display().to_string();
@@ -112,7 +112,8 @@ impl Rows {
             return match cells(text, separator) {
                 Ok(cells) => Ok(Some(Row { line: self.line, cells })),
                 Err(reason) => {
-                    let remedy = "put a cell that holds the sign between cells between two quotes, and write \"\" for a quote in it";
+                    let remedy = "put a cell that holds the separator between two quotes, and write \"\" for a \
+                     quote in it";
                     Err(self.refuse(Some(&here), "E0116", reason.into(), remedy))
                 }
             };

@@ -1,7 +1,7 @@
 //! A table of cases: the head names keys, each row is a case.
 //!
-//! It is read twice: once whole, so that a slip in row 9000 is told before the first case is planned, and once as a
-//! stream. Only the names are held in memory.
+//! The table is read twice: once as a whole, so that an error in row 9000 is reported before the
+//! first case is planned, and once as a stream. Only the names are held in memory.
 
 use super::rows::{Row, Rows};
 use super::{Fingerprint, MAX_CASES, check_distinct};
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 
 /// The column that names the cases.
 const NAME: &str = "name";
-/// A column without a name is left out: an index that a program wrote beside the rows.
+/// The name of a column that is ignored: an index that a program wrote next to the rows.
 const UNNAMED: &str = "";
 /// Longest name, as of a spec.
 const LONGEST_NAME: usize = 200;
-/// More findings help nobody.
+/// The largest number of reported findings.
 const MOST_FINDINGS: usize = 100;
 
 /// A table that has been checked.
@@ -39,8 +39,8 @@ impl Table {
     ) -> Result<(Self, u64, Fingerprint), BatchError> {
         let mut rows = Rows::open(path, begun)?;
         let Some(head) = rows.next()? else {
-            let remedy = "write a head with keys, as in `name,maneuver.duration_s`, then a row for each case";
-            return Err(rows.refuse(None, "E0116", "there are no cases: the file is empty".into(), remedy));
+            let remedy = "write a header of keys, as in `name,maneuver.duration_s`, then a row for each case";
+            return Err(rows.refuse(None, "E0116", "the file is empty: it has no cases".into(), remedy));
         };
         let columns: Vec<String> = head.cells.iter().map(|cell| cell.text.clone()).collect();
         let mut findings = Vec::new();
@@ -69,8 +69,8 @@ impl Table {
             if let Some(name) = case.name
                 && !names.insert(name.clone().into_boxed_str())
             {
-                let reason = format!("the name `{}` is that of two cases", crate::spec::escape(&name));
-                return Err(rows.refuse(Some(&row), "E0011", reason, "give each case a name of its own"));
+                let reason = format!("two cases have the name `{}`", crate::spec::escape(&name));
+                return Err(rows.refuse(Some(&row), "E0011", reason, "give each case a different name"));
             }
             if findings.len() >= MOST_FINDINGS {
                 break;
@@ -81,7 +81,7 @@ impl Table {
             return Err(Diagnostics(findings).into());
         }
         if count == 0 {
-            let reason = "there are no cases: the table is nothing but its head".into();
+            let reason = "the table has a header and no cases".into();
             return Err(rows.refuse(Some(&head), "E0116", reason, "write a row for each case"));
         }
         (table.count, table.hashes[1]) = (count, rows.fingerprint());
@@ -94,7 +94,8 @@ impl Table {
         self.columns.iter().filter(|column| *column != NAME && *column != UNNAMED).cloned().collect()
     }
 
-    /// Its cases, read from the file anew. Of one that has changed since it was opened the last case is an error.
+    /// Reads its cases from the file again. If the file has changed since it was opened, the last
+    /// case is an error.
     pub fn cases(&self) -> Result<impl Iterator<Item = Result<Case, BatchError>> + Send, BatchError> {
         let mut rows = Rows::open(&self.path, self.hashes[0])?;
         rows.next()?;
@@ -124,8 +125,8 @@ impl Table {
     fn case(&self, number: u64, row: &Row, rows: &Rows) -> Result<Case, BatchError> {
         let (found, wanted) = (row.cells.len(), self.columns.len());
         if found != wanted {
-            let reason = format!("the row has {found} cells, the head has {wanted}");
-            let remedy = "write one cell a column; a list such as [1, 2, 3] stands between quotes";
+            let reason = format!("the row has {found} cells, and the header has {wanted}");
+            let remedy = "write one cell for each column; a list such as [1, 2, 3] needs quotes";
             return Err(rows.refuse(Some(row), "E0116", reason, remedy));
         }
         let mut case = Case { number, name: None, set: Vec::new(), spec: None };
@@ -150,6 +151,7 @@ impl Table {
 }
 
 fn changed(rows: &Rows) -> BatchError {
-    let reason = "the table has changed while its cases were planned: results of both are in one file".into();
-    rows.refuse(None, "E0112", reason, "run it once more with --force, and leave the table as it is")
+    let reason =
+        "the table changed while its cases were planned: the file holds results of both versions".into();
+    rows.refuse(None, "E0112", reason, "run it again with --force, and do not change the table")
 }

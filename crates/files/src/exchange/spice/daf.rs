@@ -10,13 +10,13 @@ use std::io::{self, Write};
 const RECORD: usize = 1024;
 /// Characters of a comment record.
 const COMMENT: usize = 1000;
-/// What tells that a transfer in text mode has spoilt the file.
+/// A string that a transfer in text mode damages, which reveals such a transfer.
 const TRANSFER: &[u8] = b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP";
-/// Where that string stands in the file record.
+/// The position of that string in the file record.
 const TRANSFER_AT: usize = 699;
 /// Numbers and integers of a summary.
 const SUMMARY: (i32, i32) = (2, 6);
-/// Characters of the name of a segment: those of a summary's words.
+/// The number of characters in the name of a segment: the words of a summary.
 const NAME: usize = 40;
 
 /// One array with its summary.
@@ -107,7 +107,7 @@ fn put(bytes: &mut [u8], at: usize, what: &[u8]) {
     bytes[at..at + what.len()].copy_from_slice(what);
 }
 
-/// ASCII of exactly so many characters.
+/// Returns ASCII with exactly `width` characters.
 fn padded(text: &str, width: usize) -> String {
     let ascii = text.chars().filter(char::is_ascii).take(width).collect::<String>();
     format!("{ascii:<width$}")

@@ -1,8 +1,9 @@
-//! SPICE: a C-kernel of type 3 with rates, and the clock and frame kernels that go with it.
+//! SPICE: a C-kernel of type 3 with rates, and its clock and frame kernels.
 //!
-//! The C-matrix of SPICE leads from reference to body components, so the quaternion is the conjugate of ours, scalar
-//! first; the rate is in reference axes, in rad/s. The clock counts microseconds of terrestrial time from the epoch of
-//! the maneuver. The structure has the number of the spacecraft times 1000, from which SPICE finds the clock.
+//! The C-matrix of SPICE maps reference to body components, so the quaternion is the conjugate of
+//! ours, scalar first; the rate is in reference axes, in rad/s. The clock counts microseconds of
+//! terrestrial time from the epoch of the maneuver. The structure has the number of the
+//! spacecraft times 1000, from which SPICE finds the clock.
 
 mod daf;
 
@@ -17,7 +18,7 @@ use std::io::Write;
 const TICKS: f64 = 1e6;
 /// The type of the segment: pointing with rates, interpolated about one axis.
 const TYPE: i32 = 3;
-/// Every so many numbers have an entry in the directory of their list.
+/// The number of entries of a list for each entry of its directory.
 const DIRECTORY: usize = 100;
 
 /// SPICE's number of the reference frame.
@@ -61,7 +62,7 @@ pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<()
     Ok(Daf { kind: "CK", name: record.name(), comment, segment }.write(output)?)
 }
 
-/// What the comment area says: the text kernels that go with the file, and what to know.
+/// Returns the comment area: the text kernels of the file, and remarks.
 fn comment(record: &Record<'_>, number: i32) -> Result<Vec<String>, ExportError> {
     let mut lines = vec![format!("Attitude of {}: {}", record.object(), record.name())];
     lines.extend(record.notes.iter().cloned());

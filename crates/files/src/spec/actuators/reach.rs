@@ -1,4 +1,4 @@
-//! Which way inputs lack, where they do not reach every direction.
+//! The direction that inputs lack, if they do not reach every direction.
 
 use slewkit::Vector3;
 use slewkit::mechanics::{Actuation, ActuatorSet};
@@ -6,8 +6,8 @@ use slewkit::mechanics::{Actuation, ActuatorSet};
 /// A part of the length of an axis that counts as nothing.
 const NOTHING: f64 = 1e-9;
 
-/// In words, as in "nothing turns the body about (0, 0, -1)": a direction in which the inputs give nothing, where torques or
-/// forces alone lack one.
+/// Describes, as in "nothing turns the body about (0, 0, -1)", a direction in which the inputs
+/// have no effect, if torques or forces alone lack one.
 pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
     if actuation.reaches_every_direction(moves) {
         return None;
@@ -16,7 +16,11 @@ pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
     let lacks = |set: &ActuatorSet, what: &str| Some(format!("nothing {what} {}", shown(&direction(set)?)));
     lacks(&actuation.torque, "turns the body about")
         .or_else(|| lacks(force?, "pushes the body along"))
-        .or_else(|| force.map(|_| "each way by itself is there, but not every push with every turn".into()))
+        .or_else(|| {
+            force.map(|_| {
+                "each direction alone is possible, but not every combination of force and torque".into()
+            })
+        })
 }
 
 /// A unit vector along which no input has an output, or none of both signs and this one lacks.
@@ -33,7 +37,8 @@ fn direction(set: &ActuatorSet) -> Option<Vector3> {
     }
 }
 
-/// A direction with which no axis has a positive product: amid the edges of the cone of all such, each of which is across two axes.
+/// Returns a direction with which no axis has a positive product: the middle of the edges of the
+/// cone of all such directions, each of which is normal to two axes.
 fn half_space(axes: &[Vector3]) -> Option<Vector3> {
     let units: Vec<Vector3> = axes.iter().map(|axis| axis.normalize()).collect();
     let mut amid = Vector3::zeros();
@@ -67,7 +72,8 @@ mod tests {
         ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap()
     }
 
-    /// What is named lacks: no axis has a positive product with it; and where nothing lacks nothing is named.
+    /// Checks that the named direction is lacking, because no axis has a positive product with
+    /// it, and that no direction is named if none lacks.
     #[test]
     fn a_direction_is_named_where_one_lacks_and_nowhere_else() {
         const PAIRS: [[f64; 3]; 6] = [

@@ -1,8 +1,9 @@
 //! `[[actuators.thruster]]`: thrusters, which push to one side only.
 //!
-//! Where the attitude alone is planned a thruster is an input of its own, in N·m: the torque that it gives about the mass
-//! center. Its limit is that of its torque, or of its force times the lever; its price goes with the torque or the force in
-//! the same way. Where the body moves the input is its force, in N, which pushes and turns at once.
+//! If only the attitude is planned, a thruster is an input in N·m: its torque about the mass
+//! center. Its limit is the limit of its torque, or of its force times the lever; its price
+//! belongs to the torque or the force likewise. If the body moves, the input is its force in N,
+//! which pushes and turns at once.
 
 use super::{Actuated, FORCE_LIMITS, SMALLEST, TORQUE_LIMITS, called};
 use crate::spec::{Section, short};
@@ -12,13 +13,14 @@ use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 
 /// One thruster as written.
 struct Thruster {
-    /// Where it sits, from the mass center \[m\]; of one that is told by its torque there is no such place.
+    /// The position from the mass center \[m\]; absent for a thruster that is given by its
+    /// torque.
     position: Option<Vector3>,
     /// The way in which it pushes, or the axis of its torque; of length 1.
     axis: Vector3,
     /// Largest force \[N\], or torque [N·m].
     limit: f64,
-    /// Of a unit of that, for a second.
+    /// The price of a unit of it, per second.
     price: f64,
 }
 
@@ -32,13 +34,13 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let others = others.into_iter().chain(TORQUE_LIMITS).chain(forces).chain(FORCE_LIMITS);
     let mut good = true;
     for key in others.filter(|key| section.has(key)) {
-        let reason = format!("both `thruster` and `{key}` are given: each thruster is an input of its own");
+        let reason = format!("both `thruster` and `{key}` are given: each thruster is an input by itself");
         section.error("E0028", key, reason, "give one of the two");
         good = false;
     }
     let sections = section.list("thruster");
     if section.is_empty_list("thruster") {
-        let reason = "the list of thrusters is empty: nothing turns the body";
+        let reason = "the list of thrusters is empty: no input turns the body";
         let few = if motion == Motion::RigidBody { "seven" } else { "four" };
         section.error("E0026", "thruster", reason, format!("give {few} thrusters or more, or torque axes"));
     }
@@ -51,7 +53,7 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
             (Motion::Attitude, Some(position)) => turning(section, index, &thruster, position),
             (Motion::RigidBody, None) => {
                 let reason = format!(
-                    "{} is told by its torque, but the body moves: its force counts too",
+                    "{} has a torque alone, but the body translates: its force is needed too",
                     called("thruster", section, index)
                 );
                 let remedy = "give position_m, force_direction_body and force_limit_n; or remove the positions of [start] and [end]";
@@ -85,13 +87,13 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     good.then_some(Actuated { actuation, weights: Weights::default(), prices, force_prices })
 }
 
-/// What a thruster that is told by its force does to the attitude.
+/// Converts a thruster that is given by its force to its torque.
 fn turning(section: &Section, index: usize, thruster: &Thruster, position: Vector3) -> Option<Thruster> {
     let torque = position.cross(&thruster.axis);
     let lever = torque.norm();
     if lever <= NO_LEVER * position.norm() || lever < SMALLEST {
         let reason = format!(
-            "{} pushes through the mass center, by a lever of {} m: it turns nothing",
+            "{} pushes through the mass center, with a lever of {} m: it has no torque",
             called("thruster", section, index),
             short(lever)
         );
@@ -99,7 +101,7 @@ fn turning(section: &Section, index: usize, thruster: &Thruster, position: Vecto
             "E0054",
             "force_direction_body",
             reason,
-            "leave it out, or check where it sits",
+            "remove the thruster, or check its position",
         );
     }
     let (limit, price) = (thruster.limit * lever, thruster.price / lever);
@@ -115,8 +117,11 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
         (["position_m", "force_limit_n"], ["torque_limit_n_m"; 3])
     };
     if let Some(key) = others.into_iter().find(|key| section.has(key)) {
-        let reason =
-            format!("{}: `{key}` does not go with `{}`", called("thruster", section, index), needed[0]);
+        let reason = format!(
+            "{}: `{key}` cannot be combined with `{}`",
+            called("thruster", section, index),
+            needed[0]
+        );
         let remedy = "give torque_axis_body and torque_limit_n_m, or position_m, force_direction_body and force_limit_n";
         return section.refuse("E0028", key, reason, remedy);
     }
@@ -126,7 +131,9 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
             let reason = format!("{} needs `{key}`", called("thruster", section, index));
             let sample = match key {
                 "position_m" => "add position_m = [0.5, 0, 0.2], from the mass center",
-                "force_direction_body" => "add force_direction_body = [0, 1, 0], the way it pushes the body",
+                "force_direction_body" => {
+                    "add force_direction_body = [0, 1, 0], the direction of the force on the body"
+                }
                 "force_limit_n" => "add force_limit_n = 1",
                 _ => "add torque_limit_n_m = 0.5",
             };
@@ -137,10 +144,10 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
         let vector = section.vector(key)?;
         if vector.amax() < SMALLEST {
             let reason = format!(
-                "`{key}` of {} has length zero, and so no direction",
+                "`{key}` of {} has length zero, so it has no direction",
                 called("thruster", section, index)
             );
-            return section.refuse("E0054", key, reason, "give it a direction, or leave the thruster out");
+            return section.refuse("E0054", key, reason, "give it a direction, or remove the thruster");
         }
         Some(section.unit(vector))
     };

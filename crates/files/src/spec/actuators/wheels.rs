@@ -25,7 +25,7 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
     let others = others.into_iter().chain(TORQUE_LIMITS).filter(|key| section.has(key));
     let mut good = true;
     for key in others {
-        let reason = format!("both `wheel` and `{key}` are given: each wheel is a torque input of its own");
+        let reason = format!("both `wheel` and `{key}` are given: each wheel is a torque input by itself");
         let remedy = match key {
             "effort_weight" => "write `effort_weight` in each [[actuators.wheel]]",
             "torque_limit_n_m" => "write `torque_limit_n_m` in each [[actuators.wheel]]",
@@ -35,7 +35,7 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
         good = false;
     }
     if motion == Motion::RigidBody {
-        let reason = "reaction wheels are for maneuvers of the attitude alone, but positions are given";
+        let reason = "reaction wheels need a maneuver of the attitude alone, but positions are given";
         let remedy = "remove the positions and velocities of [start] and [end], or use torque axes";
         return section.refuse("E0064", "wheel", reason, remedy);
     }
@@ -47,7 +47,7 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
     }
     let sections = section.list("wheel");
     if section.is_empty_list("wheel") {
-        let reason = "the list of wheels is empty: nothing turns the body";
+        let reason = "the list of wheels is empty: no input turns the body";
         section.error("E0026", "wheel", reason, "give three wheels or more, or torque axes");
     }
     if sections.is_empty() {
@@ -81,7 +81,7 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
         let remedy = match (wheels.len(), rank) {
             (..3, _) => "give three wheels or more",
             (_, 2) => "tilt a wheel out of the plane of the others",
-            _ => "turn two wheels to other axes, not in one plane",
+            _ => "give two wheels other axes, not in one plane",
         };
         let reason = format!("the wheel axes have {reason}");
         return section.refuse("E0062", "wheel", reason, remedy);
@@ -105,12 +105,12 @@ fn read(section: &Section, index: usize) -> Option<Wheel> {
     let (momentum, momentum_limit) = (momentum?, momentum_limit?);
     if momentum.abs() > momentum_limit * (1.0 + BOUNDARY_ROUNDING) {
         let reason = format!(
-            "{} starts with {} N·m·s, its limit is {} N·m·s",
+            "{} starts with {} N·m·s, and its limit is {} N·m·s",
             called("wheel", section, index),
             show(momentum),
             show(momentum_limit)
         );
-        let remedy = "unload the wheel first, or check sign and unit";
+        let remedy = "unload the wheel first, or check the sign and the unit";
         return section.refuse("E0063", "momentum_n_m_s", reason, remedy);
     }
     Some(Wheel { axis: axis?, torque_limit, momentum_limit, momentum, weight: weight? })
@@ -121,19 +121,22 @@ fn axis(section: &Section, index: usize) -> Option<Vector3> {
     let axis = section.vector("axis_body")?;
     let size = axis.amax();
     if size < SMALLEST {
-        let reason =
-            format!("the axis of {} has length zero, and so no direction", called("wheel", section, index));
+        let reason = format!(
+            "the axis of {} has length zero, so it has no direction",
+            called("wheel", section, index)
+        );
         return section.refuse(
             "E0054",
             "axis_body",
             reason,
-            "leave the wheel out, or give its axis a direction",
+            "remove the wheel, or give its axis a direction",
         );
     }
     let length = size * (axis / size).norm();
     if (length - 1.0).abs() > SILENT {
         let reason = format!(
-            "the axis of {} has length {}; it is made 1, so that torque and momentum are those of the wheel",
+            "the axis of {} has length {}; it is scaled to 1, so that torque and momentum are those \
+            of the wheel",
             called("wheel", section, index),
             short(length)
         );
@@ -141,7 +144,7 @@ fn axis(section: &Section, index: usize) -> Option<Vector3> {
             "W0062",
             "axis_body",
             reason,
-            "give a vector of length 1, or leave it: its direction counts",
+            "give a vector of length 1; no action is needed if only the direction matters",
         );
     }
     Some(section.unit(axis))
@@ -158,6 +161,9 @@ fn torque_limits(wheels: &[Wheel], sections: &[Section]) -> Option<Option<Vec<f6
     let wheel = called("wheel", &sections[index], index);
     let reason = format!("{wheel} has no `torque_limit_n_m`, but others have");
     let largest = limits.into_iter().fold(0.0, f64::max);
-    let remedy = format!("give every wheel a limit, such as torque_limit_n_m = {}, or none", show(largest));
+    let remedy = format!(
+        "give every wheel a limit, such as torque_limit_n_m = {}, or give no wheel a limit",
+        show(largest)
+    );
     sections[index].refuse_here("E0021", reason, remedy)
 }

@@ -13,11 +13,11 @@ pub struct Chance {
     pub limits: Vec<String>,
     /// The chance, at most.
     pub at_most: f64,
-    /// Whether it is that of the whole motion; else that of the worst instant.
+    /// Whether the chance is over the whole motion; else at the worst instant.
     pub of_motion: bool,
-    /// Whether it is that of any of them, as `[uncertainty]` asks.
+    /// Whether the chance is joint, as in `[uncertainty]`.
     pub is_joint: bool,
-    /// The key of `[actuators]` that asks for it, of a limit of the torques.
+    /// The key of `[actuators]` for a chance of a limit of the torques.
     pub(crate) key: Option<&'static str>,
 }
 
@@ -38,11 +38,11 @@ fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> boo
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
         (
-            "thrusters push one way: off they have nothing left to correct with".into(),
-            "leave it out; a chance of what is left above goes by plant.authority",
+            "thrusters push to one side only: a thruster that is off cannot correct".into(),
+            "remove the key; plant.authority gives corrections room above the limit",
         )
     } else if !has(problem, kind) {
-        (format!("there is no {name}, of which it would be"), "give the limit, or leave it out")
+        (format!("no {name} exists for this chance"), "give the limit, or remove the chance")
     } else {
         return true;
     };
@@ -56,14 +56,14 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
     for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
         let at_most = own(section, "chance", &[&constraint.name], uncertain);
         if !section.has("chance") && section.has("chance_over") {
-            let reason = "it says when a chance holds, and there is none";
-            section.error("E0172", "chance_over", reason, "add chance = 0.001, or leave it out");
+            let reason = "`chance_over` has no effect: the constraint has no chance";
+            section.error("E0172", "chance_over", reason, "add chance = 0.001, or remove the key");
         }
         let margins = ["margin_deg", "margin_rad", "margin_deg_s", "margin_rad_s"];
-        // In a spec that slew wrote the margin is the one that the chance took.
+        // In a spec that slew wrote, the margin is that of the chance.
         if section.has("chance") && !section.keeps_rounding && margins.iter().any(|key| section.has(key)) {
-            let reason = "a chance and a margin: the larger of the two acts";
-            section.warn("W0170", "chance", reason, "leave the margin out, unless it is for something else");
+            let reason = "a chance and a margin are given: the larger of the two is active";
+            section.warn("W0170", "chance", reason, "remove the margin, unless it has another purpose");
         }
         let Some((at_most, of_motion)) = at_most else { continue };
         chances.push(Chance {
@@ -81,8 +81,9 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
                 continue;
             }
             if root.section("feedback").is_none() {
-                let reason = "without gains nothing is corrected, and the torques are those of the plan";
-                section.error("E0172", key, reason, "add [feedback], or leave it out");
+                let reason =
+                    "without gains no correction is made, and the torques are the torques of the plan";
+                section.error("E0172", key, reason, "add [feedback], or remove the key");
             }
             let Some((at_most, of_motion)) = own(section, key, &[name], uncertain) else { continue };
             chances.push(Chance {
@@ -94,8 +95,13 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
             });
         }
         if section.has("chance_over") && !LIMITS.iter().any(|(_, key, _)| section.has(key)) {
-            let reason = "it says when the chances of limits hold, and there is none";
-            section.error("E0172", "chance_over", reason, "add torque_limit_chance = 0.001, or leave it out");
+            let reason = "`chance_over` has no effect: no limit has a chance";
+            section.error(
+                "E0172",
+                "chance_over",
+                reason,
+                "add torque_limit_chance = 0.001, or remove the key",
+            );
         }
     }
     if let Some(section) = root.section("uncertainty") {
@@ -105,13 +111,13 @@ pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec
     chances
 }
 
-/// The chance under `key`, and whether it is that of the motion.
+/// Returns the chance under `key`, and whether it is over the motion.
 fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<(f64, bool)> {
     let of_motion = section.has("chance_over") && section.word("chance_over") == Some("motion");
     let at_most = if section.has(key) { section.number(key)? } else { return None };
     if !uncertain {
         let name = escape(&names.join(", "));
-        let reason = format!("\"{name}\" has a chance, and nothing is uncertain");
+        let reason = format!("\"{name}\" has a chance, and the spec has no uncertainty");
         section.error("E0172", key, reason, "add [uncertainty], or give a margin instead");
     }
     if of_motion {
@@ -122,9 +128,11 @@ fn own(section: &Section, key: &str, names: &[&str], uncertain: bool) -> Option<
 
 fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     if at_most < Over::LEAST {
-        let reason =
-            format!("the chance of a motion is counted in flights, and that of {at_most} takes too many");
-        let remedy = format!("ask for {} or more, or for that of the worst instant", Over::LEAST);
+        let reason = format!(
+            "the chance over the motion is counted in flights, and a chance of {at_most} needs too \
+             many"
+        );
+        let remedy = format!("give {} or more, or use the chance at the worst instant", Over::LEAST);
         section.error("E0172", key, reason, remedy);
     }
 }
@@ -134,8 +142,8 @@ fn can_be_counted(section: &Section, key: &str, at_most: f64) {
 fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance> {
     if !section.has("chance") {
         if section.has("chance_of") {
-            let reason = "it names what shares a chance, and there is none";
-            section.error("E0172", "chance_of", reason, "add chance = 0.001, or leave it out");
+            let reason = "`chance_of` has no effect: the spec has no joint chance";
+            section.error("E0172", "chance_of", reason, "add chance = 0.001, or remove the key");
         }
         return None;
     }
@@ -146,13 +154,8 @@ fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance>
     if !section.has("chance_of") {
         let limits: Vec<String> = constraints.filter(|name| !has_own(name)).map(String::from).collect();
         if limits.is_empty() {
-            let reason = "no constraint is without a chance of its own: there is nothing that could share it";
-            return section.refuse(
-                "E0172",
-                "chance",
-                reason,
-                "name what does: chance_of = [\"torque limit\"]",
-            );
+            let reason = "every constraint has its own chance: none is left for the joint chance";
+            return section.refuse("E0172", "chance", reason, "name a limit: chance_of = [\"torque limit\"]");
         }
         return Some(Chance { limits, at_most, of_motion: true, is_joint: true, key: None });
     }
@@ -164,25 +167,29 @@ fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance>
         let (reason, remedy) = if !known.contains(&name.as_str()) {
             let known =
                 known.iter().map(|name| format!("\"{}\"", escape(name))).collect::<Vec<_>>().join(", ");
-            let known = if known.is_empty() { "there are none".into() } else { format!("there are {known}") };
-            ("is no constraint and no limit of the torques", known)
+            let known = if known.is_empty() {
+                "no constraint exists".into()
+            } else {
+                format!("the constraints are {known}")
+            };
+            ("is neither a constraint nor a limit of the torques", known)
         } else if limits[..index].contains(name) {
             ("is named twice", "name it once".into())
         } else if has_own(name) {
-            ("has a chance of its own", "leave one of the two out".into())
+            ("has its own chance", "remove one of the two".into())
         } else {
             continue;
         };
         return section.refuse("E0172", "chance_of", format!("\"{}\" {reason}", escape(name)), remedy);
     }
     if limits.is_empty() {
-        let reason = "names nothing that could share the chance";
-        return section.refuse("E0172", "chance_of", reason, "leave it out for all constraints");
+        let reason = "names nothing for the joint chance";
+        return section.refuse("E0172", "chance_of", reason, "remove the key to include all constraints");
     }
     Some(Chance { limits, at_most, of_motion: true, is_joint: true, key: None })
 }
 
-/// Has the maneuver hold what the spec says is to be left of rates and torques.
+/// Adds the reserves of rates and torques in the spec to the maneuver.
 pub(super) fn hold(root: &Section, problem: &mut Problem) {
     let rates: Vec<(String, usize)> = problem
         .constraints
@@ -221,11 +228,11 @@ fn held(section: &Section, key: &str, unit: f64, name: &str, parts: usize, probl
             values.iter().map(|value| value * unit).collect()
         }
         Some(Limits::Each(values)) => {
-            let reason = format!("has {} numbers, the limit has {parts}", values.len());
+            let reason = format!("has {} numbers, and the limit has {parts}", values.len());
             return section.error("E0026", key, reason, "write one number, or one for each");
         }
     };
     if let Err(error) = assured::hold(problem, name, &held) {
-        section.error("E0061", key, error.to_string(), "hold less of it, or allow more");
+        section.error("E0061", key, error.to_string(), "reduce the reserve, or raise the limit");
     }
 }

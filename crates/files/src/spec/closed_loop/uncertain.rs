@@ -7,7 +7,8 @@ use slewkit::optimize::discrete::linear_plan::{Matrix6, Parameter};
 use slewkit::uncertainty::Uncertainty;
 use slewkit::{Matrix3, Vector3};
 
-/// Deviations: one number for all, or one for each; zero where the key is absent. `all` says of what.
+/// Reads deviations: one number for all, or one for each; zero if the key is absent. `all` names
+/// the items.
 fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &str) -> Vec<f64> {
     let Some((section, limits)) = section.and_then(|section| Some((section, section.limits(key)?))) else {
         return vec![0.0; count];
@@ -17,7 +18,7 @@ fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &
         Limits::Each(values) if values.len() == count => values.iter().map(|value| value * unit).collect(),
         Limits::Each(values) => {
             let told = if count == 3 { "three".into() } else { count.to_string() };
-            let reason = format!("has {} numbers, one for {all} or {told} are needed", values.len());
+            let reason = format!("has {} numbers, and one for {all} or {told} are needed", values.len());
             section.error("E0026", key, reason, format!("write one number, or {told}"));
             vec![0.0; count]
         }
@@ -29,16 +30,16 @@ fn three(section: Option<&Section>, key: &str, unit: f64) -> Vector3 {
     Vector3::from_column_slice(&several(section, key, unit, 3, "all axes"))
 }
 
-/// Part of the largest variance by which a covariance may lack symmetry, or an eigenvalue be below zero: the rounding of numbers that
-/// were written with six digits.
+/// The relative asymmetry of a covariance, or negative eigenvalue, that is accepted: the rounding
+/// of numbers with six digits.
 const ROUNDING: f64 = 1e-6;
 
-/// A covariance: symmetric, and no combination has a variance below zero. `None` where the key is absent or the matrix is none, which
-/// is told.
+/// Reads a covariance: symmetric and positive semidefinite. Returns `None` if the key is absent,
+/// or if the matrix is wrong, which is reported.
 fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f64, N, N>> {
     let rows = if section.has(key) { section.square(key)? } else { return None };
     if rows.len() != N {
-        let reason = format!("has {} rows, a covariance of these has {N}", rows.len());
+        let reason = format!("has {} rows, and this covariance has {N}", rows.len());
         return section.refuse(
             "E0175",
             key,
@@ -48,10 +49,14 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
     }
     let given = DMatrix::from_fn(N, N, |row, column| rows[row][column]);
     if let Some(row) = (0..N).find(|row| given[(*row, *row)] < 0.0) {
-        let reason = format!("the variance in row {} is {}, below zero", row + 1, show(given[(row, row)]));
+        let reason = format!(
+            "the variance in row {} is {}: it must not be negative",
+            row + 1,
+            show(given[(row, row)])
+        );
         return section.refuse("E0175", key, reason, "a variance is the square of a deviation");
     }
-    // Beside unit variances: radians and rates are not of one size.
+    // The covariance is scaled to unit variances, because radians and rates differ in size.
     let sigma = |row: usize| if given[(row, row)] > 0.0 { given[(row, row)].sqrt() } else { 1.0 };
     let scaled = DMatrix::from_fn(N, N, |row, column| given[(row, column)] / (sigma(row) * sigma(column)));
     let pairs = || (0..N).flat_map(|row| (0..row).map(move |column| (row, column)));
@@ -77,21 +82,28 @@ fn covariance<const N: usize>(section: &Section, key: &str) -> Option<SMatrix<f6
             show(given[(row, column)]),
             short(sigma(row) * sigma(column))
         );
-        return section.refuse("E0175", key, reason, "a correlation is between -1 and 1: write less");
+        return section.refuse(
+            "E0175",
+            key,
+            reason,
+            "a correlation is between -1 and 1: write a smaller number",
+        );
     }
     let symmetric = 0.5 * (&scaled + scaled.transpose());
     let least = symmetric.symmetric_eigenvalues().min();
     if least < -ROUNDING * N as f64 {
         let reason = format!(
-            "some combination of the numbers has a variance below zero: scaled to variances of 1, the least eigenvalue is {}",
+            "the covariance is not positive semidefinite: scaled to variances of 1, its least \
+            eigenvalue is {}",
             short(least)
         );
-        return section.refuse("E0175", key, reason, "make the correlations smaller");
+        return section.refuse("E0175", key, reason, "reduce the correlations");
     }
     Some(SMatrix::from_fn(|row, column| 0.5 * (given[(row, column)] + given[(column, row)])))
 }
 
-/// Covariance of `[ζ; δΩ]`, of which each part is given by deviations, by a block, or the whole by one matrix.
+/// Reads the covariance of `[ζ; δΩ]`: each part by deviations or by a block, or the whole by one
+/// matrix.
 fn variances(section: Option<&Section>) -> Matrix6 {
     let degree = 1_f64.to_radians();
     let Some(of) = section else { return Matrix6::zeros() };

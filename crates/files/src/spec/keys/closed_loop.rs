@@ -1,4 +1,4 @@
-//! The keys of what a plan is flown with: gains, what is uncertain, and how actuators follow.
+//! The keys of flights: gains, uncertainty, and the response of actuators.
 
 use super::*;
 
@@ -11,40 +11,47 @@ const STATE_COVARIANCES: &[&[&str]] = &[
 tables! {
     /// Gains along the plan.
     pub(crate) static FEEDBACK[selector: Some("kind")] {
-        /// neighbouring: of all corrections that bring the craft to the end those of least cost. tvlqr: the regulator of the weights
-        /// below, also where inputs switch. switching: of plans of arcs how long each lasts from another start, to correct once,
-        /// and then that regulator. Default: neighbouring; tvlqr where time or fuel is minimised, and of wheels.
+        /// neighbouring: the corrections of least cost that still reach the end. tvlqr: the
+        /// regulator with the weights below, also for switching inputs. switching: for plans of
+        /// arcs, the lengths of the arcs from another start, corrected once, and then that
+        /// regulator. Default: neighbouring; tvlqr if time or fuel is the objective, and for
+        /// wheels.
         "kind": Choice(&["neighbouring", "tvlqr", "switching"], &[]);
-        /// Part of the steps at the end over which neighbouring gains are held, at least four steps; 0: none. Default: 0.15.
+        /// Part of the steps at the end over which neighbouring gains are held, at least four
+        /// steps; 0: none. Default: 0.15.
         "freeze": Number(q::PART);
-        /// Time between two measurements, a whole number of steps; a correction is held over it, and gains are designed for that.
-        /// Default: the step.
+        /// Time between two measurements, a whole number of steps; a correction is held over it,
+        /// and gains are designed for this. Default: the step.
         "every_s": Number(q::DURATION);
-        /// Weight of the attitude error in a second, in the unit of the cost for each rad². Default: by which a radian costs what the
-        /// torque costs that turns the body by a radian in the duration.
+        /// Weight of the attitude error per second, in the unit of the cost per rad². Default: an
+        /// error of one radian costs as much as the torque that turns the body by one radian in
+        /// the duration.
         "attitude_weight": Number(q::WHEEL_WEIGHT);
-        /// Weight of the error of the rate in a second, for each (rad/s)². Default: the same at the scale of the duration.
+        /// Weight of the rate error per second, per (rad/s)². Default: the attitude weight at the
+        /// scale of the duration.
         "rate_weight": Number(q::WHEEL_WEIGHT);
-        /// How many times what the whole duration weighs the end does. Default: 1000.
+        /// Weight of the end, relative to the weight of the whole duration. Default: 1000.
         "end_weight": Number(q::WHEEL_WEIGHT);
     }
 
-    /// What is uncertain of the craft: one standard deviation each, independent; one number for all three axes, or three.
+    /// The uncertainty of the craft: one standard deviation each, independent; one number for all
+    /// three axes, or three.
     pub(crate) static UNCERTAINTY {
-        /// Of the state at the start.
+        /// Uncertainty of the state at the start.
         "start": Table(&UNCERTAIN_STATE);
-        /// Of the inertia.
+        /// Uncertainty of the inertia.
         "inertia": Table(&UNCERTAIN_INERTIA);
-        /// How actuators and sensors are turned against the body.
+        /// Misalignment of actuators and sensors relative to the body.
         "alignment": Table(&UNCERTAIN_ALIGNMENT);
-        /// What the actuators give.
+        /// Errors of the actuators.
         "actuators": Table(&UNCERTAIN_ACTUATORS);
-        /// What is measured.
+        /// Errors of the measurements.
         "sensor": Table(&UNCERTAIN_SENSOR);
-        /// The chance that any of several limits is exceeded at any time of the motion, counted in flights; from 1e-4 on.
+        /// The joint chance that any of several limits is exceeded at any time of the motion,
+        /// counted in flights; at least 1e-4.
         "chance": Number(q::CHANCE);
-        /// Which those are: names of constraints, and of limits as reports call them, "torque limit". Default: all constraints
-        /// that have no chance of their own.
+        /// The limits of the joint chance: names of constraints, and of limits as in reports,
+        /// "torque limit". Default: all constraints that have no chance of their own.
         "chance_of": Texts(100);
     }
 
@@ -62,7 +69,7 @@ tables! {
     }
 
     static UNCERTAIN_INERTIA[exclusive: &[&["relative", "covariance_kg2_m4"], &["products_kg_m2", "covariance_kg2_m4"]]] {
-        /// Each moment about a body axis, as a part of itself.
+        /// Each moment about a body axis, relative to itself.
         "relative": Spread(q::SPREAD);
         /// Each product of inertia.
         "products_kg_m2": Number(q::SPREAD);
@@ -78,9 +85,9 @@ tables! {
     }
 
     static UNCERTAIN_ACTUATORS[exclusive: &[&["noise_n_m_sqrt_s", "noise_intensity_n2_m2_s"]]] {
-        /// Scale of each input, as a part: one number for all, or one for each.
+        /// Scale of each input, relative: one number for all, or one for each.
         "scale": Spread(q::SPREAD);
-        /// A constant torque from outside, body axes.
+        /// A constant external torque, body axes.
         "constant_n_m": Spread(q::SPREAD);
         /// Noise of the torque: the square root of its intensity. Over a step of h seconds it changes the momentum by this times √h.
         "noise_n_m_sqrt_s": Spread(q::SPREAD);
@@ -89,9 +96,9 @@ tables! {
     }
 
     static UNCERTAIN_SENSOR[exclusive: STATE_COVARIANCES] {
-        /// Noise of the attitude, fresh at each step.
+        /// Noise of the attitude, independent at each step.
         "attitude_deg": Spread(q::SPREAD);
-        /// Noise of the angular velocity, fresh at each step.
+        /// Noise of the angular velocity, independent at each step.
         "angular_velocity_deg_s": Spread(q::SPREAD);
         /// Covariance of the attitude instead: three rows of three, deg².
         "attitude_covariance_deg2": Square(q::COVARIANCE);
@@ -99,26 +106,29 @@ tables! {
         "angular_velocity_covariance_deg2_s2": Square(q::COVARIANCE);
         /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in deg/s.
         "covariance_deg_deg_s": Square(q::COVARIANCE);
-        /// Scale of the measured angular velocity about each axis, as a part.
+        /// Scale of the measured angular velocity about each axis, relative.
         "scale": Number(q::SPREAD);
         /// A constant error of the measured angular velocity.
         "bias_deg_s": Spread(q::SPREAD);
     }
 
-    /// How the actuators follow their commands when a plan is flown. Default: at once.
+    /// The response of the actuators to commands when a plan is flown. Default: immediate.
     pub(crate) static PLANT {
         /// Time constant of a lag of first order.
         "actuator_lag_s": Number(q::NOT_NEGATIVE_TIME);
         /// Time from a command to its effect.
         "delay_s": Number(q::NOT_NEGATIVE_TIME);
-        /// What a command is a multiple of, in the unit of an input.
+        /// The quantum of commands, in the unit of an input.
         "torque_quantum_n_m": Number(q::SPREAD);
-        /// Time between two changes of the torque; a whole part of a step. Default: the step.
+        /// Time between two changes of the torque; the step must be a multiple of it. Default:
+        /// the step.
         "tick_s": Number(q::DURATION);
-        /// What the actuators can give, as a multiple of the limits that the plan keeps, from 1 on: what is above is held back for
-        /// the gains, which along plans of least time and fuel have nothing else. Default: 1.
+        /// The capacity of the actuators, as a multiple of the limits that the plan keeps, at
+        /// least 1. The part above 1 is reserved for the gains, which have no other room along
+        /// plans of least time and fuel. Default: 1.
         "authority": Number(q::AUTHORITY);
-        /// Whether the commands of the plan lead lag and delay, which are known. Default: yes.
+        /// Whether the commands of the plan compensate lag and delay, which are known. Default:
+        /// yes.
         "feedforward": Choice(&["leads", "as_planned"], &[]);
     }
 }

@@ -1,38 +1,38 @@
-//! The keys of a simulation spec: bodies, shapes, what acts between them, the integrator.
+//! The keys of a simulation spec: bodies, shapes, their gravity, the integrator.
 
 use super::*;
 use slewkit::propagate::integrator;
 
-/// Most bodies; their pairs are summed one by one.
+/// The largest number of bodies; their pairs are summed one by one.
 pub(crate) const MAX_BODIES: usize = 1_000;
-/// Most points, vertices or faces of one body that stand in the spec itself.
+/// The largest number of points, vertices or faces of one body in the spec itself.
 pub(crate) const MAX_LISTED: usize = 20_000;
-/// Most steps; a simulation streams.
+/// The largest number of steps; a simulation streams.
 pub(crate) const MAX_STEPS: i64 = 1_000_000_000;
 
 tables! {
-    /// A spec that is simulated, not planned.
+    /// A spec of a simulation.
     pub(crate) static SIMULATION_ROOT {
         /// Address of the JSON Schema, for editors; ignored.
         "$schema": Text(2000);
         /// Version of this format: 1.
         "format": Format, needed "format = 1";
-        /// What is simulated, for people. Default: the file name.
+        /// The name of the simulation, for people. Default: the file name.
         "name": Text(200);
         /// Notes for people; ignored.
         "description": Text(10_000);
-        /// How the motion is propagated, and for how long.
+        /// The integrator and the duration.
         "simulation": Table(&SIMULATION),
             needed "[simulation]\nintegrator = \"lie_verlet\"\nduration_s = 60\nstep_s = 0.01";
         /// The rigid bodies, each with its state at the start.
         "bodies": List(&BODIES, MAX_BODIES),
             needed "[[bodies]]\ninertia_kg_m2 = [1, 2, 2.5]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
                     angular_velocity_rad_s = [0.01, 1, 0]";
-        /// The mutual gravity of the bodies. Default: they do not act on one another.
+        /// The mutual gravity of the bodies. Default: none.
         "gravity": Table(&GRAVITY);
-        /// What acts on a single body. Default: nothing.
+        /// The forces and moments on a single body. Default: none.
         "environment": Table(&ENVIRONMENT);
-        /// What the motion must come to; read by the tests of a collection of problems.
+        /// The required result of the motion; the tests of a collection of problems read it.
         "expect": Table(&EXPECT);
     }
 
@@ -40,7 +40,7 @@ tables! {
         exclusive: &[&["steps", "step_s"]],
         one_of: &[(&["step_s", "steps"], "step_s = 0.01, or steps = 6000")],
     ] {
-        /// Which method. Default: lie_verlet.
+        /// The integrator. Default: lie_verlet.
         "integrator": Choice(&integrator::Kind::NAMES, &[]);
         /// Duration.
         "duration_s": Number(q::DURATION), needed "duration_s = 60";
@@ -48,10 +48,10 @@ tables! {
         "steps": Steps(StepsOf::Simulation);
         /// Step, instead of steps.
         "step_s": Number(q::DURATION);
-        /// A row every so many steps; start and end always have one. Default: 1.
+        /// The number of steps for each row; start and end always have a row. Default: 1.
         "output_stride": Count(1, MAX_STEPS);
-        /// Error that an error control allows per step, relative to the size of each quantity; below 1e-14
-        /// there is only round-off. Default: 1e-13.
+        /// The error that an error control allows for each step, relative to the size of each
+        /// quantity; at least 1e-14, the limit of round-off. Default: 1e-13.
         "tolerance": Number(q::STEP_TOLERANCE);
     }
 }
@@ -63,23 +63,23 @@ tables! {
         exclusive: &[RATES, &["velocity_m_s", "linear_momentum_n_s"]],
         one_of: &[(&["attitude"], ATTITUDE_SAMPLE)],
     ] {
-        /// What reports call the body. Default: body and its number.
+        /// The name of the body in reports. Default: body and its number.
         "name": Text(100);
-        /// Mass; needed where the body moves, unless its shape gives it.
+        /// Mass; required if the body moves, unless its shape gives it.
         "mass_kg": Number(q::MASS);
         /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor signs:
         /// three rows, or a diagonal of three. Default: that of the shape.
         "inertia_kg_m2": Inertia;
-        /// Shape: gives inertia, and how the body attracts. Without one it attracts to second order in its
-        /// size.
+        /// Shape: it gives the inertia and the gravity of the body. A body without a shape
+        /// attracts to second order in its size.
         "shape": Table(&SHAPE);
         ATTITUDE_KEY;
         RATE_DEG_KEY;
         RATE_RAD_KEY;
         /// Angular momentum about the mass center, body axes; instead of angular velocity.
         "angular_momentum_body_n_m_s": Vector(q::MOMENTUM);
-        /// Position of the mass center, reference frame. Needed under [gravity]; a single body that has none
-        /// only turns.
+        /// Position of the mass center, reference frame. Required under [gravity]; a single body
+        /// without a position only turns.
         "position_m": Vector(q::POSITION);
         /// Velocity of the mass center, reference frame. Default: at rest.
         "velocity_m_s": Vector(q::VELOCITY);
@@ -102,14 +102,14 @@ tables! {
         exclusive: &[&["vertices_m", "obj"], &["faces", "obj"]],
         one_of: &[(&["obj", "vertices_m"], "obj = \"shape.obj\"; or vertices_m and faces")],
     ] {
-        /// Which shape.
+        /// The kind of shape.
         "kind": Choice(&["sphere", "dumbbell", "points", "cuboid", "octahedron", "polyhedron"], &[]),
             needed "kind = \"dumbbell\"";
         /// Radius.
         "radius_m": Number(q::SIZE), only SPHERE, needed "radius_m = 0.1";
         /// Distance of the centers of two equal spheres on the first body axis.
         "length_m": Number(q::SIZE), only DUMBBELL, needed "length_m = 0.5";
-        /// Radius of each of the two spheres; counts for the inertia alone.
+        /// Radius of each of the two spheres; it affects only the inertia.
         "sphere_radius_m": Number(q::SIZE), only DUMBBELL, needed "sphere_radius_m = 0.1";
         /// Point masses, body axes; the origin moves to their mass center.
         "points": List(&POINT, MAX_LISTED), only POINTS,
@@ -136,12 +136,13 @@ tables! {
     static GRAVITY {
         /// Constant of gravitation. Default: 6.6743e-11, CODATA.
         "gravitational_constant_m3_kg_s2": Number(q::GRAVITATIONAL_CONSTANT);
-        /// How the bodies attract: as their shapes do, or all to second order in their size. Default: shapes.
+        /// The kind of attraction: by the shapes, or to second order in the size of all bodies.
+        /// Default: shapes.
         "potential": Choice(&["shapes", "second_order"], &[]);
     }
 
     static EXPECT {
-        /// Where the numbers come from.
+        /// The source of the numbers.
         "source": Text(2000);
         /// Energy at the start.
         "energy_j": Table(&TOLERANCED);
@@ -171,7 +172,7 @@ tables! {
 }
 
 shared_keys! {
-    /// Name of the body; needed where there are several.
+    /// Name of the body; required for several bodies.
     BODY_NAME = "body": Text(100);
 }
 
@@ -200,7 +201,7 @@ tables! {
         BODY_NAME;
         /// The axis, body axes.
         "axis_body": Vector(q::COMPONENT), needed "axis_body = [0, 0, 1]";
-        /// What it turns about, reference frame.
+        /// The axis of its rotation, reference frame.
         "about_reference": Vector(q::COMPONENT), needed "about_reference = [0, 0, 1]";
         /// Mean rate over the whole motion.
         "rate_rad_s": Table(&TOLERANCED), needed "rate_rad_s = { value = 0.5, tolerance = 1e-3 }";
@@ -210,8 +211,8 @@ tables! {
         BODY_NAME;
         /// The axis, body axes.
         "axis_body": Vector(q::COMPONENT), needed "axis_body = [1, 0, 0]";
-        /// What its component along is observed of, reference frame; the period is that of the upward
-        /// passages through zero.
+        /// The direction whose component along the axis is observed, reference frame; the period
+        /// is that of the upward passages through zero.
         "direction_reference": Vector(q::COMPONENT), needed "direction_reference = [0, 0, 1]";
         /// Mean period over the whole motion.
         "period_s": Table(&TOLERANCED), needed "period_s = { value = 60, tolerance = 1e-3 }";

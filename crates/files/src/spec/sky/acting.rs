@@ -37,8 +37,7 @@ impl Reading {
                     Condition::Visible(one.target.clone())
                 }
                 _ => {
-                    let reason =
-                        "`while = \"target_visible\"` needs one `direction` by name, which may be hidden";
+                    let reason = "`while = \"target_visible\"` needs one named `direction`";
                     let remedy = "write direction = \"moon\", one constraint for each target";
                     return section.refuse("E0021", "while", reason, remedy);
                 }
@@ -46,8 +45,7 @@ impl Reading {
         };
         let Some(sky) = &self.sky else {
             if self.around.is_none() {
-                let reason =
-                    format!("whether it is \"{word}\" depends on the date, and the spec has no `epoch`");
+                let reason = format!("\"{word}\" depends on the date, and the spec has no `epoch`");
                 let remedy = "add epoch = \"2026-11-21T07:00:00 UTC\" at the top, and [orbit]";
                 section.error("E0075", "while", reason, remedy);
             }

@@ -58,8 +58,8 @@ fn told_scenery(section: &Section) -> Option<Scenery> {
     let spacecraft = if section.has("spacecraft") { Some(way("spacecraft")?) } else { None };
     let earth = section.matrix("earth_axes")?;
     if (earth.transpose() * earth - Matrix3::identity()).amax() > 1e-6 || earth.determinant() < 0.0 {
-        let reason = "`earth_axes` is no rotation: its rows are not the axes of a right-handed frame";
-        return section.refuse("E0055", "earth_axes", reason, "its rows must be orthogonal and of length 1");
+        let reason = "`earth_axes` is not a rotation: its rows are not the axes of a right-handed frame";
+        return section.refuse("E0055", "earth_axes", reason, "give orthogonal rows of length 1");
     }
     Some(Scenery { spacecraft, sun: way("sun")?, moon: way("moon")?, earth, target })
 }

@@ -72,8 +72,8 @@ pub(super) fn own_keys(section: &Section, word: &str) -> Option<()> {
     let own = keys_of(word);
     for owner in ["ground", "limb", "satellite", "orbit_vector", "turning", "track"] {
         if let Some(key) = keys_of(owner).iter().find(|key| section.has(key) && !own.contains(key)) {
-            let reason = format!("`{key}` goes with at = \"{owner}\", not with \"{word}\"");
-            return section.refuse("E0029", key, reason, "leave it out, or name the other target");
+            let reason = format!("`{key}` belongs to at = \"{owner}\", not to \"{word}\"");
+            return section.refuse("E0029", key, reason, "remove the key, or name the other target");
         }
     }
     Some(())

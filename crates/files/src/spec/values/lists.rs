@@ -45,7 +45,7 @@ fn items<'a>(node: &'a Node, wanted: usize, what: &str) -> Read<&'a [Node]> {
     if items.len() == wanted {
         return Ok(items);
     }
-    let reason = format!("has {}, needs {described}", items.len());
+    let reason = format!("has {}, and needs {described}", items.len());
     wrong("E0026", node, reason, format!("write a list of {wanted}"))
 }
 
@@ -53,7 +53,7 @@ fn items<'a>(node: &'a Node, wanted: usize, what: &str) -> Read<&'a [Node]> {
 fn long_list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     let items = list(node, what, sample)?;
     if items.len() > MAX_LISTED {
-        let reason = format!("{} {what}, at most {MAX_LISTED} can stand in a spec", items.len());
+        let reason = format!("{} {what}: a spec may hold at most {MAX_LISTED}", items.len());
         return wrong("E0034", node, reason, "put the shape into an OBJ file: obj = \"shape.obj\"");
     }
     Ok(items)
@@ -89,7 +89,7 @@ pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
         _ => return rows(node, quantity),
     };
     if items.len() == 6 {
-        let reason = "six numbers do not say which sign the products of inertia carry";
+        let reason = "six numbers do not determine the sign convention of the products of inertia";
         let remedy = "write the whole matrix with tensor signs: \
                       [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]], Jxy = −∫xy dm";
         return wrong("E0044", node, reason, remedy);
@@ -103,7 +103,7 @@ fn axis(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
     let axis = vector(node, quantity)?;
     if axis.iter().all(|value| *value == 0.0) {
         let reason = "an axis of length zero has no direction";
-        return wrong("E0054", node, reason, "leave the axis out, or give it a direction");
+        return wrong("E0054", node, reason, "remove the axis, or give it a direction");
     }
     Ok(axis)
 }
@@ -145,8 +145,8 @@ pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> 
     if let Some(count) = count {
         items(node, count, "limits (x, y, z), or is one number")?;
     } else if given.len() > MAX_AXES {
-        let reason = format!("{} limits, at most {MAX_AXES} are possible", given.len());
-        return wrong("E0034", node, reason, "give one limit per axis");
+        let reason = format!("{} limits: at most {MAX_AXES} are possible", given.len());
+        return wrong("E0034", node, reason, "give one limit for each axis");
     }
     Ok(Limits::Each(each(given, |item| limit(item, quantity))?))
 }
@@ -155,7 +155,7 @@ pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> 
 pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     let Value::Array(given) = &node.value else { return Ok(Limits::All(number(node, quantity)?)) };
     if given.is_empty() || given.len() > MAX_AXES {
-        let reason = format!("has {} numbers, one for all or one for each is needed", given.len());
+        let reason = format!("has {} numbers, and one for all or one for each is needed", given.len());
         return wrong("E0026", node, reason, "write one number, or a list");
     }
     Ok(Limits::Each(each(given, |item| number(item, quantity))?))
@@ -167,8 +167,8 @@ pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) 
     let given = list(node, what, &format!("one number per {which}: [1, 1, 1]"))?;
     let count = given.len();
     if count > MAX_AXES {
-        let reason = format!("{count} {what}, the limit is {MAX_AXES}");
-        return wrong("E0034", node, reason, format!("give one number per {which}"));
+        let reason = format!("{count} {what}: the limit is {MAX_AXES}");
+        return wrong("E0034", node, reason, format!("give one number for each {which}"));
     }
     if given.first().is_some_and(|item| matches!(item.value, Value::Array(_))) {
         return each(given, |row| {
@@ -211,9 +211,17 @@ pub(super) fn intervals(node: &Node) -> Read<Vec<[f64; 2]>> {
     let times: Vec<f64> = pairs.iter().flatten().copied().collect();
     match times.windows(2).position(|pair| pair[0] > pair[1]) {
         Some(at) => {
-            let reason =
-                format!("{} s comes before {} s: intervals go forward", show(times[at]), show(times[at + 1]));
-            wrong("E0079", &given[at / 2], reason, "write them in the order of time, each as [from, until]")
+            let reason = format!(
+                "{} s is before {} s: intervals must be in order",
+                show(times[at]),
+                show(times[at + 1])
+            );
+            wrong(
+                "E0079",
+                &given[at / 2],
+                reason,
+                "write the intervals in the order of time, each as [from, until]",
+            )
         }
         None => Ok(pairs),
     }

@@ -9,13 +9,13 @@ use slewkit::Vector3;
 pub struct SkyDisc {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// The kind of the disc.
     pub kind: DiscKind,
     /// Unit vector to its middle and the angle to its limb \[rad\], at equal steps of time from start to end; never empty.
     pub way: Vec<(Vector3, f64)>,
 }
 
-/// What a disc is, hence its colour.
+/// The kind of a disc, which determines its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DiscKind {
     /// The Earth.
@@ -24,7 +24,7 @@ pub enum DiscKind {
     Moon,
     /// The Sun.
     Sun,
-    /// What is aimed at.
+    /// The target.
     Target,
 }
 
@@ -53,7 +53,7 @@ impl DiscKind {
 }
 
 impl SkyDisc {
-    /// At the start and at the end.
+    /// Returns direction and radius at the start and at the end.
     pub fn ends(&self) -> [(Vector3, f64); 2] {
         let nothing = (Vector3::x(), 0.0);
         [self.way.first(), self.way.last()].map(|end| end.copied().unwrap_or(nothing))
@@ -81,7 +81,8 @@ impl SkyDisc {
                 continue;
             }
             let edge: Vec<(f64, f64)> = circle(&middle, radius).iter().map(place).collect();
-            // What holds the point opposite to the middle of the map is outside of its edge there.
+            // If the disc contains the point opposite to the middle of the map, it is drawn
+            // outside of its edge.
             let outside = middle.dot(&-view.middle) > radius.cos();
             if index == 1 {
                 let curves = [Some(&edge[..]), outside.then_some(rim)];

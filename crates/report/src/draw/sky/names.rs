@@ -3,10 +3,10 @@
 /// Width of a character in parts of its size, as of a wide one of a sans-serif font.
 const WIDE: f64 = 0.6;
 
-/// How far a name stands beside what it names \[px\].
+/// The distance between a name and its object \[px\].
 const BESIDE: f64 = 7.0;
 
-/// Rows above and below in which a place is looked for.
+/// The number of rows above and below in which a free place is searched.
 const ROWS: i32 = 12;
 
 /// Where names stand already: left, top, right, bottom \[px\].

@@ -19,7 +19,7 @@ pub enum Bound {
     AtLeast,
 }
 
-/// What a method needs for a mean energy error.
+/// The work that a method needs for a mean energy error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EqualError {
     /// The horizon \[s\].
@@ -39,18 +39,19 @@ pub struct EqualError {
     pub time_s: Option<f64>,
     /// How the ratios are to be read; `None`: nothing follows.
     pub ratio_bound: Option<Bound>,
-    /// Evaluations over those of the first method.
+    /// The ratio of its evaluations to those of the first method.
     pub force_evaluation_ratio: Option<f64>,
-    /// Time over that of the first method.
+    /// The ratio of its time to that of the first method.
     pub time_ratio: Option<f64>,
 }
 
-/// Most levels that are chosen, and the lowest: below, errors are round-off and tell nothing of a method.
+/// The largest number of levels. Errors below the lowest level are round-off, and do not
+/// characterise a method.
 const LEVELS: usize = 5;
 const LOWEST: f64 = 1e-13;
 
-/// Round errors between the largest and the smallest of the first method to the longest horizon, largest first;
-/// every so many, that they are few. Empty where it has one error or none.
+/// Returns round errors between the largest and the smallest error of the first method at the
+/// longest horizon, largest first, thinned to a few. Empty if it has one error or none.
 pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     let (Some(first), Some(horizon)) = (study.kinds.first(), study.horizons.last()) else {
         return Vec::new();
@@ -63,7 +64,7 @@ pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
         (low, high) = (low.min(error), high.max(error));
     }
     let round = (-320..320).rev().flat_map(|power| [3, 1].map(|digit| format!("{digit}e{power}")));
-    // From text, so that 1e-5 is the nearest number to 1e-5.
+    // The conversion from text gives the number nearest to 1e-5.
     let round = round.filter_map(|text| text.parse::<f64>().ok());
     let inside: Vec<f64> = round.filter(|level| *level >= LOWEST && (low..=high).contains(level)).collect();
     let stride = inside.len().div_ceil(LEVELS).max(1);
@@ -99,7 +100,8 @@ fn error(run: &IntegratorRun) -> Option<f64> {
 /// The runs of one method to one horizon, longest step first.
 fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level: f64) -> EqualError {
     let good = |run: &&IntegratorRun| error(run).is_some_and(|error| error <= level);
-    // The longest step from which all shorter ones are good: a lucky long step is no evidence.
+    // The longest step from which on all shorter ones are good: one accurate long step may be
+    // chance.
     let good_from = runs.len() - runs.iter().rev().take_while(|run| good(run)).count();
     let row = |bound, numbers: Option<[f64; 3]>| EqualError {
         horizon_s,
@@ -128,7 +130,7 @@ fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
     let (a, b) = (numbers(coarse), numbers(fine));
     let between = [0, 1, 2].map(|index| {
-        // Work of zero, as that of the force evaluations of a free body, has no logarithm.
+        // Zero work, such as the force evaluations of a free body, has no logarithm.
         if a[index] > 0.0 { a[index] * (b[index] / a[index]).powf(part) } else { b[index] }
     });
     row(Bound::Interpolated, Some(between))

@@ -9,9 +9,9 @@
 //! | `time_over_step` | 3 (d): CPU time |
 //! | `energy_error_over_time`, `orthogonality_over_time`, `momentum_over_step`, `evaluations_precision`, `work_precision` | – |
 //!
-//! Two of its observations are not reproduced, by any initial data: the implicit midpoint rule keeps `RᵀR = I`,
-//! a quadratic invariant, to the tolerance of its iteration; and its energy error is near that of the
-//! variational method, not near that of the explicit rule.
+//! Two of its observations cannot be reproduced with any initial data. The implicit midpoint rule
+//! conserves `RᵀR = I`, a quadratic invariant, to the tolerance of its iteration. Its energy
+//! error is near that of the variational method, not near that of the explicit rule.
 
 use super::{History, IntegratorRun, Path, Study, WorkPrecision};
 use crate::draw::{Axis, Chart, Curve, Item, Scale, Scene, Shape};
@@ -24,7 +24,7 @@ use slewkit::{Matrix3, Vector3};
 /// A figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Its name, that of a file without the ending.
+    /// The name of the figure, and of its file without the ending.
     pub name: &'static str,
     /// The text of an SVG file.
     pub svg: String,
@@ -47,7 +47,7 @@ impl Outline {
         let along = |x: f64| Vector3::new(x, 0.0, 0.0);
         let (half, radius) = (0.5 * dumbbell.length, dumbbell.sphere_radius);
         let balls = [half, -half].map(|x| (along(x), radius)).to_vec();
-        // From surface to surface; balls that overlap hide it.
+        // The rod ends at the surfaces; balls that overlap hide it.
         Self { name: name.into(), rods: vec![[along(half - radius), along(radius - half)]], balls }
     }
 
@@ -244,7 +244,7 @@ impl Drawn<'_> {
 const SNAPSHOTS: usize = 8;
 const REVOLUTIONS: usize = 3;
 
-/// Points of a line, at most: more than the eye tells apart.
+/// The largest number of points of a line: more are not visible.
 const POINTS: usize = 1200;
 
 fn thinned<T: Clone>(points: &[T]) -> Vec<T> {

@@ -6,15 +6,15 @@
 //! e_R = max_i ‖I − R_iᵀR_i‖              orthogonality (Frobenius)
 //! ```
 //!
-//! A [`Study`] names methods, steps and horizons; [`Study::run`] gives a [`WorkPrecision`]: for each of them
-//! the errors above, largest and in the mean, and the work: time, evaluations of the potential, iterations. From
-//! the rows follows what each method has to work for the same mean energy error ([`EqualError`]), interpolated
-//! between the steps on logarithmic axes, and [`figures`] draws them: the comparison of section 3.4 of
-//! the survey, its figures 2 and 3.
+//! A [`Study`] names methods, steps and horizons. [`Study::run`] returns a [`WorkPrecision`]: for
+//! each of them the errors above, largest and mean, and the work: time, evaluations of the
+//! potential, iterations. The work of each method at equal mean energy error follows from the
+//! rows ([`EqualError`]), interpolated between the steps on logarithmic axes. [`figures`] draws
+//! them: the comparison of section 3.4 of the survey, its figures 2 and 3.
 //!
-//! A ratio of work says little without its error level and its horizon: the energy error of a
-//! symplectic method is bounded and that of others grows, so every such ratio grows with the horizon.
-//! On short smooth arcs methods of high order win.
+//! A ratio of work needs its error level and its horizon: the energy error of a symplectic method
+//! is bounded and that of others grows, so every such ratio grows with the horizon. On short
+//! smooth arcs methods of high order need less work.
 
 mod at_equal_error;
 pub mod figures;
@@ -39,7 +39,7 @@ use slewkit::propagate::simulate::Simulation;
 use std::ops::ControlFlow;
 use thiserror::Error;
 
-/// What to compare.
+/// The methods, steps and horizons of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
     /// The methods; the work of all is compared with that of the first.
@@ -55,12 +55,12 @@ pub struct Study {
     pub shown_step: f64,
     /// Settings of the methods that have any.
     pub settings: integrator::ErrorControl,
-    /// Times a run is repeated to find its shortest time: short ones are more often, those of more than a second
-    /// are not.
+    /// The number of repetitions of a run, to find its shortest time: short runs are repeated
+    /// more often, runs of more than a second are not repeated.
     pub repeats: u32,
 }
 
-/// What is asked of a study; empty lists leave what a survey has.
+/// The requested values of a study; an empty list selects the values of the survey.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Asked {
     /// [`Study::kinds`].
@@ -77,9 +77,9 @@ pub struct Asked {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StudyError {
     /// A list is empty or too long.
-    #[error("a comparison needs 1 to {limit} {what}, not {found}")]
+    #[error("a comparison needs 1 to {limit} {what}, and {found} are given")]
     Count {
-        /// What the list holds.
+        /// The contents of the list.
         what: &'static str,
         /// How many there are.
         found: usize,
@@ -87,11 +87,11 @@ pub enum StudyError {
         limit: usize,
     },
     /// A number is not positive and finite, or the list is not in order.
-    #[error("the {what} must be positive numbers in {order} order, {value} is not")]
+    #[error("the {what} must be positive numbers in {order} order, and {value} is not")]
     Order {
-        /// What the list holds.
+        /// The contents of the list.
         what: &'static str,
-        /// The order asked for.
+        /// The required order.
         order: &'static str,
         /// The first number that breaks it.
         value: f64,
@@ -109,7 +109,7 @@ pub enum StudyError {
     },
     /// More steps than anyone waits for.
     #[error(
-        "{steps:.1e} steps of {} s to the horizon {} s are too many, at most {:.0e} are taken",
+        "{steps:.1e} steps of {} s to the horizon {} s are too many: at most {:.0e} are allowed",
         short(*step), short(*horizon), Study::STEPS
     )]
     TooManySteps {
@@ -120,8 +120,8 @@ pub enum StudyError {
         /// The horizon \[s\].
         horizon: f64,
     },
-    /// The step to show is none of the steps.
-    #[error("the step to show, {} s, is none of the steps compared", short(*step))]
+    /// The step to show is not one of the steps.
+    #[error("the step to show, {} s, is not one of the compared steps", short(*step))]
     ShownStep {
         /// The step \[s\].
         step: f64,
@@ -131,7 +131,7 @@ pub enum StudyError {
     System(#[from] SystemError),
 }
 
-/// How far a study has come.
+/// The progress of a study.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StudyProgress {
     /// The method that runs.
@@ -142,7 +142,7 @@ pub struct StudyProgress {
     pub runs: (usize, usize),
 }
 
-/// What a study found.
+/// The result of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorkPrecision {
     /// Energy that energy errors are relative to, `T₀ + |U₀|` \[J\].
@@ -199,8 +199,8 @@ impl Study {
         }
     }
 
-    /// The survey of a motion at its own step over its own duration, with its own integrator too, and what is asked for
-    /// instead.
+    /// Builds the survey of a motion at its own step over its own duration, with its own
+    /// integrator too, and with the requested replacements.
     pub fn of(simulation: &Simulation, asked: &Asked) -> Self {
         let mut study = Self::survey(simulation.step(), simulation.duration);
         study.settings = simulation.settings;
@@ -223,7 +223,7 @@ impl Study {
                 }
             }
         }
-        // The step of the spec, or that in the middle of those asked for.
+        // The step of the spec, or the middle one of the requested steps.
         if !asked.steps.is_empty() {
             study.shown_step = asked.steps[asked.steps.len() / 2];
         }
@@ -238,7 +238,7 @@ impl Study {
     /// Whether the study can be made.
     ///
     /// # Errors
-    /// A [`StudyError`] that says what is wrong.
+    /// Returns a [`StudyError`] that names the wrong value.
     pub fn check(&self) -> Result<(), StudyError> {
         let count = |what, found: usize| match found {
             1..=Self::COUNT => Ok(()),
@@ -269,8 +269,9 @@ impl Study {
         Ok(())
     }
 
-    /// Runs every method with every step from `start`. `watch` hears of progress a few times a second and may
-    /// stop the study. A method that fails on its way has rows without errors that say why.
+    /// Runs every method with every step from `start`. `watch` receives progress a few times a
+    /// second and may stop the study. A method that fails has rows with the reason and without
+    /// errors.
     ///
     /// # Errors
     /// A [`StudyError`] before anything is run.
@@ -332,7 +333,7 @@ impl Study {
     }
 }
 
-/// Positive finite numbers, each of which stands `in_order` after the one before it.
+/// Checks for positive finite numbers, each of them `in_order` after the one before.
 fn in_order(
     what: &'static str,
     values: &[f64],

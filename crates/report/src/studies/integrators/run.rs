@@ -34,7 +34,7 @@ pub struct IntegratorRun {
     pub horizon_s: f64,
     /// Steps to it.
     pub steps: u64,
-    /// What was not conserved; `None`: the method did not come so far.
+    /// The errors of conserved quantities; `None` if the method did not reach this horizon.
     #[serde(flatten)]
     pub errors: Option<Errors>,
     /// Evaluations of the potential, each for all bodies at once.
@@ -44,7 +44,7 @@ pub struct IntegratorRun {
     /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the feature `cpu-time`.
     /// Where many points attract each other on several threads it is the share of that one.
     pub time_s: f64,
-    /// Why the method did not come to the horizon.
+    /// The reason for which the method did not reach the horizon.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub failure: Option<String>,
 }
@@ -107,7 +107,7 @@ impl Sums {
     }
 }
 
-/// What is run.
+/// The data of a run.
 pub(super) struct Setup<'a> {
     pub system: &'a System,
     pub start: &'a SystemState,

@@ -4,7 +4,7 @@ use slewkit::Vector3;
 use slewkit::mechanics::full_body::invariants;
 use slewkit::propagate::integrator::{Invariants, System, SystemState};
 
-/// What errors are relative to.
+/// The scales of relative errors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     pub start: Invariants,

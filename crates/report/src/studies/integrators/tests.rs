@@ -131,7 +131,8 @@ fn work_at_equal_error_is_exact_for_powers_of_the_step() {
         ..Study::survey(1.0, 1.0)
     };
     study.check().unwrap();
-    // Orders 2 and 1, the second twice as dear; of the third the longest steps fail.
+    // The methods have the orders 2 and 1, and the second needs twice the work; the longest steps
+    // of the third fail.
     let mut runs: Vec<IntegratorRun> =
         steps.iter().map(|step| power(first.name(), *step, 2, 4096.0)).collect();
     runs.extend(steps.iter().map(|step| power(second.name(), *step, 1, 8192.0)));
@@ -144,7 +145,7 @@ fn work_at_equal_error_is_exact_for_powers_of_the_step() {
         let of = |row: &&EqualError| row.energy_error == 0.5_f64.powi(level) && row.method == method;
         table.iter().find(of).unwrap()
     };
-    // h = 2^-4.5 and 2^-9: 2^4.5 times the steps, twice as dear each.
+    // h = 2^-4.5 and 2^-9: 2^4.5 times the steps, each with twice the work.
     assert_eq!(row(9, "lie_verlet").bound, Bound::Interpolated);
     assert!((row(9, "lie_verlet").step_s.unwrap() / 0.5_f64.powf(4.5) - 1.0).abs() < 1e-12);
     assert!((row(9, "lie_verlet").time_ratio.unwrap() - 1.0).abs() < 1e-12);
@@ -176,7 +177,7 @@ fn levels_are_round_numbers_within_reach_of_the_first_method() {
         steps: steps.clone(),
         ..Study::survey(1.0, 1.0)
     };
-    // From 0.09 down to 9e-4; what the second method reaches does not count.
+    // The levels are from 0.09 to 9e-4; the errors of the second method do not count.
     let mut runs: Vec<IntegratorRun> =
         steps.iter().map(|step| power("lie_verlet", *step, 2, 1000.0)).collect();
     runs.extend(steps.iter().map(|step| power("explicit_midpoint", *step, 6, 1000.0)));

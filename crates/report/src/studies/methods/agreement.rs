@@ -1,4 +1,4 @@
-//! How near the answers come to each other.
+//! The agreement of the answers.
 
 use serde::Serialize;
 use slewkit::maneuver::{Motion, Outcome, Problem, Rung, Settings, Solution};
@@ -18,12 +18,11 @@ pub enum Verdict {
     NothingToCompare,
 }
 
-/// How near the answers of shooting and SCP come to each other. A number is absent where one of
-/// the two is.
+/// The agreement of the answers of shooting and SCP. A number is absent if one of the answers is.
 ///
-/// Costates are compared at every node, in scaled units, relative to the largest; only between answers
-/// with the same path. Under a symmetry (a sensitivity matrix without full rank) the costates of one extremal
-/// are not unique, and need not agree.
+/// Costates are compared at every node, in scaled units, relative to the largest, and only
+/// between answers with one path. With a symmetry (a sensitivity matrix without full rank) the
+/// costates of one extremal are not unique, and may differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
     /// Whether the costs agree.
@@ -49,20 +48,20 @@ pub struct Agreement {
 pub struct FromDuals {
     /// How it ended.
     pub outcome: Outcome,
-    /// Newton steps until the scaled terminal error met the tolerance.
+    /// The number of Newton steps until the scaled terminal error met the tolerance.
     pub newton_steps: Option<usize>,
     /// The scaled terminal error after each step, the first of the duals themselves.
     pub residuals: Vec<f64>,
 }
 
 impl Agreement {
-    /// Costs that differ by less, relative, are those of one extremal.
+    /// The relative difference below which two costs belong to one extremal.
     pub const COST_TOLERANCE: f64 = 1e-9;
     /// Costs below this share of the unit of cost (a turn by one radian) differ absolutely.
     const COST_FLOOR: f64 = 1e-6;
 }
 
-/// Sets the answers against each other; `settings` are those of the shooting.
+/// Compares the answers; `settings` are those of the shooting.
 pub(super) fn of(
     problem: &Problem,
     settings: &Settings,

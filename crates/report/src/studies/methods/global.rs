@@ -1,9 +1,8 @@
 //! The gap to the global lower bound, on the grid of the maneuver or a coarser one.
 //!
-//! The bound speaks of a discrete problem. On a coarser grid that is another one, so the maneuver is
-//! planned there too, and the gap is between two numbers of the same problem. Limits and constraints are
-//! left out of the bound: they only make maneuvers costlier, and their share of the gap is told apart by
-//! the plan without them.
+//! The bound belongs to a discrete problem. A coarser grid is another problem, so the maneuver is
+//! planned on it too, and the gap is between two numbers of one problem. The bound ignores limits
+//! and constraints, which only raise the cost; the plan without them gives their part of the gap.
 
 use serde::Serialize;
 use slewkit::maneuver::{Method, Outcome, Problem, Settings};
@@ -13,15 +12,16 @@ use slewkit::optimize::lower_bound::{
 use slewkit::optimize::search::{self, Observer, PlanError};
 use thiserror::Error;
 
-/// Steps on which a finer maneuver is bounded, unless told otherwise.
+/// The default number of steps for the bound of a maneuver with more steps.
 pub const BOUND_STEPS: usize = 8;
 
-/// A global lower bound beside the plans of the same discrete problem.
+/// A global lower bound and the plans of its discrete problem.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Global {
     /// Steps of the discrete problem that is bounded and planned here.
     pub steps: usize,
-    /// Whether that is the grid of the maneuver; otherwise bound and gap speak of the coarser problem.
+    /// Whether the bound has the grid of the maneuver; otherwise bound and gap belong to the
+    /// coarser problem.
     pub same_grid: bool,
     /// No covered maneuver of that discrete problem costs less.
     pub lower_bound: f64,
@@ -36,11 +36,11 @@ pub struct Global {
     /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise the bound
     /// is loose, or a cheaper maneuver exists.
     pub tight: bool,
-    /// Which maneuvers the bound covers.
+    /// The maneuvers that the bound covers.
     pub coverage: Coverage,
-    /// Which relaxation.
+    /// The relaxation.
     pub relaxation: Relaxation,
-    /// How the cone solver ended; the bound is proved whatever this says.
+    /// The outcome of the cone solver; the bound is proved for any outcome.
     pub solver: SolverEnd,
     /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation is exact.
     pub rank_one_defect: Option<f64>,
@@ -57,7 +57,7 @@ impl Global {
     pub const TIGHT: f64 = 1e-6;
 }
 
-/// Why there is no gap to tell.
+/// The reason for which no gap exists.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum GlobalError {
     /// The maneuver cannot be planned on that grid.
@@ -81,8 +81,8 @@ pub enum GlobalError {
     Bound(#[from] BoundError),
 }
 
-/// Bounds the discrete problem on `steps` steps ([`BOUND_STEPS`], or those of the maneuver where it has fewer) from
-/// below, and plans the same discrete problem.
+/// Bounds the discrete problem on `steps` steps from below ([`BOUND_STEPS`], or fewer if the
+/// maneuver has fewer), and plans that discrete problem.
 ///
 /// # Errors
 /// A [`GlobalError`] when the maneuver is not covered, or not solved on that grid.
@@ -109,7 +109,7 @@ pub fn global(
     };
     let planned = solved(&there)?;
     let without_limits = if problem.is_constrained() { Some(solved(&relaxed)?) } else { None };
-    // What the path that was asked for excludes is a maneuver all the same.
+    // The bound covers paths of all homotopy classes, so the requested class is ignored.
     let free = without_limits.as_ref().unwrap_or(&planned);
     let known = free.rivals.iter().map(|rival| rival.cost).fold(free.cost.min(planned.cost), f64::min);
     let (cost, cost_without_limits) = (planned.cost, without_limits.as_ref().map(|found| found.cost));

@@ -3,12 +3,13 @@
 //! Three answers to the same discrete conditions, each found without the others:
 //!
 //! - **shooting**: Newton on the costates, forward and backward sweeps of the extremal;
-//! - **scp**: sequential convex programming, to its own convergence on the requested grid. The duals of
-//!   its last subproblem stand for the costates; nothing of Newton's is in what it returns;
+//! - **scp**: sequential convex programming, to its own convergence on the requested grid. The
+//!     duals of its last subproblem serve as costates; its result contains nothing of Newton's
+//!     method;
 //! - **scp + polish**: SCP as a plan takes it, ended by Newton on the active set.
 //!
-//! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of the
-//! second starts the first. [`Agreement`] says how near they come.
+//! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of
+//! the second method starts the first. [`Agreement`] measures the difference.
 //!
 //! A maneuver has several extremals, and the methods search differently. Where they find different ones,
 //! those that found a costlier one, or none, are started once more from the cheapest, so that one extremal
@@ -16,15 +17,17 @@
 //!
 //! # What does `slew compare` compare?
 //!
-//! One discrete problem, solved by the shooting, by the convex iteration to its own convergence without any Newton, and by
-//! the convex iteration with the polish. Costs, terminal errors and residuals stand side by side; duals against costates; the
-//! active nodes; and how many Newton steps the shooting needs from the duals. A cheaper answer of one method is followed by
-//! the others from its path, so that what is compared is one extremal (`studies/methods`).
+//! One discrete problem is solved by the shooting, by the convex iteration alone to its own
+//! convergence, and by the convex iteration with the polish. The comparison has costs, terminal
+//! errors and residuals; duals and costates; the active nodes; and the number of Newton steps
+//! that the shooting needs from the duals. If one method finds a cheaper answer, the others start
+//! from its path, so that one extremal is compared (`studies/methods`).
 //!
-//! With `--objectives`, and where methods have nothing to compare because inputs switch or a duration is sought: the plans of
-//! least time, fuel and effort of one maneuver, each measured by the others (`studies/objectives`). What the best of one
-//! costs in the rest is what a mission weighs. Where inputs switch three ways to the plan stand before them (`studies/ways`):
-//! the smoothed law on the grid, switching times, and the convex road.
+//! `--objectives` compares the plans of least time, fuel and effort of one maneuver, each
+//! measured by all three (`studies/objectives`). So does a maneuver for which methods cannot be
+//! compared, because inputs switch or the duration is free. If inputs switch, three methods for
+//! the plan come first (`studies/ways`): the smoothed law on the grid, switching times, and the
+//! convex iteration.
 
 mod agreement;
 #[cfg(feature = "sdp")]
@@ -66,7 +69,7 @@ pub enum Standing {
     Converged,
     /// The method cannot take such a problem.
     DoesNotApply,
-    /// As a plan ends, judged by the witnesses; or as a search without an answer does.
+    /// The end of a plan, judged by the witnesses, or of a search without an answer.
     #[serde(untagged)]
     Ended(Status),
 }
@@ -80,7 +83,7 @@ pub struct ActiveNodes {
     pub time_s: Vec<f64>,
 }
 
-/// What a method found before it was shown another's answer.
+/// The result of a method before it started from another's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ByItself {
     /// How that ended.
@@ -89,14 +92,15 @@ pub struct ByItself {
     pub cost: Option<f64>,
 }
 
-/// One method's answer, or why it has none. Numbers are absent where there is no trajectory.
+/// The answer of one method, or the reason for its absence. Numbers are absent without a
+/// trajectory.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodRun {
-    /// Which method.
+    /// The method.
     pub method: Contender,
     /// How it ended.
     pub status: Standing,
-    /// What it found by itself, where the rest is of a second run along the path of a cheaper answer.
+    /// Its own result, if the rest belongs to a second run along the path of a cheaper answer.
     pub by_itself: Option<ByItself>,
     /// Why it does not apply, or why no input can meet the terminal conditions.
     pub reason: Option<String>,
@@ -116,7 +120,7 @@ pub struct MethodRun {
     pub subproblems: Option<usize>,
     /// Newton iterations of the winning start, on all its grids.
     pub newton_iterations: usize,
-    /// Which limits and constraints are active, and when.
+    /// The active limits and constraints, and their nodes.
     pub active: Vec<ActiveNodes>,
     /// `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI; a guess for a plan.
     pub costates_0: Vec<f64>,
@@ -132,14 +136,14 @@ pub struct MethodRun {
 pub struct Comparison {
     /// Every method, in the order of [`Contender`].
     pub methods: Vec<MethodRun>,
-    /// How near they come to each other.
+    /// The agreement of the answers.
     pub agreement: Agreement,
 }
 
 /// Solves `problem` by every method that applies and sets the answers side by side.
 ///
-/// Of `settings` the method is not used, and a time limit holds for each solve. A stop that the observer
-/// asks for ends them all.
+/// The comparison ignores the method in `settings`, and applies the time limit to each solve. A
+/// stop by the observer ends them all.
 ///
 /// # Errors
 /// [`PlanError`] when problem or settings cannot be used. A method that does not apply, or stops, is no
@@ -154,7 +158,7 @@ pub fn compare(
     }
     // Methods are compared by what both of them solve: the discrete problem.
     let settings = &Settings { target: Target::Discrete, ..settings.clone() };
-    // Of the ends on a target they are given the one that a plan has found.
+    // All methods use the end on a target that one plan has found.
     let aimed = match problem.aim() {
         None => None,
         Some(_) => {
@@ -164,7 +168,7 @@ pub fn compare(
         }
     };
     let problem = aimed.as_ref().unwrap_or(problem);
-    // Of sets that hold in turns the shifts of a plan.
+    // All methods use the shifts of one plan for sets that alternate.
     let in_turns = if problem.alternatives.is_empty() {
         None
     } else {
@@ -232,7 +236,7 @@ pub fn compare(
     Ok(Comparison { methods, agreement })
 }
 
-/// What a method found, and what it had found before it was shown another's answer.
+/// The result of a method, and its own result before it started from another's answer.
 struct Answer {
     plan: Plan,
     by_itself: Option<Plan>,
@@ -270,8 +274,8 @@ impl Answer {
 }
 
 impl Comparison {
-    /// What the comparison comes to, in the terms of a plan: `Solved` when a method solved and those that
-    /// did agree; `VerificationFailed` when they do not agree.
+    /// Returns the result of the comparison as a status: `Solved` if a method solved and those
+    /// that did agree; `VerificationFailed` if they do not agree.
     pub fn status(&self) -> Status {
         let ended = |status: &Status| {
             let disagree = self.agreement.verdict == Verdict::Disagree;

@@ -10,11 +10,12 @@ use slewkit::plan::Silent;
 use slewkit::{Matrix3, Vector3, lie};
 use slewkit_files::spec;
 
-/// What the methods may differ by: costs relative, duals of the convex iteration, multipliers after polish.
+/// The allowed differences of the methods: costs relative, duals of the convex iteration,
+/// multipliers after polish.
 const COST: f64 = 1e-9;
 const DUALS: f64 = 1e-6;
 const POLISHED: f64 = 1e-9;
-/// What a polished answer may leave: terminal error, and residual of all conditions.
+/// The allowed residuals of a polished answer: terminal error, and residual of all conditions.
 const TERMINAL: f64 = 1e-12;
 const KKT: f64 = 1e-9;
 
@@ -38,7 +39,7 @@ fn compared(problem: &Problem) -> Comparison {
     found
 }
 
-/// What of the figures does not hold, in words. The iteration without Newton finds minima alone:
+/// Returns the violated figures in words. The iteration without Newton finds minima only:
 /// `minimum` says whether it must converge.
 fn unmet(found: &Comparison, minimum: bool) -> Vec<String> {
     let mut unmet = Vec::new();
@@ -150,7 +151,7 @@ fn the_reference_costs_come_from_every_method() {
         assert_eq!(unmet(&found, true), Vec::<String>::new(), "{share:?}");
         for run in found.methods.iter().filter(|run| run.status != Standing::DoesNotApply) {
             let off = run.cost.unwrap() / cost - 1.0;
-            // Without Newton the iteration leaves what its own tolerance allows.
+            // Without Newton the tolerance of the iteration applies.
             let allowed = if run.method == Contender::Scp { COST } else { digits + 2e-13 };
             assert!(off.abs() < allowed, "{:?} {share:?}: off by {off:e}", run.method);
         }
