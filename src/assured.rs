@@ -1,4 +1,5 @@
-//! A plan with what is known of how it will be flown: gains, covariances, and chances that limits keep.
+//! A plan with what is known of how it will be flown: gains, covariances, and chances that limits
+//! keep.
 //!
 //! A limit with a chance p keeps the room that the closed loop needs, `room ≥ z σ`,
 //! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains: a margin of a cone, or a reserve
@@ -38,7 +39,8 @@ use thiserror::Error;
 pub struct Feedback {
     /// How the gains are designed.
     pub kind: Kind,
-    /// Time between two measurements, a whole number of steps, over which a correction is held \[s\]; 0: the step.
+    /// Time between two measurements, a whole number of steps, over which a correction is held
+    /// \[s\]; 0: the step.
     pub every: f64,
 }
 
@@ -176,8 +178,8 @@ impl Feedback {
 /// A chance that limits are to keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept<'a> {
-    /// Names of constraints, and of limits of the torques as reports call them ("torque limit"). Over an instant each keeps the
-    /// chance, over a motion all together.
+    /// Names of constraints, and of limits of the torques as reports call them ("torque limit").
+    /// Over an instant each keeps the chance, over a motion all together.
     pub limits: Vec<&'a str>,
     /// The chance of exceeding it, or any of them, at most.
     pub at_most: f64,
@@ -198,7 +200,8 @@ impl Over {
     /// The least chance of a motion that can be counted.
     pub const LEAST: f64 = 1e-4;
 
-    /// Cases that violate a constraint with its chance, of those that are flown: the chance is known to a tenth.
+    /// Cases that violate a constraint with its chance, of those that are flown: the chance is
+    /// known to a tenth.
     const VIOLATING: f64 = 100.0;
 
     /// The least number of violations that the flights of long plans should count.
@@ -269,10 +272,12 @@ pub enum NotKept {
     },
 }
 
-/// Plans at most: margins settle by a factor of some tens a plan, and flights count them two or three times.
+/// Plans at most: margins settle by a factor of some tens a plan, and flights count them two or
+/// three times.
 const MOST_PLANS: usize = 24;
 
-/// Plans after which margins only grow: where two instants take turns as the worst, the larger of their margins is kept.
+/// Plans after which margins only grow: where two instants take turns as the worst, the larger of
+/// their margins is kept.
 const TURNS: usize = 12;
 
 /// Plans a maneuver with chance constraints; also returns the maneuver with the margins that
@@ -345,7 +350,8 @@ pub fn plan(
     Ok((with, found, margins))
 }
 
-/// Has a maneuver hold so much of a limit, in place of what it holds of it now: `held` has a number for each part, SI, 0 for nothing.
+/// Has a maneuver hold so much of a limit, in place of what it holds of it now: `held` has a number
+/// for each part, SI, 0 for nothing.
 ///
 /// # Errors
 /// [`NotKept`] where there is no such limit, or not so much of it.

@@ -221,7 +221,7 @@ impl Style {
         }
     }
 
-    /// Whether rows have rates that are taken.
+    /// Returns whether rows have rates that are taken.
     pub fn has_rates(&self) -> bool {
         !matches!(self.kind, Kind::Quaternion | Kind::Euler(_) | Kind::Spin)
     }
@@ -240,7 +240,7 @@ pub struct Row {
     pub tampered: Option<fn(&mut [f64])>,
 }
 
-/// The rows of a motion, as a style has them.
+/// Returns the rows of a motion, as a style has them.
 pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
     // To the components of the file's reference frame; a table names none and has those of the spec.
     let theirs = ORBIT.iter().find(|(name, _)| *name == style.reference && style.notation != Notation::Table);
@@ -276,7 +276,7 @@ fn ahead(scale: &str) -> f64 {
     }
 }
 
-/// A moment of 2026-11-21, seconds past 07:00 UTC, as the style writes it.
+/// Returns a moment of 2026-11-21, seconds past 07:00 UTC, as the style writes it.
 fn date(style: &Style, time: f64) -> String {
     let decimals = style.decimals_of_time;
     let unit = 10_f64.powi(decimals as i32);
@@ -288,13 +288,13 @@ fn date(style: &Style, time: f64) -> String {
     format!("{day}T{:02}:{:02}:{:02}.{part:0decimals$}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
 
-/// A number with the digits of the style.
+/// Returns a number with the digits of the style.
 fn number(style: &Style, value: f64) -> String {
     let digits = style.digits;
     if digits > 12 { format!("{value:.digits$e}") } else { format!("{value:.digits$}") }
 }
 
-/// A quaternion, scalar last, of the axes of Y in X.
+/// Returns a quaternion, scalar last, of the axes of Y in X.
 fn quaternion(attitude: &Matrix3) -> [f64; 4] {
     let [w, x, y, z] = lie::quaternion_from_rotation(attitude);
     [x, y, z, w]
@@ -338,7 +338,7 @@ fn euler_derivative(angles: &Vector3, axes: [usize; 3], rate: &Vector3) -> Vecto
     columns.try_inverse().map_or(Vector3::repeat(f64::NAN), |inverse| inverse * rate)
 }
 
-/// The numbers of a row in the order of keywords; quaternions scalar last.
+/// Returns the numbers of a row in the order of keywords; quaternions scalar last.
 fn numbers(style: &Style, row: &Row, index: usize) -> Vec<f64> {
     let (x_is_a, degrees) = (style.a_to_b, |vector: Vector3| vector.map(f64::to_degrees));
     let velocity = || {

@@ -200,7 +200,7 @@ fn stiff_weights(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0).with_objective(Weights::of_torques(weight))
 }
 
-/// The angle of a turn \[rad\], the short way, that a slew between states of rest takes.
+/// Returns the angle of a turn \[rad\], the short way, that a slew between states of rest takes.
 fn slew(random: &mut Random) -> (Problem, f64) {
     let inertia = random.inertia(8.0);
     let angle = random.within(0.5, 3.0);
@@ -208,7 +208,7 @@ fn slew(random: &mut Random) -> (Problem, f64) {
     (Problem::attitude(body(inertia), State::at_rest(Matrix3::identity()), end, 1.0), angle)
 }
 
-/// Every torque at 70–120 % of the peak that a turn of the mean inertia about a fixed axis would take: a plan without
+/// Returns every torque at 70–120 % of the peak that a turn of the mean inertia about a fixed axis would take: a plan without
 /// limits demands more in most cases, and few have none.
 fn box_limits(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);

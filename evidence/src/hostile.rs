@@ -260,7 +260,7 @@ impl Corpus {
         Ok(Self { seeds, specs, base, folder: tempfile::tempdir()? })
     }
 
-    /// A mutated input of a reader.
+    /// Returns a mutated input of a reader.
     pub fn input(&self, reader: Reader, random: &mut Random) -> Vec<u8> {
         let of_reader = || self.seeds.iter().filter(|seed| seed.0 == reader);
         let all: Vec<&str> = of_reader().map(|seed| seed.2.as_str()).collect();
@@ -317,7 +317,7 @@ impl Corpus {
         }
     }
 
-    /// A plan file as `slew verify` and `--guess` read it, and as the witnesses judge it.
+    /// Returns a plan file as `slew verify` and `--guess` read it, and as the witnesses judge it.
     fn read_plan(&self, bytes: &[u8]) -> Result<Answer, String> {
         let _ = read_guess(bytes);
         let file = match PlanFile::read(bytes) {
@@ -356,7 +356,7 @@ fn unusable(error: &ExportError) -> Result<Answer, String> {
     said(!error.to_string().is_empty() && !error.remedy().is_empty(), || format!("{error:?}"))
 }
 
-/// Whether every finding has its place, reason and remedy, and none reaches the terminal raw.
+/// Returns whether every finding has its place, reason and remedy, and none reaches the terminal raw.
 fn refused(errors: &Diagnostics) -> Result<Answer, String> {
     let placed =
         errors.0.iter().all(|finding| finding.line > 0 && finding.column > 0 && !finding.file.is_empty());

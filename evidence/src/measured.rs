@@ -5,7 +5,7 @@ use slewkit::maneuver::problem::{Path, Problem, State};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// An asymmetric body, its principal axes tilted, and its turn of 2 rad about an axis that is none of
+/// Returns an asymmetric body, its principal axes tilted, and its turn of 2 rad about an axis that is none of
 /// them.
 fn body_and_target() -> (Body, Matrix3) {
     let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap();

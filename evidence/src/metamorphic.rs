@@ -103,7 +103,7 @@ fn inexact(plan: &Plan) -> f64 {
 /// The law says nothing of this maneuver.
 pub struct NotApplicable;
 
-/// The same maneuver backwards, in three mirrors and in permuted axes, where it has these: all cost the same.
+/// Returns the same maneuver backwards, in three mirrors and in permuted axes, where it has these: all cost the same.
 pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
     let mirror = |at: usize| {
         let mut matrix = Matrix3::identity();
@@ -152,7 +152,7 @@ impl View {
         self.torque() / self.length
     }
 
-    /// An axis of rotation, a torque or a rate in the new axes: a reflection turns its sense.
+    /// Returns an axis of rotation, a torque or a rate in the new axes: a reflection turns its sense.
     fn axial(matrix: &Matrix3, vector: &Vector3) -> Vector3 {
         matrix.determinant().signum() * (matrix * vector)
     }
@@ -189,7 +189,7 @@ impl View {
         ActuatorSet::new(set.axes().iter().map(turned).collect(), set.frame()).ok()?.with_limits(limits).ok()
     }
 
-    /// A maneuver told this way; `None` where it cannot be, as an orbit's frame in other axes.
+    /// Returns a maneuver told this way; `None` where it cannot be, as an orbit's frame in other axes.
     fn of(&self, problem: &Problem) -> Option<Problem> {
         let Self { mass, length, time, cost, reference, body } = self;
         let mut told = problem.clone();
@@ -420,7 +420,7 @@ fn is_still(problem: &Problem) -> bool {
     still.iter().all(|rate| *rate == Vector3::zeros())
 }
 
-/// A free body that rests at both ends and has no wheels that spin: it knows no scale of time.
+/// Returns a free body that rests at both ends and has no wheels that spin: it knows no scale of time.
 fn is_free_slew(problem: &Problem) -> bool {
     let free = matches!(problem.environment.describe(), Description::Free);
     free && is_still(problem) && problem.actuation.stored_momentum() == Vector3::zeros()

@@ -31,7 +31,7 @@ pub fn steady_rotation() -> (System, SystemState) {
     (system, state)
 }
 
-/// The two dumbbells of the survey's section 3.4, separation 2.5, in dimensionless units.
+/// Returns the two dumbbells of the survey's section 3.4, separation 2.5, in dimensionless units.
 pub fn dumbbells() -> (System, SystemState) {
     let pair = [(1.0, 0.5), (2.0, 1.0)];
     let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });

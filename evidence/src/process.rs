@@ -12,12 +12,12 @@ pub fn cpu_seconds(process: &str) -> Option<f64> {
     Some((ticks(11)? + ticks(12)?) / 100.0)
 }
 
-/// The same of the example itself; NaN where the system does not tell.
+/// Returns the same of the example itself; NaN where the system does not tell.
 pub fn own_cpu_seconds() -> f64 {
     cpu_seconds("self").unwrap_or(f64::NAN)
 }
 
-/// The most memory that was resident at any time \[bytes\], of the process `self` or a number; `None` as above.
+/// Returns the most memory that was resident at any time \[bytes\], of the process `self` or a number; `None` as above.
 pub fn peak_memory(process: &str) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -25,7 +25,7 @@ pub fn peak_memory(process: &str) -> Option<f64> {
     Some(1024.0 * kib)
 }
 
-/// The binary that was built with this example.
+/// Returns the binary that was built with this example.
 pub fn beside_this(name: &str) -> Result<PathBuf, Box<dyn std::error::Error>> {
     let built = env::current_exe()?.parent().map(|folder| folder.join(name));
     built

@@ -8,12 +8,12 @@ use std::f64::consts::PI;
 pub struct Random(u64);
 
 impl Random {
-    /// The stream of a seed.
+    /// Builds the stream of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// The stream of a case among those of a seed.
+    /// Builds the stream of a case among those of a seed.
     pub fn of_case(seed: u64, index: usize) -> Self {
         let mut random = Self::new(seed ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
         random.unit();
@@ -89,7 +89,7 @@ impl Random {
         Vector3::from_fn(|_, _| self.normal()).normalize()
     }
 
-    /// A rotation of any angle about any axis; not uniform on SO(3).
+    /// Returns a rotation of any angle about any axis; not uniform on SO(3).
     pub fn rotation(&mut self) -> Matrix3 {
         lie::exp(&(self.direction() * (PI * self.uniform())))
     }
@@ -119,7 +119,7 @@ impl Random {
         moments * (3.0 / moments.sum())
     }
 
-    /// A body with such moments about axes uniform on SO(3).
+    /// Returns a body with such moments about axes uniform on SO(3).
     pub fn inertia(&mut self, ratio: f64) -> Inertia {
         let moments = self.mean_moments(ratio);
         self.about_any_axes(&moments)

@@ -52,7 +52,7 @@ const KINDS: [Kind; 26] = [
     ("infeasible", infeasible),
 ];
 
-/// The spec of this index.
+/// Returns the spec of this index.
 pub fn random_spec(index: u64) -> RandomSpec {
     let (kind, build) = KINDS[(index % KINDS.len() as u64) as usize];
     let mut draft = Draft::new(index);
@@ -73,7 +73,7 @@ const SWITCHING_KINDS: [Kind; 8] = [
     ("minimum_time_thrusters", |draft| switching(draft, "time", Inputs::Thrusters)),
 ];
 
-/// The spec of this index among those of minimum time and fuel: a stream of its own, so that the other stays as it is.
+/// Returns the spec of this index among those of minimum time and fuel: a stream of its own, so that the other stays as it is.
 pub fn random_switching_spec(index: u64) -> RandomSpec {
     let (kind, build) = SWITCHING_KINDS[(index % SWITCHING_KINDS.len() as u64) as usize];
     let mut draft = Draft::new(index ^ 0x0051_71c4);

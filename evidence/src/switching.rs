@@ -49,7 +49,7 @@ pub const KINDS: [(&str, Kind); 12] = [
     ("pulses", Kind::Pulses),
 ];
 
-/// The cost, and what its gap is of it: that of the extremal, as arcs of images are laid on steps in other ways, unless the grid is
+/// Returns the cost, and what its gap is of it: that of the extremal, as arcs of images are laid on steps in other ways, unless the grid is
 /// dearer by more than a thousandth, which its steps do not account for.
 pub fn cost_and_gap(plan: &Plan) -> (f64, f64) {
     let solution = &plan.solution;
@@ -61,7 +61,7 @@ pub fn cost_and_gap(plan: &Plan) -> (f64, f64) {
     }
 }
 
-/// The maneuver of this index among those of a kind; `None` where it cannot be built.
+/// Returns the maneuver of this index among those of a kind; `None` where it cannot be built.
 pub fn maneuver(kind: Kind, index: u64) -> Option<Problem> {
     let mut random = Random::of_case(0x1a6e_5000 + kind as u64, index as usize);
     let log_uniform = |random: &mut Random, low: f64, high: f64| low * (high / low).powf(random.unit());

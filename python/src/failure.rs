@@ -1,4 +1,5 @@
-//! Failures of the library as exceptions of the package, which are Python classes (`slewkit/_errors.py`).
+//! Failures of the library as exceptions of the package, which are Python classes
+//! (`slewkit/_errors.py`).
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -9,18 +10,18 @@ use slewkit_files::export::ExportError;
 use slewkit_files::spec::{Diagnostic, Diagnostics};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// An exception of the class `class` made from `arguments`.
+/// Returns an exception of the class `class` made from `arguments`.
 fn raised<'py>(py: Python<'py>, class: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
     let made = py.import("slewkit._errors").and_then(|errors| errors.getattr(class)?.call1(arguments));
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// A failure with a code, a reason and a remedy, of the class `class`.
+/// Returns a failure with a code, a reason and a remedy, of the class `class`.
 pub fn coded(py: Python<'_>, class: &str, code: &str, reason: &str, remedy: &str) -> PyErr {
     raised(py, class, (code, reason, remedy))
 }
 
-/// A spec that cannot be used, or not be read.
+/// Returns a spec that cannot be used, or not be read.
 pub fn spec(py: Python<'_>, found: &Diagnostics) -> PyErr {
     if found.is_io() {
         let first = found.0.first();
@@ -57,7 +58,7 @@ pub fn diagnostics<'py>(py: Python<'py>, found: &[Diagnostic]) -> PyResult<Vec<B
     found.iter().map(dictionary).collect()
 }
 
-/// A spec that reads well and asks what cannot be.
+/// Returns a spec that reads well and asks what cannot be.
 pub fn problem(py: Python<'_>, error: &ProblemError) -> PyErr {
     let (code, remedy) = match error {
         ProblemError::StepTooLong { steps, .. } => {
@@ -123,7 +124,8 @@ pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     coded(py, "FileError", code, &reason, remedy)
 }
 
-/// What `work` comes to, without the lock of the interpreter. A panic is a bug, and an exception for Python.
+/// What `work` comes to, without the lock of the interpreter. A panic is a bug, and an exception
+/// for Python.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|panic| {
         let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());

@@ -20,8 +20,9 @@ use std::time::Instant;
 /// Cases between two looks at what the user wants.
 const CHUNK: usize = 4096;
 
-/// Flies a plan `count` times by a craft that differs from it, with its gains or without. Gives what the cases say as JSON, and each
-/// case as arrays of one dimension by name: of one that was lost NaN; beside it what was raised meanwhile.
+/// Flies a plan `count` times by a craft that differs from it, with its gains or without. Gives
+/// what the cases say as JSON, and each case as arrays of one dimension by name: of one that was
+/// lost NaN; beside it what was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (planned, count, seed, threads = None, gains = true, overrides = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -98,7 +99,7 @@ pub fn fly<'py>(
     Ok((record, arrays, watch.raised()))
 }
 
-/// The cases as arrays.
+/// Returns the cases as arrays.
 fn arrays<'py>(
     py: Python<'py>,
     flight: &Flight<'_>,

@@ -84,14 +84,14 @@ impl Maneuver {
         Self::read(py, origin, self::overrides(&overrides)?)
     }
 
-    /// The same spec, read once more with further overrides.
+    /// Returns the same spec, read once more with further overrides.
     #[pyo3(signature = (overrides = None))]
     fn again(&self, py: Python<'_>, overrides: Overrides<'_>) -> PyResult<Self> {
         let further = self::overrides(&overrides)?;
         Self::read(py, self.origin.clone(), [&self.overrides[..], &further[..]].concat())
     }
 
-    /// The name of the maneuver.
+    /// Returns the name of the maneuver.
     #[getter]
     fn name(&self) -> &str {
         &self.loaded.problem.name
@@ -121,7 +121,7 @@ impl Maneuver {
         failure::diagnostics(py, &self.loaded.warnings)
     }
 
-    /// The maneuver in the keys of a spec, SI units, as JSON.
+    /// Returns the maneuver in the keys of a spec, SI units, as JSON.
     fn spec_json(&self) -> PyResult<String> {
         let Loaded { problem, settings, identity, .. } = &self.loaded;
         let document = SpecDocument::new(problem, settings);

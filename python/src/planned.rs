@@ -38,8 +38,9 @@ pub struct Planned {
     wall_time: f64,
 }
 
-/// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or costates; `progress` is
-/// called with stage, start, steps and seconds. Beside the plan stands what was raised meanwhile.
+/// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or
+/// costates; `progress` is called with stage, start, steps and seconds. Beside the plan stands what
+/// was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (maneuver, guess = None, progress = None))]
 pub fn plan(
@@ -190,13 +191,13 @@ impl Planned {
         self.plan.status.name()
     }
 
-    /// The exit code of the program that goes with the status.
+    /// Returns the exit code of the program that goes with the status.
     #[getter]
     fn exit_code(&self) -> u8 {
         self.plan.status.exit_code()
     }
 
-    /// The name of the maneuver.
+    /// Returns the name of the maneuver.
     #[getter]
     fn name(&self) -> &str {
         &self.problem.name
@@ -239,7 +240,7 @@ impl Planned {
         (if held { 0 } else { self.problem.scheme.first_input() }, held)
     }
 
-    /// Whether the body moves as well as turns.
+    /// Returns whether the body moves as well as turns.
     #[getter]
     fn moves(&self) -> bool {
         self.problem.motion == Motion::RigidBody
@@ -265,8 +266,8 @@ impl Planned {
         (*self.problem.body.inertia.j()).into()
     }
 
-    /// A quantity of the trajectory, row after row, in an array of one dimension that owns its numbers; `None` where there
-    /// is no such name.
+    /// Returns a quantity of the trajectory, row after row, in an array of one dimension that owns
+    /// its numbers; `None` where there is no such name.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> Option<Bound<'py, PyArray1<f64>>> {
         let of = self.trajectory();
         let quaternions = |order: fn(&[f64; 4]) -> [f64; 4]| {
@@ -313,14 +314,15 @@ impl Planned {
         Some(PyArray1::from_vec(py, numbers))
     }
 
-    /// Names and deviations of the parameters that are uncertain; `None` where the spec has nothing that is.
+    /// Names and deviations of the parameters that are uncertain; `None` where the spec has nothing
+    /// that is.
     #[getter]
     fn uncertain_parameters(&self) -> Option<Vec<(String, f64)>> {
         let of = self.closed_loop.uncertainty.as_ref()?;
         Some(of.parameters.iter().map(|(name, _, sigma)| (name.clone(), *sigma)).collect())
     }
 
-    /// The plan file without its trajectory, as JSON.
+    /// Returns the plan file without its trajectory, as JSON.
     fn head_json(&self, py: Python<'_>) -> PyResult<String> {
         detached(py, || {
             let mut file = self.file();
@@ -330,7 +332,7 @@ impl Planned {
         .map_err(|error| failure::export(py, &error.into(), "plan"))
     }
 
-    /// The plan as text in a format.
+    /// Returns the plan as text in a format.
     #[pyo3(signature = (format = "json", margins = false))]
     fn text(&self, py: Python<'_>, format: &str, margins: bool) -> PyResult<Vec<u8>> {
         let format = self.format(py, Some(format), "")?;
@@ -342,7 +344,8 @@ impl Planned {
         Ok(text)
     }
 
-    /// Writes the plan to a file, whole or not at all, in the format that is named or that its ending means.
+    /// Writes the plan to a file, whole or not at all, in the format that is named or that its
+    /// ending means.
     #[pyo3(signature = (path, format = None, tick = None, margins = false, overwrite = false))]
     fn save(
         &self,
@@ -366,14 +369,14 @@ impl Planned {
         written.map_err(|error| failure::export(py, &error, &name))
     }
 
-    /// The page for a browser.
+    /// Returns the page for a browser.
     fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
         let Self { problem, settings, plan, identity, closed_loop, .. } = self;
         let margins = self.uncertainty.as_ref().and_then(|uncertainty| uncertainty.margins.as_ref());
         detached(py, || plan_page(problem, settings, plan, identity, (closed_loop, margins), euler))
     }
 
-    /// The summary that `slew plan` prints.
+    /// Returns the summary that `slew plan` prints.
     fn summary(&self) -> String {
         summary::plan(false, &self.problem, &self.settings, &self.plan, &self.identity).join("\n")
     }

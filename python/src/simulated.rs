@@ -187,8 +187,8 @@ impl Observer for Rows {
     }
 }
 
-/// Follows the bodies of a spec from their start. Gives the rows and what is known of them as a dictionary, and what was
-/// raised meanwhile.
+/// Follows the bodies of a spec from their start. Gives the rows and what is known of them as a
+/// dictionary, and what was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None, steps = None, stride = None, integrator = None, inputs = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of the function of the package")]
@@ -270,7 +270,8 @@ pub fn simulate<'py>(
     Ok((found, rows.watch.raised()))
 }
 
-/// The page of a simulation for a browser, from the document that `slew simulate --format json` writes.
+/// Returns the page of a simulation for a browser, from the document that
+/// `slew simulate --format json` writes.
 #[pyfunction]
 pub fn simulation_report(py: Python<'_>, document: &str, euler: &str) -> PyResult<String> {
     let page =

@@ -1,7 +1,8 @@
 //! A spec of Python's own values as TOML text, which the reader of specs reads like any other.
 //!
-//! So a dictionary goes the one way that files go, and what is wrong with it is told with the same codes, keys and remedies.
-//! Every number keeps its bits; NaN and infinity are written as TOML writes them, for the reader to refuse.
+//! So a dictionary goes the one way that files go, and what is wrong with it is told with the same
+//! codes, keys and remedies. Every number keeps its bits; NaN and infinity are written as TOML
+//! writes them, for the reader to refuse.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -9,11 +10,11 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, P
 use slewkit_files::spec::MAX_BYTES;
 use std::fmt::Write;
 
-/// Deeper than any spec: what goes on beyond is cut off, and the reader says that it is nested too deep. A dictionary may hold
-/// itself.
+/// Deeper than any spec: what goes on beyond is cut off, and the reader says that it is nested too
+/// deep. A dictionary may hold itself.
 const DEEPEST: usize = 40;
 
-/// The spec as TOML.
+/// Returns the spec as TOML.
 ///
 /// Raises TypeError for what has no notation, such as None.
 #[pyfunction]
@@ -66,7 +67,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// A table: its own keys, then the tables in it under headers.
+/// Returns a table: its own keys, then the tables in it under headers.
 fn table(text: &mut String, items: &Items<'_>, path: &str) -> PyResult<()> {
     let own = |value: &Bound<'_, PyAny>| {
         path.is_empty() && (value.cast::<PyMapping>().is_ok() || is_list_of_tables(value))
@@ -139,7 +140,7 @@ fn quoted(text: &mut String, content: &str) {
     text.push('"');
 }
 
-/// A value in one line.
+/// Returns a value in one line.
 fn inline(text: &mut String, value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<()> {
     if depth > DEEPEST {
         text.push('0');
@@ -196,12 +197,13 @@ fn number(text: &mut String, value: f64) {
     }
 }
 
-/// Whether the text is beyond the size of any spec: nothing need be added for the reader to say so.
+/// Returns whether the text is beyond the size of any spec: nothing need be added for the reader to
+/// say so.
 fn full(text: &str) -> bool {
     text.len() > MAX_BYTES
 }
 
-/// A value for a message.
+/// Returns a value for a message.
 fn shown(value: &Bound<'_, PyAny>) -> String {
     let text = value.repr().map_or_else(|_| "a value".into(), |text| text.to_string());
     text.chars().take(60).collect()

@@ -1,11 +1,12 @@
-//! Progress, and how a computation is stopped: by what the caller's function says, by an exception in it, or by Ctrl-C.
+//! Progress, and how a computation is stopped: by what the caller's function says, by an exception
+//! in it, or by Ctrl-C.
 
 use pyo3::prelude::*;
 use slewkit::plan::{Control, Observer, Progress};
 use std::time::{Duration, Instant};
 
-/// How long may pass between two looks at signals, or two calls of the caller's function: taking the lock of a busy
-/// interpreter costs milliseconds.
+/// How long may pass between two looks at signals, or two calls of the caller's function: taking
+/// the lock of a busy interpreter costs milliseconds.
 const INTERVAL: Duration = Duration::from_millis(50);
 
 /// Listens while the library computes.
@@ -18,7 +19,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// `progress` is called with what is known of the work, at first at once; what it returns as `False` stops it.
+    /// `progress` is called with what is known of the work, at first at once; what it returns as
+    /// `False` stops it.
     pub fn new(progress: Option<Py<PyAny>>) -> Self {
         // Where nobody asks for progress, work of a few milliseconds is left alone.
         let looked = if progress.is_some() { None } else { Some(Instant::now()) };
@@ -30,7 +32,7 @@ impl Watch {
         self.raised
     }
 
-    /// Whether to stop; the caller's function is told which stage the work is at.
+    /// Returns whether to stop; the caller's function is told which stage the work is at.
     pub fn stops(&mut self, stage: &str, start: &str, steps: u64, elapsed: f64) -> bool {
         if !self.stopped && self.looked.is_none_or(|looked| looked.elapsed() >= INTERVAL) {
             let asked = Python::attach(|py| -> PyResult<bool> {

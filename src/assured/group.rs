@@ -7,16 +7,20 @@ use crate::maneuver::Problem;
 use crate::uncertainty::Uncertainty;
 use crate::uncertainty::chance::{Quantity, normal_quantile};
 
-/// Seed of the flights that are counted: not that of `slew fly`, which so judges the margin by other cases.
+/// Seed of the flights that are counted: not that of `slew fly`, which so judges the margin by
+/// other cases.
 const SEED: u64 = 0x6368_616e_6365;
 
-/// Margins that were counted and differ by less than this part of a deviation are one: it changes a chance by some hundredths.
+/// Margins that were counted and differ by less than this part of a deviation are one: it changes a
+/// chance by some hundredths.
 const SAME_COUNTED: f64 = 0.01;
 
-/// Reserves that differ by less than this part of a deviation are one: it changes a chance by less than a thousandth.
+/// Reserves that differ by less than this part of a deviation are one: it changes a chance by less
+/// than a thousandth.
 const SAME_RESERVE: f64 = 1e-4;
 
-/// Margins of cones that differ by less are one \[rad\]: a hundredth of what witnesses allow a cone.
+/// Margins of cones that differ by less are one \[rad\]: a hundredth of what witnesses allow a
+/// cone.
 const SAME_MARGIN: f64 = 1e-8;
 
 /// Limits that share a chance.
@@ -37,7 +41,7 @@ pub(super) struct Needed {
 }
 
 impl Needed {
-    /// Whether these are the margins that are held, or where they only grow no more.
+    /// Returns whether these are the margins that are held, or where they only grow no more.
     pub fn is(&self, held: &[f64], grown: bool) -> bool {
         let parts = self.margins.iter().zip(held).zip(&self.same);
         parts.into_iter().all(|((needed, held), same)| {
@@ -90,8 +94,8 @@ impl Flights<'_> {
     /// Cases that are held at once.
     const CHUNK: usize = 8192;
 
-    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how many deviations its limits are to
-    /// keep.
+    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how
+    /// many deviations its limits are to keep.
     pub fn count(&self, groups: &mut [Group]) {
         for group in groups {
             let Over::Motion(plant) = group.over else { continue };
@@ -102,7 +106,8 @@ impl Flights<'_> {
         }
     }
 
-    /// What flights leave of the limits of a group, the least of them in its deviations, sorted; a case that was lost leaves nothing.
+    /// What flights leave of the limits of a group, the least of them in its deviations, sorted; a
+    /// case that was lost leaves nothing.
     fn left(&self, group: &Group, plant: Plant) -> Vec<f64> {
         let gains = self.beside.gains.as_ref();
         let mut watched = Vec::new();

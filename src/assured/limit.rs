@@ -1,4 +1,5 @@
-//! What a chance is of: a constraint or a limit of the torques, by name, and how much of it a plan holds.
+//! What a chance is of: a constraint or a limit of the torques, by name, and how much of it a plan
+//! holds.
 
 use super::{Held, NotKept};
 use crate::Vector3;
@@ -24,14 +25,14 @@ enum Which {
     Inputs(LimitKind, usize),
 }
 
-/// The limits of the torques, in the order in which flights tell what is left of them.
+/// Returns the limits of the torques, in the order in which flights tell what is left of them.
 fn of_torques(problem: &Problem) -> impl Iterator<Item = InputLimit<'_>> {
     let counts = [LimitKind::Size, LimitKind::Norm, LimitKind::Rate];
     problem.actuation.limits().filter(move |limit| !limit.of_force && counts.contains(&limit.kind))
 }
 
 impl Limit {
-    /// The one that reports call `name`.
+    /// Builds the one that reports call `name`.
     pub fn named(problem: &Problem, name: &str) -> Option<Self> {
         let named = |which| Self { name: name.into(), which };
         if let Some(index) = problem.constraints.iter().position(|constraint| constraint.name == name) {
@@ -58,7 +59,8 @@ impl Limit {
         }
     }
 
-    /// What the maneuver allows, a number for each part; of a cone nothing that a margin could exceed.
+    /// What the maneuver allows, a number for each part; of a cone nothing that a margin could
+    /// exceed.
     pub fn bounds(&self, problem: &Problem) -> Vec<f64> {
         match self.which {
             Which::Constraint(index) => match &problem.constraints[index].rule {
@@ -89,7 +91,8 @@ impl Limit {
         held
     }
 
-    /// Has a maneuver hold so much of it, a number for each part, each less than its bound in `craft`.
+    /// Has a maneuver hold so much of it, a number for each part, each less than its bound in
+    /// `craft`.
     pub fn hold(&self, problem: &mut Problem, craft: &Problem, held: &[f64]) {
         let parts = self.bounds(craft).into_iter().zip(held);
         let (kept, left): (Vec<f64>, Vec<f64>) = parts.map(|(bound, held)| split(bound, *held)).unzip();
@@ -123,7 +126,7 @@ impl Limit {
         }
     }
 
-    /// Whether the craft has more of it than is to be held.
+    /// Returns whether the craft has more of it than is to be held.
     pub fn check(&self, craft: &Problem, held: &[f64]) -> Result<(), NotKept> {
         let bounds = self.bounds(craft);
         let Some(part) = bounds.iter().zip(held).position(|(bound, held)| held >= bound) else {
@@ -155,7 +158,8 @@ impl Limit {
         }
     }
 
-    /// The constraints of which flights tell the room of each part; none of limits of the torques, of which they tell it anyway.
+    /// Returns the constraints of which flights tell the room of each part; none of limits of the
+    /// torques, of which they tell it anyway.
     pub fn watched(&self, craft: &Problem) -> Vec<Constraint> {
         let Which::Constraint(index) = self.which else { return Vec::new() };
         let constraint = &craft.constraints[index];
@@ -167,7 +171,8 @@ impl Limit {
         (0..3).map(alone).collect()
     }
 
-    /// What a flight leaves of each part, SI, where the constraints of this limit begin with `first` among those that it tells.
+    /// What a flight leaves of each part, SI, where the constraints of this limit begin with
+    /// `first` among those that it tells.
     pub fn room(&self, craft: &Problem, flown: &Flown, first: usize) -> Vec<f64> {
         let bounds = self.bounds(craft);
         match self.which {

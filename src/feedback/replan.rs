@@ -6,12 +6,14 @@
 //! solve     λ ← λ − Ψ₁₂⁻¹ e(λ) ,     on the N − k steps that are left
 //! ```
 //!
-//! `D_k` is the neighbouring extremal's ([`Gains`]): from it the end is missed by the square of `z`, so that Newton, whose own
-//! error is squared by every step, needs two or three. Another end enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear
-//! prediction. All that the plan alone decides is computed once.
+//! `D_k` is the neighbouring extremal's ([`Gains`]): from it the end is missed by the square of
+//! `z`, so that Newton, whose own error is squared by every step, needs two or three. Another end
+//! enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear prediction. All that the plan alone
+//! decides is computed once.
 //!
-//! Between nodes, at `t`, the plan is interpolated, and the time that is left is divided into as many equal steps as are nearest to
-//! the plan's own: the end keeps its time, and of n steps each differs from the plan's by at most 1/2n of it.
+//! Between nodes, at `t`, the plan is interpolated, and the time that is left is divided into as
+//! many equal steps as are nearest to the plan's own: the end keeps its time, and of n steps each
+//! differs from the plan's by at most 1/2n of it.
 //!
 //! A plan that lands has a discrete target near its end. Here each moment has its own target,
 //! which the plan's inputs reach from the true motion at that time. A start on the plan has the
@@ -161,7 +163,8 @@ pub struct Replanned {
     pub residual: f64,
     /// Cost from that moment to the end, in the unit of the plan's.
     pub cost: f64,
-    /// `λ_{−1}`, `[λ^R, λ^Π]`, SI units, for both schemes: `u = −W⁻¹Bᵀλ^Π` is the input at its start.
+    /// `λ_{−1}`, `[λ^R, λ^Π]`, SI units, for both schemes: `u = −W⁻¹Bᵀλ^Π` is the input at its
+    /// start.
     pub costates: [f64; 6],
 }
 
@@ -271,12 +274,12 @@ impl Replanner {
         Ok(new)
     }
 
-    /// The maneuver of the plan, on its grid.
+    /// Returns the maneuver of the plan, on its grid.
     pub fn problem(&self) -> &Problem {
         &self.problem
     }
 
-    /// The moment of a node.
+    /// Returns the moment of a node.
     ///
     /// # Errors
     /// [`NotReplanned::Time`] where fewer than two steps are left.
@@ -316,7 +319,8 @@ impl Replanner {
         NotReplanned::Time { at, latest }
     }
 
-    /// State of the plan at a moment: of one that lands, of its true motion; between nodes interpolated.
+    /// State of the plan at a moment: of one that lands, of its true motion; between nodes
+    /// interpolated.
     pub fn planned(&self, moment: &Moment) -> State {
         let point = self.beginning(moment).point;
         let rate = self.bvp.dynamics.j_inverse * point.momentum.value / self.bvp.dynamics.units.time;
@@ -383,7 +387,8 @@ impl Replanner {
         search::warm(remaining, settings, &replanned.costates, MOST_STEPS, observer)
     }
 
-    /// Whether `problem` is the maneuver of the plan but for its ends, its duration and its steps.
+    /// Returns whether `problem` is the maneuver of the plan but for its ends, its duration and its
+    /// steps.
     ///
     /// # Errors
     /// [`NotReplanned::Other`] with what differs.
@@ -404,7 +409,7 @@ impl Replanner {
         same.iter().find(|(same, _)| !same).map_or(Ok(()), |(_, what)| Err(NotReplanned::Other(what)))
     }
 
-    /// The boundary value problem from a moment on, in the plan's units.
+    /// Returns the boundary value problem from a moment on, in the plan's units.
     fn rest(
         &self,
         moment: &Moment,
@@ -447,7 +452,7 @@ impl Replanner {
         costs
     }
 
-    /// The rest of the plan from a moment on.
+    /// Returns the rest of the plan from a moment on.
     fn beginning(&self, moment: &Moment) -> Beginning {
         let (a, share) = (&self.nodes[moment.node], moment.share);
         let Some(b) = self.nodes.get(moment.node + 1).filter(|_| share > 0.0) else { return *a };
@@ -462,7 +467,7 @@ impl Replanner {
         }
     }
 
-    /// A target moved as the end is.
+    /// Returns a target moved as the end is.
     fn moved(&self, target: &Point, end: &State) -> Point {
         let planned = &self.problem.end;
         let dynamics = &self.bvp.dynamics;
@@ -485,7 +490,8 @@ struct Solved {
     newton_steps: usize,
 }
 
-/// Newton from a guess in its basin: every step whole, and every error less than half of the one before.
+/// Newton from a guess in its basin: every step whole, and every error less than half of the one
+/// before.
 ///
 /// After the errors `e₀, e₁` the next error is about `e₁ (e₁/e₀)²`. If that nearly meets the
 /// tolerance, its sweep omits the derivatives, which take longer: the present factor suffices for

@@ -26,7 +26,8 @@ use crate::optimize::methods::switching::moved::{HeldArc, lengths_by_start};
 use crate::optimize::methods::switching::scaled::scaled;
 use thiserror::Error;
 
-/// Part of a limit within which an input is at it, or off: what is left of impulses in the last digits of recorded times.
+/// Part of a limit within which an input is at it, or off: what is left of impulses in the last
+/// digits of recorded times.
 const AT_LIMIT: f64 = 1e-6;
 
 /// Part of the longest duration within which a plan takes all of it.
@@ -129,7 +130,7 @@ impl SwitchingGains {
         suited(problem)
     }
 
-    /// The row of an arc.
+    /// Returns the row of an arc.
     pub fn row(&self, arc: usize) -> &[f64] {
         &self.rows[6 * arc..6 * arc + 6]
     }
@@ -153,7 +154,8 @@ impl SwitchingGains {
         self.arcs.iter().enumerate().map(length).collect()
     }
 
-    /// For each component of `z` the least error, alone, that leaves an arc no time, and which arc: rad and N·m·s.
+    /// For each component of `z` the least error, alone, that leaves an arc no time, and which arc:
+    /// rad and N·m·s.
     pub fn reach(&self) -> [(f64, usize); 6] {
         std::array::from_fn(|column| {
             let least = |(index, arc): (usize, &Arc)| (arc.length / self.row(index)[column].abs(), index);
@@ -171,8 +173,8 @@ impl SwitchingGains {
         Some(Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z))
     }
 
-    /// The plan corrected for the start of `problem`: its arcs of other lengths, each with its steps, and the true motion from there
-    /// at the nodes.
+    /// The plan corrected for the start of `problem`: its arcs of other lengths, each with its
+    /// steps, and the true motion from there at the nodes.
     ///
     /// # Errors
     /// [`NotCorrected`].
@@ -217,7 +219,7 @@ fn suited(problem: &Problem) -> Result<(), NoGains> {
     refused.iter().find(|(refused, _)| *refused).map_or(Ok(()), |(_, why)| Err(NoGains::Arcs(why)))
 }
 
-/// The arcs of a plan.
+/// Returns the arcs of a plan.
 fn arcs(problem: &Problem, plan: &Trajectory) -> Result<Vec<Arc>, NoGains> {
     let (steps, limits) = (plan.time.len().saturating_sub(1), problem.actuation.torque.limits());
     let sizes = limits.size.as_deref().unwrap_or_default();

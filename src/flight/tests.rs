@@ -1,4 +1,5 @@
-//! Evidence for the flow: the witness's own, which shares nothing with it, and slopes over shorter and shorter parts.
+//! Evidence for the flow: the witness's own, which shares nothing with it, and slopes over shorter
+//! and shorter parts.
 
 use super::*;
 use crate::maneuver::problem::Problem;

@@ -13,8 +13,8 @@ pub fn cayley(f: &Vector3) -> Matrix3 {
 
 /// `cay(f) − I = 2 (S(f) + S(f)²)/(1 + |f|²)`, formed without cancellation.
 ///
-/// A step adds this increment to the attitude; forming `cay(f)` first and subtracting `I` would keep
-/// only the absolute accuracy.
+/// A step adds this increment to the attitude; forming `cay(f)` first and subtracting `I` would
+/// keep only the absolute accuracy.
 #[inline]
 pub fn cayley_minus_identity(f: &Vector3) -> Matrix3 {
     let a = 2.0 / (1.0 + f.norm_squared());

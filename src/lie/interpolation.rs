@@ -35,14 +35,14 @@ impl Cubic {
         Self { start, curve: 3.0 * turn - 2.0 * start - end, bend: start + end - 2.0 * turn }
     }
 
-    /// The rotation vector at the share `s`, and its slope in `s`.
+    /// Returns the rotation vector at the share `s`, and its slope in `s`.
     pub fn at(&self, s: f64) -> (Vector3, Vector3) {
         let Self { start, curve, bend } = self;
         (s * (start + s * (curve + s * bend)), start + s * (2.0 * curve + 3.0 * s * bend))
     }
 
-    /// The largest slope in `s` that it can have: the coefficients of Bernstein of the slope bound it. No angular velocity times `h`
-    /// is larger, since `‖J_r‖ ≤ 1`.
+    /// Returns the largest slope in `s` that it can have: the coefficients of Bernstein of the
+    /// slope bound it. No angular velocity times `h` is larger, since `‖J_r‖ ≤ 1`.
     pub fn steepest(&self) -> f64 {
         let Self { start, curve, bend } = self;
         [*start, start + curve, start + 2.0 * curve + 3.0 * bend]
@@ -52,13 +52,13 @@ impl Cubic {
     }
 }
 
-/// The cubic at the share `s` of the time `h` between two rows.
+/// Returns the cubic at the share `s` of the time `h` between two rows.
 pub fn cubic(first: &Row, second: &Row, h: f64, s: f64) -> Row {
     let (vector, slope) = Cubic::between(first, second, h).at(s);
     Row { attitude: first.attitude * lie::exp(&vector), rate: lie::right_jacobian(&vector) * slope / h }
 }
 
-/// The rotation about one axis at one rate.
+/// Returns the rotation about one axis at one rate.
 pub fn linear(first: &Row, second: &Row, s: f64) -> Matrix3 {
     first.attitude * lie::exp(&(s * lie::minus(&second.attitude, &first.attitude)))
 }
@@ -82,7 +82,8 @@ mod tests {
     use super::{Row, cubic, missed};
     use crate::{Matrix3, Vector3, lie};
 
-    /// A body that turns about one axis with the angle sin t: attitude and rate in closed form.
+    /// Returns a body that turns about one axis with the angle sin t: attitude and rate in closed
+    /// form.
     fn row(t: f64) -> Row {
         let axis = Vector3::new(1.0, -2.0, 2.0) / 3.0;
         Row { attitude: lie::exp(&(t.sin() * axis)), rate: t.cos() * axis }

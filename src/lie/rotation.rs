@@ -30,8 +30,8 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
 /// A rotation `R` ∈ SO(3), an orthogonal matrix of determinant 1. As an attitude it maps body
 /// vectors to reference vectors.
 ///
-/// Every constructor of this crate that takes an attitude takes what can be made into one: the unit quaternions and
-/// rotations of nalgebra, and matrices.
+/// Every constructor of this crate that takes an attitude takes what can be made into one: the unit
+/// quaternions and rotations of nalgebra, and matrices.
 ///
 /// ```
 /// use nalgebra::{Rotation3, UnitQuaternion};
@@ -50,7 +50,8 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
 ///
 /// A matrix is taken as it is: those that are no rotation are refused where all else is judged, by
 /// [`Problem::check`](crate::maneuver::problem::Problem::check) and
-/// [`System::check`](crate::propagate::integrator::System::check). [`Rotation::new`] judges it at once.
+/// [`System::check`](crate::propagate::integrator::System::check). [`Rotation::new`] judges it at
+/// once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     matrix: Matrix3,
@@ -83,7 +84,7 @@ impl Rotation {
         Self { matrix: Matrix3::identity() }
     }
 
-    /// The turn by a rotation vector \[rad\] of any length.
+    /// Builds the turn by a rotation vector \[rad\] of any length.
     pub fn exp(vector: &Vector3) -> Self {
         Self { matrix: exp(vector) }
     }
@@ -109,13 +110,13 @@ impl Rotation {
         &self.matrix
     }
 
-    /// The turn back, `R⁻¹ = Rᵀ`.
+    /// Builds the turn back, `R⁻¹ = Rᵀ`.
     pub fn inverse(&self) -> Self {
         Self { matrix: self.matrix.transpose() }
     }
 
-    /// `R ⊖ other = log(otherᵀ R)` \[rad\]: the turn that leads from `other` to this one, in the axes of the body that
-    /// `other` is the attitude of.
+    /// `R ⊖ other = log(otherᵀ R)` \[rad\]: the turn that leads from `other` to this one, in the
+    /// axes of the body that `other` is the attitude of.
     pub fn minus(&self, other: &Self) -> Vector3 {
         minus(&self.matrix, &other.matrix)
     }

@@ -31,7 +31,8 @@ pub fn log(rotation: &Matrix3) -> Vector3 {
     if norm < 1e-9 {
         return v * (2.0 / w);
     }
-    // Sign of a half turn: w and the components that are zero come out as a few ulps of either sign.
+    // Sign of a half turn: w and the components that are zero come out as a few ulps of either
+    // sign.
     let round_off = 4.0 * f64::EPSILON * norm;
     let negative = if w.abs() <= round_off {
         v.iter().find(|component| component.abs() > round_off).is_some_and(|first| *first < 0.0)
@@ -50,7 +51,8 @@ pub fn right_jacobian(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(-b(t2), c(t2), f)
 }
 
-/// Inverse right Jacobian `J_r⁻¹(f) = I + ½ S(f) + g S(f)²`, the derivative of [`log`] at `exp S(f)`.
+/// Inverse right Jacobian `J_r⁻¹(f) = I + ½ S(f) + g S(f)²`, the derivative of [`log`] at
+/// `exp S(f)`.
 ///
 /// Singular at `|f| = 2π`.
 pub fn right_jacobian_inverse(f: &Vector3) -> Matrix3 {

@@ -50,8 +50,9 @@ pub enum Side {
     KeepOut,
     /// Every boresight stays within the angle of every direction.
     KeepIn,
-    /// Every boresight is held at the angle from every direction: at the nodes exactly, on the arcs between them and at the ends as
-    /// near as is stated. An arc that joins two points of a cone leaves it by a share of the square of its angle.
+    /// Every boresight is held at the angle from every direction: at the nodes exactly, on the arcs
+    /// between them and at the ends as near as is stated. An arc that joins two points of a cone
+    /// leaves it by a share of the square of its angle.
     On {
         /// The largest deviation from the cone \[rad\].
         within: f64,
@@ -126,7 +127,8 @@ pub enum ConstraintError {
 }
 
 impl Pointing {
-    /// Cones of a half angle \[rad\] about directions, for boresights in body axes, both of unit vectors: without a margin, acting always.
+    /// Cones of a half angle \[rad\] about directions, for boresights in body axes, both of unit
+    /// vectors: without a margin, acting always.
     pub fn new(side: Side, boresights: Vec<Vector3>, directions: Vec<Direction>, half_angle: f64) -> Self {
         Self { side, boresights, directions, half_angle, margin: 0.0, during: During::default() }
     }
@@ -178,7 +180,7 @@ impl Pointing {
         met.reduce(|least, next| if next.1 < least.1 || next.1.is_nan() { next } else { least })
     }
 
-    /// Every pair of a boresight and a direction.
+    /// Returns every pair of a boresight and a direction.
     pub fn pairs(&self) -> impl Iterator<Item = (&Vector3, &Direction)> {
         self.boresights.iter().flat_map(|b| self.directions.iter().map(move |w| (b, w)))
     }
@@ -202,7 +204,7 @@ pub fn on_arc(direction: &Direction, time: f64, step: f64, frame_rate: &Vector3)
     }
 }
 
-/// The rotation vector of the shortest turn from one unit vector to another.
+/// Returns the rotation vector of the shortest turn from one unit vector to another.
 pub fn turn_between(from: &Vector3, to: &Vector3) -> Vector3 {
     let axis = from.cross(to);
     let sine = axis.norm();
@@ -251,8 +253,9 @@ impl Constraint {
         }
     }
 
-    /// How a body in `attitude` with angular velocity `rate` [rad/s] at `time` \[s\] violates the constraint,
-    /// in words with the value and the limit; `None` where it holds, also exactly on the limit.
+    /// How a body in `attitude` with angular velocity `rate` [rad/s] at `time` \[s\] violates the
+    /// constraint, in words with the value and the limit; `None` where it holds, also exactly on
+    /// the limit.
     ///
     /// The reference frame turns at `frame_rate` [rad/s]. If several pairs are violated, the
     /// worst one is reported. If the time is unknown, moving directions are ignored.
@@ -354,7 +357,7 @@ mod tests {
         Constraint { name: "cone".into(), rule }
     }
 
-    /// The boresight x, turned about −y by `angle`, is 90° − `angle` from z.
+    /// Returns the boresight x, turned about −y by `angle`, is 90° − `angle` from z.
     fn found(constraint: &Constraint, angle: f64) -> Option<String> {
         let attitude = crate::lie::exp(&(Vector3::y() * -angle.to_radians()));
         constraint.violation(&attitude, &Vector3::zeros(), Some(0.0), &Vector3::zeros())

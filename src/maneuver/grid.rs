@@ -1,4 +1,5 @@
-//! The time grid of a discrete maneuver: its nodes, the length of each step, and the weights of its kicks.
+//! The time grid of a discrete maneuver: its nodes, the length of each step, and the weights of its
+//! kicks.
 //!
 //! ```text
 //! t_0 = 0 ,   t_{k+1} = t_k + h_k ,   t_N = T ,      h_k = T f_k ,   Σ f_k = 1
@@ -11,8 +12,9 @@
 //! Lie–Verlet   κ_0 = h_0/2 ,  κ_k = (h_{k−1} + h_k)/2 ,  κ_N = h_{N−1}/2
 //! ```
 //!
-//! The cost is the same sum over the kicks, `Σ κ_k ½ u_kᵀWu_k`. Lie–Verlet is a chain of symmetric steps of half
-//! a kick, a drift and half a kick, so it keeps its second order whatever the lengths.
+//! The cost is the same sum over the kicks, `Σ κ_k ½ u_kᵀWu_k`. Lie–Verlet is a chain of symmetric
+//! steps of half a kick, a drift and half a kick, so it keeps its second order whatever the
+//! lengths.
 //!
 //! # Why does the grid own its steps, and the duration is no unit?
 //!
@@ -31,13 +33,15 @@ use thiserror::Error;
 /// The discretisation: a variational integrator on SO(3) or SE(3). The plan satisfies its
 /// discrete necessary conditions.
 ///
-/// Over a step the body turns by `F = exp S(f)`, which solves the implicit equation `h S(Π) = F J_d − J_d Fᵀ` with the momentum
-/// `Π` after the last kick; a kick adds the impulse of inputs and environment. Lee, Leok and McClamroch 2006.
+/// Over a step the body turns by `F = exp S(f)`, which solves the implicit equation
+/// `h S(Π) = F J_d − J_d Fᵀ` with the momentum `Π` after the last kick; a kick adds the impulse of
+/// inputs and environment. Lee, Leok and McClamroch 2006.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
     /// Lie–Euler (4.5–4.7), first order, input `u_{k+1}` at the end of step k: `N` rows of inputs.
     LieEuler,
-    /// Lie–Verlet, the conjugate of Lie–Euler by half kicks at both ends, trapezoidal cost: second order, `N + 1` rows of inputs.
+    /// Lie–Verlet, the conjugate of Lie–Euler by half kicks at both ends, trapezoidal cost: second
+    /// order, `N + 1` rows of inputs.
     LieVerlet,
 }
 
@@ -63,7 +67,7 @@ impl Scheme {
         steps + 1 - self.first_input()
     }
 
-    /// The first node that has inputs.
+    /// Returns the first node that has inputs.
     pub fn first_input(self) -> usize {
         match self {
             Self::LieEuler => 1,
@@ -148,7 +152,7 @@ impl Grid {
         Ok(Self { scheme, duration, steps: count, lengths })
     }
 
-    /// The grid stretched to another duration.
+    /// Builds the grid stretched to another duration.
     pub fn with_duration(&self, duration: f64) -> Self {
         let lengths = match &self.lengths {
             Lengths::Equal(_) => Lengths::Equal(duration / self.steps as f64),
@@ -157,12 +161,12 @@ impl Grid {
         Self { duration, lengths, ..*self }
     }
 
-    /// The discretisation.
+    /// Returns the discretisation.
     pub fn scheme(&self) -> Scheme {
         self.scheme
     }
 
-    /// Whether half kicks open and close the maneuver: Lie–Verlet.
+    /// Returns whether half kicks open and close the maneuver: Lie–Verlet.
     pub fn has_half_kicks(&self) -> bool {
         self.scheme == Scheme::LieVerlet
     }
@@ -177,7 +181,7 @@ impl Grid {
         self.steps
     }
 
-    /// Whether all steps have the same length.
+    /// Returns whether all steps have the same length.
     pub fn is_uniform(&self) -> bool {
         matches!(self.lengths, Lengths::Equal(_))
     }
@@ -204,7 +208,8 @@ impl Grid {
         if node == self.steps { self.duration } else { self.after(node) }
     }
 
-    /// Time after `steps` steps as their sum gives it: after all of them it may miss the duration by an ulp.
+    /// Time after `steps` steps as their sum gives it: after all of them it may miss the duration
+    /// by an ulp.
     pub fn after(&self, steps: usize) -> f64 {
         self.between(0, steps)
     }
@@ -222,7 +227,7 @@ impl Grid {
         self.scheme.input_rows(self.steps)
     }
 
-    /// The first node that has inputs: 1 for Lie–Euler, 0 for Lie–Verlet.
+    /// Returns the first node that has inputs: 1 for Lie–Euler, 0 for Lie–Verlet.
     pub fn first_input(&self) -> usize {
         self.scheme.first_input()
     }
@@ -239,7 +244,8 @@ impl Grid {
         }
     }
 
-    /// Weight of the kick at node k as if the grid went on beyond its ends, by steps as long as the outermost.
+    /// Weight of the kick at node k as if the grid went on beyond its ends, by steps as long as the
+    /// outermost.
     #[inline(always)]
     pub fn full_kick(&self, node: usize) -> f64 {
         match &self.lengths {

@@ -46,10 +46,12 @@ pub enum Objective {
 /// The prices of fuel and time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fuel {
-    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each. All equal where
-    /// the norm of the torque is limited. None of thrusters that push and turn: these have prices of forces.
+    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1
+    /// each. All equal where the norm of the torque is limited. None of thrusters that push and
+    /// turn: these have prices of forces.
     pub prices: Option<Vec<f64>>,
-    /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost; absent: 1 each.
+    /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost;
+    /// absent: 1 each.
     pub force_prices: Option<Vec<f64>>,
     /// The price of time for a free duration, in 1/s up to the user's unit of cost. `None` for a
     /// given duration.
@@ -83,7 +85,8 @@ impl Fuel {
         of_torques + of_forces + self.time_price.unwrap_or(0.0)
     }
 
-    /// Whether fuel is counted by the norm of the torque or force: one motor that points anywhere has such a limit.
+    /// Returns whether fuel is counted by the norm of the torque or force: one motor that points
+    /// anywhere has such a limit.
     pub fn is_of_norm(set: &ActuatorSet) -> bool {
         set.limits().size.is_none() && set.limits().norm.is_some()
     }
@@ -107,7 +110,7 @@ impl Objective {
         }
     }
 
-    /// Whether inputs switch, and are held over steps of unequal lengths.
+    /// Returns whether inputs switch, and are held over steps of unequal lengths.
     pub fn switches(&self) -> bool {
         matches!(self, Self::Time | Self::Fuel(_))
     }
@@ -140,7 +143,7 @@ impl Objective {
         }
     }
 
-    /// The same effort or fuel with another price of time, or none.
+    /// Builds the same effort or fuel with another price of time, or none.
     pub(crate) fn with_time_price(&self, time_price: Option<f64>) -> Self {
         match self {
             Self::Effort(weights) => Self::Effort(Weights { time_price, ..weights.clone() }),
@@ -199,20 +202,20 @@ impl Weights {
         Self { torque: Some(weight), ..Self::default() }
     }
 
-    /// The weights with blocks that are the identity left out.
+    /// Builds the weights with blocks that are the identity left out.
     pub fn simplified(self) -> Self {
         // Exactly: what differs by an ulp is another weight.
         let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());
         Self { torque: self.torque.filter(differs), force: self.force.filter(differs), ..self }
     }
 
-    /// The torque inputs under their weight. A weight that [`Weights::check`] refuses becomes NaN, and so does what
-    /// is computed with it.
+    /// Returns the torque inputs under their weight. A weight that [`Weights::check`] refuses
+    /// becomes NaN, and so does what is computed with it.
     pub fn torque<'a>(&self, actuation: &'a Actuation) -> Weighted<'a> {
         Weighted::or_nan(&actuation.torque, self.torque.as_ref())
     }
 
-    /// The force inputs under their weight, where there are some.
+    /// Returns the force inputs under their weight, where there are some.
     pub fn force<'a>(&self, actuation: &'a Actuation) -> Option<Weighted<'a>> {
         actuation.force.as_ref().map(|force| Weighted::or_nan(force, self.force.as_ref()))
     }
@@ -248,7 +251,8 @@ pub enum WeightError {
         /// Number of inputs.
         count: usize,
     },
-    /// The weight is not symmetric positive definite, or so small or large that nothing can be computed with it.
+    /// The weight is not symmetric positive definite, or so small or large that nothing can be
+    /// computed with it.
     #[error("the effort weight is not symmetric positive definite")]
     Indefinite,
 }
@@ -267,7 +271,7 @@ pub struct Weighted<'a> {
 }
 
 impl<'a> Weighted<'a> {
-    /// The actuators under `weight`, m×m, or under the identity.
+    /// Builds the actuators under `weight`, m×m, or under the identity.
     ///
     /// # Errors
     /// A [`WeightError`] when the weight has another shape or is not symmetric positive definite.

@@ -26,7 +26,7 @@ impl Reserve {
         self.rates.iter().find(|(of, _)| of == name).map_or(&[], |(_, reserve)| reserve)
     }
 
-    /// The torques with the limits of the craft.
+    /// Returns the torques with the limits of the craft.
     pub(super) fn given_back(&self, set: &ActuatorSet) -> ActuatorSet {
         let Limits { size, norm, rate, .. } = set.limits();
         let limits = Limits {

@@ -13,8 +13,8 @@ pub enum Method {
     Auto,
     /// Shooting on the costates. Limits on the inputs alone go through the saturated control law.
     Shooting,
-    /// Sequential convex programming, then polish on the active set: on equal steps, also where inputs could switch between
-    /// them.
+    /// Sequential convex programming, then polish on the active set: on equal steps, also where
+    /// inputs could switch between them.
     Scp,
 }
 
@@ -95,23 +95,26 @@ pub struct Settings {
     pub method: Method,
     /// The number of attempts before an answer counts as the best.
     pub search: Thoroughness,
-    /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`. Default 1e-12; round-off
-    /// allows about 4e-15. Loosen it where a hundred thousand steps add up more round-off than that.
+    /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`.
+    /// Default 1e-12; round-off allows about 4e-15. Loosen it where a hundred thousand steps add up
+    /// more round-off than that.
     pub tolerance: f64,
     /// The motion that meets the end: the true motion (the default), or the discrete one, as in
     /// published plans ([`Settings::discrete`]).
     pub target: Target,
-    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: 1e-4°; where
-    /// the discrete motion is the target a quarter of the angle that the body turns, but between 5° and 45°. Constraints hold in
-    /// the true motion to the same limit, of rates relative.
+    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called
+    /// solved. Default: 1e-4°; where the discrete motion is the target a quarter of the angle that
+    /// the body turns, but between 5° and 45°. Constraints hold in the true motion to the same
+    /// limit, of rates relative.
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
     /// Iteration limit of one Newton run, and of the subproblems of one run of SCP. Default 60.
     pub max_iterations: usize,
-    /// Whether the extremal and its rivals are tested to second order, and the recorded conditions of first order with
-    /// them. Default: yes. Without, an extremal counts whatever it is, a saddle too, and [`Optimality::tested`] is false:
-    /// for many maneuvers of a kind that is known, as of rest to rest by the shortest way.
+    /// Whether the extremal and its rivals are tested to second order, and the recorded conditions
+    /// of first order with them. Default: yes. Without, an extremal counts whatever it is, a saddle
+    /// too, and [`Optimality::tested`] is false: for many maneuvers of a kind that is known, as of
+    /// rest to rest by the shortest way.
     ///
     /// [`Optimality::tested`]: crate::maneuver::Optimality::tested
     pub test_second_order: bool,

@@ -63,14 +63,14 @@ pub struct Trajectory {
     pub torque: Vec<Vector3>,
     /// Actuator force, reference frame \[N\].
     pub force: Vec<Vector3>,
-    /// Momenta of the reaction wheels [N·m·s], row after row, one number per wheel, `N + 1` rows; empty
-    /// without wheels.
+    /// Momenta of the reaction wheels [N·m·s], row after row, one number per wheel, `N + 1` rows;
+    /// empty without wheels.
     pub wheel_momentum: Vec<f64>,
     /// Costates, row after row, with 6 or 12 numbers in each row, in the order of the crate's
     /// conventions.
     pub costates: Vec<f64>,
-    /// Where the discrete motion ends, if that is not the end of the maneuver: so shifted that the true motion under the
-    /// inputs, held over the steps, ends there.
+    /// Where the discrete motion ends, if that is not the end of the maneuver: so shifted that the
+    /// true motion under the inputs, held over the steps, ends there.
     pub target: Option<State>,
 }
 
@@ -106,7 +106,8 @@ impl Trajectory {
     }
 }
 
-/// How a plan was made to land: its discrete target was shifted by what the true motion missed, and it was solved again.
+/// How a plan was made to land: its discrete target was shifted by what the true motion missed, and
+/// it was solved again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Landing {
@@ -120,8 +121,8 @@ pub struct Landing {
     /// Published plans state this cost, and [`Solution::rivals`] compare with it.
     /// [`Solution::cost`] is the cost of the landed plan.
     pub cost_before: f64,
-    /// Constraints that were drawn in because the true motion exceeded them: by how much \[rad\], or of rates which part of the
-    /// limit.
+    /// Constraints that were drawn in because the true motion exceeded them: by how much \[rad\],
+    /// or of rates which part of the limit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drawn_in: Vec<(String, f64)>,
 }
@@ -157,7 +158,7 @@ pub struct TerminalError {
 }
 
 impl TerminalError {
-    /// The largest of the four, all in scaled units. NaN if any is NaN.
+    /// Returns the largest of the four, all in scaled units. NaN if any is NaN.
     pub fn largest(&self) -> f64 {
         let parts = [
             self.attitude_rad,
@@ -185,8 +186,8 @@ pub struct Optimality {
     /// [`Settings::test_second_order`]: crate::maneuver::Settings::test_second_order
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub tested: bool,
-    /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
-    /// of Karush, Kuhn and Tucker.
+    /// Largest residual of the discrete stationarity conditions; with constraints, of all the
+    /// conditions of Karush, Kuhn and Tucker.
     pub stationarity: f64,
     /// The number of conjugate points inside the maneuver; 0 for a local minimum. For SCP it is
     /// the number of independent directions, within limits and constraints, in which the cost
@@ -231,7 +232,8 @@ impl Optimality {
 pub enum SecondOrder {
     /// A local minimum.
     Minimum,
-    /// The cost decreases in some direction, and nothing cheaper was found by going there, or the rotation was given.
+    /// The cost decreases in some direction, and nothing cheaper was found by going there, or the
+    /// rotation was given.
     Saddle,
     /// Not decided.
     Undecided,
@@ -400,7 +402,8 @@ pub enum Sense {
     Long,
 }
 
-/// A planned maneuver, converged or the best iterate. Where there is no iterate numbers are NaN and lists empty.
+/// A planned maneuver, converged or the best iterate. Where there is no iterate numbers are NaN and
+/// lists empty.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Solution {
@@ -418,9 +421,11 @@ pub struct Solution {
     pub cost: f64,
     /// The trajectory, its inputs and costates.
     pub trajectory: Trajectory,
-    /// Discrete terminal error, scaled, against [`Trajectory::target`] where there is one; its `largest()` is what the tolerance holds.
+    /// Discrete terminal error, scaled, against [`Trajectory::target`] where there is one; its
+    /// `largest()` is what the tolerance holds.
     pub terminal: TerminalError,
-    /// How it was made to land, where that was tried: `corrections` of the discrete target, and what each left to be missed.
+    /// How it was made to land, where that was tried: `corrections` of the discrete target, and
+    /// what each left to be missed.
     pub landing: Option<Landing>,
     /// How its steps were chosen, where they were not given.
     pub chosen: Option<ChosenSteps>,
@@ -434,18 +439,20 @@ pub struct Solution {
     pub turned_deg: f64,
     /// Newton iterations of the winning start, all its rungs.
     pub iterations: usize,
-    /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals of each.
+    /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals
+    /// of each.
     pub ladder: Vec<RungReport>,
     /// The work of SCP, if it ran: subproblems, iterations and time of the cone solver.
     pub convex: Option<ConvexWork>,
     /// The active limits and constraints: name, times \[s\] and multipliers of each.
     pub active: Vec<ActiveConstraint>,
-    /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the continuous extremal, its duration, cost
-    /// and gap.
+    /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the
+    /// continuous extremal, its duration, cost and gap.
     pub switching: Option<Switching>,
     /// The sets of the alternatives and their times, in order.
     pub turns: Vec<Turns>,
-    /// Other extremals found, cheapest first: start, sense, cost, conjugate points and angle turned of each.
+    /// Other extremals found, cheapest first: start, sense, cost, conjugate points and angle turned
+    /// of each.
     pub rivals: Vec<Rival>,
     /// The proof that no plan exists, if one was found: its `reason` in words, and a
     /// `duration_lower_bound` \[s\] if one is known.
@@ -577,7 +584,8 @@ impl Solution {
         self.turns.iter().map(flown).collect()
     }
 
-    /// The costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI.
+    /// Returns the costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for
+    /// Lie–Verlet, SI.
     pub fn costates_0(&self, problem: &Problem) -> &[f64] {
         &self.trajectory.costates[..problem.dimension().min(self.trajectory.costates.len())]
     }

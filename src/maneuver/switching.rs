@@ -71,8 +71,8 @@ pub enum Structure {
     /// Every input, or the norm of the torque, is at a limit or off, as the maximum principle
     /// selects: an extremal of fuel.
     BangOffBang,
-    /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc that is singular, cut into arcs at the
-    /// limits, or off.
+    /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc
+    /// that is singular, cut into arcs at the limits, or off.
     TruncatedChattering,
     /// A smoothed law: some input stays within its limits, on a singular arc.
     Singular,
@@ -82,7 +82,8 @@ pub enum Structure {
     AlongLimits,
     /// The norm of the torque is limited and its direction turns smoothly.
     Norm,
-    /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under that condition.
+    /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under
+    /// that condition.
     Pulses,
     /// The body is where it should be.
     Rest,
@@ -112,10 +113,11 @@ pub struct SwitchingArc {
     pub start_s: f64,
     /// When it ends, seconds.
     pub end_s: f64,
-    /// The inputs, constant along it; none where the torque has its full norm and turns, and where some input holds a constraint.
-    /// Those that it begins with where they change.
+    /// The inputs, constant along it; none where the torque has its full norm and turns, and where
+    /// some input holds a constraint. Those that it begins with where they change.
     pub input: Vec<f64>,
-    /// How fast the inputs change along it [N·m/s or N/s], constant; none where nothing limits that.
+    /// How fast the inputs change along it [N·m/s or N/s], constant; none where nothing limits
+    /// that.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub change: Vec<f64>,
     /// Names of the constraints that inputs hold along it.
@@ -127,7 +129,7 @@ pub struct SwitchingArc {
 }
 
 impl SwitchingArc {
-    /// The inputs at a time \[s\] along it.
+    /// Returns the inputs at a time \[s\] along it.
     pub fn input_at(&self, time: f64) -> Vec<f64> {
         let mut inputs = self.input.clone();
         for (input, change) in inputs.iter_mut().zip(&self.change) {
@@ -136,7 +138,8 @@ impl SwitchingArc {
         inputs
     }
 
-    /// How many inputs switch from this arc to the next: they change at another rate, or stay at another value.
+    /// How many inputs switch from this arc to the next: they change at another rate, or stay at
+    /// another value.
     pub fn switches_to(&self, next: &Self) -> usize {
         let change = |arc: &Self, input: usize| arc.change.get(input).copied().unwrap_or(0.0);
         let switched = |input: &usize| {

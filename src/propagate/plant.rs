@@ -66,7 +66,7 @@ impl<'a> Plant<'a> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }
 
-    /// Whether the reference frame turns.
+    /// Returns whether the reference frame turns.
     pub(crate) fn turns(&self) -> bool {
         self.frame_rate.is_some()
     }
@@ -96,10 +96,11 @@ impl<'a> Plant<'a> {
     }
 }
 
-/// Field and actuators of a maneuver as one load on one body, the output of the actuators held until it is set anew.
+/// Field and actuators of a maneuver as one load on one body, the output of the actuators held
+/// until it is set anew.
 ///
-/// Axes fixed in the reference frame give a torque `Rᵀ B u` that turns with the body, axes fixed in the body a force
-/// `R B u`: evaluated where the field is, such inputs are exact in every method.
+/// Axes fixed in the reference frame give a torque `Rᵀ B u` that turns with the body, axes fixed in
+/// the body a force `R B u`: evaluated where the field is, such inputs are exact in every method.
 #[derive(Debug)]
 pub(crate) struct HeldLoad {
     problem: Problem,

@@ -20,8 +20,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of the discrete and the
-//! continuous witness, which propagate too.
+//! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of the discrete and
+//! the continuous witness, which propagate too.
 
 pub use super::row::{BodyState, Observer, SimulationRow};
 
@@ -86,8 +86,8 @@ pub struct Run {
     pub work: Work,
     /// Time that they took, without the observer's.
     pub stepping: Duration,
-    /// The first step after which two bodies were within [`Simulation::reach`] of one another that had not been so
-    /// at the start.
+    /// The first step after which two bodies were within [`Simulation::reach`] of one another that
+    /// had not been so at the start.
     pub encounter: Option<Encounter>,
 }
 
@@ -130,7 +130,7 @@ pub enum SimulationError {
 }
 
 impl Simulation {
-    /// A simulation with a row per step, bodies called "body 1", ….
+    /// Builds a simulation with a row per step, bodies called "body 1", ….
     pub fn new(system: System, start: SystemState, kind: Kind, duration: f64, steps: u64) -> Self {
         let bodies = (1..=system.bodies().len()).map(|number| format!("body {number}")).collect();
         Self {
@@ -147,9 +147,9 @@ impl Simulation {
         }
     }
 
-    /// The motion of a maneuver's body from its start, over its duration in its number of steps, under
-    /// `inputs` that are held throughout: forces before torques, one row in the order of the crate's plans; `None`: no
-    /// actuation. The end of the maneuver plays no part.
+    /// The motion of a maneuver's body from its start, over its duration in its number of steps,
+    /// under `inputs` that are held throughout: forces before torques, one row in the order of the
+    /// crate's plans; `None`: no actuation. The end of the maneuver plays no part.
     ///
     /// # Errors
     /// A [`SimulationError`], also where the maneuver has reaction wheels.
@@ -191,7 +191,7 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// The step `h = T/N` \[s\].
+    /// Returns the step `h = T/N` \[s\].
     pub fn step(&self) -> f64 {
         self.duration / self.steps as f64
     }
@@ -223,7 +223,8 @@ impl Simulation {
                 method.step(&[]).map_err(|error| SimulationError::Step { time, error })?;
                 made += 1;
                 encounter = encounter.or_else(|| self.meeting(&apart, made, method.state()));
-                // Followed step by step, as a turn of more than 180° between rows would lose the sign.
+                // Followed step by step, as a turn of more than 180° between rows would lose the
+                // sign.
                 for (body, pose) in row.bodies.iter_mut().zip(method.state().poses()) {
                     let quaternion = lie::quaternion_from_rotation(&pose.attitude);
                     body.quaternion = lie::continued(Some(&body.quaternion), quaternion);
@@ -239,7 +240,8 @@ impl Simulation {
         Ok(Run { finished, facts: method.facts(), work: method.work(), stepping, encounter })
     }
 
-    /// A row is handed out only if it is finite: a method that only just holds its state hands out no infinite energy.
+    /// A row is handed out only if it is finite: a method that only just holds its state hands out
+    /// no infinite energy.
     fn finite(&self, row: &SimulationRow, made: u64) -> Result<(), SimulationError> {
         let time = self.time(made.saturating_sub(1));
         if row.is_finite() {
@@ -249,7 +251,8 @@ impl Simulation {
         }
     }
 
-    /// The pairs that are out of reach of one another at the start, with the square of that distance.
+    /// Returns the pairs that are out of reach of one another at the start, with the square of that
+    /// distance.
     fn apart(&self) -> Vec<([usize; 2], f64)> {
         let poses = self.start.poses();
         let pairs = (0..self.reach.len()).flat_map(|second| (0..second).map(move |first| [first, second]));
@@ -259,7 +262,7 @@ impl Simulation {
         with_reach.filter(|(pair, reach)| *reach > 0.0 && distance(*pair) >= *reach).collect()
     }
 
-    /// The first of `pairs` within reach.
+    /// Returns the first of `pairs` within reach.
     fn meeting(&self, pairs: &[([usize; 2], f64)], made: u64, state: &SystemState) -> Option<Encounter> {
         let poses = state.poses();
         let distance = |[a, b]: [usize; 2]| (poses[a].position - poses[b].position).norm_squared();
@@ -267,7 +270,7 @@ impl Simulation {
         Some(Encounter { time: self.time(made), bodies: *bodies, distance: distance(*bodies).sqrt() })
     }
 
-    /// The row of a state at `t = 0`, or of one whose signs do not matter.
+    /// Returns the row of a state at `t = 0`, or of one whose signs do not matter.
     pub fn row(&self, time: f64, state: &SystemState) -> SimulationRow {
         let body = |pose: &crate::mechanics::environment::Pose| BodyState {
             quaternion: lie::quaternion_from_rotation(&pose.attitude),

@@ -1,5 +1,6 @@
-//! The chance that a limit is exceeded at an instant of a plan, to first order: that a boresight enters a cone or leaves one, that the
-//! body turns too fast, that a command is beyond what an input gives or changes too fast.
+//! The chance that a limit is exceeded at an instant of a plan, to first order: that a boresight
+//! enters a cone or leaves one, that the body turns too fast, that a command is beyond what an
+//! input gives or changes too fast.
 //!
 //! ```text
 //! cone      θ_k = angle(R_k b, w) − α ,   σ² = gᵀ P_ζζ g ,   g = (1/sin θ) wᵀ R_k S(b)          chance Φ(−room/σ)
@@ -58,7 +59,8 @@ pub struct Chance {
     pub quantity: Quantity,
     /// Chance at each node, or in each step: the largest of its parts.
     pub nodes: Vec<f64>,
-    /// Each of its parts where it is the worst: a cone and a norm have one, components and inputs one each.
+    /// Each of its parts where it is the worst: a cone and a norm have one, components and inputs
+    /// one each.
     pub parts: Vec<Worst>,
 }
 
@@ -189,13 +191,13 @@ impl Chance {
         out
     }
 
-    /// The part of the largest chance, and where it has it.
+    /// Returns the part of the largest chance, and where it has it.
     pub fn worst(&self) -> Worst {
         let none = Worst { node: 0, chance: 0.0, sigma: 0.0, room: f64::INFINITY };
         self.parts.iter().fold(none, |worst, part| if part.is_worse_than(&worst) { *part } else { worst })
     }
 
-    /// The largest of all instants.
+    /// Returns the largest of all instants.
     pub fn largest(&self) -> f64 {
         self.worst().chance
     }
@@ -210,7 +212,7 @@ impl Worst {
     }
 }
 
-/// The chance of being more than `room` off.
+/// Returns the chance of being more than `room` off.
 fn beyond(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { normal_cdf(-room / sigma) } else { f64::from(u8::from(room < 0.0)) }
 }

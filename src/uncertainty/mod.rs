@@ -49,7 +49,8 @@ use flow::Flow;
 pub struct Uncertainty {
     /// Covariance of the start, `[ζ; δΩ]`, rad and rad/s: true minus planned.
     pub start: Matrix6,
-    /// Parameters that are the same along the plan, independent of each other: what each is, by name, and its deviation.
+    /// Parameters that are the same along the plan, independent of each other: what each is, by
+    /// name, and its deviation.
     pub parameters: Vec<(String, Parameter, f64)>,
     /// Intensity of the noise of the torque, (N·m)²·s.
     pub torque_noise: Matrix3,
@@ -77,8 +78,8 @@ pub struct Covariance {
     pub torque: Vec<Matrix3>,
     /// Standard deviation of the correction of each input, SI, for each step; empty open loop.
     pub inputs: Vec<Vec<f64>>,
-    /// Standard deviation of the change of the correction of each input from a step to the next, SI, one fewer than steps; empty open
-    /// loop.
+    /// Standard deviation of the change of the correction of each input from a step to the next,
+    /// SI, one fewer than steps; empty open loop.
     pub input_changes: Vec<Vec<f64>>,
 }
 

@@ -31,7 +31,7 @@ fn gains(linear: &LinearPlan, key: &str) -> Option<Gains> {
     Some(Gains::along(linear, kind, false).unwrap())
 }
 
-/// The 24 parameters of the files, in their order.
+/// Returns the 24 parameters of the files, in their order.
 pub(crate) fn parameters(sigma: &Value) -> Vec<(String, Parameter, f64)> {
     let unit = |axis: usize| Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)));
     let inertia = |index: usize| {

@@ -1,6 +1,6 @@
-//! The continuous witness: the equations of motion themselves, as a Taylor series where nothing depends on the
-//! pose, integrated by Verner's 9(8) pair where a field, axes fixed in the reference frame or thrusters fixed in the
-//! body do.
+//! The continuous witness: the equations of motion themselves, as a Taylor series where nothing
+//! depends on the pose, integrated by Verner's 9(8) pair where a field, axes fixed in the reference
+//! frame or thrusters fixed in the body do.
 //!
 //! ```text
 //! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = (Π + μ) × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
@@ -106,7 +106,7 @@ impl<'a> Continuous<'a> {
         lie::rotation_from_quaternion(&self.base.quaternion.value().data.0[0])
     }
 
-    /// The phase at `time` \[s\], which must be the end of the last step.
+    /// Returns the phase at `time` \[s\], which must be the end of the last step.
     pub(crate) fn phase(&self, time: f64) -> Phase {
         self.base.phase(time)
     }
@@ -157,7 +157,8 @@ impl Change<'_> {
         self.base.moment_unit * (t * from + 0.5 * t * t / self.length * (to - from))
     }
 
-    /// Scaled force and moment of field and actuators after a turn `[w, v]` and a change of position.
+    /// Scaled force and moment of field and actuators after a turn `[w, v]` and a change of
+    /// position.
     fn loads(&self, t: f64, w: f64, v: &Vector3, position: &Vector3) -> [Wrench; 2] {
         let Base { plant, scale, moment_unit, force_unit, .. } = self.base;
         let output = Output::between(&self.outputs.0, &self.outputs.1, t / self.length);
@@ -244,7 +245,7 @@ impl<'a> Base<'a> {
         [rate, (momentum.norm() + stored) * rate + torque]
     }
 
-    /// A step of the plan by Verner's pair; `None` where it gives up.
+    /// Returns a step of the plan by Verner's pair; `None` where it gives up.
     fn integrate<const D: usize>(
         &mut self,
         solver: &mut Verner98<D>,
@@ -270,7 +271,8 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// A step of the plan as a series, or as several in a row; `None` where they do not converge.
+    /// Returns a step of the plan as a series, or as several in a row; `None` where they do not
+    /// converge.
     fn expand(&mut self, parts: &mut u32, step: f64, from: &Output, to: &Output) -> Option<()> {
         let (mut at, mut count) = (0, (*parts / 2).max(1));
         while at < count {
@@ -288,7 +290,8 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// A part of a step over `length`, scaled; nothing and false where the series does not converge.
+    /// Returns a part of a step over `length`, scaled; nothing and false where the series does not
+    /// converge.
     fn expand_part(&mut self, length: f64, ends: &[Output; 2]) -> bool {
         let [from, to] = ends.map(|end| self.moment_unit * end.torque);
         let speeds = self.speeds(from.norm().max(to.norm())).map(|speed| 1.0 + speed);

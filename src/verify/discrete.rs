@@ -57,7 +57,7 @@ impl<'a> Discrete<'a> {
         Self::at(plant, start, scheme, step, 0.0)
     }
 
-    /// The same from the time `began` \[s\].
+    /// Builds the same from the time `began` \[s\].
     pub(super) fn at(plant: &'a Plant<'a>, start: &Phase, scheme: Scheme, step: f64, began: f64) -> Self {
         let pose = Pose { position: start.position, attitude: start.attitude };
         Self {
@@ -153,12 +153,12 @@ impl<'a> Discrete<'a> {
         self.stored.as_ref().map_or_else(Vector3::zeros, |stored| *stored.value())
     }
 
-    /// The arc that led to the node reached, inertial axes; none before the first step.
+    /// Returns the arc that led to the node reached, inertial axes; none before the first step.
     pub(crate) fn arc(&self) -> Option<&Arc> {
         self.arc.as_ref()
     }
 
-    /// The phase at the node reached.
+    /// Returns the phase at the node reached.
     pub(crate) fn phase(&self) -> Phase {
         Phase {
             position: self.pose.position,

@@ -1,4 +1,5 @@
-//! The continuous witness under the torque that is held over each step of the plan, and those that start from where it has been.
+//! The continuous witness under the torque that is held over each step of the plan, and those that
+//! start from where it has been.
 
 use super::continuous::Continuous;
 use super::margins::{Margin, Meter};
@@ -20,7 +21,8 @@ pub(super) struct Held {
     pub end: Phase,
     /// Margins of rates and cones of the continuous motion, where there are constraints.
     pub margins: Vec<Margin>,
-    /// Largest scaled difference between what a plan that lands has on record and this motion; NaN if any is.
+    /// Largest scaled difference between what a plan that lands has on record and this motion; NaN
+    /// if any is.
     pub recorded: f64,
     pub windows: Result<OnWindows, WitnessError>,
 }
@@ -44,7 +46,8 @@ pub(super) struct Symplectic {
     pub limit: f64,
 }
 
-/// The continuous witness under the held torque, and those that start from where it has been.
+/// Returns the continuous witness under the held torque, and those that start from where it has
+/// been.
 ///
 /// `flown` is a plan that has the true motion on record.
 pub(super) fn held_witnesses(
@@ -84,8 +87,9 @@ pub(super) fn held_witnesses(
     Ok(Held { method, end, margins, recorded, windows })
 }
 
-/// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it strays from
-/// that by the square of their length, a small part of what the discrete motion strays by (`tests/it/witnesses/margins.rs`).
+/// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it
+/// strays from that by the square of their length, a small part of what the discrete motion strays
+/// by (`tests/it/witnesses/margins.rs`).
 pub(super) const PIECES: usize = 8;
 
 /// The data that the continuous witness records along the plan.
@@ -97,8 +101,8 @@ struct Passage {
     windows: Vec<Window>,
 }
 
-/// End of the continuous motion under the held torque and its method, its margins of rates and cones where there are
-/// constraints, and where it was at the ends of each window.
+/// End of the continuous motion under the held torque and its method, its margins of rates and
+/// cones where there are constraints, and where it was at the ends of each window.
 fn held_end(
     plant: &Plant,
     inputs: &Inputs,

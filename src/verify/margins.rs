@@ -25,13 +25,13 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Margin {
-    /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel torque
-    /// limit", "wheel momentum limit" and the like.
+    /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel
+    /// torque limit", "wheel momentum limit" and the like.
     pub name: String,
     /// The smallest distance to the limit, in `unit`; negative: violated.
     pub margin: f64,
-    /// The smallest distance of the continuous motion under the held torque, in `unit`, for rates and cones: it differs by the error
-    /// of the discretisation.
+    /// The smallest distance of the continuous motion under the held torque, in `unit`, for rates
+    /// and cones: it differs by the error of the discretisation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous_margin: Option<f64>,
     /// "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N", "N/s".
@@ -46,12 +46,12 @@ pub struct Margin {
 }
 
 impl Margin {
-    /// Whether the limit holds, to round-off ([`Margin::ROUND_OFF`]).
+    /// Returns whether the limit holds, to round-off ([`Margin::ROUND_OFF`]).
     pub fn holds(&self) -> bool {
         self.scaled >= -Self::ROUND_OFF
     }
 
-    /// The number of the input that it is of, forces first, where it is of one.
+    /// Returns the number of the input that it is of, forces first, where it is of one.
     pub fn input(&self, problem: &Problem) -> Option<usize> {
         let number = ["wheel ", "input "].iter().find_map(|kind| self.at.strip_prefix(kind))?;
         let index = number.parse::<usize>().ok()?.checked_sub(1)?;
@@ -77,7 +77,7 @@ impl fmt::Display for Margin {
     }
 }
 
-/// The worst scaled violation among margins; 0 where all hold, NaN where one is NaN.
+/// Returns the worst scaled violation among margins; 0 where all hold, NaN where one is NaN.
 pub fn worst_violation(margins: &[Margin]) -> f64 {
     margins.iter().fold(0.0, |worst: f64, margin| {
         let violation = -margin.scaled;

@@ -1,19 +1,22 @@
-//! Independent witnesses of a plan. They share no solver, sweep or derivative code with the planner.
+//! Independent witnesses of a plan. They share no solver, sweep or derivative code with the
+//! planner.
 //!
-//! - The **discrete witness** propagates the plan's inputs through its own difference equations, the
-//!   implicit one solved in another form than the planner's. It must meet the terminal conditions.
-//! - The **continuous witness** follows the equations of motion, the torque held over each step of the plan: as a
-//!   Taylor series, or with a method from another crate where forces depend on the pose. It notes where it is at the
-//!   ends of a few windows of the plan.
-//! - The **symplectic witness** propagates the same held torque over the windows with a Galerkin variational
-//!   integrator of high order, and must end where the continuous one does, to round-off.
-//! - The first two must describe one motion: over the windows, with that held torque and ever shorter steps, the first
-//!   converges to the second at the order of the scheme, or to round-off.
+//! - The **discrete witness** propagates the plan's inputs through its own difference equations,
+//!   the implicit one solved in another form than the planner's. It must meet the terminal
+//!   conditions.
+//! - The **continuous witness** follows the equations of motion, the torque held over each step of
+//!   the plan: as a Taylor series, or with a method from another crate where forces depend on the
+//!   pose. It notes where it is at the ends of a few windows of the plan.
+//! - The **symplectic witness** propagates the same held torque over the windows with a Galerkin
+//!   variational integrator of high order, and must end where the continuous one does, to
+//!   round-off.
+//! - The first two must describe one motion: over the windows, with that held torque and ever
+//!   shorter steps, the first converges to the second at the order of the scheme, or to round-off.
 //!
 //! [`Verification::witnesses`] states over how many steps each witness ran.
 //!
-//! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes, rates
-//! and torques are compared with what they find.
+//! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes,
+//! rates and torques are compared with what they find.
 
 mod accuracy;
 mod attitudes;
@@ -134,7 +137,8 @@ pub fn verify_until(
         apart_limit,
     } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
-    // The target of a plan that lands is where its discrete motion came to: one more state on record.
+    // The target of a plan that lands is where its discrete motion came to: one more state on
+    // record.
     let on_record = RECORDED.max(10.0 * tolerance);
     let terminal = if trajectory.target.is_some() { on_record } else { tolerance };
     found.at_most("discrete terminal", found.discrete().largest(), terminal);
@@ -271,7 +275,8 @@ struct Judged {
     flown: Option<f64>,
     /// The largest error of the continuous motion at the end, apart from the attitude, scaled.
     continuous_state: f64,
-    /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the body.
+    /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the
+    /// body.
     momentum_drift: Option<f64>,
     /// Whether the path has the requested homotopy class, if one is requested.
     goes_as_asked: Option<bool>,
@@ -286,7 +291,7 @@ struct Judged {
 }
 
 impl Verification {
-    /// The witnesses, two at a time; the findings of those that came to an end stay.
+    /// Returns the witnesses, two at a time; the findings of those that came to an end stay.
     fn witness(
         &mut self,
         problem: &Problem,
@@ -392,8 +397,8 @@ impl Verification {
 /// The number of steps from which on a second thread saves more time than it costs.
 const WORTH_A_THREAD: usize = 400;
 
-/// Where the continuous witness ends from the start of the maneuver, under outputs held over steps of given lengths: what tests hold
-/// other flows against.
+/// Where the continuous witness ends from the start of the maneuver, under outputs held over steps
+/// of given lengths: what tests hold other flows against.
 #[cfg(test)]
 pub(crate) fn continuous_flow(
     plant: &crate::propagate::plant::Plant,

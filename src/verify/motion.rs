@@ -23,7 +23,7 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// The phase of a boundary state of `problem`, with the wheels as they are at the start.
+    /// Builds the phase of a boundary state of `problem`, with the wheels as they are at the start.
     pub fn of(problem: &Problem, state: &State) -> Self {
         Self {
             position: state.position,
@@ -102,8 +102,8 @@ impl Scale {
     }
 }
 
-/// The plant of `problem`, unless its duration is not known yet or the body moves in a turning frame: the scheme then lacks the
-/// Coriolis force.
+/// Returns the plant of `problem`, unless its duration is not known yet or the body moves in a
+/// turning frame: the scheme then lacks the Coriolis force.
 pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
     if problem.duration.known().is_none() {
         return Err(ProblemError::Missing(
@@ -117,7 +117,8 @@ pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
 
 /// The plan's inputs as the steps use them, and the steps.
 ///
-/// Where minimum time or fuel is planned there is one row for each step, held over it; elsewhere rows belong to nodes.
+/// Where minimum time or fuel is planned there is one row for each step, held over it; elsewhere
+/// rows belong to nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs<'a> {
     pub(super) problem: &'a Problem,
@@ -133,7 +134,7 @@ impl<'a> Inputs<'a> {
         Self::on(problem, problem.grid(), rows)
     }
 
-    /// The same on a grid of another kind.
+    /// Builds the same on a grid of another kind.
     pub(super) fn on(problem: &'a Problem, grid: Grid, rows: &'a [f64]) -> Self {
         Self { problem, grid, rows, switches: problem.switches() }
     }
@@ -147,7 +148,7 @@ impl<'a> Inputs<'a> {
         Ok(Self::new(problem, rows))
     }
 
-    /// The numbers of a row.
+    /// Returns the numbers of a row.
     pub(crate) fn numbers(&self, index: usize) -> &'a [f64] {
         let count = self.problem.actuation.count();
         &self.rows[index * count..(index + 1) * count]
@@ -172,7 +173,7 @@ impl<'a> Inputs<'a> {
         (self.row(from), self.row(to))
     }
 
-    /// The rows of these.
+    /// Returns the rows of these.
     fn end_rows(&self, k: usize) -> (usize, usize) {
         if self.switches {
             return (k, k);
@@ -190,7 +191,8 @@ impl<'a> Inputs<'a> {
         (k, k + 1 - self.problem.scheme.first_input())
     }
 
-    /// The output that the plan holds over step k: `B u_{k+1}`, or `½ B (u_k + u_{k+1})` for Verlet.
+    /// Returns the output that the plan holds over step k: `B u_{k+1}`, or `½ B (u_k + u_{k+1})`
+    /// for Verlet.
     pub(crate) fn held(&self, k: usize) -> Output {
         let (from, to) = self.held_rows(k);
         Output::between(&self.row(from), &self.row(to), 0.5)

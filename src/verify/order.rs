@@ -42,7 +42,8 @@ const MAX_STEPS: usize = 4_000_000;
 /// The deficit to the full order with which the check still passes.
 pub(super) const SLACK: f64 = 0.5;
 
-/// Agreement over a window, scaled and relative to the size of the motion, that counts as round-off.
+/// Agreement over a window, scaled and relative to the size of the motion, that counts as
+/// round-off.
 const ROUND_OFF: f64 = 2e-14;
 
 /// Agreement that amplified round-off can excuse at most.
@@ -54,7 +55,8 @@ const START_ROUND_OFF: f64 = 4e-15;
 /// How the discrete and the continuous witness compare.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comparison {
-    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN where a step was too long.
+    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN where a step was too
+    /// long.
     pub(super) errors: Vec<f64>,
     /// Order observed between the finest two levels; `None` at round-off.
     pub(super) order: Option<f64>,
@@ -133,7 +135,7 @@ impl Stage<'_> {
         self.compare_with(|window, refinement| self.held_end(window, &window.start, refinement))
     }
 
-    /// The same for any propagation at `h/refinement`.
+    /// Returns the same for any propagation at `h/refinement`.
     fn compare_with(
         &self,
         run: impl Fn(&Window, usize) -> Result<Phase, WitnessError>,
@@ -228,8 +230,8 @@ impl Stage<'_> {
     }
 }
 
-/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses may have over a whole
-/// maneuver; over a part of it, its share.
+/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses
+/// may have over a whole maneuver; over a part of it, its share.
 const EXACT: f64 = 1e-9;
 
 #[cfg(test)]
@@ -243,7 +245,8 @@ mod tests {
     use crate::verify::window::Marks;
     use std::sync::atomic::AtomicBool;
 
-    /// A scheme for one step of length h from a phase under a torque; right, or with a fault planted in it.
+    /// A scheme for one step of length h from a phase under a torque; right, or with a fault
+    /// planted in it.
     type Step = fn(&Plant, &Phase, f64, &Vector3) -> Phase;
 
     /// Applies half kick, drift, half kick, as in the theory.
@@ -325,7 +328,8 @@ mod tests {
         stage.compare_with(run).unwrap()
     }
 
-    /// Few windows find what a scheme has wrong in every step, on any grid, from rest to rest and in full motion.
+    /// Few windows find what a scheme has wrong in every step, on any grid, from rest to rest and
+    /// in full motion.
     #[test]
     fn a_fault_planted_in_the_scheme_is_found_on_the_windows() {
         let moments = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();

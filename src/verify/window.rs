@@ -30,7 +30,8 @@ pub(super) struct Window {
     pub(super) peak_rate: f64,
 }
 
-/// The steps of each window of a plan of `steps`: all in one where windows would cover the plan.
+/// Returns the steps of each window of a plan of `steps`: all in one where windows would cover the
+/// plan.
 pub(super) fn spread(steps: usize) -> Vec<Range<usize>> {
     let length = steps.div_ceil(ONE_OF).max(SHORTEST);
     if WINDOWS * length >= steps {

@@ -1,5 +1,5 @@
-//! One rule for the cells of every table (RFC 4180, but a quoted cell ends on its line): commas, semicolons or tabs between them,
-//! quotes around them where a program likes to put some.
+//! One rule for the cells of every table (RFC 4180, but a quoted cell ends on its line): commas,
+//! semicolons or tabs between them, quotes around them where a program likes to put some.
 
 use std::borrow::Cow;
 
@@ -19,7 +19,7 @@ pub(crate) fn separator(head: &str) -> Option<char> {
     [',', ';', '\t'].into_iter().find(|sign| outside(*sign))
 }
 
-/// The cells of a line; blanks alone part them where there is no sign.
+/// Returns the cells of a line; blanks alone part them where there is no sign.
 ///
 /// # Errors
 /// Returns a description of wrong quotes.

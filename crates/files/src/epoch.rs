@@ -46,7 +46,7 @@ impl Scale {
         }
     }
 
-    /// The scale of this name, in upper or lower case.
+    /// Builds the scale of this name, in upper or lower case.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|scale| scale.name().eq_ignore_ascii_case(name))
     }
@@ -85,7 +85,8 @@ pub enum EpochError {
 /// A moment of calendar time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Epoch {
-    /// The second that it falls into: whole seconds of its own scale, kept as TAI (as TDB where that is the scale).
+    /// The second that it falls into: whole seconds of its own scale, kept as TAI (as TDB where
+    /// that is the scale).
     second: Instant,
     /// The fraction of the second \[s\], from 0 to below 1.
     fraction: f64,
@@ -100,10 +101,12 @@ impl Epoch {
     /// means UTC. A blank may replace the `T`, and may be omitted before the scale.
     ///
     /// # Errors
-    /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not have.
+    /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not
+    /// have.
     pub fn parse(text: &str) -> Result<Self, EpochError> {
         let text = text.trim();
-        // The scale is the last word; with no blank before it, it begins with what is of no time of day and of no offset.
+        // The scale is the last word; with no blank before it, it begins with what is of no time of
+        // day and of no offset.
         let clock = text.find(':').unwrap_or(text.len());
         let end = text[clock..]
             .find(|sign: char| !(sign.is_ascii_digit() || sign.is_whitespace() || ".:+-".contains(sign)))
@@ -134,8 +137,8 @@ impl Epoch {
         }
     }
 
-    /// Reads `2026-11-21T07:00:00.25`, or `2026-325T07:00:00.25` by the day of the year, in the given scale; a `Z` at
-    /// its end is ignored.
+    /// Reads `2026-11-21T07:00:00.25`, or `2026-325T07:00:00.25` by the day of the year, in the
+    /// given scale; a `Z` at its end is ignored.
     ///
     /// # Errors
     /// Returns the errors of [`Epoch::parse`].
@@ -183,7 +186,7 @@ impl Epoch {
         Ok(Self { second: moment, fraction, scale })
     }
 
-    /// The moment that many seconds after 1970 began, in UTC, as computers count them.
+    /// Builds the moment that many seconds after 1970 began, in UTC, as computers count them.
     pub fn of_unix(seconds: u64) -> Self {
         let second = Instant::from_unix_seconds(seconds as f64).to_time_scale(TimeScale::TAI);
         Self { second, fraction: 0.0, scale: Scale::Utc }
@@ -209,7 +212,7 @@ impl Epoch {
         self.scale
     }
 
-    /// The moment `seconds` later.
+    /// Builds the moment `seconds` later.
     pub fn after(&self, seconds: f64) -> Self {
         let (mut whole, mut fraction) = (seconds.floor(), seconds - seconds.floor() + self.fraction);
         if fraction >= 1.0 {
@@ -224,7 +227,7 @@ impl Epoch {
         whole.to_seconds() + (self.fraction - other.fraction)
     }
 
-    /// The clock that starts at it, for where things are in the sky.
+    /// Returns the clock that starts at it, for where things are in the sky.
     pub(crate) fn clock(&self) -> slewkit_sky::Clock {
         let nanoseconds = self.second.to_tai_duration().total_nanoseconds();
         let (whole, rest) = (nanoseconds.div_euclid(1_000_000_000), nanoseconds.rem_euclid(1_000_000_000));
@@ -305,7 +308,7 @@ fn numbers<const N: usize>(text: &str, sign: char, digits: [usize; N]) -> Option
     Some(values)
 }
 
-/// The digits behind the point of a second.
+/// Returns the digits behind the point of a second.
 fn fraction(digits: &str) -> Option<f64> {
     if digits.is_empty() || digits.len() > 30 || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;

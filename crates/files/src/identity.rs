@@ -58,7 +58,7 @@ impl Identity {
     /// The reference frame where none is named.
     pub const REFERENCE_FRAME: &'static str = "ICRF";
 
-    /// The body frame.
+    /// Returns the body frame.
     pub fn body_frame(&self) -> &str {
         self.body_frame.as_deref().unwrap_or(Self::BODY_FRAME)
     }
@@ -77,7 +77,7 @@ impl Identity {
         self.inputs.get(index).map(String::as_str)
     }
 
-    /// The reference frame.
+    /// Returns the reference frame.
     pub fn reference_frame(&self) -> &str {
         self.reference_frame.as_deref().unwrap_or(Self::REFERENCE_FRAME)
     }

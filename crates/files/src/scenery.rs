@@ -1,8 +1,8 @@
 //! The surroundings of a spacecraft while it turns: the Earth below, Sun, Moon, and the target of
 //! the end.
 //!
-//! Nothing in it changes a plan: pictures and summaries show it. A plan file holds it as coefficients, so that a report needs no orbit
-//! and no ephemeris.
+//! Nothing in it changes a plan: pictures and summaries show it. A plan file holds it as
+//! coefficients, so that a report needs no orbit and no ephemeris.
 
 use slewkit::mechanics::direction::Track;
 use slewkit::{Matrix3, Vector3};
@@ -78,7 +78,8 @@ impl Scenery {
         Some(geodetic(&self.earth_fixed(&place, time)))
     }
 
-    /// Geodetic latitude and east longitude \[deg\] of where a line of sight, GCRS, meets the ground; `None` where it passes the Earth.
+    /// Geodetic latitude and east longitude \[deg\] of where a line of sight, GCRS, meets the
+    /// ground; `None` where it passes the Earth.
     pub fn on_ground(&self, direction: &Vector3, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         let along = self.earth_fixed(direction, time);

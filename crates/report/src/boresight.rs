@@ -36,7 +36,7 @@ pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     found
 }
 
-/// The axes of the body, where nothing else is to be followed.
+/// Returns the axes of the body, where nothing else is to be followed.
 pub(super) fn body_axes() -> [Boresight; 3] {
     let axes = [("body x", Vector3::x()), ("body y", Vector3::y()), ("body z", Vector3::z())];
     axes.map(|(name, vector)| Boresight { name: name.into(), vector })

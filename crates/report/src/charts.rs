@@ -1,4 +1,5 @@
-//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they act.
+//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they
+//! act.
 
 use super::summary::firings::{self, firings};
 use super::summary::inputs::scale;

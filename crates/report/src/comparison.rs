@@ -129,7 +129,7 @@ impl ComparisonFile {
     }
 }
 
-/// The page of a comparison.
+/// Returns the page of a comparison.
 pub fn comparison_page(file: &ComparisonFile) -> String {
     let shown = comparison_pictures(file);
     let nodes = file.motions.iter().map(|motion| motion.trajectory.time.len()).max().unwrap_or(0);
@@ -168,7 +168,7 @@ pub fn comparison_pictures(file: &ComparisonFile) -> Vec<Shown> {
     all
 }
 
-/// The inputs of one motion.
+/// Returns the inputs of one motion.
 fn inputs(key: &'static str, motion: &Motion, names: &[String]) -> Shown {
     let trajectory = &motion.trajectory;
     let count = trajectory.input_count;

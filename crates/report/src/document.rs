@@ -1,4 +1,5 @@
-//! The pictures and the body of a page as one JSON document, with no more digits than a screen shows.
+//! The pictures and the body of a page as one JSON document, with no more digits than a screen
+//! shows.
 
 use super::Shown;
 use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDisc};
@@ -103,7 +104,7 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
     })
 }
 
-/// A cone about a direction.
+/// Returns a cone about a direction.
 pub(super) fn cone(cone: &SkyCone) -> Value {
     json!({
         "name": cone.name, "axis": vector(&cone.axis), "half_angle": cone.half_angle,
@@ -111,7 +112,7 @@ pub(super) fn cone(cone: &SkyCone) -> Value {
     })
 }
 
-/// A disc that moves.
+/// Returns a disc that moves.
 pub(super) fn disc(disc: &SkyDisc) -> Value {
     json!({ "name": disc.name, "kind": disc.kind.word(), "way": way(&disc.way) })
 }

@@ -1,4 +1,5 @@
-//! The plan in flight: how far from it a craft is that differs, open loop and under the gains, to first order.
+//! The plan in flight: how far from it a craft is that differs, open loop and under the gains, to
+//! first order.
 
 mod bands;
 
@@ -55,7 +56,7 @@ fn of_attitude(state: &Matrix6) -> Matrix3 {
     state.fixed_view::<3, 3>(0, 0).into_owned()
 }
 
-/// The charts.
+/// Returns the charts.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let linear = pointing(subject).into_iter().chain(corrections(subject));
     linear.chain(bands::charts(subject)).collect()
@@ -211,7 +212,7 @@ pub(super) fn told_of_rings(rings: &[SkyRing], factor: i32) -> String {
     if factor > 1 { format!("{what}; {factor} times enlarged") } else { what.into() }
 }
 
-/// The axes of the ellipse of one standard deviation of a boresight, body axes \[rad\].
+/// Returns the axes of the ellipse of one standard deviation of a boresight, body axes \[rad\].
 fn axes(boresight: &Vector3, covariance: &Matrix3) -> [Vector3; 2] {
     let lever = slewkit::lie::hat(boresight);
     let eigen = (lever * covariance * lever.transpose()).symmetric_eigen();
@@ -287,7 +288,8 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
     Some(Table { title: "In flight", head, rows, remark })
 }
 
-/// The parameter that makes most of three variances at the end, which begin with the row `first`.
+/// Returns the parameter that makes most of three variances at the end, which begin with the row
+/// `first`.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty, first: usize) -> String {
     let all: f64 = (first..first + 3).map(|row| covariance.end[(row, row)]).sum();
     let squares =

@@ -6,7 +6,8 @@
 //! [`Plan`], which a plan file both holds. The witnesses supply values between the nodes
 //! ([`slewkit::verify::course()`]).
 //!
-//! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data have all rows.
+//! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data
+//! have all rows.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -88,7 +89,8 @@ const INPUT_KEYS: [&str; 3] = ["inputs_1", "inputs_2", "inputs_3"];
 /// The names of all pictures that a comparison of motions may have, in their order.
 pub const COMPARISON_KEYS: [&str; 5] = [INPUT_KEYS[0], INPUT_KEYS[1], INPUT_KEYS[2], "turning", "difference"];
 
-/// The names of all pictures that a comparison of integrators may have: its figures but the trajectories.
+/// The names of all pictures that a comparison of integrators may have: its figures but the
+/// trajectories.
 pub const INTEGRATOR_KEYS: &[&str] = FIGURES.as_slice().split_at(1).1;
 
 /// The names of all pictures that a file of results may have.
@@ -124,8 +126,8 @@ pub struct Shown {
 }
 
 impl<'a> Subject<'a> {
-    /// The witnesses propagate the plan once. If they cannot, their results are not shown, and
-    /// the page states the reason.
+    /// Builds the witnesses propagate the plan once. If they cannot, their results are not shown,
+    /// and the page states the reason.
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));
@@ -156,7 +158,7 @@ impl<'a> Subject<'a> {
         self.flight.as_ref().map(|(closed_loop, _)| *closed_loop)
     }
 
-    /// The way of the witnesses, where they could follow it.
+    /// Returns the way of the witnesses, where they could follow it.
     fn course(&self) -> Option<&Course> {
         self.course.as_ref()?.as_ref().ok()
     }
@@ -199,7 +201,8 @@ impl<'a> Subject<'a> {
         &time[self.problem.scheme.first_input().min(time.len())..]
     }
 
-    /// A line of values of the inputs, one a row: with corners where the plan holds them over its steps.
+    /// Returns a line of values of the inputs, one a row: with corners where the plan holds them
+    /// over its steps.
     fn input_line(&self, name: impl Into<String>, style: usize, values: Vec<f64>) -> Curve {
         if !self.problem.switches() {
             return line(name, style, self.input_times(), values.into_iter());
@@ -230,7 +233,7 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
     shown
 }
 
-/// A line through values at times, thinned.
+/// Returns a line through values at times, thinned.
 fn line(name: impl Into<String>, style: usize, time: &[f64], values: impl Iterator<Item = f64>) -> Curve {
     let points: Vec<(f64, f64)> = time.iter().copied().zip(values).collect();
     Curve { name: name.into(), style, shape: Shape::Line(thinned(&points, MOST_POINTS)) }

@@ -92,7 +92,7 @@ fn when(pointing: &Pointing) -> String {
     }
 }
 
-/// All cones.
+/// Returns all cones.
 pub(super) fn all_cones(subject: &Subject) -> Vec<SkyCone> {
     let each = |(name, pointing): (&str, &Pointing)| -> Vec<SkyCone> {
         pointing.directions.iter().map(|direction| cone(subject, name, pointing, direction)).collect()
@@ -100,7 +100,7 @@ pub(super) fn all_cones(subject: &Subject) -> Vec<SkyCone> {
     cones(subject).flat_map(each).collect()
 }
 
-/// The ways of the spacecraft and of its boresights on the ground, where they meet it.
+/// Returns the ways of the spacecraft and of its boresights on the ground, where they meet it.
 pub(super) fn ground(subject: &Subject) -> Option<Shown> {
     let scenery = subject.identity.scenery.as_ref()?;
     scenery.spacecraft.as_ref()?;

@@ -199,7 +199,7 @@ fn named(identity: &Identity) -> Vec<(String, String)> {
     told.into_iter().filter_map(|(label, text)| Some((label.to_string(), text?))).collect()
 }
 
-/// The text of a page.
+/// Returns the text of a page.
 pub(super) fn written(content: &Content) -> String {
     let Content { name, words, proved, shown, missing: _, grouped: _, tables, body, nodes } = content;
     let name = if name.is_empty() { "Without a name" } else { name };

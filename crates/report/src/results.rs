@@ -89,7 +89,7 @@ impl Cases {
         shown
     }
 
-    /// The cost over one key that holds numbers.
+    /// Returns the cost over one key that holds numbers.
     fn over_one(&self) -> Option<Shown> {
         let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.points.len());
         for (values, cost) in &self.points {
@@ -121,7 +121,7 @@ impl Cases {
         Some(Shown { key: "cost", picture: Picture::Chart(chart), remark: String::new() })
     }
 
-    /// The cost over two keys.
+    /// Returns the cost over two keys.
     fn over_two(&self) -> Option<Shown> {
         let values = |index: usize| {
             let mut seen: Vec<&str> = Vec::new();
@@ -242,7 +242,7 @@ fn distribution(key: &'static str, title: &str, label: &str, values: &[f64]) -> 
     Some(Shown { key, picture: Picture::Chart(chart), remark: String::new() })
 }
 
-/// The page of a file of results.
+/// Returns the page of a file of results.
 pub fn results_page(cases: &Cases) -> String {
     let tally = cases.tally();
     let shard = cases.header.shard.unwrap_or(Shard::ALL);

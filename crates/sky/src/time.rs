@@ -1,7 +1,7 @@
 //! A moment, and the moments that follow it by seconds.
 //!
-//! A Julian date in one double has 40 µs, 0.3 m of a satellite; so days and seconds are kept apart, and elapsed SI seconds are added
-//! to the latter.
+//! A Julian date in one double has 40 µs, 0.3 m of a satellite; so days and seconds are kept apart,
+//! and elapsed SI seconds are added to the latter.
 
 use hifitime::{Duration, Epoch, TimeScale};
 
@@ -71,7 +71,7 @@ impl Clock {
         (self.days + (self.seconds + time) / DAY) / 36_525.0
     }
 
-    /// A two-part Julian date of TT.
+    /// Returns a two-part Julian date of TT.
     pub(crate) fn julian_tt(&self, time: f64) -> (f64, f64) {
         (2_451_545.0 + self.days, (self.seconds + time) / DAY)
     }

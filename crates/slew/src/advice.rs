@@ -22,7 +22,7 @@ fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -
     format!("{}   # {why}", words.join(" "))
 }
 
-/// A word of a command line, in quotes where the shell would read more into it.
+/// Returns a word of a command line, in quotes where the shell would read more into it.
 pub fn word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
     let text = slewkit_files::spec::escape(text);

@@ -76,7 +76,7 @@ pub enum ReportFormat {
 }
 
 impl ReportArgs {
-    /// Whether the report is a document on stdout.
+    /// Returns whether the report is a document on stdout.
     pub fn json(&self) -> bool {
         self.format == ReportFormat::Json
     }
@@ -89,7 +89,7 @@ impl ReportArgs {
         Ok(())
     }
 
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: self.json() }
     }

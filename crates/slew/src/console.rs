@@ -20,7 +20,7 @@ pub struct Console {
 }
 
 impl Console {
-    /// A console on stderr; `quiet` keeps all but errors.
+    /// Builds a console on stderr; `quiet` keeps all but errors.
     pub fn new(quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();
         let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
@@ -62,12 +62,13 @@ impl Console {
         let _ = writeln!(io::stderr().lock(), "{}", text.trim_end_matches('\n'));
     }
 
-    /// Whether anybody sees progress.
+    /// Returns whether anybody sees progress.
     pub fn shows_progress(&self) -> bool {
         self.terminal && !self.quiet
     }
 
-    /// Whether it is time for another progress line: ten a second, and none in the first tenth.
+    /// Returns whether it is time for another progress line: ten a second, and none in the first
+    /// tenth.
     pub fn is_due(&self) -> bool {
         self.shows_progress() && self.shown.elapsed() >= Duration::from_millis(100)
     }

@@ -32,7 +32,7 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// The code.
+    /// Returns the code.
     pub fn code(self) -> u8 {
         match self {
             Self::Solved => 0,
@@ -97,14 +97,14 @@ impl Message {
 }
 
 impl Failure {
-    /// An input that cannot be opened or read.
+    /// Builds an input that cannot be opened or read.
     pub fn unreadable(path: &Path, error: &std::io::Error) -> Self {
         let path = path.to_string_lossy();
         let reason = format!("cannot read {}: {error}", escape(&path));
         Self::File(Message::new("E0090", reason, "check the path"))
     }
 
-    /// An input that is not what it should be.
+    /// Builds an input that is not what it should be.
     pub fn unusable(path: &Path, error: &ExportError) -> Self {
         if let ExportError::Io(error) = error {
             return Self::unreadable(path, error);

@@ -96,7 +96,7 @@ impl Destination {
         Ok(())
     }
 
-    /// The format, where there are data.
+    /// Returns the format, where there are data.
     pub fn format(&self) -> Option<Format> {
         match self {
             Self::None => None,
@@ -134,14 +134,14 @@ pub enum Destination {
 }
 
 impl OutputArgs {
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         let json = matches!(self.format, Some(Format::Json | Format::Jsonl));
         Common { quiet: self.quiet, json }
     }
 
-    /// Where the data go, checked before any work: in one of the `formats` of the command, and not over one of its
-    /// `inputs`.
+    /// Where the data go, checked before any work: in one of the `formats` of the command, and not
+    /// over one of its `inputs`.
     pub fn destination(&self, formats: &[Format], inputs: &[&Path]) -> Result<Destination, Failure> {
         if let Some(format) = self.format.filter(|format| !formats.contains(format)) {
             let reason = format!("this command does not write {}", format.name());
@@ -202,7 +202,7 @@ fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<For
     }
 }
 
-/// All formats with their endings.
+/// Returns all formats with their endings.
 fn known(formats: &[Format]) -> String {
     let mut text = "the endings are".to_string();
     for format in formats.iter().filter(|format| !format.endings().is_empty()) {

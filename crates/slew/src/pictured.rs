@@ -38,7 +38,7 @@ pub enum Kind {
 /// The number of bytes that identify a file: its identifying keys come before all lists.
 const HEAD: u64 = 4096;
 
-/// The file at `path`, or stdin for `-`, from its beginning, and what it is of.
+/// Returns the file at `path`, or stdin for `-`, from its beginning, and what it is of.
 pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     let mut input = spec_file::open_plan(path)?;
     let mut head = Vec::new();
@@ -71,7 +71,8 @@ pub fn results(path: &Path) -> Result<Cases, Failure> {
     Ok(cases)
 }
 
-/// The spec that the plan file `input`, read from `path`, holds, its maneuver on the grid of the plan, the plan, and what chances took.
+/// Returns the spec that the plan file `input`, read from `path`, holds, its maneuver on the grid
+/// of the plan, the plan, and what chances took.
 pub fn read(
     path: &Path,
     input: impl Read,

@@ -61,7 +61,8 @@ struct Told {
     /// Age of the elements at the epoch \[s\]; absent of a table of positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     age_s: Option<f64>,
-    /// When the spacecraft is in the shadow of the Earth, penumbra and umbra, of the maneuver \[s\].
+    /// When the spacecraft is in the shadow of the Earth, penumbra and umbra, of the maneuver
+    /// \[s\].
     eclipses_s: Vec<[f64; 2]>,
     /// Whether directions have the effect of light time, and of aberration.
     light_time: bool,

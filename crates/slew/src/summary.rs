@@ -15,7 +15,7 @@ use slewkit_report::summary;
 pub use slewkit_report::summary::{Judged, Lines, line, scheme};
 use std::path::Path;
 
-/// The first line: name to the left, verdict to the right.
+/// Returns the first line: name to the left, verdict to the right.
 pub fn headline(console: &Console, name: &str, verdict: &str, tone: Tone) -> String {
     summary::headline(console.colour, name, verdict, tone)
 }
@@ -46,7 +46,7 @@ pub struct Told<'a> {
     pub warm: Option<&'a str>,
 }
 
-/// The summary of a plan, solved or not, with what to type next.
+/// Returns the summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, warm } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
@@ -96,7 +96,8 @@ fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) ->
     }
 }
 
-/// A command to try. Where it is too long for a line it goes on in the next, as a shell reads it, and so does why.
+/// Returns a command to try. Where it is too long for a line it goes on in the next, as a shell
+/// reads it, and so does why.
 fn tried(text: &str) -> Vec<String> {
     let mut lines = Vec::new();
     if text.chars().count() <= summary::TEXT {

@@ -94,7 +94,7 @@ fn planned(problem: &Problem) -> Option<Plan> {
     plan(problem, &Settings::discrete(), None, &mut Silent).ok()
 }
 
-/// The cost of a plan that is solved; NaN where it is not.
+/// Returns the cost of a plan that is solved; NaN where it is not.
 fn cost(problem: &Problem) -> f64 {
     planned(problem).filter(|plan| plan.status == Status::Solved).map_or(f64::NAN, |plan| plan.solution.cost)
 }
@@ -178,7 +178,7 @@ fn compared(answer: &Solution, on: &Problem, other: &Solution, on_other: &Proble
     })
 }
 
-/// The extremal on another grid whose path is that of an answer: by Newton at once, by Newton grid by grid, or by SCP.
+/// Returns the extremal on another grid whose path is that of an answer: by Newton at once, by Newton grid by grid, or by SCP.
 fn carried(answer: &Solution, on: &Problem, to: &Problem) -> Option<Solution> {
     let settings = Settings::discrete();
     let newton = |steps: usize, costates: &[f64]| {
@@ -205,7 +205,7 @@ fn carried(answer: &Solution, on: &Problem, to: &Problem) -> Option<Solution> {
     at_once().filter(is_near).or_else(|| by_and_by().filter(is_near)).or_else(|| by_path().filter(is_near))
 }
 
-/// The largest angle between the nodes that the grids of two solutions share \[rad\].
+/// Returns the largest angle between the nodes that the grids of two solutions share \[rad\].
 fn distance(a: &Solution, b: &Solution) -> f64 {
     let [a, b] = [a, b].map(|solution| &solution.trajectory.quaternion);
     let (few, many) = if a.len() < b.len() { (a, b) } else { (b, a) };

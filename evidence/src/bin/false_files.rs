@@ -98,7 +98,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 || right < count { Err("see above".into()) } else { Ok(()) }
 }
 
-/// The beginning of a case, for people.
+/// Returns the beginning of a case, for people.
 fn shown(case: &Case) -> String {
     let text = String::from_utf8_lossy(&case.file);
     let head: Vec<&str> = text.lines().take(24).collect();
@@ -125,7 +125,7 @@ fn against(found: &FileReport) -> String {
     checks.chain(found.attitudes.violations.iter().cloned()).collect::<Vec<_>>().join("; ")
 }
 
-/// The maneuver that a motion is of.
+/// Returns the maneuver that a motion is of.
 fn spec_of(motion: &Motion, frame: Frame, named: bool, more: &str) -> String {
     let orbital_rate = if frame == Frame::Orbit { 1.1e-3 } else { 0.0 };
     // At rest in its frame the body turns with it; rates of a spec are those against inertial space.
@@ -173,7 +173,7 @@ fn far_direction(random: &mut Random, motion: &Motion) -> (Vector3, f64) {
     tried.fold((Vector3::x(), 0.0), |best, next| if next.1 > best.1 { next } else { best })
 }
 
-/// A right file in any style.
+/// Returns a right file in any style.
 fn styled(random: &mut Random) -> Case {
     let motion = Motion::random(random);
     let frame = if random.unit() < 0.2 { Frame::Orbit } else { Frame::Inertial };
@@ -188,7 +188,7 @@ fn styled(random: &mut Random) -> Case {
     Case { spec: spec_of(&motion, frame, random.unit() < 0.9, &more), file, open: &[] }
 }
 
-/// A right file with a fault.
+/// Returns a right file with a fault.
 fn planted(fault: Fault, random: &mut Random) -> Case {
     let motion = Motion::random(random);
     let inertial = !matches!(fault, Fault::Frame | Fault::Direction | Fault::Sign) || random.unit() < 0.7;
@@ -281,7 +281,7 @@ fn to_message(style: &mut Style, random: &mut Random) {
     }
 }
 
-/// A kind of message with components of the angular velocity.
+/// Returns a kind of message with components of the angular velocity.
 fn velocity(style: &mut Style, random: &mut Random) -> Kind {
     (style.first_version, style.a_to_b, style.scalar_first) = (false, true, false);
     random.pick(&[Kind::QuaternionAngvel, Kind::EulerAngvel([2, 1, 0]), Kind::EulerAngvel([0, 2, 0])])
@@ -355,7 +355,7 @@ fn gap(style: &mut Style, all: &mut Vec<Row>, random: &mut Random) {
     }
 }
 
-/// A cone in which the boresight is between two rows only, however one goes from the one to the other.
+/// Returns a cone in which the boresight is between two rows only, however one goes from the one to the other.
 fn cone_between(motion: &Motion, style: &mut Style, all: &mut Vec<Row>, random: &mut Random) -> String {
     // Rows at least a degree of the boresight apart: some of them.
     let keep = 1 + random.below(4);

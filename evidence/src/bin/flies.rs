@@ -45,7 +45,7 @@ fn variances(attitude: f64, rate: f64) -> Matrix6 {
     Matrix6::from_diagonal(&Vector6::new(attitude, attitude, attitude, rate, rate, rate))
 }
 
-/// The moments of an inertia, off by a part.
+/// Returns the moments of an inertia, off by a part.
 fn moments(problem: &Problem, part: f64) -> Vec<(String, Parameter, f64)> {
     let of = |axis: usize| {
         let delta = unit(axis) * unit(axis).transpose();
@@ -77,7 +77,7 @@ fn maneuver(random: &mut Random) -> Problem {
     Problem::attitude(body, State::at_rest(start), State::at_rest(end), 60.0)
 }
 
-/// The maneuver with a cone that the free slew enters by 4° in its middle; `None` where an end would be within 8° of it.
+/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` where an end would be within 8° of it.
 fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?;
     let path = &free.solution.trajectory;
@@ -193,7 +193,7 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     Ok(kept == count)
 }
 
-/// The maneuver with the largest torques of the free slew as limits, or the largest rates; a reserve then acts.
+/// Returns the maneuver with the largest torques of the free slew as limits, or the largest rates; a reserve then acts.
 fn within_limits(problem: Problem, of_rates: bool) -> Result<Problem, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?.solution.trajectory;
     let most = |of: &dyn Fn(usize) -> f64| (0..free.torque.len()).map(of).fold(0.0, f64::max);
@@ -325,7 +325,7 @@ fn speed() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine tenths of its torque, and in least effort.
+/// Returns a published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine tenths of its torque, and in least effort.
 fn cubesats() -> Result<(), Box<dyn Error>> {
     println!(
         "2 % of error in each moment of the inertia, 2000 flights: deviation of the attitude about its worst axis at the end, deg"

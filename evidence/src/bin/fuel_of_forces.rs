@@ -163,7 +163,7 @@ fn thrusters(limits: Limits) -> Result<Actuation, Box<dyn Error>> {
     Ok(Actuation::of_thrusters(positions.collect(), directions.collect(), limits)?)
 }
 
-/// A maneuver of least fuel under limits that its plan of least effort keeps, and the fuel of that plan.
+/// Returns a maneuver of least fuel under limits that its plan of least effort keeps, and the fuel of that plan.
 fn limited(
     problem: Problem,
     by_thrusters: bool,

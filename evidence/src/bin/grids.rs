@@ -176,7 +176,7 @@ fn compared(index: usize, problem: &Problem) -> Compared {
     Compared { index, costs, shares, rivals, seconds }
 }
 
-/// The maneuver of this index among those of a kind; `None` where it cannot be built.
+/// Returns the maneuver of this index among those of a kind; `None` where it cannot be built.
 fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Problem> {
     let mut random = Random::of_case(0x6a1d_5000 + limited as u64 + 16 * u64::from(fuel), index);
     let moments = random.mean_moments(5.0);
@@ -232,7 +232,7 @@ fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Problem> {
     Some(constraints.into_iter().fold(problem, Problem::with_constraint))
 }
 
-/// A cone that holds neither end: on the way of the turn, or one that may be beside it.
+/// Returns a cone that holds neither end: on the way of the turn, or one that may be beside it.
 fn cone(start: &Matrix3, turn: &Vector3, number: usize, random: &mut Random) -> Pointing {
     let beside = number > 0 && random.coin();
     loop {

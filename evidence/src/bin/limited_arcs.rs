@@ -34,7 +34,7 @@ const SAME: f64 = 1e-6;
 const KINDS: [&str; 8] =
     ["axis-rates", "rate-norm", "cones", "moving-cone", "wheels", "orbit", "flight", "torque-rates"];
 
-/// A maneuver of a kind, by its number.
+/// Returns a maneuver of a kind, by its number.
 fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
     let mut random = Random::of_case(39, seed);
     let moments = loop {
@@ -150,7 +150,7 @@ fn arcs(found: &Plan) -> Option<(f64, f64)> {
     Some((told.continuous_cost, told.gap))
 }
 
-/// The kind of a case, among all of them or of one alone, and whether it is of least fuel.
+/// Returns the kind of a case, among all of them or of one alone, and whether it is of least fuel.
 fn kind_of(seed: usize, only: Option<&str>) -> Result<(&str, bool), String> {
     if let Some(only) = only.filter(|only| !KINDS.contains(only)) {
         return Err(format!("{only} is none of the kinds {}", KINDS.join(", ")));

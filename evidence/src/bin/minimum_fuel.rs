@@ -117,7 +117,7 @@ fn direction(random: &mut Random) -> Vector3 {
     }
 }
 
-/// A maneuver and its duration \[s\]; `None` where no shortest one is found.
+/// Returns a maneuver and its duration \[s\]; `None` where no shortest one is found.
 fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Problem, f64)>, Box<dyn Error>> {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
@@ -157,7 +157,7 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Pro
     Ok(duration.is_finite().then_some((problem, duration)))
 }
 
-/// The maneuver in the best duration: up to the longest \[s\], or where a second has a price.
+/// Returns the maneuver in the best duration: up to the longest \[s\], or where a second has a price.
 fn sought(random: &mut Random, problem: Problem, longest: Option<f64>) -> Problem {
     let price = 0.02 * 25.0_f64.powf(random.unit());
     if let Some(longest) = longest {
@@ -168,7 +168,7 @@ fn sought(random: &mut Random, problem: Problem, longest: Option<f64>) -> Proble
     problem.with_duration(Duration::SOUGHT).with_objective(Objective::Fuel(fuel))
 }
 
-/// The maneuver with a shortest pulse \[s\].
+/// Returns the maneuver with a shortest pulse \[s\].
 fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
     let torque = problem.actuation.torque.clone();
     let limits = Limits { shortest_pulse: Some(shortest), ..torque.limits().clone() };

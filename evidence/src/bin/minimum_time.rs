@@ -259,7 +259,7 @@ fn drawn(random: &mut Random) -> Result<Problem, Box<dyn Error>> {
     Ok(Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)))
 }
 
-/// The median, what nine tenths and 99 % are below, and the largest; NaN of nothing.
+/// Returns the median, what nine tenths and 99 % are below, and the largest; NaN of nothing.
 fn parts(mut values: Vec<f64>) -> [f64; 4] {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);

@@ -115,7 +115,7 @@ impl Pass {
     }
 }
 
-/// The checks of the witnesses that do not hold, each with its value and its limit.
+/// Returns the checks of the witnesses that do not hold, each with its value and its limit.
 fn failed(found: &Plan) -> String {
     let checks = found.verification.iter().flat_map(|verification| &verification.checks);
     let failed = checks.filter(|check| !check.passed);

@@ -18,7 +18,7 @@ use std::time::Instant;
 const STEPS: usize = 200;
 const TERMINAL_LIMIT: f64 = 1e-12;
 
-/// A body whose principal moments have a ratio of up to 20, about any axes.
+/// Returns a body whose principal moments have a ratio of up to 20, about any axes.
 fn inertia(random: &mut Random) -> Inertia {
     let moments = random.moments(20.0);
     random.about_any_axes(&moments)
@@ -66,7 +66,7 @@ fn problem(kind: Kind, seed: u64, index: usize) -> Problem {
     within_limits(kind, problem.with_scheme(scheme), random.within(0.6, 0.95))
 }
 
-/// The same with every torque, or their norm, limited to a part of the largest that the maneuver takes
+/// Returns the same with every torque, or their norm, limited to a part of the largest that the maneuver takes
 /// without limits.
 fn within_limits(kind: Kind, mut problem: Problem, part: f64) -> Problem {
     let free = solve(&problem, &Settings::discrete(), None, &mut Silent).expect("a valid problem");

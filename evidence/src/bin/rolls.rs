@@ -21,7 +21,7 @@ const ROLLS: usize = 24;
 /// A cost that is above the best of them by more than this part is missed.
 const NEAR: f64 = 1e-6;
 
-/// A direction that turns about an axis at one rate.
+/// Returns a direction that turns about an axis at one rate.
 fn moving(from: &Vector3, rate: &Vector3, duration: f64) -> Direction {
     let along = |time: f64| lie::exp(&(rate * time)) * from;
     Direction::along(0.0, duration, duration, 20, along).expect("a unit vector does not vanish")
@@ -43,7 +43,7 @@ fn maneuver(index: usize, moves: bool) -> Problem {
     Problem::attitude(body, start, start, duration).with_aim_at_end(if moves { aim } else { aim.at_rest() })
 }
 
-/// The cheapest of given rolls.
+/// Returns the cheapest of given rolls.
 fn best_of_rolls(problem: &Problem, settings: &Settings) -> Result<f64, Box<dyn Error>> {
     let aim = problem.aim().ok_or("no target")?;
     let ends = aim.ends(problem.seconds(), &problem.start.attitude, &Vector3::zeros())?;

@@ -164,7 +164,7 @@ fn answer(slew: &Path, spec: &Path) -> io::Result<String> {
     Ok(format!("{code}\n{}", String::from_utf8_lossy(&output.stdout)))
 }
 
-/// All differences of two answers.
+/// Returns all differences of two answers.
 fn compare(old: &str, new: &str) -> Vec<String> {
     let parts = |answer: &str| {
         let (code, json) = answer.split_once('\n').unwrap_or((answer, ""));
@@ -232,7 +232,7 @@ fn change(path: &str) -> Option<&'static Change> {
     CHANGED.iter().find(|(pattern, ..)| matches(pattern)).map(|(_, change, _)| change)
 }
 
-/// A value on a line.
+/// Returns a value on a line.
 fn short(value: &Value) -> String {
     let text = value.to_string();
     if text.chars().count() > 120 { text.chars().take(120).chain("…".chars()).collect() } else { text }

@@ -104,7 +104,7 @@ fn batch(cases: u64, steps: usize, settings: &[&str]) -> Result<Batch, Box<dyn E
     Ok(Batch::of_dispersion(base)?)
 }
 
-/// The maneuvers of a batch, read beforehand.
+/// Returns the maneuvers of a batch, read beforehand.
 fn problems(batch: &Batch, cases: u64) -> Result<Vec<(Problem, Settings)>, Box<dyn Error>> {
     let read = |number| {
         let loaded = batch.read(&batch.case(number)?)?;

@@ -219,7 +219,7 @@ impl Draft {
         1.5 * self.angle() / self.duration
     }
 
-    /// A weight of `count` inputs: numbers, or a symmetric matrix whose diagonal dominates.
+    /// Returns a weight of `count` inputs: numbers, or a symmetric matrix whose diagonal dominates.
     pub fn weight(&mut self, count: usize) -> String {
         let diagonal: Vec<f64> = (0..count).map(|_| self.random.within(0.5, 3.0)).collect();
         if self.chance(0.5) {

@@ -12,7 +12,7 @@ pub fn scaled(v: Vector, factor: f64) -> Vector {
     v.map(|part| factor * part)
 }
 
-/// A turn about a unit axis.
+/// Returns a turn about a unit axis.
 pub fn turn(axis: Vector, angle: f64) -> Quaternion {
     let [x, y, z] = scaled(axis, (0.5 * angle).sin());
     [(0.5 * angle).cos(), x, y, z]

@@ -54,7 +54,7 @@ pub enum AlternativesError {
 }
 
 impl Alternatives {
-    /// The names of all constraints of the sets.
+    /// Returns the names of all constraints of the sets.
     pub fn members(&self) -> impl Iterator<Item = &str> {
         self.sets.iter().flatten().map(String::as_str)
     }

@@ -53,7 +53,8 @@ pub struct Approach {
     pub angle: f64,
 }
 
-/// Angle of the two motions together over which a cubic is as good as round-off: its error is `x⁴/384`.
+/// Angle of the two motions together over which a cubic is as good as round-off: its error is
+/// `x⁴/384`.
 const PIECE: f64 = 2e-3;
 
 /// Most pieces of an arc: motions of more than a hundred radians in one step are refused.
@@ -70,7 +71,7 @@ impl Target {
         Self { start, turn: Vector3::zeros(), radius: 0.0 }
     }
 
-    /// The direction after `part` of the arc, inertial axes.
+    /// Returns the direction after `part` of the arc, inertial axes.
     pub fn at(&self, part: f64) -> Vector3 {
         if self.turn == Vector3::zeros() { self.start } else { lie::exp(&(part * self.turn)) * self.start }
     }
@@ -87,7 +88,8 @@ impl Arc {
         self.start * lie::exp(&(part * self.turn))
     }
 
-    /// Angle between `boresight` (unit vector, body axes) and `target` after `part` of the arc \[rad\].
+    /// Angle between `boresight` (unit vector, body axes) and `target` after `part` of the arc
+    /// \[rad\].
     pub fn angle(&self, boresight: &Vector3, target: &Target, part: f64) -> f64 {
         angle_between(&(self.attitude(part) * boresight), &target.at(part))
     }
@@ -100,7 +102,8 @@ impl Arc {
         Self { start: self.attitude(from), turn: self.turn * (to - from) }
     }
 
-    /// Where the angle is smallest or largest. It is NaN where a number is, or where more than a hundred radians are turned.
+    /// Where the angle is smallest or largest. It is NaN where a number is, or where more than a
+    /// hundred radians are turned.
     pub fn extreme(&self, boresight: &Vector3, target: &Target, which: Extreme) -> Approach {
         let at = |part: f64| Approach { part, angle: self.angle(boresight, target, part) };
         let worse = |a: Approach, b: Approach| {
@@ -116,7 +119,7 @@ impl Arc {
         }
     }
 
-    /// The part at which the closed form has its extremum, if that is on the arc.
+    /// Returns the part at which the closed form has its extremum, if that is on the arc.
     fn turning_point(&self, boresight: &Vector3, direction: &Vector3, which: Extreme) -> Option<f64> {
         let angle = self.turn.norm();
         if angle == 0.0 {
@@ -165,8 +168,8 @@ impl Arc {
     }
 }
 
-/// Where the cubic on [0, 1] with these values and slopes at its ends has a maximum inside, or at an end to
-/// round-off: one on the border of two pieces must not fall between them.
+/// Where the cubic on [0, 1] with these values and slopes at its ends has a maximum inside, or at
+/// an end to round-off: one on the border of two pieces must not fall between them.
 fn highest_of_cubic(value_0: f64, value_1: f64, slope_0: f64, slope_1: f64) -> Option<f64> {
     const BORDER: f64 = 1e-6;
     // p' = slope_0 + 2 q x + 3 r x²

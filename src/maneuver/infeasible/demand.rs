@@ -8,9 +8,9 @@
 //! ```
 //!
 //! for any body axis b. The second line holds because, without wheels,
-//! `h²|Π|² = sin²φ (e·Je)² + 4 sin²(φ/2) |e×Je|² ≥ sin²φ |Je|²`, because `sin φ √(e·Je) ≤ h v`, and because
-//! b goes `|b×e| φ`, where `φ/sin φ` grows with φ. Principal axes are taken for b, and boresights, which may
-//! have to go around a cone.
+//! `h²|Π|² = sin²φ (e·Je)² + 4 sin²(φ/2) |e×Je|² ≥ sin²φ |Je|²`, because `sin φ √(e·Je) ≤ h v`, and
+//! because b goes `|b×e| φ`, where `φ/sin φ` grows with φ. Principal axes are taken for b, and
+//! boresights, which may have to go around a cone.
 
 use super::Proof;
 use super::capability::{Ends, SLACK, fastest, means, motion, standing};
@@ -81,7 +81,7 @@ impl<'a> Case<'a> {
         Self { problem, motion: motion(problem, &ends), demands: demands(problem, &ends) }
     }
 
-    /// The demand that is missed most, and what the means allow of it.
+    /// Returns the demand that is missed most, and what the means allow of it.
     fn worst(&self, means: &Means, duration: f64) -> Option<(&Demand, f64)> {
         let no_rate = self.demands.iter().all(|demand| demand.fastest == f64::INFINITY);
         if no_rate && means.torque_is_unlimited() {
@@ -209,7 +209,7 @@ impl Case<'_> {
         Proof { reason, duration_lower_bound: shortest }
     }
 
-    /// The limits at hand: " with 0.3 N·m at 4 deg/s".
+    /// Returns the limits at hand: " with 0.3 N·m at 4 deg/s".
     fn given(&self, means: &Means) -> String {
         let mut text = String::new();
         let torque = &self.problem.actuation.torque;
@@ -273,7 +273,7 @@ const GROWN: [(&str, fn(&Means) -> f64, fn(Means, f64) -> Means); 4] = [
     ("rate", |means| means.rate, |means, factor| Means { rate_growth: factor, ..means }),
 ];
 
-/// The largest cone that could do, where a cone is in the way.
+/// Returns the largest cone that could do, where a cone is in the way.
 fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     let detour = demand.cone.as_ref()?;
     let fits = |half_angle: f64| detour.length(half_angle) <= allowed + ROUND_OFF;

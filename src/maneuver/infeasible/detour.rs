@@ -1,4 +1,5 @@
-//! The shortest way of a boresight around a keep-out cone: a great circle to the cone, along its rim, and on.
+//! The shortest way of a boresight around a keep-out cone: a great circle to the cone, along its
+//! rim, and on.
 //!
 //! Let a cone have the half angle β < 90°. On the unit sphere let `d_0`, `d_1` be the distances
 //! of the ends from its axis, and Δ the angle between the two ends at that axis. Then

@@ -1,4 +1,5 @@
-//! How fast the body can be at most on every arc of a maneuver, whatever its inputs do within their limits.
+//! How fast the body can be at most on every arc of a maneuver, whatever its inputs do within their
+//! limits.
 //!
 //! The arc of step k is `F = exp S(f)`, `φ = |f| < 90°`, `e = f/φ`. Let `Π` be the momentum that
 //! drives it, `v² = Π·J⁻¹Π`, and μ the momentum in the wheels, if any. Each step of either scheme
@@ -28,8 +29,8 @@
 use crate::maneuver::problem::Scheme;
 use std::f64::consts::FRAC_PI_2;
 
-/// Most passes for the angle of an arc with wheels. They find it where the wheels store less than about
-/// `J₁/h`; where they store much more the bound stays at 90°, and proves nothing.
+/// Most passes for the angle of an arc with wheels. They find it where the wheels store less than
+/// about `J₁/h`; where they store much more the bound stays at 90°, and proves nothing.
 const WHEEL_PASSES: usize = 30;
 
 /// Bounds on the torques, forces and rates of a body.
@@ -50,7 +51,7 @@ pub(super) struct Means {
 }
 
 impl Means {
-    /// Whether nothing limits how the momentum of the body changes.
+    /// Returns whether nothing limits how the momentum of the body changes.
     pub fn torque_is_unlimited(&self) -> bool {
         [self.torque + self.field, self.slope, self.storage].iter().all(|limit| *limit == f64::INFINITY)
     }
@@ -154,7 +155,8 @@ impl Motion {
     /// Momenta as the rate of change of the torque allows.
     fn limit_by_slope(&self, means: &Means, grid: &Grid, arcs: &mut [Arc]) {
         let duration = grid.step * grid.steps as f64;
-        // A concave function is nowhere larger than this times its largest value in the middle of a step.
+        // A concave function is nowhere larger than this times its largest value in the middle of a
+        // step.
         let between = grid.steps as f64 / (grid.steps as f64 - 1.0);
         // Every pass is valid for what the last one found.
         for _ in 0..8 {
@@ -231,12 +233,12 @@ impl Motion {
     }
 }
 
-/// The angle below 90° of this sine, or 90°.
+/// Returns the angle below 90° of this sine, or 90°.
 pub(super) fn sine_angle(sine: f64) -> f64 {
     if sine < 1.0 { sine.asin() } else { FRAC_PI_2 }
 }
 
-/// A product in which zero is zero, whatever the other.
+/// Returns a product in which zero is zero, whatever the other.
 fn product(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }

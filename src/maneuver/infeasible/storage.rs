@@ -1,8 +1,9 @@
 //! Wheels exchange momentum with the body and keep the total: what they hold in the end is known.
 //!
-//! Where nothing else turns the body `R(JΩ + μ)`, `μ = Σ a_i h_i`, is conserved, in the discrete maneuver as
-//! in the continuous one. The terminal attitude and rate therefore leave one `μ_N` only. It must be one that
-//! the momentum limits allow, `|h_i| ≤ L_i`, and one that the torque limits reach, `|h_i − h_i0| ≤ T ū_i`.
+//! Where nothing else turns the body `R(JΩ + μ)`, `μ = Σ a_i h_i`, is conserved, in the discrete
+//! maneuver as in the continuous one. The terminal attitude and rate therefore leave one `μ_N`
+//! only. It must be one that the momentum limits allow, `|h_i| ≤ L_i`, and one that the torque
+//! limits reach, `|h_i − h_i0| ≤ T ū_i`.
 
 use super::Proof;
 use super::capability::{Ends, SLACK, held, isolated, standing};

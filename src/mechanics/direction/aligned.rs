@@ -3,8 +3,9 @@
 use super::LineOfSight;
 use crate::{Matrix3, Vector3};
 
-/// The attitude that points one body axis along a direction and a second one as well as it can towards another, with the rate
-/// and the angular acceleration of the frame that keeps doing so, axes of the directions.
+/// The attitude that points one body axis along a direction and a second one as well as it can
+/// towards another, with the rate and the angular acceleration of the frame that keeps doing so,
+/// axes of the directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignedFrame {
     /// Body → axes of the directions: `Σ tᵢsᵢᵀ`.

@@ -30,7 +30,7 @@ pub enum EnvironmentError {
     },
 }
 
-/// The vector scaled to length one.
+/// Returns the vector scaled to length one.
 pub(super) fn direction(name: &'static str, value: Vector3) -> Result<Vector3, EnvironmentError> {
     let size = finite_vector(name, value)?.amax();
     // Scaled first: the square of a very long or short vector would leave the range of f64.

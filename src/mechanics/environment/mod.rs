@@ -56,7 +56,7 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// No force and no moment.
+    /// Returns no force and no moment.
     pub fn zero() -> Self {
         Self { force: Vector3::zeros(), moment: Vector3::zeros() }
     }
@@ -78,7 +78,7 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// The zero map.
+    /// Builds the zero map.
     pub fn zero() -> Self {
         Self { xx: Matrix3::zeros(), xr: Matrix3::zeros(), rx: Matrix3::zeros(), rr: Matrix3::zeros() }
     }
@@ -88,7 +88,7 @@ impl Blocks {
         Self { xx: self.xx * by, xr: self.xr * by, rx: self.rx * by, rr: self.rr * by }
     }
 
-    /// The same map with translations given in the reference frame, from one in body axes.
+    /// Builds the same map with translations given in the reference frame, from one in body axes.
     fn rotate_translations(&self, attitude: &Matrix3) -> Self {
         let transposed = attitude.transpose();
         Self {
@@ -148,7 +148,8 @@ pub enum Description {
 pub enum Symmetry {
     /// None that is known: nothing is conserved.
     None,
-    /// Turns about this direction through the origin: the angular momentum about it, unit, reference frame.
+    /// Turns about this direction through the origin: the angular momentum about it, unit,
+    /// reference frame.
     About(Vector3),
     /// All turns about the origin: the angular momentum.
     Turns,
@@ -171,7 +172,8 @@ pub trait Environment: Debug + Send + Sync {
     /// Force `f`, reference frame \[N\], and moment `M`, body axes [N·m], at a pose.
     fn wrench(&self, pose: &Pose) -> Wrench;
 
-    /// Derivative `Γ` of force and moment with respect to `(δx, ζ)`: four 3×3 blocks [N/m, N/rad, N, N·m/rad] (4.13–4.14).
+    /// Derivative `Γ` of force and moment with respect to `(δx, ζ)`: four 3×3 blocks [N/m, N/rad,
+    /// N, N·m/rad] (4.13–4.14).
     fn gradient(&self, pose: &Pose) -> Blocks;
 
     /// Returns the derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, with the costates

@@ -3,9 +3,9 @@
 //! ```text
 //! U = −μm/|x| + u(y),   y = Rᵀx = r e,   u(y) = −(μ/2r³) (tr J − 3 e·Je)
 //! ```
-//! The first term moves the mass center alone. The second depends on the center as the body sees it,
-//! so that, with `δy = Rᵀδx + S(y) ζ`, one chain rule gives everything from the derivatives of `u`,
-//! `a = ∇u`, `H = ∇²u`, `T = ∂(Hq)/∂y`:
+//! The first term moves the mass center alone. The second depends on the center as the body sees
+//! it, so that, with `δy = Rᵀδx + S(y) ζ`, one chain rule gives everything from the derivatives of
+//! `u`, `a = ∇u`, `H = ∇²u`, `T = ∂(Hq)/∂y`:
 //! ```text
 //! f = −R a         M = y × a
 //! F_x = −R H Rᵀ    F_R = R (S(a) − H S(y))    M_x = F_Rᵀ    M_R = (S(y) H − S(a)) S(y)
@@ -47,8 +47,8 @@ pub struct SecondOrderGravity {
 }
 
 impl SecondOrderGravity {
-    /// A body of `mass` \[kg\] and `inertia` about its mass center, in the field of gravitational
-    /// parameter μ [m³/s²].
+    /// Builds a body of `mass` \[kg\] and `inertia` about its mass center, in the field of
+    /// gravitational parameter μ [m³/s²].
     ///
     /// # Errors
     /// An [`EnvironmentError`] if the parameter or the mass is not a positive number, or their

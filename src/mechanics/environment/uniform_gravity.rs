@@ -26,8 +26,8 @@ pub struct UniformGravity {
 }
 
 impl UniformGravity {
-    /// A body of `mass` \[kg\] in the acceleration `gravity` [m/s²] along `direction` (where things
-    /// fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes \[m\].
+    /// Builds a body of `mass` \[kg\] in the acceleration `gravity` [m/s²] along `direction` (where
+    /// things fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes \[m\].
     ///
     /// # Errors
     /// An [`EnvironmentError`] naming what is not finite, a mass that is not positive, a negative

@@ -11,20 +11,21 @@ use crate::{Matrix3, Vector3};
 pub enum Attractor {
     /// Point masses: exact among clouds, all pairs of points.
     Cloud(PointCloud),
-    /// Mass and inertia alone, MacCullagh's formula: second order in size over distance in all its pairs.
+    /// Mass and inertia alone, MacCullagh's formula: second order in size over distance in all its
+    /// pairs.
     SecondOrder {
         /// Mass \[kg\].
         mass: f64,
         /// Inertia about the mass center, body axes.
         inertia: Inertia,
     },
-    /// A homogeneous polyhedron: exact on points and clouds; on another polyhedron by Gauss points of the
-    /// smaller one.
+    /// A homogeneous polyhedron: exact on points and clouds; on another polyhedron by Gauss points
+    /// of the smaller one.
     Polyhedron(HomogeneousPolyhedron),
 }
 
 impl Attractor {
-    /// A sphere, or a point mass \[kg\].
+    /// Returns a sphere, or a point mass \[kg\].
     ///
     /// # Errors
     /// A [`FullBodyError`](super::FullBodyError) if the mass is not a positive number.
@@ -50,7 +51,7 @@ impl Attractor {
         }
     }
 
-    /// The rigid body for the integrators.
+    /// Returns the rigid body for the integrators.
     ///
     /// # Errors
     /// An [`InertiaError`] if the inertia is singular: points on a line, or a single one.

@@ -1,11 +1,13 @@
 //! Dumbbells: two equal spheres on a massless rod, their mutual potential in closed form.
 //!
-//! With `a = R e₁ l/2`, the four pairs of spheres of two dumbbells give, `d_pq = x_i + p a_i − x_j − q a_j`,
+//! With `a = R e₁ l/2`, the four pairs of spheres of two dumbbells give,
+//! `d_pq = x_i + p a_i − x_j − q a_j`,
 //! ```text
 //! U = −(G m_i m_j/4) Σ_{p,q = ±1} 1/|d_pq|                  g_pq = −(G m_i m_j/4) d_pq/|d_pq|³
 //! f_i = Σ g_pq     M_i = (l_i/2) e₁ × R_iᵀ Σ p g_pq        f_j = −f_i     M_j = −(l_j/2) e₁ × R_jᵀ Σ q g_pq
 //! ```
-//! (3.8 and the potential of section 3.4, with its sign). Exact for spheres, which attract as points do.
+//! (3.8 and the potential of section 3.4, with its sign). Exact for spheres, which attract as
+//! points do.
 
 use super::error::{Checked, count};
 use super::{MassPoint, PointCloud, Potential};
@@ -33,7 +35,7 @@ impl Dumbbell {
         Matrix3::from_diagonal(&Vector3::new(axial, across, across))
     }
 
-    /// The rigid body for the integrators.
+    /// Returns the rigid body for the integrators.
     ///
     /// # Errors
     /// Returns an [`InertiaError`](crate::mechanics::body::InertiaError) if the inertia is
@@ -74,7 +76,7 @@ impl Dumbbells {
     /// Most dumbbells; their pairs are summed one by one.
     pub const BODIES: usize = 10_000;
 
-    /// The gravity of `dumbbells` on one another, with the constant `G` [m³/(kg·s²)].
+    /// Returns the gravity of `dumbbells` on one another, with the constant `G` [m³/(kg·s²)].
     ///
     /// # Errors
     /// Returns a [`FullBodyError`](super::FullBodyError) if the list is empty or too long, or the

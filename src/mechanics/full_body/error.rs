@@ -40,8 +40,8 @@ pub(super) fn count(name: &'static str, count: usize, limit: usize) -> Checked<u
     if (1..=limit).contains(&count) { Ok(count) } else { Err(FullBodyError::Count { name, count, limit }) }
 }
 
-/// Largest distance of a mass center from the origin, relative to the farthest point of the body, that
-/// counts as round-off of the input.
+/// Largest distance of a mass center from the origin, relative to the farthest point of the body,
+/// that counts as round-off of the input.
 pub(super) const OFF_CENTER: f64 = 1e-6;
 
 /// The mass center must be the origin, on the scale of the farthest point.

@@ -3,8 +3,8 @@
 //! ```text
 //! E = Σ |γ_i|²/2m_i + ½ Π_i·J_i⁻¹Π_i + U      P = Σ γ_i      L = Σ x_i × γ_i + R_i Π_i
 //! ```
-//! `P` and `L` are conserved by every potential that depends on relative positions and attitudes alone, and
-//! to round-off by the Lie group variational integrators; `E` by the motion.
+//! `P` and `L` are conserved by every potential that depends on relative positions and attitudes
+//! alone, and to round-off by the Lie group variational integrators; `E` by the motion.
 
 use super::Potential;
 use crate::Vector3;

@@ -64,8 +64,8 @@ pub trait Potential: std::fmt::Debug + Send + Sync {
     /// `U` \[J\].
     fn energy(&self, poses: &[Pose]) -> f64;
 
-    /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over `wrenches`, which
-    /// has one row per pose.
+    /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over
+    /// `wrenches`, which has one row per pose.
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]);
 
     /// Derivative of force and moment on body i with respect to `(δx, ζ)` of body j, written over

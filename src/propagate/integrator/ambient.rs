@@ -1,11 +1,12 @@
-//! The equations of motion in the numbers of the matrices, for methods that know nothing of the group.
+//! The equations of motion in the numbers of the matrices, for methods that know nothing of the
+//! group.
 //!
 //! ```text
 //! y = (R, Π, x, γ) per body, R as nine numbers; x and γ only where the body translates
 //! Ṙ = R S(Ω) ,  Π̇ = Π × Ω + M ,  ẋ = γ/m ,  γ̇ = f ,  Ω = J⁻¹Π
 //! ```
-//! Methods work with the change of y since the start of the step: its rounding is then relative to the
-//! change, and the sum of the changes is compensated like everywhere.
+//! Methods work with the change of y since the start of the step: its rounding is then relative to
+//! the change, and the sum of the changes is compensated like everywhere.
 
 use super::course::Course;
 use super::{Input, StepError};
@@ -20,7 +21,8 @@ const MOVING: usize = 18;
 /// Largest norm of the difference of two rotations, those by 180° from one another: √8.
 const ROTATION_CHANGE: f64 = 2.0 * std::f64::consts::SQRT_2;
 
-/// Largest gain of momentum over a step that errors are relative to, in turns of the body over that step \[rad\].
+/// Largest gain of momentum over a step that errors are relative to, in turns of the body over that
+/// step \[rad\].
 const MOST_TURNED: f64 = std::f64::consts::TAU;
 
 /// The same for a change of position, in distances of the farthest body from the origin.
@@ -79,7 +81,8 @@ impl Ambient {
         }
     }
 
-    /// Rate of change where the state has changed by `y`, under the forces and moments evaluated last.
+    /// Rate of change where the state has changed by `y`, under the forces and moments evaluated
+    /// last.
     pub fn rate_under_load(&mut self, y: &[f64], out: &mut [f64]) {
         self.place(y);
         let mut at = 0;
@@ -118,9 +121,10 @@ impl Ambient {
         self.course.finish()
     }
 
-    /// Sizes that errors are relative to, one per number: 1 for attitudes, else the norm of the quantity or,
-    /// where that is larger, its change over the step. A change that no step resolves counts up to [`MOST_TURNED`] and
-    /// [`MOST_MOVED`] alone: relative to a change without bound any error is small.
+    /// Sizes that errors are relative to, one per number: 1 for attitudes, else the norm of the
+    /// quantity or, where that is larger, its change over the step. A change that no step resolves
+    /// counts up to [`MOST_TURNED`] and [`MOST_MOVED`] alone: relative to a change without bound
+    /// any error is small.
     pub fn scales(&self, change: &[f64], out: &mut [f64]) {
         let h = self.course.loads.step;
         let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
@@ -145,9 +149,9 @@ impl Ambient {
         }
     }
 
-    /// Sizes that an error control measures against: such that a part `tolerance` of them is no less than what a pose
-    /// would notice over the step. The moments on a body that hardly turns carry more round-off than a small part
-    /// of its momentum.
+    /// Sizes that an error control measures against: such that a part `tolerance` of them is no
+    /// less than what a pose would notice over the step. The moments on a body that hardly turns
+    /// carry more round-off than a small part of its momentum.
     pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
         self.scales(change, out);
         // An estimate is a sum of a dozen evaluations with weights above one.

@@ -10,9 +10,9 @@
 //! before it and uses the Hamiltonian form. If inputs jump at a node, the mean of both sides
 //! acts.
 //!
-//! It is the same map as the Hamiltonian form. `vee(J_d F⁻ − F⁻ᵀ J_d)` taken from `F⁻` anew in every step would add
-//! up its rounding in a steady rotation; it is `h F⁻ᵀΠ̃⁻`, and so the sum of what it has changed by, which is
-//! compensated.
+//! It is the same map as the Hamiltonian form. `vee(J_d F⁻ − F⁻ᵀ J_d)` taken from `F⁻` anew in
+//! every step would add up its rounding in a steady rotation; it is `h F⁻ᵀΠ̃⁻`, and so the sum of
+//! what it has changed by, which is compensated.
 
 use super::course::{Course, Method};
 use super::drift::Rotor;
@@ -71,7 +71,8 @@ impl LagrangianVerlet {
         }
     }
 
-    /// `Π̃` of a body: what the last step carried here, and both half kicks; at the start the one that opens the step.
+    /// `Π̃` of a body: what the last step carried here, and both half kicks; at the start the one
+    /// that opens the step.
     fn kicked(&self, body: usize) -> Sum3 {
         let mut momentum = self.last[body].carried;
         let opening = self.course.work.steps == 0;

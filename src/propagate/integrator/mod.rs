@@ -70,8 +70,8 @@ pub trait Integrator: Send {
     /// empty slice. Inputs beyond the number of bodies are ignored.
     ///
     /// # Errors
-    /// A [`StepError`], after which the method is not to be stepped further. [`StepError::TooLong`] leaves the
-    /// state as it was, the others may leave it halfway.
+    /// A [`StepError`], after which the method is not to be stepped further. [`StepError::TooLong`]
+    /// leaves the state as it was, the others may leave it halfway.
     fn step(&mut self, inputs: &[Input]) -> Result<(), StepError>;
 
     /// Where everything is after the steps made so far.
@@ -89,8 +89,8 @@ pub trait Integrator: Send {
 pub struct Facts {
     /// Order of convergence.
     pub order: u32,
-    /// Whether a step needs no iteration that involves the potential. (The implicit attitude equation of a
-    /// Lie–Verlet step is local to a body: that method counts as explicit.)
+    /// Whether a step needs no iteration that involves the potential. (The implicit attitude
+    /// equation of a Lie–Verlet step is local to a body: that method counts as explicit.)
     pub explicit: bool,
     /// Whether the map of a step is symplectic.
     pub symplectic: bool,

@@ -139,7 +139,8 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
     }
 }
 
-/// Where between a violated part and an end of an arc the violation ends; the end where it does not.
+/// Where between a violated part and an end of an arc the violation ends; the end where it does
+/// not.
 fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
     if room(end) < 0.0 {
         return end;
@@ -153,8 +154,8 @@ fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
     bad
 }
 
-/// How deep the cubic goes beyond the rim between row `k` and the next, and at which part; `None` where it does not by more than the
-/// tolerance.
+/// How deep the cubic goes beyond the rim between row `k` and the next, and at which part; `None`
+/// where it does not by more than the tolerance.
 fn along_cubic(
     pointing: &Pointing,
     boresight: &Vector3,

@@ -1,7 +1,9 @@
-//! The torque that a free body without wheels needs to have the rates of the rows, and to have their attitudes.
+//! The torque that a free body without wheels needs to have the rates of the rows, and to have
+//! their attitudes.
 //!
-//! The momentum in inertial axes changes by the impulse of the torque, so that the rates at two rows give its mean between them. The
-//! attitudes give mean rates between rows, each taken for the middle, and their differences.
+//! The momentum in inertial axes changes by the impulse of the torque, so that the rates at two
+//! rows give its mean between them. The attitudes give mean rates between rows, each taken for the
+//! middle, and their differences.
 
 use super::{AttitudeReport, Motion};
 use crate::maneuver::Problem;

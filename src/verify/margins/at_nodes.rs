@@ -13,7 +13,8 @@ pub struct NodeMargins {
     pub name: String,
     /// Its unit there.
     pub unit: &'static str,
-    /// `N + 1` distances, negative: violated. NaN where there is no input, or no rate of one, and where a constraint does not act.
+    /// `N + 1` distances, negative: violated. NaN where there is no input, or no rate of one, and
+    /// where a constraint does not act.
     pub values: Vec<f64>,
 }
 
@@ -49,7 +50,7 @@ impl Meter<'_> {
     }
 }
 
-/// The angle of every pair, and the angular radius of what is seen \[rad\].
+/// Returns the angle of every pair, and the angular radius of what is seen \[rad\].
 fn angles(
     pointing: &Pointing,
     time: f64,
@@ -94,7 +95,8 @@ pub fn margins_at_nodes(
     found
 }
 
-/// The angle of every boresight to every direction of the constraints of `problem` along `trajectory`.
+/// Returns the angle of every boresight to every direction of the constraints of `problem` along
+/// `trajectory`.
 pub fn cone_angles(problem: &Problem, trajectory: &Trajectory) -> Vec<ConeAngle> {
     let frame_rate = problem.environment.frame_rate();
     let mut found = Vec::new();

@@ -1,4 +1,5 @@
-//! Results as a table of comma-separated values (RFC 4180), a row a case, for spreadsheets: the columns of the Parquet table.
+//! Results as a table of comma-separated values (RFC 4180), a row a case, for spreadsheets: the
+//! columns of the Parquet table.
 
 use super::columns::{AFTER, BEFORE};
 use super::{CaseResult, Header};
@@ -14,7 +15,8 @@ pub struct CommaTable<'o> {
 }
 
 impl<'o> CommaTable<'o> {
-    /// Begins the table with its head: every column that a result can have, and every key that the cases set.
+    /// Begins the table with its head: every column that a result can have, and every key that the
+    /// cases set.
     ///
     /// # Errors
     /// Returns the error of the stream.

@@ -1,4 +1,5 @@
-//! Cases of a plan that is flown, kept line by line: a run that was ended goes on where it was, and one that is done can be enlarged.
+//! Cases of a plan that is flown, kept line by line: a run that was ended goes on where it was, and
+//! one that is done can be enlarged.
 
 use super::error::shown;
 use super::fingerprint::Fingerprint;
@@ -83,7 +84,7 @@ impl FlightHeader {
 }
 
 impl FlightCase {
-    /// The case `case` from its flights in each loop.
+    /// Builds the case `case` from its flights in each loop.
     pub fn new(case: u64, flights: &[&Result<Flown, Lost>]) -> Self {
         let any = flights.iter().find_map(|flight| flight.as_ref().ok());
         let end = |flight: &&Result<Flown, Lost>| {

@@ -37,7 +37,8 @@ pub trait Entry: DeserializeOwned {
     fn another(found: &Self::Header, wanted: &Self::Header) -> String;
 }
 
-/// A file of results that is being written. Another process that would write it is refused for as long as this lives.
+/// A file of results that is being written. Another process that would write it is refused for as
+/// long as this lives.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -56,8 +57,8 @@ pub struct Found {
 }
 
 impl Journal {
-    /// Opens the file at `path` for the results of `header`: a new one, or one that has some of them. Each result that
-    /// is there goes to `take`. `anew` throws away whatever the file holds.
+    /// Opens the file at `path` for the results of `header`: a new one, or one that has some of
+    /// them. Each result that is there goes to `take`. `anew` throws away whatever the file holds.
     ///
     /// # Errors
     /// A file of another batch, one that is damaged, in use, or cannot be written.

@@ -94,8 +94,8 @@ pub struct CaseResult {
     /// "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan instead of its
-    /// second order.
+    /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan
+    /// instead of its second order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// The results of the witnesses.
@@ -184,7 +184,7 @@ impl CaseResult {
         }
     }
 
-    /// A case whose spec is wrong.
+    /// Builds a case whose spec is wrong.
     pub(super) fn invalid(case: &Case, found: &Diagnostics) -> Self {
         let errors = || found.0.iter().filter(|finding| finding.severity == Severity::Error);
         let error = errors().next().map(|first| CaseError {
@@ -198,19 +198,20 @@ impl CaseResult {
         Self { error, ..Self::of(case, status, exit_code) }
     }
 
-    /// A case that the planner refuses to begin, though its spec reads well.
+    /// Builds a case that the planner refuses to begin, though its spec reads well.
     pub(super) fn refused(case: &Case, code: &str, reason: String) -> Self {
         let remedy = "change the spec accordingly".into();
         let error = CaseError { code: code.into(), key: String::new(), reason, remedy, more: 0 };
         Self { error: Some(error), ..Self::of(case, "spec_invalid", 3) }
     }
 
-    /// A case at which the program failed: a bug, which must not take the other cases with it.
+    /// Builds a case at which the program failed: a bug, which must not take the other cases with
+    /// it.
     pub(super) fn panicked(case: &Case) -> Self {
         Self::of(case, "internal_error", 1)
     }
 
-    /// A case that was planned.
+    /// Builds a case that was planned.
     pub(super) fn planned(case: &Case, problem: &Problem, plan: &Plan, times: bool) -> Self {
         let solution = &plan.solution;
         let known = solution.outcome == Outcome::Converged;
@@ -238,7 +239,7 @@ impl CaseResult {
         }
     }
 
-    /// Whether there is a plan that the witnesses confirm.
+    /// Returns whether there is a plan that the witnesses confirm.
     pub fn is_solved(&self) -> bool {
         self.exit_code == 0
     }
@@ -250,7 +251,8 @@ impl CaseResult {
     }
 }
 
-/// A value for the next program: numbers and lists of numbers as such, anything else as it was written.
+/// Returns a value for the next program: numbers and lists of numbers as such, anything else as it
+/// was written.
 fn readable(value: &str) -> Value {
     fn numbers(value: &Value) -> bool {
         value.is_number() || value.as_array().is_some_and(|items| items.iter().all(numbers))

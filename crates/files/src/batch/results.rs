@@ -119,7 +119,7 @@ impl Results {
         &self.header
     }
 
-    /// The file.
+    /// Returns the file.
     pub fn path(&self) -> &Path {
         &self.lines.path
     }

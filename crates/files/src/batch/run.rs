@@ -51,7 +51,7 @@ impl<'a> Shared<'a> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next case and its place, when its result may be waited for.
+    /// Returns the next case and its place, when its result may be waited for.
     fn next(&self) -> Option<(u64, Result<Case, BatchError>)> {
         let mut queue = self.queue();
         while queue.taken >= queue.written + WINDOW && !self.over.load(Ordering::Relaxed) {
@@ -77,8 +77,9 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// Plans the cases of a shard but for the first `done`, and gives each result to `take` in the order of the cases, as
-/// it is and as the line of a file. `stop` is asked often, from all threads; `tick` is called ten times a second.
+/// Plans the cases of a shard but for the first `done`, and gives each result to `take` in the
+/// order of the cases, as it is and as the line of a file. `stop` is asked often, from all threads;
+/// `tick` is called ten times a second.
 ///
 /// # Errors
 /// Returns the error of `take`, of a table or of a plan file, or an error if the system grants no
@@ -133,7 +134,7 @@ fn no_thread(error: &io::Error) -> BatchError {
     BatchError::argument("E0115", reason, "allow more processes (`ulimit -u`), or more memory")
 }
 
-/// A result with its line.
+/// Returns a result with its line.
 fn with_line(result: CaseResult) -> Result<(CaseResult, String), BatchError> {
     let line = serde_json::to_string(&result).map_err(crate::export::ExportError::from)?;
     Ok((result, line))

@@ -7,7 +7,8 @@ use std::fmt;
 
 /// Every `of`-th case from case `index` on; both count from 1, as in `3/40`.
 ///
-/// Neighbours go to different shards: the hard cases of a sweep lie side by side, and every shard gets its share.
+/// Neighbours go to different shards: the hard cases of a sweep lie side by side, and every shard
+/// gets its share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Shard {
@@ -65,7 +66,7 @@ impl Shard {
         self.of
     }
 
-    /// Whether the case of this number belongs to it.
+    /// Returns whether the case of this number belongs to it.
     pub fn has(self, case: u64) -> bool {
         case >= self.index && (case - self.index).is_multiple_of(self.of)
     }
@@ -75,7 +76,7 @@ impl Shard {
         (cases + self.of).saturating_sub(self.index) / self.of
     }
 
-    /// The number of its case at `place`, from 0.
+    /// Returns the number of its case at `place`, from 0.
     pub fn case(self, place: u64) -> u64 {
         self.index + place * self.of
     }

@@ -1,5 +1,6 @@
-//! Results as Parquet, a row a case, for those who analyse them. Lines of JSON stay the form in which a batch is run: they
-//! can be appended to and continued, and the end of a Parquet file is written last of all.
+//! Results as Parquet, a row a case, for those who analyse them. Lines of JSON stay the form in
+//! which a batch is run: they can be appended to and continued, and the end of a Parquet file is
+//! written last of all.
 
 use super::columns::{self, AFTER, BEFORE};
 use super::{CaseResult, Header};
@@ -102,7 +103,7 @@ impl Column {
     }
 }
 
-/// A text as it is, anything else as JSON.
+/// Returns a text as it is, anything else as JSON.
 fn text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), String::from)
 }

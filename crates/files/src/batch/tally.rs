@@ -19,7 +19,8 @@ pub struct Tally {
     pub statuses: BTreeMap<String, (u64, Vec<u64>)>,
     /// How many specs were wrong, by the code of their first error, with the reason of the first.
     pub errors: BTreeMap<String, (u64, String)>,
-    /// Solved cases that are saddles, or whose second order is not decided, but for those whose inputs switch.
+    /// Solved cases that are saddles, or whose second order is not decided, but for those whose
+    /// inputs switch.
     pub not_minima: u64,
     /// Solved cases that were not to be tested to second order.
     pub untested: u64,

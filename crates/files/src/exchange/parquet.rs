@@ -1,6 +1,7 @@
 //! Parquet: columns of numbers and texts, as pandas, Polars, DuckDB and Spark read them.
 //!
-//! Uncompressed, because digits of plans hardly shrink and every codec is one more crate. A cell may be empty.
+//! Uncompressed, because digits of plans hardly shrink and every codec is one more crate. A cell
+//! may be empty.
 
 use super::Record;
 use crate::export::{ExportError, wide_table};

@@ -39,7 +39,8 @@ pub struct Notations {
     pub euler_deg: EulerAngles,
 }
 
-/// Euler angles in degrees, in the order of [`EULER_SEQUENCES`], written as `euler_xyz_deg` and so on.
+/// Euler angles in degrees, in the order of [`EULER_SEQUENCES`], written as `euler_xyz_deg` and so
+/// on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EulerAngles(pub [[f64; 3]; 12]);
 
@@ -85,7 +86,8 @@ impl From<&Matrix3> for Notations {
     }
 }
 
-/// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of [`EULER_SEQUENCES`].
+/// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of
+/// [`EULER_SEQUENCES`].
 ///
 /// `a` comes from the column of `R` that `c` does not change. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`:
 /// row `j` gives `c`, and that column gives `b`. At gimbal lock round-off determines `a`, and `c`

@@ -1,4 +1,5 @@
-//! The columns of a trajectory, once: the document, the rows, the table and the checks all work from this list.
+//! The columns of a trajectory, once: the document, the rows, the table and the checks all work
+//! from this list.
 
 use crate::identity::Identity;
 use serde::{Serialize, Serializer};
@@ -64,7 +65,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// The first row with a number that is not finite.
+    /// Returns the first row with a number that is not finite.
     fn first_not_finite(self) -> Option<usize> {
         let is_wrong = |value: &f64| !value.is_finite();
         match self {
@@ -117,7 +118,7 @@ impl Column<'_> {
         (0..self.width).map(|index| self.header.replace("{}", &component(index))).collect()
     }
 
-    /// Whether its width depends on the maneuver.
+    /// Returns whether its width depends on the maneuver.
     pub fn is_flat(&self) -> bool {
         matches!(self.values, Values::Flat(..))
     }
@@ -145,7 +146,7 @@ impl<'a> Names<'a> {
         format!("{}_{unit}", self.bare(index, index))
     }
 
-    /// The wheel behind torque input `index`.
+    /// Returns the wheel behind torque input `index`.
     fn wheel(&self, index: usize) -> String {
         self.bare(index + self.forces, index)
     }
@@ -155,7 +156,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// A name within a head, which is parted by commas, without quotes.
+/// Returns a name within a head, which is parted by commas, without quotes.
 pub(super) fn plain(name: &str) -> String {
     name.replace([',', '"', '\n', '\r'], "_")
 }
@@ -169,7 +170,7 @@ fn costate(width: usize, index: usize) -> String {
     format!("{of}_{}_cost_per_{unit}", ["x", "y", "z"][index % 3])
 }
 
-/// The columns in the order of a document.
+/// Returns the columns in the order of a document.
 pub(super) fn columns(of: &Trajectory) -> [Column<'_>; 10] {
     let (moving, controlled) = (!of.position.is_empty(), !of.torque.is_empty());
     let three = |shown: bool| if shown { 3 } else { 0 };
@@ -229,7 +230,8 @@ fn wheel_count(trajectory: &Trajectory) -> usize {
     trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
 }
 
-/// All quantities that there are, each with its key, its rows, the numbers in a row, and the numbers row by row.
+/// Returns all quantities that there are, each with its key, its rows, the numbers in a row, and
+/// the numbers row by row.
 pub(crate) fn table(trajectory: &Trajectory) -> Vec<(&'static str, usize, usize, Vec<f64>)> {
     let filled = columns(trajectory).into_iter().filter(|column| column.shown && column.width > 0);
     let numbers = |values: Values<'_>| {

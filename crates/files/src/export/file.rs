@@ -74,7 +74,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// The stable code of the error.
+    /// Returns the stable code of the error.
     pub fn code(&self) -> &'static str {
         match self {
             Self::FolderMissing { .. } | Self::FolderIsFile { .. } => "E0095",
@@ -100,7 +100,8 @@ impl FileError {
     }
 }
 
-/// Refuses an output, a file or a folder, that is the input `input`, also under another name of the same path.
+/// Refuses an output, a file or a folder, that is the input `input`, also under another name of the
+/// same path.
 ///
 /// # Errors
 /// [`FileError::IsInput`].
@@ -171,7 +172,7 @@ impl Target {
         Ok(Self { path, folder, force })
     }
 
-    /// The path as given.
+    /// Returns the path as given.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -217,7 +218,8 @@ impl Target {
             ErrorKind::AlreadyExists => FileError::Exists { path: shown(&self.path) },
             _ => write(error.error),
         })?;
-        // The new name reaches the disk with the folder; not every system can, and the data are safe.
+        // The new name reaches the disk with the folder; not every system can, and the data are
+        // safe.
         if let Ok(folder) = fs::File::open(&self.folder) {
             let _ = folder.sync_all();
         }
@@ -229,7 +231,7 @@ impl Target {
 const PREFIX: &str = ".slew-";
 const RANDOM: usize = 6;
 
-/// A new temporary file, listed for as long as it is one.
+/// Returns a new temporary file, listed for as long as it is one.
 fn temporary_in(folder: &Path) -> std::io::Result<(Listed<'static>, NamedTempFile)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).rand_bytes(RANDOM);
@@ -270,8 +272,9 @@ type List = Mutex<Vec<PathBuf>>;
 /// The temporary files of this process.
 static TEMPORARY: List = Mutex::new(Vec::new());
 
-/// Removes the temporary files of all outputs that are being written, and lets none be made any more: for a program that ends
-/// now, without unwinding: a second call, or an output after it, waits for ever.
+/// Removes the temporary files of all outputs that are being written, and lets none be made any
+/// more: for a program that ends now, without unwinding: a second call, or an output after it,
+/// waits for ever.
 pub fn remove_temporaries() {
     remove_all(&TEMPORARY);
 }

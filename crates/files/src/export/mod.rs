@@ -76,7 +76,7 @@ fn older(found: u32) -> &'static str {
 }
 
 impl ExportError {
-    /// The stable code of the error.
+    /// Returns the stable code of the error.
     pub fn code(&self) -> &'static str {
         match self {
             Self::File(error) => error.code(),
@@ -98,7 +98,7 @@ impl ExportError {
         }
     }
 
-    /// Whether the reader at the other end has gone, as `head` does: no error of ours.
+    /// Returns whether the reader at the other end has gone, as `head` does: no error of ours.
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, Self::Io(error) if error.kind() == std::io::ErrorKind::BrokenPipe)
     }

@@ -125,8 +125,8 @@ pub struct PlanFile<'a> {
     /// A longer duration for which a plan was found, seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longer_s: Option<f64>,
-    /// The maneuver that was asked, on the grid of the plan, and the settings; `null` where a spec has no notation
-    /// for it.
+    /// The maneuver that was asked, on the grid of the plan, and the settings; `null` where a spec
+    /// has no notation for it.
     #[serde(default)]
     pub spec: Option<SpecDocument>,
     /// The unknown of the shooting, SI; a guess for another plan.
@@ -164,7 +164,7 @@ impl<'a> PlanFile<'a> {
     /// The version written and read.
     pub const FORMAT: u32 = 2;
 
-    /// The document of a plan; the trajectory is borrowed.
+    /// Builds the document of a plan; the trajectory is borrowed.
     pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
         let solution = &plan.solution;
         let problem = &solution.on_grid(problem);
@@ -215,7 +215,7 @@ impl<'a> PlanFile<'a> {
         }
     }
 
-    /// The file with what files for other programs call the maneuver, and when it begins.
+    /// Builds the file with what files for other programs call the maneuver, and when it begins.
     pub fn with_identity(mut self, identity: &Identity) -> Self {
         self.spec = self.spec.map(|spec| spec.with_identity(identity));
         self
@@ -293,7 +293,7 @@ impl<'a> PlanFile<'a> {
         first.is_none_or(|first| matches!(first, b'{' | b'[') || !(first.is_ascii_graphic() || first >= 0x80))
     }
 
-    /// The scheme of the plan; `None` when its name is not known.
+    /// Returns the scheme of the plan; `None` when its name is not known.
     pub fn scheme(&self) -> Option<Scheme> {
         [Scheme::LieEuler, Scheme::LieVerlet].into_iter().find(|scheme| scheme.name() == self.scheme)
     }
@@ -366,7 +366,7 @@ struct Bounded<R> {
     left: u64,
 }
 
-/// The input behind its byte order mark.
+/// Returns the input behind its byte order mark.
 fn without_mark<R: Read>(input: R) -> io::Result<BufReader<Bounded<R>>> {
     let mut input = BufReader::new(Bounded::new(input));
     if input.fill_buf()?.starts_with(encoding::MARK) {

@@ -193,7 +193,8 @@ impl ConstraintRecord {
 /// The relative excess with which a command at its limit does not count as a violation.
 const ROUNDING: f64 = 1e-9;
 
-/// The limits of the torques: name, where each begins among the numbers of [`Flown::input_room`], and what the craft is allowed.
+/// Returns the limits of the torques: name, where each begins among the numbers of
+/// [`Flown::input_room`], and what the craft is allowed.
 fn input_limits(problem: &Problem) -> Vec<(String, usize, Vec<f64>)> {
     let craft = problem.of_craft();
     let mut first = 0;
@@ -252,7 +253,7 @@ impl Columns<'_> {
         heads
     }
 
-    /// A case that was lost has no numbers.
+    /// Returns a case that was lost has no numbers.
     fn row(&self, case: &Result<Flown, Lost>) -> Vec<f64> {
         let Ok(flown) = case else { return vec![f64::NAN; self.heads().len()] };
         let mut row: Vec<f64> = flown.end.iter().copied().collect();

@@ -12,7 +12,8 @@ use slewkit::optimize::discrete::linear_plan::{Matrix6, PosedPlan, Vector6};
 use slewkit::uncertainty::chance::{Chance, Quantity};
 use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 
-/// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins and held over that step.
+/// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins
+/// and held over that step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeedbackRecord {
     /// "neighbouring", "tvlqr" or "switching".
@@ -42,7 +43,8 @@ pub struct ArcRecord {
     pub first_step: usize,
     /// How long it lasts in the plan \[s\].
     pub length_s: f64,
-    /// Three numbers by `ζ = log(R*ᵀR)` at the start, body axes [s/rad], three by the rate [s/(rad/s)].
+    /// Three numbers by `ζ = log(R*ᵀR)` at the start, body axes [s/rad], three by the rate
+    /// [s/(rad/s)].
     pub gain: [f64; 6],
 }
 
@@ -75,8 +77,8 @@ pub struct LoopUncertainty {
     pub end_attitude_sigma_deg: [f64; 3],
     /// The deviation of the angular velocity at the end [deg/s].
     pub end_rate_sigma_deg_s: [f64; 3],
-    /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every error is anywhere within one deviation
-    /// and none has a distribution \[deg\].
+    /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every
+    /// error is anywhere within one deviation and none has a distribution \[deg\].
     pub end_attitude_bound_deg: [f64; 3],
     /// For each parameter which part of these six variances it makes.
     pub shares: Vec<(String, [f64; 6])>,
@@ -87,7 +89,8 @@ pub struct LoopUncertainty {
     /// One standard deviation of the correction of each input, a row for each step; none open loop.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input_sigma: Vec<Vec<f64>>,
-    /// Covariance of `[ζ; δΠ]` at each node: 21 numbers, the upper triangle row after row [rad, N·m·s].
+    /// Covariance of `[ζ; δΠ]` at each node: 21 numbers, the upper triangle row after row [rad,
+    /// N·m·s].
     pub covariance: Vec<Vec<f64>>,
 }
 
@@ -219,7 +222,7 @@ impl MarginsRecord {
     }
 }
 
-/// The name of a kind of gains.
+/// Returns the name of a kind of gains.
 fn name(kind: &Kind) -> &'static str {
     match kind {
         Kind::Neighbouring { .. } => "neighbouring",
@@ -258,7 +261,8 @@ impl FeedbackRecord {
     }
 }
 
-/// A row by momenta as one by rates, which flight software knows: `K_Ω = K_Π J`, `K_v = K_γ m`.
+/// Returns a row by momenta as one by rates, which flight software knows: `K_Ω = K_Π J`,
+/// `K_v = K_γ m`.
 fn of_rates(problem: &Problem, row: &[f64]) -> Vec<f64> {
     let j = problem.body.inertia.j();
     let rotation = if row.len() == 12 { 6 } else { 0 };
@@ -282,7 +286,8 @@ pub fn gains_alone(
     Some(feedback.along_pose(problem, plan))
 }
 
-/// Whether a plan has gains alone: of a body that translates, or under torques fixed in the reference frame.
+/// Returns whether a plan has gains alone: of a body that translates, or under torques fixed in the
+/// reference frame.
 pub fn is_posed(problem: &Problem) -> bool {
     PosedPlan::is_of(problem)
 }
@@ -364,7 +369,7 @@ impl LoopUncertainty {
     }
 }
 
-/// The upper triangle, row after row.
+/// Returns the upper triangle, row after row.
 fn upper(matrix: &Matrix6) -> Vec<f64> {
     (0..6).flat_map(|row| (row..6).map(move |column| matrix[(row, column)])).collect()
 }

@@ -15,7 +15,8 @@ pub(crate) struct Rotation {
     pub vector: Vector3,
     /// Where it was written.
     pub spot: Spot,
-    /// `[0, 0, 0, ±1]` under wxyz, `[±1, 0, 0, 0]` under xyzw: perhaps the identity in the other order.
+    /// `[0, 0, 0, ±1]` under wxyz, `[±1, 0, 0, 0]` under xyzw: perhaps the identity in the other
+    /// order.
     pub maybe_identity: Option<&'static str>,
 }
 
@@ -108,7 +109,7 @@ fn pointed(section: &Section) -> Option<Matrix3> {
     Some(exp(&(Vector3::z() * ra)) * exp(&(Vector3::y() * -dec)) * exp(&(Vector3::x() * roll)))
 }
 
-/// The rotation of Rodrigues parameters `e tan(φ/2)`, or of modified ones, `e tan(φ/4)`.
+/// Returns the rotation of Rodrigues parameters `e tan(φ/2)`, or of modified ones, `e tan(φ/4)`.
 fn rodrigues(vector: Vector3, modified: bool) -> Matrix3 {
     let length = vector.norm();
     let axis = if length > 0.0 { vector / length } else { return Matrix3::identity() };

@@ -29,7 +29,7 @@ struct Checker {
     report: Report,
 }
 
-/// Whether a key means something under this value of the table's selector.
+/// Returns whether a key means something under this value of the table's selector.
 fn applies(key: &Key, selected: Option<&str>) -> bool {
     key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
 }
@@ -198,7 +198,7 @@ impl Checker {
         None
     }
 
-    /// A direction, or a list of them.
+    /// Returns a direction, or a list of them.
     fn directions(&mut self, node: &Node, path: &str) -> Read<Parsed> {
         let sample = "{ vector = [0, 0, 1] }, or { ra_deg = 231.0, dec_deg = -18.3 }";
         let items = match &node.value {
@@ -280,7 +280,7 @@ impl Checker {
         Some(Parsed::Tables(tables.collect()))
     }
 
-    /// The complaint about a table that only the other kind of spec has.
+    /// Returns the complaint about a table that only the other kind of spec has.
     fn of_the_other_kind(&self, entry: &Entry, path: &str) -> Option<Fault> {
         let simulation = std::ptr::eq(self.root, &raw const SIMULATION_ROOT);
         let other = if simulation { &ROOT } else { &SIMULATION_ROOT };
@@ -369,7 +369,8 @@ fn table_sample(table: &Table) -> String {
     }
 }
 
-/// The advice about a key that no key of `table` resembles: the table that has it, or what there is.
+/// The advice about a key that no key of `table` resembles: the table that has it, or what there
+/// is.
 pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     for key in root.keys {
         if let Kind::Table(other) = key.kind

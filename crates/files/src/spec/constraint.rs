@@ -21,7 +21,7 @@ const TAKEN: [&str; 9] = [
     "wheel momentum limit",
 ];
 
-/// Whether reports call a limit of the actuators so.
+/// Returns whether reports call a limit of the actuators so.
 pub(super) fn is_taken(name: &str) -> bool {
     TAKEN.contains(&name)
 }
@@ -180,7 +180,7 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     section.refuse("E0070", margin.key, reason, "write a smaller margin")
 }
 
-/// The directions of both kinds.
+/// Returns the directions of both kinds.
 fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
     for (name, turns) in [("direction_inertial", false), ("direction_reference", true)] {

@@ -17,7 +17,7 @@ pub struct Difference {
 /// A rounding of an angle on another machine is no difference.
 const ROUND_OFF: f64 = 1e-12;
 
-/// The keys in which two trees differ beyond round-off.
+/// Returns the keys in which two trees differ beyond round-off.
 pub(super) fn differences(first: &Value, second: &Value) -> Vec<Difference> {
     let mut found = Vec::new();
     compare("", first, second, &mut found);

@@ -20,13 +20,14 @@ pub(crate) struct Surroundings<'a> {
     pub place: &'static str,
 }
 
-/// Rate of an orbit at the surface of a sphere of osmium, 22 600 kg/m³: √(4πGρ/3) [rad/s]. No planet or moon is as dense.
+/// Rate of an orbit at the surface of a sphere of osmium, 22 600 kg/m³: √(4πGρ/3) [rad/s]. No
+/// planet or moon is as dense.
 const FASTEST_ORBIT: f64 = 0.0025;
 /// Relative difference of the masses of the points from the mass of the body that is rounding.
 const MASS_ROUNDING: f64 = 1e-9;
 
 impl Surroundings<'_> {
-    /// The environment; none given: nothing acts.
+    /// Returns the environment; none given: nothing acts.
     pub fn read(&self, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
         let Some(section) = &self.section else { return Some(Arc::new(Free)) };
         let kind = section.word("kind")?;

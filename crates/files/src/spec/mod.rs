@@ -5,8 +5,8 @@
 //!                                                                       └─▶ Simulation
 //! ```
 //!
-//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads either kind, [`read`] one
-//! that is planned.
+//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads
+//! either kind, [`read`] one that is planned.
 //!
 //! The keys state the units; inside the crate everything is SI. All errors of a spec are reported
 //! at once, each with its place, its reason and a remedy. [`schema()`] returns the JSON Schema of
@@ -166,7 +166,8 @@ pub struct Solid {
     pub faces: usize,
     /// Volume \[m³\].
     pub volume: f64,
-    /// Its mass center in the coordinates of the vertices as given \[m\]; the origin of the body moves there.
+    /// Its mass center in the coordinates of the vertices as given \[m\]; the origin of the body
+    /// moves there.
     pub mass_center: Vector3,
 }
 
@@ -198,7 +199,8 @@ impl Spec {
     }
 }
 
-/// Reads the spec of either kind at `path` in the given notation. Files that it names are relative to its folder.
+/// Reads the spec of either kind at `path` in the given notation. Files that it names are relative
+/// to its folder.
 ///
 /// # Errors
 /// Everything that is wrong with the file or in it.
@@ -423,7 +425,7 @@ pub fn simulation_template() -> &'static str {
     include_str!("simulation_template.toml")
 }
 
-/// The tree of the file.
+/// Returns the tree of the file.
 fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     let text = &source.text;
     let wrong = |code, (start, end), reason: &str, remedy: &str| {

@@ -46,23 +46,24 @@ impl Override {
         Ok(Self { path: path.into(), value: value.trim().into(), origin: None })
     }
 
-    /// The override with the place that messages point at.
+    /// Builds the override with the place that messages point at.
     pub fn at(mut self, origin: Origin) -> Self {
         self.origin = Some(origin);
         self
     }
 
-    /// The dotted path of the key.
+    /// Returns the dotted path of the key.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// The value as written.
+    /// Returns the value as written.
     pub fn value(&self) -> &str {
         &self.value
     }
 
-    /// The text that messages show, and the byte at which the path begins in it, if it does, and the value.
+    /// Returns the text that messages show, and the byte at which the path begins in it, if it
+    /// does, and the value.
     pub(super) fn source(&self) -> (Source, Option<usize>, usize) {
         const PREFIX: &str = "--set ";
         let Self { path, value, origin } = self;
@@ -78,7 +79,8 @@ impl Override {
     }
 }
 
-/// The value that a text means: a TOML value, else the text itself; `offset` is where it begins in its source.
+/// Returns the value that a text means: a TOML value, else the text itself; `offset` is where it
+/// begins in its source.
 pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     toml_text::parse_value(value, source, offset).unwrap_or_else(|| Node {
         span: Span { source, start: offset, end: offset + value.len() },

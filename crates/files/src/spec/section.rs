@@ -1,5 +1,5 @@
-//! A table of the spec as the first pass has read it: values by name, silently absent where that pass has
-//! complained.
+//! A table of the spec as the first pass has read it: values by name, silently absent where that
+//! pass has complained.
 
 use super::keys::Table;
 use super::{Finding, Severity, Span, Spot, quantity as q};
@@ -79,7 +79,7 @@ impl Report {
         self.0.take()
     }
 
-    /// Whether the spec cannot be used.
+    /// Returns whether the spec cannot be used.
     pub fn failed(&self) -> bool {
         self.0.borrow().iter().any(|finding| finding.severity == Severity::Error)
     }
@@ -212,12 +212,12 @@ impl Section {
         self.given(name)?.value.as_ref()
     }
 
-    /// A whole number that counts something.
+    /// Returns a whole number that counts something.
     pub fn count(&self, name: &str) -> Option<usize> {
         usize::try_from(self.whole(name)?).ok()
     }
 
-    /// A word of a choice, or a text.
+    /// Returns a word of a choice, or a text.
     pub fn word(&self, name: &str) -> Option<&str> {
         match self.value(name)? {
             Parsed::Text(text) => Some(text),
@@ -235,12 +235,12 @@ impl Section {
         }
     }
 
-    /// The table `name`, if it is there.
+    /// Returns the table `name`, if it is there.
     pub fn section(&self, name: &str) -> Option<&Section> {
         self.tables(name)?.first()
     }
 
-    /// The tables of the list `name`.
+    /// Returns the tables of the list `name`.
     pub fn list(&self, name: &str) -> &[Section] {
         self.tables(name).unwrap_or(&[])
     }
@@ -249,22 +249,22 @@ impl Section {
         self.given(name).is_some()
     }
 
-    /// Whether `name` is given as `[]`.
+    /// Returns whether `name` is given as `[]`.
     pub fn is_empty_list(&self, name: &str) -> bool {
         self.given(name).is_some_and(|given| given.is_empty_list)
     }
 
-    /// Whether such a table may have this key.
+    /// Returns whether such a table may have this key.
     pub fn knows(&self, name: &str) -> bool {
         self.table.key(name).is_some()
     }
 
-    /// The value of `name`, or the table where it is missing.
+    /// Returns the value of `name`, or the table where it is missing.
     pub fn spot(&self, name: &str) -> Spot {
         Spot { span: self.given(name).map_or(self.span, |given| given.span), key: join(&self.path, name) }
     }
 
-    /// The table itself.
+    /// Returns the table itself.
     pub fn here(&self) -> Spot {
         Spot { span: self.span, key: self.path.clone() }
     }
@@ -310,13 +310,14 @@ impl Section {
         self.report.warn(code, self.here(), reason, remedy);
     }
 
-    /// The angle under one of two keys, the one in degrees first.
+    /// Returns the angle under one of two keys, the one in degrees first.
     pub fn angle(&self, degrees: &'static str, radians: &'static str) -> Option<Angle> {
         let key = if self.has(degrees) { degrees } else { radians };
         Some(Angle { key, value: self.number(key)? })
     }
 
-    /// The vector made of length 1; as it is where it has that length and the spec keeps its rounding.
+    /// Returns the vector made of length 1; as it is where it has that length and the spec keeps
+    /// its rounding.
     pub fn unit(&self, vector: Vector3) -> Vector3 {
         if self.keeps_rounding && (vector.norm() - 1.0).abs() <= UNIT_ROUNDING {
             return vector;

@@ -178,7 +178,7 @@ fn points(section: &Section, budget: &mut Budget) -> Option<Shape> {
     Some(Shape { mass, inertia, attractor: Attractor::Cloud(cloud), dumbbell: None, reach, solid: None })
 }
 
-/// A solid of one density, its mass center moved to the origin.
+/// Returns a solid of one density, its mass center moved to the origin.
 fn homogeneous(
     solid: &Polyhedron,
     section: &Section,

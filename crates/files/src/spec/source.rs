@@ -42,7 +42,7 @@ impl Source {
         Self { name: name.into(), text, lines, begins: (1, 1) }
     }
 
-    /// The source as a part of a longer file, which begins at this line and column.
+    /// Builds the source as a part of a longer file, which begins at this line and column.
     pub fn within(mut self, line: usize, column: usize) -> Self {
         self.begins = (line, column);
         self
@@ -78,13 +78,13 @@ impl Source {
         (self.text[start..end].trim_end_matches('\r'), start)
     }
 
-    /// The text of a span.
+    /// Returns the text of a span.
     pub fn slice(&self, span: Span) -> &str {
         let (start, end) = (self.boundary(span.start), self.boundary(span.end));
         &self.text[start..end.max(start)]
     }
 
-    /// The nearest character boundary at or before `at`, within the text.
+    /// Returns the nearest character boundary at or before `at`, within the text.
     pub fn boundary(&self, at: usize) -> usize {
         let mut at = at.min(self.text.len());
         while !self.text.is_char_boundary(at) {

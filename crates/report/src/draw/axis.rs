@@ -21,12 +21,12 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// A linear axis as long as its data.
+    /// Builds a linear axis as long as its data.
     pub fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Linear, limits: None }
     }
 
-    /// A logarithmic axis as long as its data.
+    /// Builds a logarithmic axis as long as its data.
     pub fn logarithmic(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Logarithmic, limits: None }
     }
@@ -73,7 +73,7 @@ impl Laid {
         Self { scale: axis.scale, low, high, from, to }
     }
 
-    /// The pixel of a value; `None` where it has no place.
+    /// Returns the pixel of a value; `None` where it has no place.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = if self.scale == Scale::Logarithmic { value.log10() } else { value };
         let part = (value - self.low) / (self.high - self.low);
@@ -81,7 +81,7 @@ impl Laid {
         part.is_finite().then(|| self.from + part.clamp(-10.0, 11.0) * (self.to - self.from))
     }
 
-    /// The value in the middle.
+    /// Returns the value in the middle.
     pub fn middle(&self) -> f64 {
         0.5 * (self.from + self.to)
     }

@@ -58,13 +58,13 @@ const EDGE: &str = "#b9b29c";
 const LIMIT: &str = "#a01818";
 
 impl Chart {
-    /// A chart of curves alone.
+    /// Builds a chart of curves alone.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
         let (title, subtitle) = (title.into(), String::new());
         Self { title, subtitle, x, y, curves, levels: Vec::new(), spans: Vec::new() }
     }
 
-    /// The chart as the text of an SVG file.
+    /// Returns the chart as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         self.draw(&mut svg, "plot");
@@ -252,7 +252,7 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     y
 }
 
-/// The names of spans, each once, in the order of their colours.
+/// Returns the names of spans, each once, in the order of their colours.
 fn names(spans: &[Span]) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for span in spans {
@@ -263,7 +263,7 @@ fn names(spans: &[Span]) -> Vec<&str> {
     names
 }
 
-/// The colour of the spans of a name.
+/// Returns the colour of the spans of a name.
 fn tint(names: &[&str], name: &str) -> &'static str {
     SHADES[names.iter().position(|other| *other == name).unwrap_or(0) % SHADES.len()]
 }

@@ -23,7 +23,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Every point, of a band both edges.
+    /// Returns every point, of a band both edges.
     pub fn points(&self) -> Vec<(f64, f64)> {
         match self {
             Self::Line(points) | Self::Marked(points) => points.clone(),

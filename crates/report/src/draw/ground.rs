@@ -1,4 +1,5 @@
-//! Tracks on the ground as a map: azimuthal equidistant about the middle of what is shown, seen from above, north up.
+//! Tracks on the ground as a map: azimuthal equidistant about the middle of what is shown, seen
+//! from above, north up.
 
 use super::colour;
 use super::sky::SkyView;
@@ -46,7 +47,7 @@ const KM_PER_DEG: f64 = 111.19;
 const LEAST_REACH: f64 = 0.5;
 
 impl Ground {
-    /// The map as the text of an SVG file.
+    /// Returns the map as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         self.draw(&mut svg, "plot");

@@ -5,8 +5,8 @@ use super::axis::Scale;
 use super::curve::{Curve, Shape};
 use slewkit::numerics::figures::significant;
 
-/// Growth of a curve, over what it mostly is and over every other curve, beyond which it counts as diverged; on a
-/// logarithmic axis, where many decades are ordinary, the second.
+/// Growth of a curve, over what it mostly is and over every other curve, beyond which it counts as
+/// diverged; on a logarithmic axis, where many decades are ordinary, the second.
 const DIVERGED: (f64, f64) = (1e6, 1e12);
 
 /// The height up to which a diverged curve is drawn, relative to the rest of the chart.
@@ -45,7 +45,8 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         let (Shape::Line(points) | Shape::Marked(points)) = &mut curve.shape else { return curve };
         let others = standards.iter().enumerate().filter(|(other, _)| *other != index);
         let others = others.map(|(_, standard)| *standard).fold(0.0, f64::max);
-        // A tenth is small at rest, and never as small as what a diverging curve begins with is against its end.
+        // A tenth is small at rest, and never as small as what a diverging curve begins with is
+        // against its end.
         let usual = others.max(share(points, 10));
         let grown = reaches[index] > threshold * usual && usual > 0.0;
         let began = points.iter().map(|point| point.1.abs()).find(|size| *size > 0.0).unwrap_or(0.0);
@@ -69,7 +70,7 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     curves.iter().enumerate().map(one).collect()
 }
 
-/// The size of the last finite value.
+/// Returns the size of the last finite value.
 fn ends_at(points: &[(f64, f64)]) -> f64 {
     points.iter().rev().map(|point| point.1.abs()).find(|size| size.is_finite()).unwrap_or(0.0)
 }
@@ -82,7 +83,8 @@ fn share(points: &[(f64, f64)], of: usize) -> f64 {
     sizes.get(sizes.len() / of).copied().unwrap_or(0.0)
 }
 
-/// Adds to the name of every curve that lies under one drawn later, the earlier in the list, under which.
+/// Adds to the name of every curve that lies under one drawn later, the earlier in the list, under
+/// which.
 pub(super) fn name_hidden(curves: &mut [Curve], place: impl Fn((f64, f64)) -> Place) {
     let places: Vec<Vec<Place>> = curves
         .iter()

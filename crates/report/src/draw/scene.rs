@@ -125,7 +125,7 @@ fn corners(low: &Vector3, high: &Vector3) -> [Vector3; 8] {
 }
 
 impl Scene {
-    /// The scene as the text of an SVG file.
+    /// Returns the scene as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
@@ -242,7 +242,8 @@ impl Scene {
         pieces
     }
 
-    /// The floor of the box with a grid, its height at one corner, and labels along the edges near the reader.
+    /// The floor of the box with a grid, its height at one corner, and labels along the edges near
+    /// the reader.
     fn floor(&self, svg: &mut Svg, view: &View, low: &Vector3, high: &Vector3) {
         let grid = format!("stroke=\"{GRID}\" stroke-width=\"1\"");
         let edge = format!("stroke=\"{FAINT}\" stroke-width=\"1\"");
@@ -293,7 +294,7 @@ impl Scene {
     }
 }
 
-/// A colour nearer to white, or for a negative part to black.
+/// Returns a colour nearer to white, or for a negative part to black.
 fn mix(colour: &str, part: f64) -> String {
     let channel = |at: usize| {
         let value = u8::from_str_radix(&colour[at..at + 2], 16).map_or(0.0, f64::from);

@@ -1,8 +1,9 @@
 //! The sphere of directions as a map: tracks of boresights, and cones to keep out of or within.
 //!
-//! The projection is azimuthal equidistant about the middle of what is shown: a direction at the angle θ from the
-//! middle is drawn at a distance proportional to θ, in its true azimuth. A track is torn only where it passes behind the
-//! middle, by the point opposite to it, and a cone is one closed curve wherever it is.
+//! The projection is azimuthal equidistant about the middle of what is shown: a direction at the
+//! angle θ from the middle is drawn at a distance proportional to θ, in its true azimuth. A track
+//! is torn only where it passes behind the middle, by the point opposite to it, and a cone is one
+//! closed curve wherever it is.
 
 mod disc;
 mod names;
@@ -146,8 +147,8 @@ impl SkyView {
         if across == 0.0 { (angle, 0.0) } else { (angle * part.x / across, angle * part.y / across) }
     }
 
-    /// Whether the map is torn between two neighbours on a track: both are behind the middle, which one sees across it from the
-    /// other, by more than an eighth of a turn.
+    /// Returns whether the map is torn between two neighbours on a track: both are behind the
+    /// middle, which one sees across it from the other, by more than an eighth of a turn.
     fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
         let behind = [a, b].iter().all(|point| point.dot(&self.middle) < 0.0);
         let ((ax, ay), (bx, by)) = (self.project(a), self.project(b));
@@ -178,7 +179,7 @@ impl Sky {
         }
     }
 
-    /// The map as the text of an SVG file.
+    /// Returns the map as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         self.draw(&mut svg, "plot");
@@ -360,7 +361,7 @@ fn sphere(tilt: f64, about: f64) -> Vector3 {
     Vector3::new(tilt.cos() * about.cos(), tilt.cos() * about.sin(), tilt.sin())
 }
 
-/// The directions at `angle` \[rad\] from `axis`.
+/// Returns the directions at `angle` \[rad\] from `axis`.
 pub fn circle(axis: &Vector3, angle: f64) -> Vec<Vector3> {
     let other = if axis.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
     let u = axis.cross(&other).normalize();
@@ -384,7 +385,8 @@ fn graticule() -> Vec<Vec<Vector3>> {
     (-2..=2).map(parallel).chain((0..12).map(meridian)).collect()
 }
 
-/// The stretches of a line that are not near the point opposite to the middle, where the map is torn.
+/// Returns the stretches of a line that are not near the point opposite to the middle, where the
+/// map is torn.
 fn near(line: &[Vector3], view: &SkyView) -> Vec<Vec<Vector3>> {
     let is_near = |point: &Vector3| point.dot(&view.middle) > -0.995;
     line.split(|point| !is_near(point)).filter(|stretch| stretch.len() > 1).map(<[Vector3]>::to_vec).collect()
@@ -422,7 +424,8 @@ mod tests {
         }
     }
 
-    /// A track once round the sphere past the point opposite to the middle, and one that stays before it.
+    /// A track once round the sphere past the point opposite to the middle, and one that stays
+    /// before it.
     #[test]
     fn a_track_is_torn_where_it_passes_behind_the_middle_and_nowhere_else() {
         let view = SkyView { middle: Vector3::x(), right: Vector3::y(), up: Vector3::z(), reach: PI };

@@ -146,7 +146,7 @@ pub(super) fn shortened(name: &str, room: usize) -> String {
     name.chars().take(room - 1).chain(['…']).collect()
 }
 
-/// A coordinate: a hundredth of a pixel is enough.
+/// Returns a coordinate: a hundredth of a pixel is enough.
 fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

@@ -36,7 +36,8 @@ pub struct ObjectiveRun {
     pub duration_s: Option<f64>,
     /// `∫ ½ uᵀWu dt` of the inputs \[N²·m²·s\], up to the weights.
     pub effort: Option<f64>,
-    /// `∫ Σ c_j |u_j| dt` of the inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to the prices.
+    /// `∫ Σ c_j |u_j| dt` of the inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to
+    /// the prices.
     pub fuel: Option<f64>,
     /// How many times an input switches, of plans that switch.
     pub switches: Option<usize>,
@@ -168,7 +169,8 @@ impl<'a> Measures<'a> {
     }
 }
 
-/// Over the inputs as they act: held over a step, or kicks at the nodes, which have half their weight at the ends.
+/// Over the inputs as they act: held over a step, or kicks at the nodes, which have half their
+/// weight at the ends.
 fn integral(trajectory: &Trajectory, rate: impl Fn(&[f64]) -> f64) -> f64 {
     let time = &trajectory.time;
     let steps = time.len().saturating_sub(1);

@@ -1,14 +1,16 @@
 //! The methods for a plan that switches, side by side: the smoothed law, Newton on switching
 //! times, and the convex iteration.
 //!
-//! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching times is in it;
-//! - **switching times**: what a plan takes, arcs at the limits on steps that end where inputs switch;
+//! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching
+//!   times is in it;
+//! - **switching times**: what a plan takes, arcs at the limits on steps that end where inputs
+//!   switch;
 //! - **convex**: SCP on equal steps with inputs at the nodes, and with the duration as an unknown
 //!     if it is free. It is the method for maneuvers with constraints, and the method of
 //!     `method = "scp"`.
 //!
-//! The three discretise differently, so that durations agree but for the square of the step, where they find the same
-//! extremal: each is a local minimum of its own search.
+//! The three discretise differently, so that durations agree but for the square of the step, where
+//! they find the same extremal: each is a local minimum of its own search.
 
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
@@ -47,7 +49,8 @@ pub struct WayRun {
 /// A time limit applies to each solve. A stop by the observer ends them all.
 ///
 /// # Errors
-/// [`PlanError`] when problem or settings cannot be used, or inputs do not switch. A way that does not apply is no error.
+/// [`PlanError`] when problem or settings cannot be used, or inputs do not switch. A way that does
+/// not apply is no error.
 pub fn compare(
     problem: &Problem,
     settings: &Settings,
@@ -129,7 +132,8 @@ mod tests {
         Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)).with_steps(steps)
     }
 
-    /// One duration by three ways: they differ by the square of the step, and what is smoothed takes longer.
+    /// One duration by three ways: they differ by the square of the step, and what is smoothed
+    /// takes longer.
     #[test]
     fn the_ways_meet_as_the_grid_is_refined() {
         let spread = |steps: usize| {

@@ -31,7 +31,7 @@ const SAME: f64 = 5e-4;
 /// The clearance below which a cone counts as touched \[deg\].
 const LITTLE: f64 = 1e-3;
 
-/// The lines below the headline, but for what to type next.
+/// Returns the lines below the headline, but for what to type next.
 pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
     let solution = &plan.solution;
     let problem = &solution.on_grid(problem);
@@ -213,7 +213,7 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     lines
 }
 
-/// The largest rate, of the true motion where it is limited, and its limit.
+/// Returns the largest rate, of the true motion where it is limited, and its limit.
 fn rate(problem: &Problem, found: &Verification) -> String {
     let peak = format!("{} deg/s", significant(found.peak_rate_rad_s.to_degrees(), 3));
     let limits = problem.constraints.iter().filter(|limit| !matches!(limit.rule, Rule::Pointing(_)));
@@ -246,7 +246,7 @@ fn met(margin: &Margin) -> f64 {
     if value.abs() <= Margin::ROUND_OFF * scale { 0.0 } else { value }
 }
 
-/// The cones, nearest first, as many as there is room for.
+/// Returns the cones, nearest first, as many as there is room for.
 fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room: usize) -> Vec<String> {
     let is_cone = |margin: &&Margin| {
         let rule = problem.constraints.iter().find(|constraint| constraint.name == margin.name);

@@ -27,7 +27,8 @@ impl Firing {
     }
 }
 
-/// All firings of thrusters, by thruster and time; none where the inputs push to both sides.
+/// Returns all firings of thrusters, by thruster and time; none where the inputs push to both
+/// sides.
 ///
 /// The firings of a plan of arcs are those of its grid, whose nodes are at the switches.
 pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {

@@ -16,7 +16,7 @@ const SMALL_GAP: f64 = 1e-4;
 /// Durations that differ by this part are one.
 const SAME_DURATION: f64 = 1e-12;
 
-/// The name of a discretisation.
+/// Returns the name of a discretisation.
 pub fn scheme(scheme: Scheme) -> &'static str {
     match scheme {
         Scheme::LieVerlet => "Lie–Verlet",
@@ -296,8 +296,8 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// The angle of the rotation the short way round [deg], between states at rest, where the path turns by more than half a turn and would
-/// by its length alone pass for the long one.
+/// Returns the angle of the rotation the short way round [deg], between states at rest, where the
+/// path turns by more than half a turn and would by its length alone pass for the long one.
 pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Option<f64> {
     let (start, end) = (&problem.start, &problem.end);
     let known = problem.aim().is_none() && !problem.ends_in_any_attitude();
@@ -324,7 +324,8 @@ fn minimal(solution: &Solution) -> String {
     }
 }
 
-/// Iterations of the winning start over all grids, and the residuals of those on the requested grid.
+/// Iterations of the winning start over all grids, and the residuals of those on the requested
+/// grid.
 fn iterations(solution: &Solution) -> Vec<String> {
     let convex = solution.method == Method::Scp;
     let won = |rung: &&RungReport| {
@@ -352,7 +353,8 @@ fn iterations(solution: &Solution) -> Vec<String> {
         ),
     };
     let mut lines = vec![line("iterations", &format!("{count}{over}, {}", time(solution.solve_time)))];
-    // A subproblem's residual is a defect, Newton's one of all conditions: they make no one sequence.
+    // A subproblem's residual is a defect, Newton's one of all conditions: they make no one
+    // sequence.
     let last = won.iter().rfind(|rung| rung.steps == solution.steps && rung.rung != Rung::Scp);
     let mut residuals = last.map_or(Vec::new(), |rung| rung.residuals.clone());
     residuals.dedup();

@@ -75,7 +75,7 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
     lines
 }
 
-/// Every check that fails, with its value and its limit.
+/// Returns every check that fails, with its value and its limit.
 pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String> {
     let mut lines = Vec::new();
     for check in verification.checks.iter().filter(|check| !check.passed) {

@@ -35,7 +35,8 @@ pub struct Running {
     /// Number of threads; by default the number of the machine. It does not change the results
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Only every n-th case from the i-th on, for one of n processes; `slew merge` puts them together
+    /// Only every n-th case from the i-th on, for one of n processes; `slew merge` puts them
+    /// together
     #[arg(long, value_name = "i/n")]
     pub shard: Option<String>,
     /// Also write the plan file of every case into a folder, which is made if it does not exist
@@ -44,7 +45,8 @@ pub struct Running {
     /// Plan the case of this number alone, as `slew plan` does
     #[arg(long, value_name = "NUMBER", conflicts_with_all = ["shard", "plans", "threads", "times"])]
     pub case: Option<u64>,
-    /// Put the wall time of each solve into its line; the same run then gives another file each time
+    /// Put the wall time of each solve into its line; the same run then gives another file each
+    /// time
     #[arg(long)]
     pub times: bool,
     /// Tell progress also where stderr is no terminal, every ten seconds
@@ -56,7 +58,7 @@ pub struct Running {
 }
 
 impl Running {
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }
@@ -216,7 +218,7 @@ fn one(
     )
 }
 
-/// The spec that the cases change, with the overrides of the command line.
+/// Returns the spec that the cases change, with the overrides of the command line.
 pub fn base(spec: &Path, reading: &Reading) -> Result<Base, Failure> {
     let (overrides, format) = super::spec_file::arguments(spec, reading)?;
     Ok(if spec.as_os_str() == "-" {

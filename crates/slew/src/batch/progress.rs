@@ -44,7 +44,7 @@ impl Progress {
     }
 }
 
-/// A span of time for people.
+/// Returns a span of time for people.
 pub fn span(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {

@@ -27,7 +27,7 @@ pub struct Facts<'a> {
     pub forced: bool,
 }
 
-/// The summary.
+/// Returns the summary.
 pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     let Facts { header, shard, tally, stopped, .. } = facts;
     let cases = shard.count(header.cases);

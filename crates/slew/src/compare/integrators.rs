@@ -26,8 +26,8 @@ pub struct StudyArgs {
     /// Horizons in seconds, shortest first
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub horizon: Vec<f64>,
-    /// Mean energy errors at which to compare work, largest first; by default up to five that the first
-    /// integrator reaches
+    /// Mean energy errors at which to compare work, largest first; by default up to five that the
+    /// first integrator reaches
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub error: Vec<f64>,
     /// Draw figures: SVG files in the folder DIR, which is made if it does not exist
@@ -45,7 +45,7 @@ impl StudyArgs {
         self.figures.is_some() || !self.integrators.is_empty() || lists.iter().any(|list| !list.is_empty())
     }
 
-    /// The files of the figures, checked before any work; none that is `spec`.
+    /// Returns the files of the figures, checked before any work; none that is `spec`.
     fn targets(&self, spec: &Path) -> Result<Vec<Target>, Failure> {
         let Some(folder) = &self.figures else { return Ok(Vec::new()) };
         if !folder.exists() {

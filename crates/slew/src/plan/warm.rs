@@ -21,7 +21,8 @@ pub struct Warm<'a> {
     at: f64,
 }
 
-/// Reads the plan at `path` that `problem` is to be begun from at a time \[s\] of it; the epoch of what is left is that moment.
+/// Reads the plan at `path` that `problem` is to be begun from at a time \[s\] of it; the epoch of
+/// what is left is that moment.
 pub fn begun<'a>(
     path: &'a Path,
     at: Option<f64>,

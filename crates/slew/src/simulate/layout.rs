@@ -21,7 +21,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Whether any body has position and velocity.
+    /// Returns whether any body has position and velocity.
     pub fn anything_moves(&self) -> bool {
         self.moves.contains(&true)
     }

@@ -1,4 +1,5 @@
-//! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row after row.
+//! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row
+//! after row.
 
 mod layout;
 mod limits;
@@ -56,7 +57,8 @@ pub struct Args {
     /// Method; by default that of the spec, or lie_verlet
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Kind::NAMES).try_map(|name| name.parse::<Kind>()))]
     pub integrator: Option<Kind>,
-    /// Inputs of a maneuver, held throughout, forces before torques, as in `--inputs 0,0,0.1`; by default none
+    /// Inputs of a maneuver, held throughout, forces before torques, as in `--inputs 0,0,0.1`; by
+    /// default none
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true)]
     pub inputs: Option<Vec<f64>>,
 }
@@ -258,7 +260,7 @@ impl Motion {
     }
 }
 
-/// Whether inputs change the energy.
+/// Returns whether inputs change the energy.
 fn works(inputs: Option<&[f64]>) -> bool {
     inputs.is_some_and(|inputs| inputs.iter().any(|input| input.abs() > 0.0))
 }
@@ -270,15 +272,16 @@ struct Job<'a> {
     run: Option<Run>,
     /// Why the motion could not be followed to its end: the output is then given up.
     failure: Option<Failure>,
-    /// How the program will end where the motion ends early, and the steps made until then: before Ctrl-C, or up to
-    /// the last row whose numbers are finite.
+    /// How the program will end where the motion ends early, and the steps made until then: before
+    /// Ctrl-C, or up to the last row whose numbers are finite.
     stopped: Option<(Exit, u64)>,
     /// The message for the user.
     message: Option<Message>,
 }
 
 impl Job<'_> {
-    /// A motion that was interrupted or left the finite numbers is written up to where it came.
+    /// Returns a motion that was interrupted or left the finite numbers is written up to where it
+    /// came.
     fn run(
         &mut self,
         format: Format,

@@ -15,7 +15,8 @@ pub enum ShapeError {
         /// The largest possible number.
         limit: usize,
     },
-    /// A coordinate is NaN, infinite, or so large that the fifth power of lengths leaves the range of numbers.
+    /// A coordinate is NaN, infinite, or so large that the fifth power of lengths leaves the range
+    /// of numbers.
     #[error("vertex {vertex} has the coordinate {value} m; magnitudes up to {limit:e} are possible")]
     Coordinate {
         /// The number of the vertex.

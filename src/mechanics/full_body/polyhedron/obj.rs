@@ -87,7 +87,7 @@ const LINE: usize = 1 << 16;
 /// Most bytes of a file.
 const FILE: u64 = 1 << 28;
 
-/// The solid of a Wavefront OBJ file, its coordinates multiplied by `scale` \[m\].
+/// Returns the solid of a Wavefront OBJ file, its coordinates multiplied by `scale` \[m\].
 ///
 /// Memory is bounded by [`Polyhedron::SIZE`], a file by 256 MiB and a line by 64 KiB.
 ///
@@ -219,7 +219,8 @@ impl Mesh {
         Ok(())
     }
 
-    /// The vertex of a corner, from 0. A positive index may name a vertex that is yet to come.
+    /// Returns the vertex of a corner, from 0. A positive index may name a vertex that is yet to
+    /// come.
     fn corner(&self, word: &str) -> Result<u32, ObjProblem> {
         let wrong = || ObjProblem::Corner(shortened(word));
         let mut parts = word.split('/');
@@ -248,7 +249,8 @@ impl Mesh {
         }
     }
 
-    /// The solid. Errors count vertices and faces as the file does, and have the line of their face.
+    /// Returns the solid. Errors count vertices and faces as the file does, and have the line of
+    /// their face.
     fn solid(mut self, last: usize) -> Result<Polyhedron, ObjError> {
         let at_face = |line, error| ObjError { line, problem: ObjProblem::Shape(error) };
         let count = self.vertices.len();
@@ -300,7 +302,7 @@ impl Mesh {
     }
 }
 
-/// The line of an error, and the error with the numbers of vertices and faces of the file.
+/// Returns the line of an error, and the error with the numbers of vertices and faces of the file.
 fn in_file(error: ShapeError, places: &[usize], origins: &[Origin]) -> (Option<usize>, ShapeError) {
     use ShapeError::{Coordinate, NotManifold, Open, Orientation};
     let place = |vertex: usize| places[vertex - 1];

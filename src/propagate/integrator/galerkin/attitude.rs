@@ -7,8 +7,8 @@
 //! 0 = −g_ν  (ν < s)        0 = J_r(ξ_s) P − g_s                    then Π_1 = exp S(ξ_s)ᵀ P
 //! ```
 //! The last is the printed `J_r⁻¹ g_s − h Σ b_i exp S(ξ_i) M_i = Π_0`, free of the inverse. Because
-//! `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end needs no `g_s`: it is the old one and the impulses,
-//! turned, and so kept to round-off however far the iteration was driven.
+//! `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end needs no `g_s`: it is the old one and the
+//! impulses, turned, and so kept to round-off however far the iteration was driven.
 
 use super::convergence::relative;
 use super::kinetic::Chart;
@@ -65,7 +65,8 @@ impl Arc {
         }
     }
 
-    /// Starts from an angular velocity [rad/s] and its derivative [rad/s²], as if that were constant.
+    /// Starts from an angular velocity [rad/s] and its derivative [rad/s²], as if that were
+    /// constant.
     pub fn constant_acceleration(&mut self, scheme: &Scheme, h: f64, rate: &Vector3, acceleration: &Vector3) {
         for (xi, d) in self.xi.iter_mut().zip(&scheme.times) {
             let t = h * d;
@@ -93,8 +94,8 @@ impl Arc {
         }
     }
 
-    /// Adds a Newton correction; returns its size relative to the curve's, not finite when the curve has left
-    /// the chart.
+    /// Adds a Newton correction; returns its size relative to the curve's, not finite when the
+    /// curve has left the chart.
     pub fn correct(&mut self, correction: &[f64]) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (xi, delta) in self.xi.iter_mut().zip(correction.chunks_exact(3)) {

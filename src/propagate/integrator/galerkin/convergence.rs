@@ -36,7 +36,8 @@ impl Convergence {
             return Next::GiveUp;
         }
         let ratio = correction / self.last;
-        // The error left: Δθ² where corrections shrink like Δ, CΔ², C³Δ⁴, …; Δθ/(1 − θ) where by a factor.
+        // The error left: Δθ² where corrections shrink like Δ, CΔ², C³Δ⁴, …; Δθ/(1 − θ) where by a
+        // factor.
         let left = match (ratio < 0.5, self.exact) {
             (true, true) => correction * ratio * ratio,
             (true, false) => correction * ratio / (1.0 - ratio),

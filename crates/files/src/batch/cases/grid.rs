@@ -52,7 +52,7 @@ impl Axis {
         Ok(Self { key: key.into(), values })
     }
 
-    /// The dotted key.
+    /// Returns the dotted key.
     pub fn key(&self) -> &str {
         &self.key
     }
@@ -83,7 +83,7 @@ fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     (0..count).map(|index| text(value(index))).collect()
 }
 
-/// The parts between commas, but for those in brackets, braces and quotes.
+/// Returns the parts between commas, but for those in brackets, braces and quotes.
 fn split(text: &str) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0_i32, None);
     for (at, sign) in text.char_indices() {
@@ -152,7 +152,7 @@ impl Grid {
             .flat_map(|axis| [axis.key.as_str()].into_iter().chain(axis.values.iter().map(String::as_str)))
     }
 
-    /// The case of this number, which is one of the grid.
+    /// Returns the case of this number, which is one of the grid.
     pub fn case(&self, number: u64) -> Case {
         let mut place = number - 1;
         let mut set: Vec<Override> = Vec::with_capacity(self.axes.len());

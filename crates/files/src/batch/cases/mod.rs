@@ -45,11 +45,12 @@ pub struct Batch {
 pub type Stream<'a> = Box<dyn Iterator<Item = Result<Case, BatchError>> + Send + 'a>;
 
 impl Batch {
-    /// One case for each row of the table at `path`: comma-separated, its head has dotted keys of the spec. A column
-    /// `name` names the cases, an empty cell leaves its key as the spec has it.
+    /// One case for each row of the table at `path`: comma-separated, its head has dotted keys of
+    /// the spec. A column `name` names the cases, an empty cell leaves its key as the spec has it.
     ///
     /// # Errors
-    /// The file; keys that a spec does not have; rows, values and names that are wrong, with their places.
+    /// The file; keys that a spec does not have; rows, values and names that are wrong, with their
+    /// places.
     pub fn of_table(base: Base, path: &Path) -> Result<Self, BatchError> {
         let (table, cases, fingerprint) = Table::open(path, &base, of_base(&base))?;
         let keys = table.keys();
@@ -140,12 +141,12 @@ impl Batch {
         self.header.cases
     }
 
-    /// The header of the results of a shard; `times`: lines hold wall times.
+    /// Returns the header of the results of a shard; `times`: lines hold wall times.
     pub fn header(&self, shard: Shard, times: bool) -> Header {
         Header { shard: (shard != Shard::ALL).then_some(shard), times, ..self.header.clone() }
     }
 
-    /// The cases of a shard but for the first `done` of them.
+    /// Returns the cases of a shard but for the first `done` of them.
     ///
     /// # Errors
     /// The table cannot be read any more.
@@ -165,7 +166,7 @@ impl Batch {
         })
     }
 
-    /// The case of this number.
+    /// Returns the case of this number.
     ///
     /// # Errors
     /// Returns an error if the case does not exist.
@@ -180,7 +181,7 @@ impl Batch {
         self.stream(Shard::ALL, number - 1)?.next().unwrap_or_else(|| Err(none()))
     }
 
-    /// The maneuver of a case.
+    /// Returns the maneuver of a case.
     ///
     /// # Errors
     /// Everything that is wrong with its spec.

@@ -63,19 +63,19 @@ impl Rows {
         self.fingerprint
     }
 
-    /// The place of a cell, for messages.
+    /// Returns the place of a cell, for messages.
     pub fn origin(&self, row: &Row, cell: &Cell) -> Origin {
         Origin { file: self.name.clone(), line: row.line, column: cell.column }
     }
 
-    /// An error of a row, or of the whole file before there is one.
+    /// Returns an error of a row, or of the whole file before there is one.
     pub fn refuse(&self, row: Option<&Row>, code: &'static str, reason: String, remedy: &str) -> BatchError {
         let origin = Origin { file: self.name.clone(), line: row.map_or(1, |row| row.line), column: 1 };
         let text = row.and_then(|row| row.cells.first()).map_or("", |cell| cell.text.as_str());
         BatchError::Spec(Diagnostics(vec![Diagnostic::in_text(code, &origin, text, reason, remedy)]))
     }
 
-    /// The next row that is not blank.
+    /// Returns the next row that is not blank.
     pub fn next(&mut self) -> Result<Option<Row>, BatchError> {
         loop {
             let mut bytes = Vec::new();
@@ -121,7 +121,7 @@ impl Rows {
     }
 }
 
-/// The cells of a line.
+/// Returns the cells of a line.
 fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell>, &'static str> {
     // A table of one column has no sign between its cells, and its cells may hold blanks.
     let cells = cells::cells(line, Some(separator.unwrap_or(',')))?;

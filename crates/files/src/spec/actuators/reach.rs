@@ -23,7 +23,8 @@ pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
         })
 }
 
-/// A unit vector along which no input has an output, or none of both signs and this one lacks.
+/// Returns a unit vector along which no input has an output, or none of both signs and this one
+/// lacks.
 fn direction(set: &ActuatorSet) -> Option<Vector3> {
     match set.rank() {
         (3, _) if !set.limits().one_sided => None,

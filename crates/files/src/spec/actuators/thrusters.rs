@@ -27,7 +27,7 @@ struct Thruster {
 /// A lever shorter than this, relative to the distance from the mass center, gives no torque.
 const NO_LEVER: f64 = 1e-9;
 
-/// The inputs of the thrusters, and the price of each.
+/// Returns the inputs of the thrusters, and the price of each.
 pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let others = ["wheel", "torque_axes_body", "torque_axes_reference", "effort_weight", "fuel_price"];
     let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight", "force_fuel_price"];

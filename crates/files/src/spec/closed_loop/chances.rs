@@ -28,12 +28,13 @@ pub(crate) const LIMITS: [(LimitKind, &str, &str); 3] = [
     (LimitKind::Rate, "torque_rate_limit_chance", "torque_rate_limit_reserve_n_m_per_s"),
 ];
 
-/// The limit of the torques that is of this kind.
+/// Returns the limit of the torques that is of this kind.
 fn has(problem: &Problem, kind: LimitKind) -> bool {
     problem.actuation.limits().any(|limit| !limit.of_force && limit.kind == kind)
 }
 
-/// A limit of the actuators under `key`, if they have it and torques may be held back of it.
+/// Returns a limit of the actuators under `key`, if they have it and torques may be held back of
+/// it.
 fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> bool {
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
@@ -50,7 +51,7 @@ fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> boo
     false
 }
 
-/// The chances of limits; each needs something uncertain.
+/// Returns the chances of limits; each needs something uncertain.
 pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
     let mut chances = Vec::new();
     for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
@@ -137,8 +138,8 @@ fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     }
 }
 
-/// The chance that any of several limits is exceeded at any time: those that are named, or all constraints without a chance of
-/// their own.
+/// Returns the chance that any of several limits is exceeded at any time: those that are named, or
+/// all constraints without a chance of their own.
 fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance> {
     if !section.has("chance") {
         if section.has("chance_of") {

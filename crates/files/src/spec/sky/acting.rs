@@ -5,7 +5,8 @@ use super::Reading;
 use slewkit::maneuver::During;
 use slewkit_sky::Condition;
 
-/// What a boresight that is held on a cone may be off by between nodes, where nothing is stated \[deg\].
+/// What a boresight that is held on a cone may be off by between nodes, where nothing is stated
+/// \[deg\].
 const WITHIN_DEG: f64 = 0.1;
 
 /// What a boresight that is held on a cone may be off by \[rad\].
@@ -18,7 +19,8 @@ pub(in crate::spec) fn within(section: &Section) -> Option<f64> {
 }
 
 impl Reading {
-    /// When a constraint acts, of which the directions have been read; `known` targets stood there before.
+    /// When a constraint acts, of which the directions have been read; `known` targets stood there
+    /// before.
     pub fn during(&self, section: &Section, known: usize) -> Option<During> {
         if section.has("during_s") {
             let pairs = section.square("during_s")?;

@@ -7,7 +7,8 @@ use slewkit::{Direction, Matrix3};
 use slewkit_sky::Target;
 
 impl Reading {
-    /// What stands around the spacecraft: as a plan file tells it, or from the orbit where something is aimed at by name.
+    /// What stands around the spacecraft: as a plan file tells it, or from the orbit where
+    /// something is aimed at by name.
     pub fn scenery(&self, root: &Section) -> Option<Scenery> {
         if let Some(section) = root.section("scenery") {
             return told_scenery(section);
@@ -39,7 +40,7 @@ impl Reading {
     }
 }
 
-/// The scenery as a plan file writes it.
+/// Returns the scenery as a plan file writes it.
 fn told_scenery(section: &Section) -> Option<Scenery> {
     let way = |name: &str| match track(section.section(name)?)? {
         Direction::Moving(track) => Some(track),

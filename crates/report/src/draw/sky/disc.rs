@@ -1,4 +1,5 @@
-//! Discs on the sphere of directions, as they move: Earth, Moon and Sun, and points that are aimed at.
+//! Discs on the sphere of directions, as they move: Earth, Moon and Sun, and points that are aimed
+//! at.
 
 use super::super::svg::Svg;
 use super::{SkyView, circle};
@@ -11,7 +12,8 @@ pub struct SkyDisc {
     pub name: String,
     /// The kind of the disc.
     pub kind: DiscKind,
-    /// Unit vector to its middle and the angle to its limb \[rad\], at equal steps of time from start to end; never empty.
+    /// Unit vector to its middle and the angle to its limb \[rad\], at equal steps of time from
+    /// start to end; never empty.
     pub way: Vec<(Vector3, f64)>,
 }
 
@@ -59,8 +61,8 @@ impl SkyDisc {
         [self.way.first(), self.way.last()].map(|end| end.copied().unwrap_or(nothing))
     }
 
-    /// The disc at the end, its outline at the start, and the way of its middle; `scale` is the radius of the map \[px\], `rim` a curve
-    /// around it.
+    /// The disc at the end, its outline at the start, and the way of its middle; `scale` is the
+    /// radius of the map \[px\], `rim` a curve around it.
     pub(super) fn draw(
         &self,
         svg: &mut Svg,

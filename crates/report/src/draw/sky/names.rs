@@ -16,7 +16,8 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Where the text of a name begins whose size is given \[px\]: right of what it names or left of it, in the nearest row that is free.
+    /// Where the text of a name begins whose size is given \[px\]: right of what it names or left
+    /// of it, in the nearest row that is free.
     pub fn beside(&mut self, (x, y): (f64, f64), name: &str, size: f64) -> (f64, f64) {
         let width = Self::width(name, size);
         // A little below first, then a little above, then row by row away from there.

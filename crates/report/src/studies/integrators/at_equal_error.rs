@@ -1,7 +1,7 @@
 //! The work of each method for the same mean energy error.
 //!
-//! Between two steps `log(work)` and `log(step)` are taken as linear in `log(error)`: exact where both follow
-//! powers of the step.
+//! Between two steps `log(work)` and `log(step)` are taken as linear in `log(error)`: exact where
+//! both follow powers of the step.
 
 use super::run::Name;
 use super::{IntegratorRun, Study};
@@ -71,7 +71,7 @@ pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     inside.into_iter().step_by(stride).collect()
 }
 
-/// All horizons, levels and methods.
+/// Returns all horizons, levels and methods.
 pub(super) fn table(study: &Study, levels: &[f64], runs: &[IntegratorRun]) -> Vec<EqualError> {
     let mut table = Vec::new();
     for (&horizon, &level) in study.horizons.iter().flat_map(|t| levels.iter().map(move |e| (t, e))) {
@@ -97,7 +97,7 @@ fn error(run: &IntegratorRun) -> Option<f64> {
     run.errors.map(|errors| errors.energy_error_mean)
 }
 
-/// The runs of one method to one horizon, longest step first.
+/// Returns the runs of one method to one horizon, longest step first.
 fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level: f64) -> EqualError {
     let good = |run: &&IntegratorRun| error(run).is_some_and(|error| error <= level);
     // The longest step from which on all shorter ones are good: one accurate long step may be
@@ -125,7 +125,8 @@ fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level
         return row(Bound::AtMost, Some(numbers(fine)));
     };
     let fine_error = error(fine).unwrap_or(level);
-    // 0 at the coarse step, 1 at the fine one; an error of exactly zero is as good as the fine step gets.
+    // 0 at the coarse step, 1 at the fine one; an error of exactly zero is as good as the fine step
+    // gets.
     let part = (coarse_error / level).ln() / (coarse_error / fine_error).ln();
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
     let (a, b) = (numbers(coarse), numbers(fine));

@@ -48,8 +48,9 @@ pub struct Study {
     pub steps: Vec<f64>,
     /// How long to follow the motion \[s\], shortest first; each is a whole number of every step.
     pub horizons: Vec<f64>,
-    /// Mean energy errors `e_E` at which work is compared. None: 1, 3, 10, 30, … times a power of ten, five at most,
-    /// within what the first method reaches to the longest horizon, and above round-off.
+    /// Mean energy errors `e_E` at which work is compared. None: 1, 3, 10, 30, … times a power of
+    /// ten, five at most, within what the first method reaches to the longest horizon, and above
+    /// round-off.
     pub levels: Vec<f64>,
     /// The step whose runs are recorded over time, one of `steps` \[s\].
     pub shown_step: f64,
@@ -169,14 +170,14 @@ impl Study {
     /// Most steps to a horizon.
     pub const STEPS: f64 = 1e9;
 
-    /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM), explicit midpoint
-    /// (RK) and implicit midpoint (SRK).
+    /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM),
+    /// explicit midpoint (RK) and implicit midpoint (SRK).
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// The methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a tenth and a hundredth
-    /// of it, to the nearest whole number of the longest step; levels are chosen. Short motions have shorter steps and
-    /// fewer horizons. Both are in seconds.
+    /// Builds the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a
+    /// tenth and a hundredth of it, to the nearest whole number of the longest step; levels are
+    /// chosen. Short motions have shorter steps and fewer horizons. Both are in seconds.
     pub fn survey(step: f64, duration: f64) -> Self {
         let step = step.min(duration);
         let factors = [16.0, 8.0, 4.0, 2.0, 1.0];
@@ -235,7 +236,7 @@ impl Study {
         (horizon / step).round() as u64
     }
 
-    /// Whether the study can be made.
+    /// Returns whether the study can be made.
     ///
     /// # Errors
     /// Returns a [`StudyError`] that names the wrong value.

@@ -41,8 +41,9 @@ pub struct IntegratorRun {
     pub force_evaluations: u64,
     /// Newton or fixed-point iterations, summed over the bodies where each has its own.
     pub iterations: u64,
-    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the feature `cpu-time`.
-    /// Where many points attract each other on several threads it is the share of that one.
+    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the
+    /// feature `cpu-time`. Where many points attract each other on several threads it is the share
+    /// of that one.
     pub time_s: f64,
     /// The reason for which the method did not reach the horizon.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -52,13 +53,14 @@ pub struct IntegratorRun {
 /// A name of [`Kind::NAMES`].
 pub type Name = &'static str;
 
-/// The name of a method that there is.
+/// Returns the name of a method that there is.
 pub(super) fn name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
     let name = String::deserialize(from)?;
     name.parse().map(Kind::name).map_err(serde::de::Error::custom)
 }
 
-/// Errors of what an exact motion keeps, over the states looked at: every step, or evenly spaced ones of long runs.
+/// Errors of what an exact motion keeps, over the states looked at: every step, or evenly spaced
+/// ones of long runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Largest `e_E`.

@@ -1,4 +1,5 @@
-//! The comparison of the survey's section 3.4, against the table of an independent calculation, and its laws.
+//! The comparison of the survey's section 3.4, against the table of an independent calculation, and
+//! its laws.
 
 use super::figures::{Outline, figures};
 use super::*;
@@ -49,9 +50,9 @@ fn study() -> Study {
     }
 }
 
-/// Mean |ΔE|, mean ‖I − RᵀR‖ and error of the angular momentum over 300 s, from a calculation in Python
-/// whose norms and samples are not on record: what is not an energy is compared to a factor of two, and round-off
-/// as such.
+/// Mean |ΔE|, mean ‖I − RᵀR‖ and error of the angular momentum over 300 s, from a calculation in
+/// Python whose norms and samples are not on record: what is not an energy is compared to a factor
+/// of two, and round-off as such.
 #[test]
 fn four_methods_on_two_dumbbells_meet_an_independent_table() {
     let (system, start) = dumbbells();
@@ -103,7 +104,7 @@ fn row<'a>(found: &'a WorkPrecision, method: &str, step: f64, horizon: f64) -> &
     found.runs.iter().find(of).unwrap()
 }
 
-/// A run whose numbers follow powers of its step.
+/// Returns a run whose numbers follow powers of its step.
 fn power(method: &'static str, step: f64, order: i32, cost: f64) -> IntegratorRun {
     IntegratorRun {
         method,

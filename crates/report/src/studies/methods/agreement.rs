@@ -112,12 +112,12 @@ fn spread(problem: &Problem, costs: &[f64]) -> f64 {
     (largest - smallest) / smallest.abs().max(floor)
 }
 
-/// Largest angle between the attitudes of two answers to one extremal \[rad\]: far above what a convex
-/// iteration leaves, far below what two extremals differ by.
+/// Largest angle between the attitudes of two answers to one extremal \[rad\]: far above what a
+/// convex iteration leaves, far below what two extremals differ by.
 const SAME_PATH: f64 = 1e-3;
 
-/// Whether two converged answers have the same cost and go the same way; two optima of equal cost, as of a
-/// turn by 180°, are not one.
+/// Returns whether two converged answers have the same cost and go the same way; two optima of
+/// equal cost, as of a turn by 180°, are not one.
 pub(super) fn same_extremal(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     let angle = |(a, b): (&[f64; 4], &[f64; 4])| {
         let chord = |sign: f64| a.iter().zip(b).map(|(a, b)| (a - sign * b).powi(2)).sum::<f64>().sqrt();
@@ -131,7 +131,7 @@ pub(super) fn same_extremal(problem: &Problem, a: &Solution, b: &Solution) -> bo
         && apart <= SAME_PATH
 }
 
-/// Whether the first answer is cheaper by more than costs of one extremal differ.
+/// Returns whether the first answer is cheaper by more than costs of one extremal differ.
 pub(super) fn cheaper(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     a.cost < b.cost && spread(problem, &[a.cost, b.cost]) > Agreement::COST_TOLERANCE
 }

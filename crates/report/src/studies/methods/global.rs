@@ -33,8 +33,8 @@ pub struct Global {
     pub gap: f64,
     /// The gap without limits: the share of it that is the relaxation's.
     pub gap_without_limits: f64,
-    /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise the bound
-    /// is loose, or a cheaper maneuver exists.
+    /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise
+    /// the bound is loose, or a cheaper maneuver exists.
     pub tight: bool,
     /// The maneuvers that the bound covers.
     pub coverage: Coverage,
@@ -42,7 +42,8 @@ pub struct Global {
     pub relaxation: Relaxation,
     /// The outcome of the cone solver; the bound is proved for any outcome.
     pub solver: SolverEnd,
-    /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation is exact.
+    /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation
+    /// is exact.
     pub rank_one_defect: Option<f64>,
     /// Number of moments.
     pub moments: usize,

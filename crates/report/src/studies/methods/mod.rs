@@ -11,9 +11,9 @@
 //! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of
 //! the second method starts the first. [`Agreement`] measures the difference.
 //!
-//! A maneuver has several extremals, and the methods search differently. Where they find different ones,
-//! those that found a costlier one, or none, are started once more from the cheapest, so that one extremal
-//! is compared; [`MethodRun::by_itself`] keeps what they found alone.
+//! A maneuver has several extremals, and the methods search differently. Where they find different
+//! ones, those that found a costlier one, or none, are started once more from the cheapest, so that
+//! one extremal is compared; [`MethodRun::by_itself`] keeps what they found alone.
 //!
 //! # What does `slew compare` compare?
 //!
@@ -146,8 +146,8 @@ pub struct Comparison {
 /// stop by the observer ends them all.
 ///
 /// # Errors
-/// [`PlanError`] when problem or settings cannot be used. A method that does not apply, or stops, is no
-/// error.
+/// [`PlanError`] when problem or settings cannot be used. A method that does not apply, or stops,
+/// is no error.
 pub fn compare(
     problem: &Problem,
     settings: &Settings,
@@ -242,7 +242,7 @@ struct Answer {
     by_itself: Option<Plan>,
 }
 
-/// A solution that no witness has judged.
+/// Returns a solution that no witness has judged.
 fn bare(solution: Solution) -> Plan {
     Plan::new(solution, None, Status::NotConverged)
 }
@@ -292,7 +292,7 @@ impl Comparison {
         order.into_iter().find(ended).unwrap_or(Status::NotConverged)
     }
 
-    /// The run of a method.
+    /// Returns the run of a method.
     pub fn run(&self, method: Contender) -> Option<&MethodRun> {
         self.methods.iter().find(|run| run.method == method)
     }
