@@ -58,11 +58,11 @@ pub fn diagnostics<'py>(py: Python<'py>, found: &[Diagnostic]) -> PyResult<Vec<B
     found.iter().map(dictionary).collect()
 }
 
-/// Returns a spec that reads well and asks what cannot be.
+/// Builds the exception for a spec that is valid key by key but impossible as a whole.
 pub fn problem(py: Python<'_>, error: &ProblemError) -> PyErr {
     let (code, remedy) = match error {
         ProblemError::StepTooLong { steps, .. } => {
-            ("E0120", format!("raise `maneuver.steps` to {steps} or more"))
+            ("E0120", format!("set `maneuver.steps` to {steps} or more"))
         }
         _ => ("E0121", "change the spec accordingly".into()),
     };
@@ -101,12 +101,12 @@ pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
             py,
             "E0172",
             &other.to_string(),
-            "allow a larger chance or more of the limit, or make less uncertain",
+            "allow a larger chance or a larger limit, or reduce the uncertainty",
         ),
     }
 }
 
-/// What could not be written or read; `name` is the file.
+/// Builds the exception for a failed read or write; `name` is the file.
 pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     let (code, reason, remedy) = match error {
         ExportError::File(error @ slewkit_files::export::FileError::Exists { .. }) => {
@@ -124,13 +124,13 @@ pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     coded(py, "FileError", code, &reason, remedy)
 }
 
-/// What `work` comes to, without the lock of the interpreter. A panic is a bug, and an exception
-/// for Python.
+/// Returns the result of `work`, which runs without the lock of the interpreter. A panic is a
+/// bug, and an exception for Python.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|panic| {
         let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let said = said.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
         let reason = format!("the program panicked: {said}");
-        coded(py, "InternalError", "internal", &reason, "this is a bug: please report it with the spec")
+        coded(py, "InternalError", "internal", &reason, "this is a bug: report it with the spec")
     })
 }

@@ -7,10 +7,10 @@ use pyo3::types::{PyDict, PyMapping};
 use slewkit_files::spec::{self, Diagnostics, Format, Loaded, Override, Spec, SpecDocument};
 use std::path::{Path, PathBuf};
 
-/// What messages call a spec that is a dictionary.
+/// The name of a dictionary in messages.
 const DICTIONARY: &str = "dict";
 
-/// What a maneuver is called that a dictionary does not name.
+/// The name of a maneuver whose dictionary has none.
 const UNNAMED: &str = "maneuver";
 
 /// Keys set from outside, with their values.
@@ -46,7 +46,7 @@ enum Origin {
     File(PathBuf),
 }
 
-/// A maneuver as a spec asks for it, read and checked.
+/// The maneuver of a spec, read and checked.
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct Maneuver {
     pub loaded: Loaded,
@@ -56,7 +56,7 @@ pub struct Maneuver {
 
 impl Maneuver {
     fn read(py: Python<'_>, origin: Origin, overrides: Vec<Override>) -> PyResult<Self> {
-        // The reader of maneuvers says of a simulation that it is none.
+        // The reader of maneuvers reports a simulation as an error.
         let loaded = match &origin {
             Origin::Text(text) => spec::from_str(text, DICTIONARY, Format::Toml, &overrides),
             Origin::File(path) => spec::read(path, &overrides),
@@ -73,7 +73,7 @@ impl Maneuver {
 
 #[pymethods]
 impl Maneuver {
-    /// From a dictionary with the keys of a spec, or from a file.
+    /// Reads a dictionary with the keys of a spec, or a file.
     #[new]
     #[pyo3(signature = (spec, overrides = None))]
     fn new(py: Python<'_>, spec: &Bound<'_, PyAny>, overrides: Overrides<'_>) -> PyResult<Self> {
@@ -97,7 +97,7 @@ impl Maneuver {
         &self.loaded.problem.name
     }
 
-    /// Duration in seconds; `None` where it is sought.
+    /// Returns the duration in seconds; `None` if it is free.
     #[getter]
     fn duration(&self) -> Option<f64> {
         self.loaded.problem.duration.known()
@@ -116,7 +116,7 @@ impl Maneuver {
         (*self.loaded.problem.body.inertia.j()).into()
     }
 
-    /// What is accepted but worth a word.
+    /// Returns the warnings.
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         failure::diagnostics(py, &self.loaded.warnings)
     }

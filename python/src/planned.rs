@@ -30,17 +30,17 @@ pub struct Planned {
     pub identity: Identity,
     pub closed_loop: ClosedLoop,
     pub plan: Plan,
-    /// Gains along it, where the spec asks for some.
+    /// The gains along it, if the spec requests them.
     feedback: Option<FeedbackRecord>,
-    /// What is uncertain along it.
+    /// The uncertainty along it.
     uncertainty: Option<UncertaintyRecord>,
     /// Wall time within the library; NaN of one that was read.
     wall_time: f64,
 }
 
 /// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or
-/// costates; `progress` is called with stage, start, steps and seconds. Beside the plan stands what
-/// was raised meanwhile.
+/// costates; `progress` is called with stage, start, steps and seconds. Also returns an exception
+/// that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (maneuver, guess = None, progress = None))]
 pub fn plan(
@@ -92,7 +92,7 @@ pub fn plan(
     Ok((planned, watch.raised()))
 }
 
-/// What another plan suggests.
+/// The guess from another plan.
 #[derive(FromPyObject)]
 pub enum Suggestion<'py> {
     /// A plan.
@@ -126,7 +126,7 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
         let file = PlanFile::read(bytes)?;
         let held = file.spec.as_ref().ok_or(ExportError::NoSpec)?;
         let loaded = held.read(&format!("{name}, spec"), &[]).map_err(Failed::Spec)?;
-        // What is proved infeasible has no trajectory.
+        // A plan that is proved infeasible has no trajectory.
         let has_rows = !file.trajectory.0.time.is_empty();
         let problem = if has_rows { file.on_grid(&loaded.problem)? } else { loaded.problem };
         let (settings, identity, closed_loop) = (loaded.settings, loaded.identity, loaded.closed_loop);
@@ -141,7 +141,7 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
     })
 }
 
-/// Writes a page, whole or not at all, over what is there.
+/// Writes a page, completely or not at all, and replaces an existing file.
 #[pyfunction]
 pub fn write_page(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
     let written = detached(py, || {
@@ -185,13 +185,13 @@ fn flat(vectors: &[Vector3]) -> Vec<f64> {
 
 #[pymethods]
 impl Planned {
-    /// What became of it: `"solved"` and so on.
+    /// Returns the status: `"solved"` and so on.
     #[getter]
     fn status(&self) -> &'static str {
         self.plan.status.name()
     }
 
-    /// Returns the exit code of the program that goes with the status.
+    /// Returns the exit code of the status.
     #[getter]
     fn exit_code(&self) -> u8 {
         self.plan.status.exit_code()
@@ -203,7 +203,7 @@ impl Planned {
         &self.problem.name
     }
 
-    /// What is minimised: the effort, or the duration in seconds. NaN where there is none.
+    /// Returns the cost: the effort, the fuel, or the duration in seconds. NaN without a plan.
     #[getter]
     fn cost(&self) -> f64 {
         self.plan.solution.cost
@@ -344,8 +344,8 @@ impl Planned {
         Ok(text)
     }
 
-    /// Writes the plan to a file, whole or not at all, in the format that is named or that its
-    /// ending means.
+    /// Writes the plan to a file, completely or not at all, in the named format or in that of its
+    /// ending.
     #[pyo3(signature = (path, format = None, tick = None, margins = false, overwrite = false))]
     fn save(
         &self,
@@ -396,7 +396,7 @@ impl Planned {
         };
         let format = found.ok_or_else(|| {
             let reason = match named {
-                Some(name) => format!("there is no format {name:?}"),
+                Some(name) => format!("no format is called {name:?}"),
                 None => format!("no format has the ending {ending:?}"),
             };
             failure::coded(py, "FileError", "E0105", &reason, &format!("the formats are {}", known()))

@@ -26,7 +26,7 @@ enum Carrier {
     Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
 }
 
-/// What is followed, and how.
+/// The motion and its method.
 struct Motion {
     carrier: Carrier,
     name: String,
@@ -64,7 +64,7 @@ impl Motion {
             return Err(PyValueError::new_err("inputs: every input must be finite"));
         }
         let Some(duration) = problem.duration.known() else {
-            let reason = "a maneuver whose duration is sought has none to simulate: plan it first, or set maneuver.duration_s";
+            let reason = "the duration of the maneuver is free: plan it first, or set maneuver.duration_s";
             return Err(PyValueError::new_err(reason));
         };
         if problem.actuation.wheels.is_none() {
@@ -78,7 +78,7 @@ impl Motion {
             Kind::LieVerlet => Propagator::LieVerlet,
             Kind::Verner98 => Propagator::Verner98,
             other => {
-                let reason = format!("integrator {other}: reaction wheels take lie_verlet or verner98");
+                let reason = format!("integrator {other}: reaction wheels need lie_verlet or verner98");
                 return Err(PyValueError::new_err(reason));
             }
         };
@@ -129,7 +129,7 @@ impl Motion {
     }
 }
 
-/// What the caller asks for beyond the spec.
+/// The values of the caller that replace those of the spec.
 struct Asked {
     steps: Option<u64>,
     stride: Option<u64>,

@@ -45,7 +45,7 @@ pub fn verify(
     let judged = judged.map_err(|error| match error {
         // A plan whose arrays do not fit the maneuver has failed.
         ExportError::Trajectory(error) => {
-            let remedy = "give the spec that the plan was made from";
+            let remedy = "give the spec of the plan";
             failure::coded(py, "VerificationFailed", "E0103", &error.to_string(), remedy)
         }
         other => failure::export(py, &other, "plan"),
@@ -70,7 +70,7 @@ pub fn verify(
     Ok((document.to_string(), watch.raised()))
 }
 
-/// Returns whether bytes are those of a plan file, and not of a message or a table of attitudes.
+/// Returns whether the bytes are a plan file, and not a message or a table of attitudes.
 #[pyfunction]
 pub fn is_plan(bytes: &[u8]) -> bool {
     PlanFile::begins(bytes)
@@ -127,7 +127,8 @@ pub fn compare_integrators(
     let simulation = match load(spec, &maneuver::overrides(&overrides)?)? {
         Ok(Spec::Simulation(loaded)) => loaded.simulation,
         Ok(Spec::Maneuver(_)) => {
-            let reason = "this is a maneuver: integrators are compared on a simulation, methods of planning by compare()";
+            let reason =
+                "this spec is a maneuver: compare_integrators() needs a simulation, compare() a maneuver";
             return Err(PyValueError::new_err(reason));
         }
         Err(found) => return Err(failure::spec(py, &found)),

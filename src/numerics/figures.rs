@@ -46,7 +46,7 @@ pub fn decimals(value: f64, decimals: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).into()
 }
 
-/// Rounded down to four significant digits, so that "no plan under …" stays true.
+/// Rounded down to four significant digits, so that "no plan is shorter than …" stays true.
 pub fn at_least(value: f64) -> String {
     to_one_side(value, 4, f64::floor)
 }

@@ -227,9 +227,9 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
             } else {
                 velocity(&mut style, random)
             };
-            open = &["whether the rates are those"];
+            open = &["whether the rates are the derivatives"];
         }
-        Fault::Sign | Fault::SwappedColumns => open = &["whether the rates are those"],
+        Fault::Sign | Fault::SwappedColumns => open = &["whether the rates are the derivatives"],
         Fault::Gap => to_message(&mut style, random),
         _ => {}
     }

@@ -197,7 +197,7 @@ impl Case<'_> {
         );
         let [angle, allow] = exceeding(demand.angle.to_degrees(), allowed.to_degrees());
         let mut reason = format!(
-            "{under}{}: {} {angle} deg, {} s allow {allow} deg at most",
+            "{under}{}: {} {angle} deg, and {} s allow at most {allow} deg",
             self.given(means),
             demand.words,
             about(duration),

@@ -27,11 +27,13 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     (factor > 1.0 + SLACK && factor.is_finite()).then(|| {
         let shortest = Some(factor * problem.seconds()).filter(|_| standing(problem));
         let change = axis.dot(&(end - stored));
-        let under = shortest
-            .map_or_else(|| "in that time".into(), |shortest| format!("under {} s", at_least(shortest)));
+        let under = shortest.map_or_else(
+            || "takes that time".into(),
+            |shortest| format!("is shorter than {} s", at_least(shortest)),
+        );
         let [needed, possible] = exceeding(change, change / factor);
         let reason = format!(
-            "no plan {under} exists with these wheel torques: along the body axis {} the wheels must \
+            "no plan {under} with these wheel torques: along the body axis {} the wheels must \
             absorb {needed} N·m·s, and their torques allow {possible} N·m·s; wheel torque limits \
             must be at least {} times as large",
             direction(&axis),
