@@ -231,7 +231,7 @@ fn the_torque_that_rows_need_is_told_by_rates_and_by_attitudes_and_held_against_
     };
     assert!(limit(0.257).passed());
     assert!(
-        told(&limit(0.254)).concat().contains("torque: the rates need 0.255982 N·m"),
+        told(&limit(0.254)).concat().contains("torque: the rates need a mean torque of 0.255982 N·m"),
         "{:?}",
         limit(0.254)
     );
