@@ -1,5 +1,4 @@
-//! A plan with what is known of how it will be flown: gains, covariances, and chances that limits
-//! keep.
+//! A plan with data for its flight: gains, covariances, and chances of limits.
 //!
 //! A limit with a chance p keeps the room that the closed loop needs, `room ≥ z σ`,
 //! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains: a margin of a cone, or a reserve
@@ -37,7 +36,7 @@ use thiserror::Error;
 /// Gains, and the time between two corrections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feedback {
-    /// How the gains are designed.
+    /// The design of the gains.
     pub kind: Kind,
     /// Time between two measurements, a whole number of steps, over which a correction is held
     /// \[s\]; 0: the step.
@@ -58,7 +57,7 @@ pub struct Beside {
     pub linear: LinearPlan,
     /// Gains along it.
     pub gains: Option<Gains>,
-    /// How long its arcs last from other starts, where that is corrected.
+    /// The lengths of its arcs from other starts, if the start is corrected.
     pub switching: Option<SwitchingGains>,
     /// Covariance without gains.
     pub open: Option<Covariance>,
@@ -75,10 +74,10 @@ pub enum NotKnown {
     /// The motion is not linearised.
     #[error("{0}")]
     Unlinearised(#[from] Unlinearised),
-    /// There are no gains.
+    /// No gains exist.
     #[error("{0}")]
     NoGains(#[from] NoGains),
-    /// A tick of the loop is no whole number of equal steps.
+    /// A tick of the loop is not a whole number of equal steps.
     #[error(
         "a tick of {every} s is not a whole number of the {steps} steps of this plan, which last \
         {duration} s"
@@ -136,7 +135,7 @@ impl Feedback {
     /// The part of a step by which a tick may differ from a whole number of steps.
     const WHOLE: f64 = 1e-6;
 
-    /// How many steps of a plan with these nodes \[s\] a tick is.
+    /// Returns the number of steps in a tick, for a plan with these nodes \[s\].
     fn steps(&self, times: &[f64]) -> Result<usize, NotKnown> {
         let (duration, count) = (times[times.len() - 1], times.len() - 1);
         let step = duration / count as f64;
@@ -183,11 +182,11 @@ pub struct Kept<'a> {
     pub limits: Vec<&'a str>,
     /// The chance of exceeding it, or any of them, at most.
     pub at_most: f64,
-    /// When.
+    /// The time to which the chance refers.
     pub over: Over,
 }
 
-/// When a constraint may be violated with its chance.
+/// The time to which a chance refers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
     /// At the node with the largest chance, to first order.
@@ -247,13 +246,13 @@ pub struct Margins {
     pub counted: Vec<Option<Proportion>>,
 }
 
-/// Why chances cannot be kept.
+/// The reason for which chances cannot be kept.
 #[derive(Clone, Debug, Error)]
 pub enum NotKept {
     /// A plan without margins, or with those that the chances take, cannot be attempted.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// There is no limit of this name.
+    /// No limit has this name.
     #[error("no constraint and no limit of the torques is called \"{0}\"")]
     Unknown(String),
     /// More of a limit is to be left than there is.
@@ -350,11 +349,11 @@ pub fn plan(
     Ok((with, found, margins))
 }
 
-/// Has a maneuver hold so much of a limit, in place of what it holds of it now: `held` has a number
-/// for each part, SI, 0 for nothing.
+/// Replaces the reserve of a limit in a maneuver: `held` has a number for each part, SI, 0 for no
+/// reserve.
 ///
 /// # Errors
-/// [`NotKept`] where there is no such limit, or not so much of it.
+/// Returns [`NotKept`] if the limit does not exist, or is smaller than the reserve.
 pub fn hold(problem: &mut Problem, name: &str, held: &[f64]) -> Result<(), NotKept> {
     let craft = problem.of_craft();
     let limit = Limit::named(&craft, name).ok_or_else(|| NotKept::Unknown(name.into()))?;

@@ -41,7 +41,7 @@ pub enum Status {
     LimitReached,
     /// Solved, but a witness disagrees.
     VerificationFailed,
-    /// The caller asked to stop.
+    /// The caller stopped the solve.
     Interrupted,
 }
 
@@ -117,7 +117,7 @@ impl Plan {
 
 /// Plans a maneuver: every sense and winding, the ladder for hard cases, verification.
 ///
-/// `guess` is tried first: its costates by the shooting, its path by SCP. `observer` hears of
+/// `guess` is tried first: its costates by the shooting, its path by SCP. `observer` receives the
 /// progress between iterations and may stop the solve; [`Silent`] does neither. Equal inputs give
 /// equal outputs, to the last bit, unless a time limit or the observer ends the solve.
 ///
@@ -126,8 +126,8 @@ impl Plan {
 /// 2006 (arXiv math/0601424).
 ///
 /// # Errors
-/// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error:
-/// see [`Plan::status`].
+/// Returns [`PlanError`] if problem, settings or guess cannot be used. A solver that stops is not
+/// an error: see [`Plan::status`].
 ///
 /// # Example
 /// A plan of an easier maneuver as a guess for a harder one:
@@ -165,11 +165,12 @@ pub struct WarmPlan {
     pub problem: Problem,
     /// Its plan.
     pub plan: Plan,
-    /// Newton steps from the other plan; or why it was left, and a search made anew.
+    /// The number of Newton steps from the other plan; or the reason for which that plan was not
+    /// used, and a new search was made.
     pub warm: Result<usize, Left>,
 }
 
-/// Why nothing was planned again.
+/// The reason for which replanning failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ReplanError {
     /// The plan cannot be begun from, or not there.

@@ -82,7 +82,7 @@ fn refused(py: Python<'_>, code: &str, reason: &str, remedy: &str) -> PyErr {
     }
 }
 
-/// Why the planner did not even begin.
+/// Builds the exception for a problem that the planner refused.
 pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
     match error {
         PlanError::Problem(error) => problem(py, error),
@@ -93,7 +93,7 @@ pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
     }
 }
 
-/// Why chances cannot be kept.
+/// Builds the exception for chances that cannot be kept.
 pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
     match error {
         NotKept::Plan(error) => plan(py, error),

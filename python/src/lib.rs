@@ -1,8 +1,8 @@
 //! The compiled part of the Python package `slewkit`: specs in, plans and arrays out.
 //!
-//! The package itself, with its classes and their documentation, is Python (`slewkit/`); what
-//! stands here calls the library and hands over numbers. Every function that computes lets other
-//! threads of Python run meanwhile.
+//! The package itself, with its classes and their documentation, is Python (`slewkit/`); this
+//! crate calls the library and returns numbers. Every function that computes lets other threads
+//! of Python run.
 //!
 //! # Where does the Python package stand?
 //!

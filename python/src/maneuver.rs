@@ -37,7 +37,7 @@ pub fn load(given: &Bound<'_, PyAny>, overrides: &[Override]) -> PyResult<Result
     Ok(spec::load(&path, Format::of(&path), overrides))
 }
 
-/// Where a spec came from.
+/// The source of a spec.
 #[derive(Clone)]
 enum Origin {
     /// A dictionary, as text.
@@ -130,7 +130,7 @@ impl Maneuver {
     }
 }
 
-/// Everything that is to be said of a spec of either kind, errors and warnings.
+/// Returns all errors and warnings of a spec of either kind.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None))]
 pub fn diagnose<'py>(

@@ -1,4 +1,4 @@
-//! Plans: made, read, and what is in them as arrays.
+//! Plans: made, read, and their contents as arrays.
 
 use crate::failure::{self, detached};
 use crate::maneuver::Maneuver;
@@ -151,7 +151,7 @@ pub fn write_page(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
     written.map_err(|error: ExportError| failure::export(py, &error, &path.to_string_lossy()))
 }
 
-/// Why a plan file cannot be used.
+/// The reason for which a plan file cannot be used.
 enum Failed {
     Export(ExportError),
     Spec(slewkit_files::spec::Diagnostics),
@@ -169,7 +169,7 @@ impl Planned {
         file.with_records(self.feedback.clone(), self.uncertainty.clone(), &self.closed_loop)
     }
 
-    /// Numbers of what is uncertain; none where nothing is.
+    /// Returns numbers of the uncertainty; empty without uncertainty.
     fn assumed(&self, of: impl Fn(&Uncertainty) -> Vec<f64>) -> Vec<f64> {
         self.closed_loop.uncertainty.as_ref().map(of).unwrap_or_default()
     }
@@ -266,8 +266,8 @@ impl Planned {
         (*self.problem.body.inertia.j()).into()
     }
 
-    /// Returns a quantity of the trajectory, row after row, in an array of one dimension that owns
-    /// its numbers; `None` where there is no such name.
+    /// Returns a quantity of the trajectory, row after row, in an array of one dimension that
+    /// owns its numbers; `None` for an unknown name.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> Option<Bound<'py, PyArray1<f64>>> {
         let of = self.trajectory();
         let quaternions = |order: fn(&[f64; 4]) -> [f64; 4]| {

@@ -18,7 +18,7 @@ use slewkit_report::simulation_page;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Who propagates.
+/// The propagator.
 enum Carrier {
     /// An integrator.
     Integrator(Box<Simulation>),
@@ -38,7 +38,7 @@ struct Motion {
     stride: u64,
 }
 
-/// How a motion ended before its end.
+/// The reason of an early end of a motion.
 enum Ended {
     NotFinite(String),
     Failed(String),
@@ -187,8 +187,8 @@ impl Observer for Rows {
     }
 }
 
-/// Follows the bodies of a spec from their start. Gives the rows and what is known of them as a
-/// dictionary, and what was raised meanwhile.
+/// Propagates the bodies of a spec from their start. Returns the rows and their properties as a
+/// dictionary, and an exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None, steps = None, stride = None, integrator = None, inputs = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of the function of the package")]

@@ -18,8 +18,8 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Has the witnesses judge a plan against its own maneuver, or another. Gives what they found as
-/// JSON, and what was raised meanwhile.
+/// Lets the witnesses judge a plan against its own maneuver, or another. Returns the results as
+/// JSON, and an exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (planned, maneuver = None, progress = None))]
 pub fn verify(
@@ -76,8 +76,8 @@ pub fn is_plan(bytes: &[u8]) -> bool {
     PlanFile::begins(bytes)
 }
 
-/// Has attitudes and rates judged against a maneuver: the bytes of an AEM or a table, and the name
-/// of their file. Gives what was found as JSON.
+/// Judges attitudes and rates against a maneuver: the bytes of an AEM or a table, and the name of
+/// their file. Returns the results as JSON.
 #[pyfunction]
 pub fn verify_attitudes(
     py: Python<'_>,
@@ -109,8 +109,8 @@ pub fn verify_attitudes(
     Ok(document.to_string())
 }
 
-/// Integrators side by side on the motion of a simulation spec. Gives the study as JSON with its
-/// table as text, and what was raised meanwhile.
+/// Compares integrators on the motion of a simulation spec. Returns the study as JSON with its
+/// table as text, and an exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None, integrators = vec![], steps = vec![], horizons = vec![], levels = vec![], progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -161,8 +161,8 @@ pub fn compare_integrators(
     Ok((document.to_string(), watch.raised()))
 }
 
-/// Solves a maneuver by every method that applies. Gives them side by side as JSON, and what was
-/// raised meanwhile.
+/// Solves a maneuver by every method that applies. Returns the comparison as JSON, and an
+/// exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (maneuver, progress = None))]
 pub fn compare(

@@ -16,7 +16,7 @@ const DEEPEST: usize = 40;
 
 /// Returns the spec as TOML.
 ///
-/// Raises TypeError for what has no notation, such as None.
+/// Raises TypeError for a value without a notation, such as None.
 #[pyfunction]
 pub fn to_toml(spec: &Bound<'_, PyMapping>) -> PyResult<String> {
     let mut text = String::new();
@@ -67,7 +67,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// Returns a table: its own keys, then the tables in it under headers.
+/// Writes a table: its own keys, then the tables in it under headers.
 fn table(text: &mut String, items: &Items<'_>, path: &str) -> PyResult<()> {
     let own = |value: &Bound<'_, PyAny>| {
         path.is_empty() && (value.cast::<PyMapping>().is_ok() || is_list_of_tables(value))
@@ -140,7 +140,7 @@ fn quoted(text: &mut String, content: &str) {
     text.push('"');
 }
 
-/// Returns a value in one line.
+/// Writes a value in one line.
 fn inline(text: &mut String, value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<()> {
     if depth > DEEPEST {
         text.push('0');

@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use slewkit::plan::{Control, Observer, Progress};
 use std::time::{Duration, Instant};
 
-/// How long may pass between two looks at signals, or two calls of the caller's function: taking
-/// the lock of a busy interpreter costs milliseconds.
+/// The interval between two checks of signals, or two calls of the caller's function: taking the
+/// lock of a busy interpreter costs milliseconds.
 const INTERVAL: Duration = Duration::from_millis(50);
 
 /// Listens while the library computes.
@@ -19,8 +19,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// `progress` is called with what is known of the work, at first at once; what it returns as
-    /// `False` stops it.
+    /// `progress` is called with the progress of the work, at once and then repeatedly; a return
+    /// value of `False` stops the work.
     pub fn new(progress: Option<Py<PyAny>>) -> Self {
         // Without a progress function, work of a few milliseconds is not interrupted.
         let looked = if progress.is_some() { None } else { Some(Instant::now()) };

@@ -28,12 +28,12 @@ pub(super) struct Group {
     pub limits: Vec<Limit>,
     at_most: f64,
     over: Over,
-    /// How many deviations each is to keep.
+    /// The number of deviations that each keeps.
     z: f64,
     pub counted: Option<Proportion>,
 }
 
-/// What a chance takes of a limit, at least what is asked for.
+/// The part of a limit that a chance needs, at least the requested one.
 pub(super) struct Needed {
     pub margins: Vec<f64>,
     /// Margins that differ by less are one.
@@ -82,7 +82,7 @@ fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
     (0..parts).map(|part| sigma(part).unwrap_or(0.0)).collect()
 }
 
-/// Flights of a plan that count what is left of limits.
+/// Flights of a plan that count the room to limits.
 pub(super) struct Flights<'a> {
     pub beside: &'a Beside,
     pub planned: &'a Problem,

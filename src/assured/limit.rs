@@ -25,14 +25,14 @@ enum Which {
     Inputs(LimitKind, usize),
 }
 
-/// Returns the limits of the torques, in the order in which flights tell what is left of them.
+/// Returns the limits of the torques, in the order of their rooms in flights.
 fn of_torques(problem: &Problem) -> impl Iterator<Item = InputLimit<'_>> {
     let counts = [LimitKind::Size, LimitKind::Norm, LimitKind::Rate];
     problem.actuation.limits().filter(move |limit| !limit.of_force && counts.contains(&limit.kind))
 }
 
 impl Limit {
-    /// Builds the one that reports call `name`.
+    /// Builds the limit with the name `name` in reports.
     pub fn named(problem: &Problem, name: &str) -> Option<Self> {
         let named = |which| Self { name: name.into(), which };
         if let Some(index) = problem.constraints.iter().position(|constraint| constraint.name == name) {
@@ -126,7 +126,7 @@ impl Limit {
         }
     }
 
-    /// Returns whether the craft has more of it than is to be held.
+    /// Checks that the limit of the craft exceeds the reserve.
     pub fn check(&self, craft: &Problem, held: &[f64]) -> Result<(), NotKept> {
         let bounds = self.bounds(craft);
         let Some(part) = bounds.iter().zip(held).position(|(bound, held)| held >= bound) else {
@@ -148,7 +148,7 @@ impl Limit {
         })
     }
 
-    /// For people: what a plan of `problem` holds.
+    /// Returns the reserve that a plan of `problem` holds, for people.
     pub fn told(&self, problem: &Problem, craft: &Problem) -> Held {
         Held {
             name: self.name.clone(),
@@ -158,8 +158,8 @@ impl Limit {
         }
     }
 
-    /// Returns the constraints of which flights tell the room of each part; none of limits of the
-    /// torques, of which they tell it anyway.
+    /// Returns the constraints for which flights record the room of each part; empty for limits
+    /// of the torques, which flights always record.
     pub fn watched(&self, craft: &Problem) -> Vec<Constraint> {
         let Which::Constraint(index) = self.which else { return Vec::new() };
         let constraint = &craft.constraints[index];
@@ -171,8 +171,8 @@ impl Limit {
         (0..3).map(alone).collect()
     }
 
-    /// What a flight leaves of each part, SI, where the constraints of this limit begin with
-    /// `first` among those that it tells.
+    /// Returns the room of each part in a flight, SI; the constraints of this limit begin with
+    /// `first` in the record of the flight.
     pub fn room(&self, craft: &Problem, flown: &Flown, first: usize) -> Vec<f64> {
         let bounds = self.bounds(craft);
         match self.which {

@@ -209,8 +209,8 @@ fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
     assert!(active >= 3, "{active} of 6: {:?}", beside.chances.iter().map(|c| &c.parts).collect::<Vec<_>>());
 }
 
-/// One chance of several limits over the motion: flights of other cases exceed any of them as often
-/// as was asked.
+/// A joint chance of several limits over the motion: other flights exceed any of them with the
+/// requested frequency.
 #[test]
 fn a_chance_that_limits_share_is_that_of_other_flights() {
     let (problem, uncertainty) = limited();

@@ -26,8 +26,7 @@ pub struct Campaign<'a> {
     draws: Draws<'a>,
     /// Threads that share the cases; those there are where none is given.
     threads: Option<usize>,
-    /// The actuators and the constraints of the craft: with what the plan holds of them, and
-    /// without margins.
+    /// The actuators and the constraints of the craft: with the full limits, and without margins.
     actuators: ActuatorSet,
     constraints: Vec<Constraint>,
     /// The converged nominal motion.
@@ -81,7 +80,7 @@ impl<'a> Campaign<'a> {
         }
     }
 
-    /// Tells what is left of these in place of the constraints of the maneuver.
+    /// Records the room to these constraints instead of those of the maneuver.
     pub(crate) fn with_constraints(self, constraints: Vec<Constraint>) -> Self {
         Self { constraints, ..self }
     }

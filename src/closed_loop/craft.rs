@@ -46,7 +46,7 @@ impl Errors {
 
 /// Commands on their way to the actuators.
 pub(super) struct DelayLine {
-    /// When each begins to act, and what it is; zero before the first.
+    /// The waiting commands with the time from which each acts; zero before the first.
     waiting: VecDeque<(f64, Vec<f64>)>,
     acting: Vec<f64>,
 }
@@ -127,7 +127,7 @@ impl<'a> Limited<'a> {
         cut
     }
 
-    /// Counts what a command leaves that is given for `step` \[s\], before it is cut.
+    /// Records the room of a command that is given for `step` \[s\], before saturation.
     pub fn meet(&mut self, step: f64, inputs: &[f64]) {
         let limits = self.set.limits();
         // A one-sided input has no lower limit except zero.

@@ -9,7 +9,7 @@ use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proportion {
-    /// How many.
+    /// The number.
     pub count: u64,
     /// The number of all cases.
     pub of: u64,
@@ -59,7 +59,7 @@ pub struct Sampled {
     /// The least and the largest eigenvalue of the sampled covariance over the linear one, in the
     /// directions that have one: 1 where the motion is linear enough.
     pub eigenvalues: Option<[f64; 2]>,
-    /// How many are inside the ellipsoid that holds 99.73 % by the linear covariance.
+    /// The proportion inside of the ellipsoid that holds 99.73 % by the linear covariance.
     pub inside: Proportion,
 }
 

@@ -1,4 +1,4 @@
-//! The loop that is flown against what is linear of it, closed forms, and itself.
+//! Compares the flown loop with its linear model, with closed forms, and with itself.
 
 use super::draws::stream;
 use super::*;
@@ -29,7 +29,7 @@ fn unit(axis: usize) -> Vector3 {
     Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)))
 }
 
-/// One of each kind of parameter about each axis.
+/// Returns one parameter of each kind about each axis.
 fn parameters(sigma: f64) -> Vec<(String, Parameter, f64)> {
     let mut all = Vec::new();
     for axis in 0..3 {
@@ -232,8 +232,7 @@ fn a_case_is_the_same_alone_and_among_others() {
     assert_ne!(others, alone);
 }
 
-/// A lag and a delay that are known and led cost a fraction of what they do otherwise, open loop
-/// too.
+/// A known lag and delay that are compensated have a fraction of their effect, in open loop too.
 #[test]
 fn commands_that_lead_a_lag_and_a_delay_keep_the_end() {
     let problem = maneuver(60);
@@ -372,8 +371,8 @@ fn sampled_rates_and_commands_have_the_linear_deviations() {
     }
 }
 
-/// The derivatives of a loop that acts every fourth step are the linear ones: what is held is what
-/// was measured.
+/// The derivatives of a loop that acts every fourth step are the linear ones: it holds the
+/// measured correction.
 #[test]
 fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
     let neighbouring = Kind::Neighbouring { freeze: Kind::FREEZE };

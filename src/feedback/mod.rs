@@ -47,13 +47,13 @@ use thiserror::Error;
 /// Three by six: torques by states.
 type Matrix3x6 = SMatrix<f64, 3, 6>;
 
-/// How gains are designed.
+/// The design of gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// The neighbouring extremal, held over the last part of the plan.
     Neighbouring {
-        /// Part of the steps over which gains are held, [`Kind::FREEZE`] by default: what less of
-        /// it gains at the end in rate, it loses in torque that answers noise.
+        /// Part of the steps over which gains are held, [`Kind::FREEZE`] by default. A smaller
+        /// part improves the rate at the end, and costs torque due to noise.
         freeze: f64,
     },
     /// The regulator of these weights.
@@ -81,7 +81,7 @@ pub struct RegulatorWeights {
 }
 
 impl RegulatorWeights {
-    /// How many times the duration the end weighs, where that is not given.
+    /// The default weight of the end, relative to the duration.
     pub const END: f64 = 1000.0;
 
     /// Weights under which a torque that turns the body by a radian in the duration costs what
@@ -112,7 +112,7 @@ impl RegulatorWeights {
     }
 }
 
-/// Why there are no gains.
+/// The reason for which no gains exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NoGains {
     /// Inputs that switch have no neighbouring extremal of continuous gains.
@@ -143,9 +143,9 @@ pub enum NoGains {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Gains {
-    /// How they were designed.
+    /// The design of the gains.
     pub kind: Kind,
-    /// When a correction acts.
+    /// The time at which a correction acts.
     pub timing: Timing,
     /// Number of inputs m.
     pub inputs: usize,
@@ -155,8 +155,9 @@ pub struct Gains {
     /// Steps from one measurement to the next; a correction is held over them. The rows of these
     /// steps are one.
     pub every: usize,
-    /// Numbers n of `z`: 6; 9 of neighbouring gains of wheels, `[ζ; δΠ; δμ]` with what the wheels
-    /// store, body axes; of bodies that translate 12, `[δx; δγ; ζ; δΠ]`.
+    /// The number n of components of `z`: 6; 9 for neighbouring gains of wheels, `[ζ; δΠ; δμ]`
+    /// with the momentum of the wheels, body axes; 12 for bodies that translate,
+    /// `[δx; δγ; ζ; δΠ]`.
     pub states: usize,
     /// `K_k`, m×n a step, row-major: SI input for each rad and N·m·s, m and N·s.
     pub rows: Vec<f64>,
@@ -276,8 +277,8 @@ impl Gains {
         &self.rows[step * width..(step + 1) * width]
     }
 
-    /// `K_k z`: what is taken from each input, for a `z` of as many numbers as the gains have
-    /// [`Gains::states`], SI.
+    /// Returns `K_k z`, which is subtracted from each input, for a `z` with [`Gains::states`]
+    /// numbers, SI.
     pub fn correction<'a>(&'a self, step: usize, z: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         self.row(step)
             .chunks_exact(self.states)

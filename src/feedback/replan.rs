@@ -11,8 +11,8 @@
 //! enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear prediction. All that the plan alone
 //! decides is computed once.
 //!
-//! Between nodes, at `t`, the plan is interpolated, and the time that is left is divided into as
-//! many equal steps as are nearest to the plan's own: the end keeps its time, and of n steps each
+//! Between nodes, at `t`, the plan is interpolated, and the remaining time is divided into equal
+//! steps whose length is nearest to that of the plan. The end keeps its time, and each of n steps
 //! differs from the plan's by at most 1/2n of it.
 //!
 //! A plan that lands has a discrete target near its end. Here each moment has its own target,
@@ -59,7 +59,7 @@ const AT_NODE: f64 = 1e-9;
 /// The relative difference of numbers of one body: the round-off of notations.
 const SAME: f64 = 1e-9;
 
-/// Why a plan cannot be begun from.
+/// The reason for which replanning from a plan is impossible.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NotReplanned {
@@ -103,7 +103,7 @@ pub enum NotReplanned {
 pub enum Left {
     /// Newton did not converge in a few steps.
     NotConverged {
-        /// How it ended.
+        /// The outcome.
         outcome: Outcome,
         /// Its steps.
         steps: usize,
@@ -387,7 +387,7 @@ impl Replanner {
         search::warm(remaining, settings, &replanned.costates, MOST_STEPS, observer)
     }
 
-    /// Returns whether `problem` is the maneuver of the plan but for its ends, its duration and its
+    /// Checks that `problem` is the maneuver of the plan except for its ends, its duration and its
     /// steps.
     ///
     /// # Errors
@@ -531,7 +531,7 @@ fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Resu
     Err(failed(Outcome::IterationLimit, MOST_STEPS, residual))
 }
 
-/// Between two states, on the shortest rotation.
+/// Interpolates between two states, on the shortest rotation.
 fn between(a: &Point, b: &Point, share: f64) -> Point {
     let turn = lie::minus(&b.attitude.value, &a.attitude.value) * share;
     Point {

@@ -26,8 +26,8 @@ use crate::optimize::methods::switching::moved::{HeldArc, lengths_by_start};
 use crate::optimize::methods::switching::scaled::scaled;
 use thiserror::Error;
 
-/// Part of a limit within which an input is at it, or off: what is left of impulses in the last
-/// digits of recorded times.
+/// The relative distance from a limit, or from zero, within which an input counts as at it: the
+/// round-off of impulses in recorded times.
 const AT_LIMIT: f64 = 1e-6;
 
 /// Part of the longest duration within which a plan takes all of it.
@@ -39,15 +39,15 @@ const ALL_OF_IT: f64 = 1e-9;
 pub struct Arc {
     /// The first of its steps.
     pub first_step: usize,
-    /// How many steps it has.
+    /// The number of its steps.
     pub steps: usize,
-    /// How long it lasts \[s\].
+    /// Its length \[s\].
     pub length: f64,
     /// Its inputs, SI.
     pub inputs: Vec<f64>,
 }
 
-/// How the lengths of the arcs of a plan answer to the start.
+/// The derivatives of the lengths of the arcs of a plan by the start.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SwitchingGains {
@@ -71,7 +71,7 @@ pub struct Reversed {
     pub length: f64,
 }
 
-/// Why a plan is not corrected.
+/// The reason for which a plan is not corrected.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NotCorrected {
     /// Other arcs are needed.
@@ -141,7 +141,7 @@ impl SwitchingGains {
         self.row(arc).iter().zip(z.iter()).map(|(gain, z)| gain * z).sum()
     }
 
-    /// How long the arcs last from there \[s\].
+    /// Returns the lengths of the arcs from there \[s\].
     ///
     /// # Errors
     /// Returns [`Reversed`] if an arc would be shorter than zero.

@@ -1,5 +1,5 @@
-//! The true motion under the inputs of a plan, held over each step: what the planner lands its
-//! plans by.
+//! The true motion under the inputs of a plan, held over each step. The planner lands its plans
+//! by it.
 //!
 //! ```text
 //! Ȧ = A S(Ω) ,   Π̇ = (Π + μ) × Ω + M(R) + τ ,   μ̇ = −τ (wheels) ,   ẋ = γ/m ,   γ̇ = f(x, R) + f_u ,   Ω = J⁻¹Π
@@ -81,8 +81,8 @@ impl<'a> Flight<'a> {
     /// Largest turn in a part of a step \[rad\].
     const PART: f64 = 0.04;
 
-    /// Below this turn of a step \[rad\] the method of fourth order does: what it neglects is of
-    /// the fifth power, some 1e-13 a step.
+    /// The turn of a step \[rad\] below which the method of fourth order suffices: its error is
+    /// of the fifth power, some 1e-13 for each step.
     const SLOW: f64 = 8e-3;
 
     /// The scaled difference below which two ends belong to one motion.
@@ -176,8 +176,8 @@ impl<'a> Flight<'a> {
         turn.max(rate).max(if self.moves { way / size } else { 0.0 })
     }
 
-    /// Where the body is after `steps`; `None` where a number is not finite. `excess` meets the
-    /// motion on its way.
+    /// Returns the state of the body after `steps`; `None` if a number is not finite. `excess`
+    /// receives the motion.
     pub fn fly(&self, steps: &[(Held, f64)], excess: Option<&mut Excess>) -> Option<State> {
         self.pass(steps, excess, |_, _| ())
     }
@@ -257,7 +257,7 @@ impl<'a> Flight<'a> {
         let rate = |body: &Body| self.j_inverse * body.momentum;
         let turn = step * (rate(body).norm() + 0.5 * step * (self.j_inverse * held.torque).norm());
         let needed = (turn / Self::PART).ceil();
-        // Not finite is too many as well.
+        // A number that is not finite counts as too many.
         if needed.is_nan() || needed >= Self::MOST_PARTS as f64 {
             return None;
         }
@@ -389,7 +389,7 @@ impl<'a> Flight<'a> {
 }
 
 impl Held {
-    /// Builds the mean of two.
+    /// Returns the mean of two outputs.
     pub fn mean(&self, other: &Self) -> Self {
         Self {
             force: 0.5 * (self.force + other.force),

@@ -1,4 +1,5 @@
-//! Between two rows of attitudes and rates: a cubic in the rotation vector from the first of them.
+//! Interpolation between two rows of attitudes and rates: a cubic in the rotation vector from the
+//! first row.
 //!
 //! ```text
 //! R(s) = R₀ exp(φ(s)),   φ(0) = 0,  φ'(0) = h Ω₀,  φ(1) = log(R₀ᵀ R₁),  φ'(1) = J_r⁻¹(φ(1)) h Ω₁
@@ -63,7 +64,7 @@ pub fn linear(first: &Row, second: &Row, s: f64) -> Matrix3 {
     first.attitude * lie::exp(&(s * lie::minus(&second.attitude, &first.attitude)))
 }
 
-/// Bounds of what is missed between rows by the rotation at one rate and by the cubic \[rad\].
+/// Returns bounds of the errors between rows of a rotation at one rate and of the cubic \[rad\].
 pub fn missed(rows: &[Row], time: &[f64]) -> (f64, f64) {
     let mut worst = (0.0_f64, 0.0_f64);
     for k in 1..rows.len().saturating_sub(1) {

@@ -48,16 +48,15 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
 /// assert!((way.norm() - turn.angle()).abs() < 1e-15);
 /// ```
 ///
-/// A matrix is taken as it is: those that are no rotation are refused where all else is judged, by
-/// [`Problem::check`](crate::maneuver::problem::Problem::check) and
-/// [`System::check`](crate::propagate::integrator::System::check). [`Rotation::new`] judges it at
-/// once.
+/// A matrix is accepted unchecked: [`Problem::check`](crate::maneuver::problem::Problem::check)
+/// and [`System::check`](crate::propagate::integrator::System::check) refuse a matrix that is not
+/// a rotation. [`Rotation::new`] checks it at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     matrix: Matrix3,
 }
 
-/// The matrix is no rotation.
+/// The matrix is not a rotation.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("the matrix is no rotation: it misses an orthogonal one of determinant 1 by {defect:.1e}")]
 pub struct NotARotation {
@@ -110,7 +109,7 @@ impl Rotation {
         &self.matrix
     }
 
-    /// Builds the turn back, `R⁻¹ = Rᵀ`.
+    /// Returns the inverse rotation, `R⁻¹ = Rᵀ`.
     pub fn inverse(&self) -> Self {
         Self { matrix: self.matrix.transpose() }
     }

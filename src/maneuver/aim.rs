@@ -37,7 +37,7 @@ use thiserror::Error;
 pub struct Aim {
     /// The axis, a unit vector in body axes.
     pub boresight: Vector3,
-    /// Where it points, in axes of the reference frame.
+    /// The target direction, in axes of the reference frame.
     pub at: Direction,
     /// The choice of the roll about the boresight.
     pub roll: Roll,
@@ -48,14 +48,14 @@ pub struct Aim {
 /// The roll about the axis that points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Roll {
-    /// Where it costs least.
+    /// The roll of least cost.
     Free,
     /// A second axis points towards a second direction as well as it can, or up to an angle to
     /// either side of that.
     Towards {
         /// The second axis, a unit vector in body axes.
         axis: Vector3,
-        /// Where it points as well as it can.
+        /// The direction to which it points as closely as possible.
         at: Direction,
         /// The angle about the boresight \[rad\], in [0, π]: 0 where the roll is given.
         within: f64,
@@ -68,11 +68,11 @@ pub enum AimRate {
     /// The body turns with the direction: the boresight stays on the target. The rate about the
     /// boresight is zero, or the rate of the aligned frame.
     Matched,
-    /// None.
+    /// The rate is zero.
     Zero,
 }
 
-/// Why an end on a target cannot be used.
+/// The reason for which an end on a target cannot be used.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum AimError {
     /// An axis is not a unit vector.
@@ -90,14 +90,14 @@ pub enum AimError {
         /// Its half width \[deg\].
         degrees: f64,
     },
-    /// The two directions are as good as parallel where the maneuver ends: they leave the roll
-    /// open, and its rate has no bound.
+    /// The two directions are nearly parallel at the end: they leave the roll undetermined, and
+    /// its rate has no bound.
     #[error(
         "at t = {time} s the two directions are {degrees} deg apart: within {LEAST_APART} deg they \
         do not determine the roll"
     )]
     Undefined {
-        /// When \[s\].
+        /// The time \[s\].
         time: f64,
         /// The angle between them, or between one and the opposite of the other \[deg\].
         degrees: f64,
@@ -114,7 +114,7 @@ pub struct Ends {
     boresight: Vector3,
     /// Attitude without roll.
     attitude: Matrix3,
-    /// How fast the end turns as time goes on, axes of the reference frame \[rad/s\].
+    /// The rate of the end as time passes, axes of the reference frame \[rad/s\].
     turning: Vector3,
     /// Angular velocity of the body there, and how fast that changes, same axes \[rad/s\],
     /// \[rad/s²\]: as the end turns, or none.
@@ -129,15 +129,15 @@ pub struct Ends {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meeting {
     pub(crate) aim: Aim,
-    /// When the target is where the end of the maneuver has it \[s\].
+    /// The time for which the end of the maneuver has the position of the target \[s\].
     pub(crate) time: f64,
     /// The derivative of the delay of a plan by its end time: −1 for a fixed target.
     pub(crate) slope: f64,
 }
 
 impl Meeting {
-    /// Where a plan that takes `duration` \[s\] to where the target is at `time` \[s\] is aimed at
-    /// next \[s\]: the root of how late it is, by its slope.
+    /// Returns the next time \[s\] to aim at, after a plan with `duration` \[s\] to the position
+    /// of the target at `time` \[s\]: the root of the delay, by its slope.
     pub(crate) fn next(&self, time: f64, duration: f64) -> f64 {
         let next = time - (duration - time) / self.slope;
         if next.is_finite() && next > 0.0 { next } else { duration }
@@ -276,13 +276,13 @@ impl Ends {
         sine.atan2(cosine).clamp(-self.within, self.within)
     }
 
-    /// How a state at a roll moves with the roll: `(ζ, δΩ)` per \[rad\], body axes.
+    /// Returns the derivative of a state by its roll: `(ζ, δΩ)` per \[rad\], body axes.
     pub fn along_roll(&self, rate: &Vector3) -> (Vector3, Vector3) {
         (self.boresight, rate.cross(&self.boresight))
     }
 
-    /// How the end in `attitude` moves with the time, but for a roll: `(ζ, δΩ)` per \[s\], body
-    /// axes.
+    /// Returns the derivative of the end in `attitude` by the time, up to a roll: `(ζ, δΩ)` per
+    /// \[s\], body axes.
     pub fn along_time(&self, attitude: &Matrix3) -> (Vector3, Vector3) {
         (attitude.tr_mul(&self.turning), attitude.tr_mul(&self.acceleration))
     }

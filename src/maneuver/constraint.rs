@@ -50,9 +50,9 @@ pub enum Side {
     KeepOut,
     /// Every boresight stays within the angle of every direction.
     KeepIn,
-    /// Every boresight is held at the angle from every direction: at the nodes exactly, on the arcs
-    /// between them and at the ends as near as is stated. An arc that joins two points of a cone
-    /// leaves it by a share of the square of its angle.
+    /// Every boresight is held at the angle from every direction: exactly at the nodes, and
+    /// within the stated tolerance on the arcs between them and at the ends. An arc between two
+    /// points of a cone deviates from it by a part of the square of its angle.
     On {
         /// The largest deviation from the cone \[rad\].
         within: f64,
@@ -84,11 +84,11 @@ pub struct Pointing {
     /// The margin \[rad\]. It enlarges a keep-out cone and reduces a keep-in cone. It is 0 if a
     /// boresight is held on the cone.
     pub margin: f64,
-    /// When it acts. Default: always.
+    /// The times of activity. Default: always.
     pub during: During,
 }
 
-/// Why a constraint cannot be used.
+/// The reason for which a constraint cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ConstraintError {
     /// A boresight or direction is not a unit vector.
@@ -253,9 +253,9 @@ impl Constraint {
         }
     }
 
-    /// How a body in `attitude` with angular velocity `rate` [rad/s] at `time` \[s\] violates the
-    /// constraint, in words with the value and the limit; `None` where it holds, also exactly on
-    /// the limit.
+    /// Returns the violation of the constraint by a body in `attitude` with angular velocity
+    /// `rate` [rad/s] at `time` \[s\], in words with the value and the limit; `None` if the
+    /// constraint holds, also exactly on the limit.
     ///
     /// The reference frame turns at `frame_rate` [rad/s]. If several pairs are violated, the
     /// worst one is reported. If the time is unknown, moving directions are ignored.
@@ -294,7 +294,7 @@ impl Pointing {
         let (mut worst, mut found) = (BOUNDARY_ROUNDING, None);
         for (index, (boresight, direction)) in self.pairs().enumerate() {
             let still = direction.is_still(frame_rate);
-            // Where a direction goes by in a time that is not known, it may be anywhere.
+            // If the time is unknown, a moving direction may be anywhere.
             let always = self.during.given().is_none();
             let Some(time) = time.or((still && always).then_some(0.0)) else { continue };
             if !self.during.contains(time) {

@@ -104,10 +104,10 @@ struct Fractions {
     nodes: Vec<f64>,
 }
 
-/// Why lengths do not make a grid.
+/// The reason for which lengths do not make a grid.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum GridError {
-    /// There is no step.
+    /// The grid has no step.
     #[error("a grid needs at least one step")]
     Empty,
     /// A length is not positive and finite.
@@ -129,7 +129,7 @@ impl Grid {
     /// Steps of the given lengths, whose sum is the duration.
     ///
     /// # Errors
-    /// A [`GridError`] when there is no length, or one that is not positive and finite.
+    /// Returns a [`GridError`] for an empty list, or a length that is not positive and finite.
     pub fn of_lengths(scheme: Scheme, lengths: &[f64]) -> Result<Self, GridError> {
         if lengths.is_empty() {
             return Err(GridError::Empty);
@@ -244,8 +244,8 @@ impl Grid {
         }
     }
 
-    /// Weight of the kick at node k as if the grid went on beyond its ends, by steps as long as the
-    /// outermost.
+    /// Returns the weight of the kick at node k as if the grid continued beyond its ends, with
+    /// the outermost step.
     #[inline(always)]
     pub fn full_kick(&self, node: usize) -> f64 {
         match &self.lengths {

@@ -143,7 +143,7 @@ impl Objective {
         }
     }
 
-    /// Builds the same effort or fuel with another price of time, or none.
+    /// Replaces the price of time of the effort or the fuel; `None` removes it.
     pub(crate) fn with_time_price(&self, time_price: Option<f64>) -> Self {
         match self {
             Self::Effort(weights) => Self::Effort(Weights { time_price, ..weights.clone() }),
@@ -210,7 +210,7 @@ impl Weights {
     }
 
     /// Returns the torque inputs under their weight. A weight that [`Weights::check`] refuses
-    /// becomes NaN, and so does what is computed with it.
+    /// becomes NaN, and so do all results from it.
     pub fn torque<'a>(&self, actuation: &'a Actuation) -> Weighted<'a> {
         Weighted::or_nan(&actuation.torque, self.torque.as_ref())
     }
@@ -238,7 +238,7 @@ impl Weights {
     }
 }
 
-/// Why a matrix cannot weigh the effort of a set of actuators.
+/// The reason for which a matrix cannot weigh the effort of a set of actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WeightError {
     /// The weight is not m×m.
@@ -257,7 +257,8 @@ pub enum WeightError {
     Indefinite,
 }
 
-/// A set of m actuators under its effort weight, and what follows for optimal inputs; SI units.
+/// A set of m actuators under its effort weight, with the matrices of its optimal inputs; SI
+/// units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighted<'a> {
     /// The actuators.

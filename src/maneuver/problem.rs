@@ -157,7 +157,7 @@ pub struct Problem {
     pub stepping: Stepping,
     /// The homotopy class of the rotation.
     pub path: Path,
-    /// Where the body may point and how fast it may turn.
+    /// The pointing constraints and the limits of the rate.
     pub constraints: Vec<Constraint>,
     /// Sets of these constraints that alternate. A constraint that is in no set holds at all
     /// times.
@@ -166,7 +166,7 @@ pub struct Problem {
     pub reserve: Reserve,
 }
 
-/// Why a maneuver cannot be planned as it stands.
+/// The reason for which a maneuver cannot be planned.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ProblemError {
     /// A number is NaN, infinite or out of range.
@@ -210,7 +210,7 @@ pub enum ProblemError {
     Constraint {
         /// Its name.
         name: String,
-        /// Why not.
+        /// The reason.
         error: ConstraintError,
     },
     /// The start or the end violates a constraint: no plan can hold it.
@@ -228,7 +228,7 @@ pub enum ProblemError {
     Alternatives {
         /// Their name.
         name: String,
-        /// Why not.
+        /// The reason.
         error: AlternativesError,
     },
     /// Wheels and torque inputs do not fit together.
@@ -245,7 +245,7 @@ pub enum ProblemError {
     Weight {
         /// "torque" or "force".
         inputs: &'static str,
-        /// Why not.
+        /// The reason.
         error: WeightError,
     },
 }
@@ -305,7 +305,7 @@ impl Problem {
         self
     }
 
-    /// Replaces what is minimised: an [`Objective`], or the [`Weights`](crate::Weights) of the
+    /// Replaces the objective by an [`Objective`], or by the [`Weights`](crate::Weights) of the
     /// effort.
     pub fn with_objective(mut self, objective: impl Into<Objective>) -> Self {
         self.objective = objective.into();
@@ -515,14 +515,14 @@ impl Problem {
         self.motion == Motion::Attitude && still && self.environment.is_free()
     }
 
-    /// Returns whether it has more than limits of each torque, or of the norm of the torque: what
-    /// the shooting does not take.
+    /// Returns whether it has more limits than those of each torque, or of the norm of the
+    /// torque. The shooting does not support more.
     pub(crate) fn has_shaping_limits(&self) -> bool {
         self.has_shaping_inputs() || !self.constraints.is_empty()
     }
 
-    /// Returns whether limits of what the inputs do, or wheels, are more than arcs at the limits
-    /// take.
+    /// Returns whether limits of the outputs of the inputs, or wheels, need more than arcs at the
+    /// limits.
     pub(crate) fn has_shaping_inputs(&self) -> bool {
         let limits = self.actuation.torque.limits();
         let jumping = limits.rate.is_none() && !(limits.size.is_some() && limits.norm.is_some());

@@ -38,7 +38,7 @@ impl Reserve {
         set.clone().with_limits(limits).unwrap_or_else(|_| set.clone())
     }
 
-    /// A constraint as the craft has it: without what is held of it, and cones without margins.
+    /// Restores a constraint of the craft: without its reserve, and cones without margins.
     pub(super) fn give_back(&self, constraint: &mut Constraint) {
         let held = self.rate(&constraint.name);
         match &mut constraint.rule {

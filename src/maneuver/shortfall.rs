@@ -21,7 +21,7 @@ pub enum Shortfall {
     },
     /// The limits of the inputs are too tight for the continuation of the shooting.
     TightLimits {
-        /// How many times as large the limits are within which it has a plan.
+        /// The factor on the limits with which a plan exists.
         factor: f64,
     },
     /// The conditions of the optimum hold, but the inputs replayed from the start miss the end.
@@ -31,7 +31,7 @@ pub enum Shortfall {
         /// The tolerance, scaled.
         tolerance: f64,
     },
-    /// No optimum goes round as asked.
+    /// No optimum has the requested homotopy class.
     OtherWay {
         /// Whether the nearest goes the short way.
         short: bool,

@@ -11,7 +11,7 @@ use crate::{Vector3, lie};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// How a solve ended. The best iterate is always in the [`Solution`].
+/// The outcome of a solve. The best iterate is always in the [`Solution`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -31,7 +31,7 @@ pub enum Outcome {
     Infeasible,
     /// The time limit was reached.
     TimeLimit,
-    /// The caller asked to stop.
+    /// The caller stopped the solve.
     Interrupted,
 }
 
@@ -69,8 +69,8 @@ pub struct Trajectory {
     /// Costates, row after row, with 6 or 12 numbers in each row, in the order of the crate's
     /// conventions.
     pub costates: Vec<f64>,
-    /// Where the discrete motion ends, if that is not the end of the maneuver: so shifted that the
-    /// true motion under the inputs, held over the steps, ends there.
+    /// The end of the discrete motion, if that is not the end of the maneuver: shifted so that
+    /// the true motion under the held inputs reaches the end of the maneuver.
     pub target: Option<State>,
 }
 
@@ -78,7 +78,7 @@ impl Trajectory {
     /// Inputs of row `index`, forces before torques, length `input_count`.
     ///
     /// # Panics
-    /// If there is no such row.
+    /// Panics if the row does not exist.
     pub fn inputs(&self, index: usize) -> &[f64] {
         &self.input[index * self.input_count..(index + 1) * self.input_count]
     }
@@ -106,12 +106,12 @@ impl Trajectory {
     }
 }
 
-/// How a plan was made to land: its discrete target was shifted by what the true motion missed, and
-/// it was solved again.
+/// The corrections of landing: the discrete target was shifted by the miss of the true motion,
+/// and the plan was solved again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Landing {
-    /// How often.
+    /// The number of corrections.
     pub corrections: usize,
     /// The miss of the true motion before each correction and after the last one: the largest of
     /// the four parts of a [`TerminalError`], scaled. The planner's own flow computes it; the
@@ -127,7 +127,7 @@ pub struct Landing {
     pub drawn_in: Vec<(String, f64)>,
 }
 
-/// How the number of steps was chosen, where none was given.
+/// The choice of the number of steps, if none was given.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ChosenSteps {
@@ -235,7 +235,7 @@ pub enum SecondOrder {
     /// The cost decreases in some direction, and nothing cheaper was found by going there, or the
     /// rotation was given.
     Saddle,
-    /// Not decided.
+    /// Undecided.
     Undecided,
     /// Not tested, because the settings do not request it.
     NotTested,
@@ -258,7 +258,7 @@ pub struct ConvexWork {
     pub effort_share: f64,
 }
 
-/// Where a constraint is active, and how hard.
+/// The nodes at which a constraint is active, and its multipliers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ActiveConstraint {
@@ -299,7 +299,7 @@ pub enum Rung {
     Limits,
     /// Sequential convex programming.
     Scp,
-    /// Newton on the active set, from what the convex iteration left.
+    /// Newton on the active set, from the result of the convex iteration.
     Polish,
     /// Smoothed extremals of minimum time or fuel, from a path between the boundary states.
     Smoothed,
@@ -352,7 +352,7 @@ pub struct RungReport {
     pub start: String,
     /// Steps of the grid it worked on.
     pub steps: usize,
-    /// How it ended.
+    /// The outcome.
     pub outcome: Outcome,
     /// Newton iterations spent.
     pub iterations: usize,
@@ -402,12 +402,12 @@ pub enum Sense {
     Long,
 }
 
-/// A planned maneuver, converged or the best iterate. Where there is no iterate numbers are NaN and
-/// lists empty.
+/// A planned maneuver, converged or the best iterate. Without an iterate numbers are NaN and
+/// lists are empty.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Solution {
-    /// How the solve ended.
+    /// The outcome of the solve.
     pub outcome: Outcome,
     /// The method of the result: shooting, or sequential convex programming with polish.
     pub method: Method,
@@ -421,13 +421,13 @@ pub struct Solution {
     pub cost: f64,
     /// The trajectory, its inputs and costates.
     pub trajectory: Trajectory,
-    /// Discrete terminal error, scaled, against [`Trajectory::target`] where there is one; its
-    /// `largest()` is what the tolerance holds.
+    /// The scaled discrete terminal error, relative to [`Trajectory::target`] if it exists; the
+    /// tolerance limits its `largest()`.
     pub terminal: TerminalError,
-    /// How it was made to land, where that was tried: `corrections` of the discrete target, and
-    /// what each left to be missed.
+    /// The corrections of landing, if landing was tried: `corrections` of the discrete target,
+    /// and the miss after each.
     pub landing: Option<Landing>,
-    /// How its steps were chosen, where they were not given.
+    /// The choice of its steps, if they were not given.
     pub chosen: Option<ChosenSteps>,
     /// Optimality of the extremal.
     pub optimality: Optimality,

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Switching {
-    /// How the inputs go.
+    /// The structure of the inputs.
     pub structure: Structure,
     /// Duration of the continuous extremal, seconds.
     pub continuous_duration_s: f64,
@@ -53,7 +53,7 @@ pub struct Switching {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Pulses {
-    /// How many there are, of all inputs.
+    /// The number of pulses of all inputs.
     pub count: usize,
     /// The shortest of them on the grid of the plan, seconds.
     pub shortest_s: f64,
@@ -62,7 +62,7 @@ pub struct Pulses {
     pub cost_without: f64,
 }
 
-/// How the inputs of a plan of minimum time or fuel go.
+/// The structure of the inputs of a plan of minimum time or fuel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Structure {
@@ -109,15 +109,14 @@ impl Structure {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SwitchingArc {
-    /// When it starts, seconds.
+    /// The start, seconds.
     pub start_s: f64,
-    /// When it ends, seconds.
+    /// The end, seconds.
     pub end_s: f64,
     /// The inputs, constant along it; none where the torque has its full norm and turns, and where
     /// some input holds a constraint. Those that it begins with where they change.
     pub input: Vec<f64>,
-    /// How fast the inputs change along it [N·m/s or N/s], constant; none where nothing limits
-    /// that.
+    /// The constant rate of the inputs along it [N·m/s or N/s]; empty if no limit bounds it.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub change: Vec<f64>,
     /// Names of the constraints that inputs hold along it.
@@ -138,8 +137,8 @@ impl SwitchingArc {
         inputs
     }
 
-    /// How many inputs switch from this arc to the next: they change at another rate, or stay at
-    /// another value.
+    /// Returns the number of inputs that switch from this arc to the next: their rate, or their
+    /// constant value, changes.
     pub fn switches_to(&self, next: &Self) -> usize {
         let change = |arc: &Self, input: usize| arc.change.get(input).copied().unwrap_or(0.0);
         let switched = |input: &usize| {

@@ -83,13 +83,13 @@ impl Limits {
     }
 }
 
-/// Why axes and limits do not make a set of actuators.
+/// The reason for which axes and limits do not make a set of actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuatorSetError {
-    /// There is no axis, or more than [`ActuatorSet::MAX_INPUTS`].
+    /// The number of axes is zero, or more than [`ActuatorSet::MAX_INPUTS`].
     #[error("{count} input axes: give from 1 to {}", ActuatorSet::MAX_INPUTS)]
     Count {
-        /// How many axes were given.
+        /// The number of axes given.
         count: usize,
     },
     /// An axis is zero or not finite.
@@ -101,7 +101,7 @@ pub enum ActuatorSetError {
     /// Thrusters do not each have a position that is finite.
     #[error("{count} positions of thrusters: give one for each, with finite numbers")]
     Position {
-        /// How many were given.
+        /// The number given.
         count: usize,
     },
     /// A limit is not positive and finite, or not one per input.
@@ -180,7 +180,7 @@ impl ActuatorSet {
         &self.axes
     }
 
-    /// Where the columns of `B` are fixed.
+    /// Returns the frame in which the columns of `B` are fixed.
     pub fn frame(&self) -> AxisFrame {
         self.frame
     }
@@ -241,7 +241,7 @@ impl ActuatorSet {
 /// drives both sets, which are fixed to the body and have equal limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thrusters {
-    /// Where each sits, `p_j`, from the mass center, body axes \[m\].
+    /// The position `p_j` of each from the mass center, body axes \[m\].
     pub positions: Vec<Vector3>,
 }
 
@@ -283,7 +283,7 @@ pub struct InputLimit<'a> {
     pub of_force: bool,
     /// The inputs.
     pub set: &'a ActuatorSet,
-    /// Where these begin among all inputs.
+    /// The index of the first of these among all inputs.
     pub first: usize,
     /// The bounds, one number for each input or wheel, infinite for no limit; a single number for
     /// the norm.
@@ -493,7 +493,7 @@ impl Actuation {
         }
     }
 
-    /// Builds the actuators without limits, and as if no wheel stored what they give.
+    /// Builds the actuators without limits, and without storage in wheels.
     #[doc(hidden)]
     pub fn without_limits(&self) -> Self {
         let free = |channel: &ActuatorSet| ActuatorSet { limits: Limits::default(), ..channel.clone() };

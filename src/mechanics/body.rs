@@ -15,7 +15,7 @@ pub struct Inertia {
     principal: Vector3,
 }
 
-/// Why a matrix is not an inertia.
+/// The reason for which a matrix is not an inertia.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InertiaError {
     /// An element is NaN or infinite.

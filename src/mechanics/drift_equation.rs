@@ -22,8 +22,8 @@ const LAST_CORRECTION: f64 = 2e-9;
 /// The survey needs 2–3 iterations and 6 were measured at 0.99 of the bound; twice that is failure.
 const MAX_ITERATIONS: u32 = 12;
 
-/// Solves for the Cayley vector `c` of one step. `None` when there is no physical solution: the
-/// step is too long for this momentum (or a number is not finite).
+/// Solves for the Cayley vector `c` of one step. Returns `None` if no physical solution exists:
+/// the step is too long for this momentum, or a number is not finite.
 #[inline(always)]
 pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vector3> {
     solve_counting(j, j_inverse, g).map(|(c, _)| c)

@@ -3,7 +3,7 @@
 use crate::Vector3;
 use thiserror::Error;
 
-/// Why a number does not describe what it should.
+/// The reason for which a number has a wrong value.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NumberError {
     /// A number is NaN or infinite, or a sum or product of the numbers overflows.

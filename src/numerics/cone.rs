@@ -21,8 +21,8 @@ pub(crate) fn is_whole_space(a: &DMatrix<f64>) -> bool {
     sizes.min() > RANK_TOLERANCE * sizes.max() && rest.norm() <= RANK_TOLERANCE * sizes.max()
 }
 
-/// Returns whether with every vector `A x`, `x ≥ 0`, its opposite is one as well: what the columns
-/// reach is a subspace.
+/// Returns whether the opposite of every vector `A x`, `x ≥ 0`, is such a vector too: the columns
+/// then reach a subspace.
 pub(crate) fn is_subspace(a: &DMatrix<f64>) -> bool {
     let svd = a.clone().svd(true, false);
     let least = RANK_TOLERANCE * svd.singular_values.max();

@@ -1,4 +1,4 @@
-//! Eight numbers at once, and what they have in common with one.
+//! Eight numbers at once, with the operations of one number.
 //!
 //! Formulas that are written for a [`Number`] hold for one case as well as for eight cases side by
 //! side, each in its lane of the vector registers (see [`widest`](super::widest)). Every lane has
@@ -76,7 +76,7 @@ impl Number for f64 {
 pub(crate) struct Eight(pub [f64; 8]);
 
 impl Eight {
-    /// How many they are.
+    /// The number of lanes.
     pub const LANES: usize = 8;
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! One rule for every text that is read: UTF-8, with a byte order mark or without.
 
-/// Why bytes are no text.
+/// The reason for which bytes are not text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoText {
     /// They are UTF-16, as some programs on Windows save it.

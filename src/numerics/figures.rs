@@ -66,8 +66,7 @@ pub fn rounded_up(value: f64) -> f64 {
     if value == 0.0 {
         return 0.0;
     }
-    // Not by a product with a power of ten, which is seldom exact: by the text that a spec would
-    // hold.
+    // A product with a power of ten is seldom exact, so the text of a spec is parsed.
     let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
     let text = format!("{:.3e}", (value / unit).ceil() * unit);
     text.parse().unwrap_or(value)
@@ -109,7 +108,7 @@ pub fn error(value: f64) -> String {
     scientific(value, 1)
 }
 
-/// So many decimals and an exponent of two places: `4.12e-13`.
+/// Formats a number with `decimals` decimals and an exponent of two places: `4.12e-13`.
 pub fn scientific(value: f64, decimals: usize) -> String {
     if value == 0.0 {
         return "0".into();

@@ -49,13 +49,13 @@ impl SimulationRow {
     }
 }
 
-/// Who follows a simulation. A closure that takes rows is one.
+/// The receiver of a simulation. A closure that accepts rows is one.
 pub trait Observer {
-    /// Returns a row. `Break` ends the simulation.
+    /// Receives a row. `Break` ends the simulation.
     fn on_row(&mut self, row: &SimulationRow) -> ControlFlow<()>;
 
-    /// So many steps have been made; called after each, so be quick. `Break` ends the simulation,
-    /// with a last row of the state reached.
+    /// Receives the number of steps after each step, and must be fast. `Break` ends the
+    /// simulation, with a last row of the state reached.
     fn on_step(&mut self, _steps: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }

@@ -45,7 +45,7 @@ pub struct Simulation {
     pub bodies: Vec<String>,
     /// The bodies and the forces on them.
     pub system: System,
-    /// Where everything is at `t = 0`.
+    /// The states at `t = 0`.
     pub start: SystemState,
     /// The method.
     pub kind: Kind,
@@ -66,7 +66,7 @@ pub struct Simulation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Encounter {
-    /// When \[s\].
+    /// The time \[s\].
     pub time: f64,
     /// The indices of the two bodies, from 0.
     pub bodies: [usize; 2],
@@ -91,7 +91,7 @@ pub struct Run {
     pub encounter: Option<Encounter>,
 }
 
-/// Why a simulation cannot be run, or not to its end.
+/// The reason for which a simulation cannot run, or not to its end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
     /// System, state and settings do not hold together.
@@ -103,12 +103,12 @@ pub enum SimulationError {
     /// The inputs are not one per actuator, or not finite.
     #[error("{found} inputs are given, and the maneuver has {expected}; each must be finite")]
     Inputs {
-        /// How many were given.
+        /// The number of inputs given.
         found: usize,
-        /// How many there are.
+        /// The number of inputs of the maneuver.
         expected: usize,
     },
-    /// The integrators know no reaction wheels.
+    /// The integrators do not support reaction wheels.
     #[error(
         "the integrators do not support reaction wheels; propagate the maneuver by `verify::propagation`"
     )]
@@ -124,7 +124,7 @@ pub enum SimulationError {
     Step {
         /// Start of the step \[s\].
         time: f64,
-        /// Why.
+        /// The reason.
         error: StepError,
     },
 }
@@ -198,7 +198,7 @@ impl Simulation {
 
     /// Propagates and hands rows to `observer`, until the end or until it breaks off.
     ///
-    /// Nothing is kept: memory does not grow with the steps.
+    /// No row is kept: memory does not grow with the steps.
     ///
     /// # Errors
     /// A [`SimulationError`]; rows up to there have been handed out.

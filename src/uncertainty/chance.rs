@@ -1,6 +1,6 @@
-//! The chance that a limit is exceeded at an instant of a plan, to first order: that a boresight
-//! enters a cone or leaves one, that the body turns too fast, that a command is beyond what an
-//! input gives or changes too fast.
+//! The chance that a limit is exceeded at an instant of a plan, to first order: a boresight
+//! enters a cone or leaves one, the body turns too fast, a command exceeds the limit of an input,
+//! or changes too fast.
 //!
 //! ```text
 //! cone      θ_k = angle(R_k b, w) − α ,   σ² = gᵀ P_ζζ g ,   g = (1/sin θ) wᵀ R_k S(b)          chance Φ(−room/σ)
@@ -31,7 +31,7 @@ pub enum Quantity {
     Rate,
     /// The torque of an input, or the norm of all [N·m].
     Torque,
-    /// How fast the torque of an input changes [N·m/s].
+    /// The rate of the torque of an input [N·m/s].
     TorqueRate,
 }
 
@@ -43,7 +43,8 @@ pub struct Worst {
     pub node: usize,
     /// The chance of exceeding it then.
     pub chance: f64,
-    /// Standard deviation of what is limited then, in the unit of its [`Quantity`].
+    /// The standard deviation of the limited quantity at that time, in the unit of its
+    /// [`Quantity`].
     pub sigma: f64,
     /// The distance of the plan from the limit at that time, without margin.
     pub room: f64,

@@ -107,14 +107,14 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.uncertainty.torque_noise / (units.torque() * units.torque() * units.time)
     }
 
-    /// Covariance of what is measured, scaled.
+    /// Returns the covariance of the measurement, scaled.
     fn sensors(&self) -> Square<N> {
         let of_rates = self.of_rates();
         Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()))
     }
 
-    /// `δJ Ω*` of each parameter at a node: what a rate that is known has of momentum in the true
-    /// body.
+    /// Returns `δJ Ω*` of each parameter at a node: the error of the momentum of the true body at
+    /// a known rate.
     fn of_known_rate(&self, node: usize) -> Columns<N> {
         let rate = *self.plan.node(node).1;
         self.columns(|parameter| match parameter {
@@ -313,7 +313,7 @@ struct Tick<const N: usize> {
     gain: SMatrix<f64, 3, N>,
     /// Covariance of the state at its beginning, without parameters.
     p: Square<N>,
-    /// `C` and `S + C` there: what parameters do to what is measured.
+    /// `C` and `S + C` there: the effect of parameters on the measurement.
     measured: Columns<N>,
     seen: Columns<N>,
     /// `Φ`, `Ψ`, and the covariance of the noise of the torque since.

@@ -31,7 +31,8 @@
 //! {A_1} ⊕ … ⊕ {A_n} ⊂ {P} ,     P = (Σ √tr A_i) Σ A_i/√tr A_i
 //! ```
 //!
-//! Where covariances of independent noise grow like √k, sets grow like k: nothing averages out.
+//! Covariances of independent noise grow like √k, and sets grow like k, because bounds do not
+//! average out.
 
 pub mod chance;
 mod flow;
@@ -49,12 +50,12 @@ use flow::Flow;
 pub struct Uncertainty {
     /// Covariance of the start, `[ζ; δΩ]`, rad and rad/s: true minus planned.
     pub start: Matrix6,
-    /// Parameters that are the same along the plan, independent of each other: what each is, by
-    /// name, and its deviation.
+    /// The parameters that are constant along the plan, independent of each other: the name, the
+    /// kind, and the deviation of each.
     pub parameters: Vec<(String, Parameter, f64)>,
     /// Intensity of the noise of the torque, (N·m)²·s.
     pub torque_noise: Matrix3,
-    /// Covariance of the noise of what is measured, `[ζ; δΩ]`, fresh at each step.
+    /// The covariance of the measurement noise of `[ζ; δΩ]`, independent at each step.
     pub sensor_noise: Matrix6,
 }
 
@@ -84,7 +85,7 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// Carries what is uncertain along a plan; `gains` where the loop is closed.
+    /// Propagates the uncertainty along a plan, with `gains` for the closed loop.
     pub fn along(plan: &LinearPlan, gains: Option<&Gains>, uncertainty: &Uncertainty) -> Self {
         if plan.has_wheels() {
             Flow::<9>::new(plan, gains, uncertainty).carry()

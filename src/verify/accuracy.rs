@@ -25,7 +25,7 @@ impl Accuracy {
     /// The factor on the number of steps, because the order is measured to some percent.
     const RESERVE: f64 = 1.15;
 
-    /// Builds the miss of the plan that was verified; `wanted` \[rad\] is the continuous tolerance,
+    /// Computes the miss of a verified plan; `wanted` \[rad\] is the continuous tolerance,
     /// where there is one.
     ///
     /// Estimates the steps. The miss falls as a power of the step: the measured order of

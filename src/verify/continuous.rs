@@ -45,7 +45,7 @@ pub(crate) struct Continuous<'a> {
     road: Road,
 }
 
-/// How the change over a step is found.
+/// The method for the change over a step.
 enum Road {
     /// A series; the number of parts into which the last step was divided.
     Series {
@@ -290,8 +290,8 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// Returns a part of a step over `length`, scaled; nothing and false where the series does not
-    /// converge.
+    /// Adds a part of a step over `length`, scaled; adds nothing and returns false where the series
+    /// does not converge.
     fn expand_part(&mut self, length: f64, ends: &[Output; 2]) -> bool {
         let [from, to] = ends.map(|end| self.moment_unit * end.torque);
         let speeds = self.speeds(from.norm().max(to.norm())).map(|speed| 1.0 + speed);

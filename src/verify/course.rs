@@ -21,8 +21,8 @@ pub struct Course {
     pub apart: Vec<f64>,
     /// Angle that the discrete motion has left to the attitude of the end \[rad\]; `N + 1` values.
     pub discrete_left: Vec<f64>,
-    /// Angle that the continuous motion has left to it \[rad\]; the last one is what the verdict
-    /// states.
+    /// The remaining angle of the continuous motion to the end \[rad\]; the last one is in the
+    /// verdict.
     pub continuous_left: Vec<f64>,
     /// One for each constraint on pointing, in their order.
     pub clearances: Vec<Clearance>,

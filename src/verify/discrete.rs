@@ -57,7 +57,7 @@ impl<'a> Discrete<'a> {
         Self::at(plant, start, scheme, step, 0.0)
     }
 
-    /// Builds the same from the time `began` \[s\].
+    /// Builds the witness from the time `began` \[s\].
     pub(super) fn at(plant: &'a Plant<'a>, start: &Phase, scheme: Scheme, step: f64, began: f64) -> Self {
         let pose = Pose { position: start.position, attitude: start.attitude };
         Self {

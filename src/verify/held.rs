@@ -21,8 +21,8 @@ pub(super) struct Held {
     pub end: Phase,
     /// Margins of rates and cones of the continuous motion, where there are constraints.
     pub margins: Vec<Margin>,
-    /// Largest scaled difference between what a plan that lands has on record and this motion; NaN
-    /// if any is.
+    /// The largest scaled difference between the record of a plan that lands and this motion; NaN
+    /// if any number is NaN.
     pub recorded: f64,
     pub windows: Result<OnWindows, WitnessError>,
 }
@@ -32,7 +32,7 @@ pub(super) struct OnWindows {
     /// Steps of the plan, and number of windows.
     pub steps: usize,
     pub windows: usize,
-    /// Or why that witness does not judge.
+    /// The result, or the reason for which that witness does not judge.
     pub symplectic: Result<Symplectic, &'static str>,
     pub order: order::Comparison,
 }
@@ -87,9 +87,9 @@ pub(super) fn held_witnesses(
     Ok(Held { method, end, margins, recorded, windows })
 }
 
-/// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it
-/// strays from that by the square of their length, a small part of what the discrete motion strays
-/// by (`tests/it/witnesses/margins.rs`).
+/// The number of pieces of a step on which the continuous motion is taken as a rotation about one
+/// axis. The error is the square of their length, a small part of the error of the discrete
+/// motion (`tests/it/witnesses/margins.rs`).
 pub(super) const PIECES: usize = 8;
 
 /// The data that the continuous witness records along the plan.

@@ -101,7 +101,7 @@ impl Implicit {
     }
 
     /// Returns the rotation vector `f` of a step with `g = hΠ` and wheels of `spin = hμ`; `None`
-    /// where there is no physical one.
+    /// if no physical one exists.
     pub(crate) fn solve(&self, g: &Vector3, spin: &Vector3) -> Option<Vector3> {
         let (g, spin) = (g / self.mean, spin / self.mean);
         let spins = spin != Vector3::zeros();
@@ -203,8 +203,7 @@ mod tests {
         }
     }
 
-    /// Only the root below 90° is physical; asking for more momentum than any step carries is an
-    /// error.
+    /// Only the root below 90° is physical; more momentum than a step can carry is an error.
     #[test]
     fn beyond_the_limit_of_existence_there_is_no_rotation() {
         let implicit = Implicit::new(&Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap());

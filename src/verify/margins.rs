@@ -38,7 +38,7 @@ pub struct Margin {
     pub unit: String,
     /// The margin relative to the limit, or in \[rad\] for a cone.
     pub scaled: f64,
-    /// When \[s\].
+    /// The time \[s\].
     pub time_s: f64,
     /// The input, the axis, the wheel, or the pair of boresight and direction, in words; empty if
     /// only one exists.
@@ -109,14 +109,14 @@ struct Smallest {
 }
 
 impl Smallest {
-    /// Takes a smaller margin, or one that is NaN, for good.
+    /// Stores a smaller margin, or one that is NaN, which then stays.
     fn meet(&mut self, other: Self) {
         if !self.scaled.is_nan() && (other.scaled < self.scaled || other.scaled.is_nan()) {
             *self = other;
         }
     }
 
-    /// Each value of what has a limit to one side against zero.
+    /// Compares each value of a one-sided limit with zero.
     fn meet_none_negative(&mut self, values: impl IntoIterator<Item = (f64, f64)>, time: f64) {
         for (index, (value, limit)) in values.into_iter().enumerate() {
             self.meet(Self { margin: value, scaled: value / limit, time, index });

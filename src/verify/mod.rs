@@ -15,8 +15,8 @@
 //!
 //! [`Verification::witnesses`] states over how many steps each witness ran.
 //!
-//! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes,
-//! rates and torques are compared with what they find.
+//! The witnesses start from the problem and the recorded inputs alone. They compare the recorded
+//! attitudes, rates and torques with their own results.
 
 mod accuracy;
 mod attitudes;
@@ -258,8 +258,8 @@ fn miss_allowed(turned: f64) -> f64 {
     (MISSED * turned).clamp(MISSED_LEAST_DEG.to_radians(), MISSED_MOST_DEG.to_radians())
 }
 
-/// Scaled difference that recorded and re-propagated states may have: far above rounding, far below
-/// what anyone would want to know.
+/// The scaled difference between recorded and propagated states that is accepted: far above
+/// rounding, far below any relevant error.
 const RECORDED: f64 = 1e-9;
 
 /// The scaled difference of two flows of the true motion after many turns that a plan that lands
@@ -291,7 +291,7 @@ struct Judged {
 }
 
 impl Verification {
-    /// Returns the witnesses, two at a time; the findings of those that came to an end stay.
+    /// Runs the witnesses, two at a time; the findings of those that came to an end stay.
     fn witness(
         &mut self,
         problem: &Problem,
@@ -397,8 +397,8 @@ impl Verification {
 /// The number of steps from which on a second thread saves more time than it costs.
 const WORTH_A_THREAD: usize = 400;
 
-/// Where the continuous witness ends from the start of the maneuver, under outputs held over steps
-/// of given lengths: what tests hold other flows against.
+/// Returns the end of the continuous witness from the start of the maneuver, under outputs held
+/// over steps of given lengths. Tests compare other flows with it.
 #[cfg(test)]
 pub(crate) fn continuous_flow(
     plant: &crate::propagate::plant::Plant,

@@ -1,4 +1,4 @@
-//! Where the body is, and the inputs of a plan step by step, as all witnesses see them.
+//! The state of the body, and the inputs of a plan step by step, as all witnesses use them.
 
 use super::verification::WitnessError;
 use crate::maneuver::grid::Grid;
@@ -7,7 +7,7 @@ use crate::maneuver::solution::TerminalError;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 
-/// Where the body is and how it moves, with momenta instead of velocities.
+/// The state of the body, with momenta instead of velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phase {
     /// Position `x`, reference frame \[m\].
@@ -117,14 +117,13 @@ pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
 
 /// The plan's inputs as the steps use them, and the steps.
 ///
-/// Where minimum time or fuel is planned there is one row for each step, held over it; elsewhere
-/// rows belong to nodes.
+/// For minimum time or fuel each step has one row, held over it; otherwise rows belong to nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs<'a> {
     pub(super) problem: &'a Problem,
     pub(super) grid: Grid,
     rows: &'a [f64],
-    /// [`Problem::switches`], asked once for all steps.
+    /// The value of [`Problem::switches`] for all steps.
     switches: bool,
 }
 

@@ -52,7 +52,7 @@ const AMPLIFIED: f64 = 1e-6;
 /// Round-off of the propagations over a window, before the dynamics amplify it.
 const START_ROUND_OFF: f64 = 4e-15;
 
-/// How the discrete and the continuous witness compare.
+/// The comparison of the discrete and the continuous witness.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comparison {
     /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN where a step was too
@@ -180,7 +180,8 @@ impl Stage<'_> {
         Ok(found)
     }
 
-    /// Scaled distance of the ends of another exact witness, window by window, and what it may be.
+    /// Returns the scaled distance of the ends of another exact witness, window by window, and
+    /// its limit.
     pub(super) fn agreement(&self, ends: &[Phase]) -> Result<(f64, f64), WitnessError> {
         let (problem, size) = (self.problem(), self.size());
         let scale = Scale::of(problem);
@@ -328,8 +329,8 @@ mod tests {
         stage.compare_with(run).unwrap()
     }
 
-    /// Few windows find what a scheme has wrong in every step, on any grid, from rest to rest and
-    /// in full motion.
+    /// A few windows find a fault that a scheme has in every step, on any grid, from rest to rest
+    /// and in full motion.
     #[test]
     fn a_fault_planted_in_the_scheme_is_found_on_the_windows() {
         let moments = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();

@@ -46,7 +46,7 @@ pub fn swept(trajectory: &Trajectory) -> f64 {
         .sum()
 }
 
-/// Returns whether every row is there, and no other.
+/// Checks that every row is present, and no other.
 pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), WitnessError> {
     let nodes = problem.steps + 1;
     let outputs = problem.input_rows();

@@ -46,7 +46,7 @@ impl Scale {
         }
     }
 
-    /// Builds the scale of this name, in upper or lower case.
+    /// Returns the scale of this name, in upper or lower case.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|scale| scale.name().eq_ignore_ascii_case(name))
     }
@@ -62,7 +62,7 @@ impl Scale {
     }
 }
 
-/// Why a text is no epoch.
+/// The reason for which a text is not an epoch.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EpochError {
     /// The time scale is missing.
@@ -77,7 +77,7 @@ pub enum EpochError {
     /// No date and time of day as ISO 8601 writes them.
     #[error("this is not a date with a time of day, such as 2026-11-21T07:00:00.25")]
     Form,
-    /// There is no such day, or no such second.
+    /// The day or the second does not exist.
     #[error("this date does not exist")]
     Calendar,
 }
@@ -101,8 +101,8 @@ impl Epoch {
     /// means UTC. A blank may replace the `T`, and may be omitted before the scale.
     ///
     /// # Errors
-    /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not
-    /// have.
+    /// Returns an error for a missing or unknown scale, a text that is not a date, or a date that
+    /// does not exist.
     pub fn parse(text: &str) -> Result<Self, EpochError> {
         let text = text.trim();
         // The scale is the last word; with no blank before it, it begins with what is of no time of
@@ -234,7 +234,7 @@ impl Epoch {
         slewkit_sky::Clock::of_tai(i64::try_from(whole).unwrap_or(0), rest as f64 * 1e-9 + self.fraction)
     }
 
-    /// Terrestrial time past J2000, seconds: what the clock kernels of SPICE count in.
+    /// Returns terrestrial time since J2000, seconds, as in the clock kernels of SPICE.
     pub fn terrestrial_past_j2000(&self) -> f64 {
         self.second.to_tt_since_j2k().to_seconds() + self.fraction
     }

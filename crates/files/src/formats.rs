@@ -84,12 +84,12 @@ impl Format {
         self.terms().1
     }
 
-    /// Builds the format of that name.
+    /// Returns the format of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// Builds the format that the ending of a file name means, as in `json`.
+    /// Returns the format that the ending of a file name selects, as in `json`.
     pub fn of_ending(ending: &str) -> Option<Self> {
         let ending = ending.to_ascii_lowercase();
         Self::ALL.into_iter().find(|format| format.endings().contains(&&*ending))

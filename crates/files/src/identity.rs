@@ -19,7 +19,7 @@ pub struct Identity {
     pub reference_frame: Option<String>,
     /// The body frame, from which attitudes map.
     pub body_frame: Option<String>,
-    /// Who issues the files.
+    /// The issuer of the files.
     pub originator: Option<String>,
     /// The NAIF number of the object, negative for spacecraft.
     pub spice_id: Option<i32>,
@@ -35,7 +35,7 @@ pub struct Identity {
 /// A thruster as in the spec.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nozzle {
-    /// Where it sits, from the mass center, body axes \[m\].
+    /// The position from the mass center, body axes \[m\].
     pub position: Vector3,
     /// The way in which it pushes the body, of length 1.
     pub direction: Vector3,

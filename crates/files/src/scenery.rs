@@ -1,7 +1,7 @@
 //! The surroundings of a spacecraft while it turns: the Earth below, Sun, Moon, and the target of
 //! the end.
 //!
-//! Nothing in it changes a plan: pictures and summaries show it. A plan file holds it as
+//! The scenery does not change a plan: pictures and summaries show it. A plan file holds it as
 //! coefficients, so that a report needs no orbit and no ephemeris.
 
 use slewkit::mechanics::direction::Track;
@@ -36,7 +36,8 @@ pub struct TargetShown {
     pub name: String,
     /// Geodetic latitude, east longitude \[deg\] and height \[m\] of a station.
     pub station: Option<[f64; 3]>,
-    /// Metres in the unit of the vector that the end points along; `None` of what is no place.
+    /// Metres in the unit of the vector that the end points along; `None` for a direction without
+    /// a distance.
     pub unit_m: Option<f64>,
 }
 
@@ -52,7 +53,7 @@ pub struct Disc {
 }
 
 impl Scenery {
-    /// Earth, Moon and Sun as they are seen at `time` \[s\], what is nearest first.
+    /// Returns Earth, Moon and Sun as seen at `time` \[s\], the nearest first.
     pub fn discs(&self, time: f64) -> Vec<Disc> {
         let disc = |name, to: Vector3, radius: f64| Disc {
             name,

@@ -12,7 +12,7 @@ use slewkit::maneuver::Motion;
 /// Thinnest edge of the box, relative to its longest.
 const THINNEST: f64 = 0.04;
 
-/// Returns the body and its way; `null` where there is no trajectory.
+/// Returns the body and its motion; `null` without a trajectory.
 pub(super) fn body(subject: &Subject) -> Value {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     if trajectory.time.is_empty() {

@@ -30,7 +30,7 @@ pub struct ComparisonFile {
     status: String,
     #[serde(flatten)]
     compared: Compared,
-    /// The motions by the names of what was compared, of those that have one.
+    /// The motions by the names of the compared methods, for those that have one.
     #[serde(skip)]
     pub motions: Vec<Motion>,
     /// The names of the inputs of the motions, in their order; empty for numbers.
@@ -115,7 +115,7 @@ impl ComparisonFile {
     /// Reads a document.
     ///
     /// # Errors
-    /// The stream, or a text that is no comparison.
+    /// Returns an error of the stream, or of a text that is not a comparison.
     pub fn read(input: impl Read) -> Result<Self, ExportError> {
         Ok(serde_json::from_reader(BufReader::new(input))?)
     }
@@ -123,7 +123,7 @@ impl ComparisonFile {
     /// Builds the page from the document itself.
     ///
     /// # Errors
-    /// One that is no comparison.
+    /// Returns an error for a document that is not a comparison.
     pub fn of(document: Value) -> Result<Self, ExportError> {
         Ok(serde_json::from_value(document)?)
     }
@@ -188,7 +188,7 @@ fn inputs(key: &'static str, motion: &Motion, names: &[String]) -> Shown {
     shown(key, Chart::new(title, time_axis(), Axis::linear("input, SI"), (0..count).map(curve).collect()), "")
 }
 
-/// How fast the body turns in each.
+/// Returns the chart of the angular rate in each motion.
 fn turning(motions: &[Motion]) -> Shown {
     let degrees = 1.0_f64.to_degrees();
     let curve = |(style, motion): (usize, &Motion)| {

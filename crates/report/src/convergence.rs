@@ -1,4 +1,5 @@
-//! How the solver converged: the residuals of the runs that led to the plan, or that came nearest.
+//! The convergence of the solver: the residuals of the runs that led to the plan, or of the
+//! nearest runs.
 
 use super::charts::shown;
 use super::{Shown, Subject};

@@ -27,7 +27,7 @@ const RINGS: usize = 12;
 /// Points around an ellipse.
 const AROUND: usize = 48;
 
-/// Probabilities of the radii in the chart, with what they are called.
+/// Probabilities of the radii in the chart, with their names.
 const LEVELS: [(f64, &str); 3] = [(Radius::LEVEL, "99.73 %"), (0.9, "90 %"), (0.5, "50 %")];
 
 /// Ellipses are enlarged until the largest is so large \[rad\], by a power of ten.
@@ -117,7 +117,8 @@ fn corrections(subject: &Subject) -> Option<Shown> {
         })
         .collect();
     let all = curves.iter().flat_map(|curve| curve.shape.points()).map(|point| point.1);
-    // Where nothing is left the curve runs along the bottom: a logarithm has no place for it.
+    // If no room is left, the curve runs along the bottom, because a logarithm has no position
+    // for it.
     let least = 0.1 * all.filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
     if !least.is_finite() {
         return None;

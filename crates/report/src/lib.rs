@@ -99,7 +99,7 @@ pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];
 /// The most points of a curve.
 pub const MOST_POINTS: usize = 2000;
 
-/// A plan, and what is found on the way to its pictures.
+/// A plan, with the data for its pictures.
 pub struct Subject<'a> {
     /// The maneuver on the grid of the plan.
     pub problem: &'a Problem,
@@ -114,7 +114,7 @@ pub struct Subject<'a> {
     flight: Option<(&'a ClosedLoop, Result<Beside, NotKnown>)>,
 }
 
-/// A picture with its name in files, and what else is to be said of it.
+/// A picture with its name in files, and a remark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
     /// "sky", "inputs", "rates" and so on.
@@ -126,7 +126,7 @@ pub struct Shown {
 }
 
 impl<'a> Subject<'a> {
-    /// Builds the witnesses propagate the plan once. If they cannot, their results are not shown,
+    /// The witnesses propagate the plan once. If they cannot, their results are not shown,
     /// and the page states the reason.
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;

@@ -7,7 +7,7 @@ use slewkit::maneuver::{Direction, Pointing, Side};
 use slewkit::numerics::figures::significant;
 use slewkit::{Vector3, lie};
 
-/// How many times of a maneuver a moving disc is shown at; pages look between them.
+/// The number of times at which a moving disc is given; pages interpolate between them.
 const TIMES: usize = 61;
 
 /// Equal steps of time over a trajectory.
@@ -16,7 +16,7 @@ fn times(subject: &Subject) -> Vec<f64> {
     (0..TIMES).map(|k| last * k as f64 / (TIMES - 1) as f64).collect()
 }
 
-/// Earth, Moon and Sun, and what the maneuver ends on.
+/// Returns Earth, Moon and Sun, and the target of the maneuver.
 pub(super) fn discs(subject: &Subject) -> Vec<SkyDisc> {
     let frame_rate = subject.problem.environment.frame_rate();
     let times = times(subject);
@@ -81,7 +81,7 @@ pub(super) fn cone(subject: &Subject, name: &str, pointing: &Pointing, direction
     }
 }
 
-/// When a cone acts, in words; empty: always.
+/// Describes the times of activity of a cone; empty for always.
 fn when(pointing: &Pointing) -> String {
     let Some(intervals) = pointing.during.given() else { return String::new() };
     let told = |[from, to]: &[f64; 2]| format!("from {} to {} s", significant(*from, 4), significant(*to, 4));

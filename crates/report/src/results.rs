@@ -33,7 +33,7 @@ pub struct Cases {
 }
 
 impl Cases {
-    /// Nothing yet.
+    /// Builds an empty record.
     pub fn new(header: &Header) -> Self {
         Self {
             header: header.clone(),
@@ -203,7 +203,7 @@ impl Cases {
     }
 }
 
-/// How often values fall into equal parts of their range, and the part of them below each.
+/// Returns the histogram of the values, and the cumulative distribution.
 fn distribution(key: &'static str, title: &str, label: &str, values: &[f64]) -> Option<Shown> {
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));

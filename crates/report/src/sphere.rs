@@ -57,7 +57,7 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     Shown { key: "sky", picture: Picture::Sky(sky), remark }
 }
 
-/// The whole sphere with what stands around the spacecraft, where that is known.
+/// Returns the whole sphere with the surroundings of the spacecraft, if they are known.
 pub(super) fn around(subject: &Subject) -> Option<Shown> {
     subject.identity.scenery.as_ref()?;
     let Shown { picture: Picture::Sky(sky), .. } = sky(subject) else { return None };
@@ -78,7 +78,7 @@ fn tracks(boresights: impl IntoIterator<Item = Boresight>, quaternions: &[[f64; 
     boresights.into_iter().enumerate().map(track).collect()
 }
 
-/// Returns the ways of the axes of a body that nothing is asked of.
+/// Returns the tracks of the axes of a body without constraints.
 pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
     let sky = Sky {
         title: "Body axes on the sphere of directions".into(),

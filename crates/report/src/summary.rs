@@ -64,7 +64,7 @@ pub fn told(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Iden
     brief::brief(problem, settings, plan, identity)
 }
 
-/// How it was found, and what the witnesses measured.
+/// Returns the details of the search, and the results of the witnesses.
 pub fn details(
     colour: bool,
     problem: &Problem,

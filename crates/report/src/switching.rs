@@ -10,8 +10,8 @@
 //! norm, fuel      σ   = |λ^Π| / c          the same where σ > 1 , else 0
 //! ```
 //!
-//! with axes b, limits ū and U, and prices c. The first and the third are what a second of the
-//! input is worth \[s/s\].
+//! with axes b, limits ū and U, and prices c. The first and the third are the value of a second
+//! of the input \[s/s\].
 
 use super::arcs::arcs;
 use super::charts::{shown, time_axis};

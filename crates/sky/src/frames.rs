@@ -16,7 +16,7 @@ pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
 /// Its flattening.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 
-/// How fast the Earth turns against the stars \[rad/s\].
+/// The rotation rate of the Earth relative to the stars \[rad/s\].
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115_146_7e-5;
 
 /// A second of arc \[rad\].
@@ -179,8 +179,8 @@ pub(crate) fn geodetic_up(position: &Vector3) -> Vector3 {
     up(latitude, longitude)
 }
 
-/// Where a line of sight first meets the ellipsoid of WGS 84: from a point, along a direction,
-/// Earth-fixed axes \[m\]; `None` where it passes by.
+/// Returns the point at which a line of sight first meets the ellipsoid of WGS 84: from a point,
+/// along a direction, Earth-fixed axes \[m\]; `None` if it misses the ellipsoid.
 pub fn meets_ground(from: &Vector3, along: &Vector3) -> Option<Vector3> {
     // A stretch of the polar axis turns the ellipsoid into a sphere.
     let stretched = |v: &Vector3| Vector3::new(v.x, v.y, v.z / (1.0 - FLATTENING)) / EARTH_RADIUS_M;

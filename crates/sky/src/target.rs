@@ -27,14 +27,14 @@ pub enum Target {
     GeodeticNadir,
     /// The velocity of the satellite relative to the stars; or against it.
     Velocity {
-        /// Against it.
+        /// Whether the direction is reversed.
         reversed: bool,
     },
     /// Normal to nadir and orbit normal, forward.
     AlongTrack,
     /// The normal of the orbit `r × v`; or against it.
     OrbitNormal {
-        /// Against it.
+        /// Whether the direction is reversed.
         reversed: bool,
     },
     /// A station on the ground.
@@ -61,7 +61,7 @@ pub enum Target {
     Satellite(Box<Orbit>),
 }
 
-/// Why a direction is not known.
+/// The reason for which a direction is unknown.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SkyError {
     /// It depends on where the satellite is.
@@ -133,7 +133,7 @@ impl Sky {
         self.orbit.as_ref()
     }
 
-    /// Where the spacecraft is, GCRS \[m\].
+    /// Returns the position of the spacecraft, GCRS \[m\].
     pub(crate) fn place(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         Ok(self.orbit.as_ref().ok_or(SkyError::NoOrbit)?.position_by(time, theory)?)
     }
@@ -200,8 +200,8 @@ impl Sky {
         })
     }
 
-    /// Where a thing is that belongs to the Earth and moves by itself, GCRS \[m\]; `None` of all
-    /// others.
+    /// Returns the position of an object of the Earth that moves by itself, GCRS \[m\]; `None`
+    /// for all others.
     fn of_earth(&self, target: &Target, time: f64, theory: Theory) -> Result<Option<Vector3>, SkyError> {
         Ok(match target {
             Target::Moon => Some(bodies::moon(&self.clock, time)),

@@ -45,8 +45,8 @@ fn apart(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// Against ERFA, DE421: `seven arguments` to 0.063″ = 3.1e-7, the full theory to the constants; Sun
-/// 3.8″, Moon 9.6″.
+/// Compares with ERFA and DE421: `seven arguments` to 0.063″ = 3.1e-7, the full theory to the
+/// constants; Sun 3.8″, Moon 9.6″.
 #[test]
 fn frames_sun_and_moon_are_those_of_the_standards() {
     for epoch in reference()["epochs"].as_array().unwrap() {

@@ -24,7 +24,7 @@ const SUN_RADIUS_M: f64 = 6.957e8;
 /// shadow lasts minutes.
 const LOOK: f64 = 20.0;
 
-/// When something holds \[s\] after the epoch.
+/// The window of time \[s\] after the epoch in which a condition holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// It begins: a station rises.
@@ -45,7 +45,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// When it holds, from `from` on to `to` \[s\].
+    /// Returns the windows in which it holds, from `from` on to `to` \[s\].
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -108,7 +108,7 @@ fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// When something holds, its borders to a millisecond.
+/// Returns the windows in which a condition holds, with borders to a millisecond.
 fn intervals(
     from: f64,
     to: f64,

@@ -59,7 +59,7 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         let why = format!("ends within {} deg", short(found.wanted_deg));
         found.steps.map(|steps| again(args, "maneuver.steps", steps, &why))
     });
-    // So close that only round-off can be in the way.
+    // The error is so small that only round-off can be the obstacle.
     let reached = solution.terminal.largest();
     let nearly = reached.is_finite() && reached < NEARLY * solution.tolerance;
     match (plan.status, solution.outcome) {

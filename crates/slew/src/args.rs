@@ -25,7 +25,7 @@ pub struct SpecArgs {
     pub reading: Reading,
 }
 
-/// How a spec is read.
+/// The options for reading a spec.
 #[derive(Debug, clap::Args)]
 pub struct Reading {
     /// Override a key of the spec, as in `--set maneuver.steps=2000`; may be repeated

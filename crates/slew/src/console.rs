@@ -1,4 +1,4 @@
-//! The two streams: text for people on stderr, data on stdout. A closed stream is no error.
+//! The two streams: text for people on stderr, data on stdout. A closed stream is not an error.
 
 use slewkit_files::export::ExportError;
 pub use slewkit_report::summary::Tone;
@@ -15,7 +15,7 @@ pub struct Console {
     terminal: bool,
     /// Whether a progress line is on the screen.
     progress: bool,
-    /// When it was shown last.
+    /// The time of its last display.
     shown: Instant,
 }
 
@@ -91,7 +91,8 @@ impl Console {
     }
 }
 
-/// Writes data to stdout. A reader that has gone, as `head` does, ends the writing and is no error.
+/// Writes data to stdout. If the reader closes the stream, as `head` does, writing ends without
+/// an error.
 pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>) -> Result<(), ExportError> {
     // Locked and buffered: stdout itself flushes at every newline.
     let mut output = BufWriter::new(io::stdout().lock());

@@ -16,8 +16,8 @@ static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 static KEEPING: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 
-/// How long the work may go on in silence: a step of large polyhedra, or a subproblem, takes its
-/// time.
+/// The time that work may take without a poll: a step of large polyhedra, or a subproblem, is
+/// slow.
 const PATIENCE: Duration = Duration::from_millis(700);
 
 /// Takes Ctrl-C over from here on.
@@ -109,8 +109,8 @@ mod unix {
         }
     }
 
-    /// Has the system refuse what is written beyond the limit of file sizes, and not kill the
-    /// program for it.
+    /// Makes the system refuse output beyond the limit of file sizes, instead of killing the
+    /// program.
     pub fn survive_file_limit() {
         let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     }

@@ -1,4 +1,4 @@
-//! Where the data of a command go, and in which format.
+//! The destination of the data of a command, and their format.
 
 use super::{Common, Console, Failure, Message, console, summary};
 use clap::ValueEnum;
@@ -122,7 +122,7 @@ impl Destination {
     }
 }
 
-/// Where data go.
+/// The destination of data.
 #[derive(Debug)]
 pub enum Destination {
     /// Nowhere: text only.
@@ -140,8 +140,8 @@ impl OutputArgs {
         Common { quiet: self.quiet, json }
     }
 
-    /// Where the data go, checked before any work: in one of the `formats` of the command, and not
-    /// over one of its `inputs`.
+    /// Returns the destination of the data, checked before any work: in one of the `formats` of
+    /// the command, and not over one of its `inputs`.
     pub fn destination(&self, formats: &[Format], inputs: &[&Path]) -> Result<Destination, Failure> {
         if let Some(format) = self.format.filter(|format| !formats.contains(format)) {
             let reason = format!("this command does not write {}", format.name());

@@ -37,8 +37,8 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Tell how the plan was found too: method, iterations, residuals, optimality, and what each
-    /// witness measured
+    /// Also report how the plan was found: method, iterations, residuals, optimality, and the
+    /// results of each witness
     #[arg(short, long)]
     pub verbose: bool,
     #[command(flatten)]
@@ -223,7 +223,7 @@ fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess,
     Ok(guess)
 }
 
-/// Why the planner did not even begin.
+/// Builds the failure of a plan that the planner refused.
 pub fn refusal(error: PlanError) -> Failure {
     match error {
         PlanError::Problem(error) => invalid(error),

@@ -31,7 +31,7 @@ pub struct Told<'a> {
     pub settings: &'a Settings,
     pub plan: &'a Plan,
     pub identity: &'a Identity,
-    /// How it was found as well.
+    /// Whether the details of the search are included.
     pub verbose: bool,
     /// The plan file that will be written.
     pub file: Option<&'a Path>,
@@ -42,7 +42,7 @@ pub struct Told<'a> {
     /// The margins of chance constraints, if the spec has any; also for a plan that is not
     /// solved.
     pub margins: Option<&'a MarginsRecord>,
-    /// How it was begun from another plan, or why that was left.
+    /// The start from another plan, or the reason for which that plan was not used.
     pub warm: Option<&'a str>,
 }
 
@@ -96,8 +96,8 @@ fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) ->
     }
 }
 
-/// Returns a command to try. Where it is too long for a line it goes on in the next, as a shell
-/// reads it, and so does why.
+/// Returns a command to try. A long command, and its reason, continue on the next line in the
+/// notation of a shell.
 fn tried(text: &str) -> Vec<String> {
     let mut lines = Vec::new();
     if text.chars().count() <= summary::TEXT {

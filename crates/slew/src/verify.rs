@@ -77,7 +77,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         name: &problem.name,
         steps: problem.steps,
         verified: &verification,
-        // Where the spec that the plan holds is not the one that it is judged by: plan first.
+        // The keys in which the plan's spec differs from the spec of the judgement: plan first.
         differences: &differences,
         // Recorded figures that differ from the results: the recorded value first.
         recorded: &recorded,

@@ -325,7 +325,7 @@ fn speed() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns a published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine tenths of its torque, and in least effort.
+/// Flies a published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine tenths of its torque, and in least effort.
 fn cubesats() -> Result<(), Box<dyn Error>> {
     println!(
         "2 % of error in each moment of the inertia, 2000 flights: deviation of the attitude about its worst axis at the end, deg"

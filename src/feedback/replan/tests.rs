@@ -1,5 +1,4 @@
-//! Plans begun from another: the law of the guess, the answers of a cold search, and what is
-//! refused.
+//! Replanning: the law of the guess, the answers of a cold search, and refused plans.
 
 use super::*;
 use crate::Vector3;
@@ -160,8 +159,8 @@ fn landing() -> (Problem, Solution) {
     (problem, solution)
 }
 
-/// A plan that lands is begun from its true motion: at no step where nothing is moved, and what is
-/// planned again lands, by the witnesses.
+/// A plan that lands is replanned from its true motion: a start that is not moved needs no step,
+/// and the new plan lands, by the witnesses.
 #[test]
 fn a_plan_that_lands_is_planned_again_to_land() {
     let (problem, solution) = landing();

@@ -85,7 +85,7 @@ fn end_of(problem: &Problem, plan: &Trajectory) -> State {
     Flight::new(problem).fly(&Flight::of_plan(problem, plan), None).unwrap()
 }
 
-/// Slope of what is missed by a corrected start over 1e-2 … 1e-3, in rad and rates over the
+/// Returns the slope of the miss of a corrected start over 1e-2 … 1e-3, in rad and rates over the
 /// duration.
 fn slope(problem: &Problem, plan: &Trajectory, gains: &SwitchingGains, direction: &Vector6) -> f64 {
     let (end, duration) = (end_of(problem, plan), *plan.time.last().unwrap());

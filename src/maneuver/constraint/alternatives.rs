@@ -36,7 +36,7 @@ pub struct Turns {
     pub shifts: Vec<Shift>,
 }
 
-/// Why alternatives cannot be used.
+/// The reason for which alternatives cannot be used.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum AlternativesError {
     /// There is nothing to choose from.

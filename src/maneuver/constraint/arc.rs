@@ -31,7 +31,7 @@ pub struct Target {
     pub start: Vector3,
     /// Rotation vector of its own motion over the arc, inertial axes \[rad\]; zero: fixed.
     pub turn: Vector3,
-    /// Angle from it to the limb of what is seen there \[rad\]; 0: a point.
+    /// The angle from its centre to the limb of the target \[rad\]; 0 for a point.
     pub radius: f64,
 }
 
@@ -44,7 +44,7 @@ pub enum Extreme {
     Farthest,
 }
 
-/// Where on an arc a boresight is nearest to a direction, or farthest from it.
+/// The point on an arc at which a boresight is nearest to a direction, or farthest from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
     /// Part of the arc, from 0 to 1.
@@ -53,8 +53,8 @@ pub struct Approach {
     pub angle: f64,
 }
 
-/// Angle of the two motions together over which a cubic is as good as round-off: its error is
-/// `x⁴/384`.
+/// The angle of the two motions together over which a cubic is accurate to round-off: its error
+/// is `x⁴/384`.
 const PIECE: f64 = 2e-3;
 
 /// Most pieces of an arc: motions of more than a hundred radians in one step are refused.
@@ -66,7 +66,7 @@ pub fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
 }
 
 impl Target {
-    /// One that stands still.
+    /// Builds a fixed target.
     pub fn fixed(start: Vector3) -> Self {
         Self { start, turn: Vector3::zeros(), radius: 0.0 }
     }
@@ -76,7 +76,7 @@ impl Target {
         if self.turn == Vector3::zeros() { self.start } else { lie::exp(&(part * self.turn)) * self.start }
     }
 
-    /// Between two parts of the arc.
+    /// Returns the part of the arc between two values.
     pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
         Self { start: self.at(from), turn: self.turn * (to - from), radius: self.radius }
     }
@@ -94,7 +94,7 @@ impl Arc {
         angle_between(&(self.attitude(part) * boresight), &target.at(part))
     }
 
-    /// Between two parts of it.
+    /// Returns the part of the motion between two values.
     pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
         if from == 0.0 && to == 1.0 {
             return *self;
@@ -102,8 +102,8 @@ impl Arc {
         Self { start: self.attitude(from), turn: self.turn * (to - from) }
     }
 
-    /// Where the angle is smallest or largest. It is NaN where a number is, or where more than a
-    /// hundred radians are turned.
+    /// Returns the point with the smallest or largest angle. It is NaN if a number is NaN, or if
+    /// the turn exceeds a hundred radians.
     pub fn extreme(&self, boresight: &Vector3, target: &Target, which: Extreme) -> Approach {
         let at = |part: f64| Approach { part, angle: self.angle(boresight, target, part) };
         let worse = |a: Approach, b: Approach| {
@@ -168,8 +168,9 @@ impl Arc {
     }
 }
 
-/// Where the cubic on [0, 1] with these values and slopes at its ends has a maximum inside, or at
-/// an end to round-off: one on the border of two pieces must not fall between them.
+/// Returns the point at which the cubic on [0, 1] with these values and slopes at its ends has a
+/// maximum inside, or at an end to round-off: a maximum on the border of two pieces must not be
+/// missed.
 fn highest_of_cubic(value_0: f64, value_1: f64, slope_0: f64, slope_1: f64) -> Option<f64> {
     const BORDER: f64 = 1e-6;
     // p' = slope_0 + 2 q x + 3 r x²

@@ -21,7 +21,7 @@ pub struct Conflict<'a> {
     /// Names of the two, in the order of the list; one name twice where a constraint contradicts
     /// itself.
     pub names: [&'a str; 2],
-    /// When, as a part of the maneuver.
+    /// The time, as a part of the maneuver.
     pub part: f64,
     /// The angle by which the cones miss each other \[rad\].
     pub missing: f64,

@@ -1,4 +1,4 @@
-//! When a constraint acts.
+//! The times at which a constraint is active.
 
 use std::sync::Arc;
 

@@ -21,12 +21,13 @@ use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use nalgebra::DMatrix;
 
-/// Relative round-off of what is given: a premise that holds to this holds.
+/// The relative round-off of the input: a premise that holds to it counts as true.
 const ROUND_OFF: f64 = 1e-14;
 /// Relative difference above which two conserved values are two.
 const DIFFERENT: f64 = 1e-9;
 
-/// Why no input can meet the terminal conditions, in words; `None` where nothing is proved.
+/// Returns the proof that no input can meet the terminal conditions, in words; `None` without a
+/// proof.
 pub(super) fn proof(problem: &Problem) -> Option<String> {
     if !problem.environment.is_free() {
         return None;
@@ -122,7 +123,7 @@ fn momentum_subspace(problem: &Problem, ends: &Ends) -> Option<String> {
         basis.extend(grows.then(|| rest.normalize()));
         grows
     };
-    // However little: it may grow.
+    // Even a very small component counts, because it may grow.
     for axis in start.try_normalize(0.0).into_iter().chain(unit_axes(&problem.actuation.torque)) {
         add(&mut basis, axis);
     }

@@ -42,7 +42,7 @@ struct Demand {
     words: String,
     /// The required angle \[rad\].
     angle: f64,
-    /// Whose way; `None`: of the whole body.
+    /// The body axis that must move; `None` for the whole body.
     axis: Option<Lever>,
     /// Its largest speed by the rate limits [rad/s].
     fastest: f64,
@@ -50,7 +50,7 @@ struct Demand {
     cone: Option<Detour>,
 }
 
-/// How fast a body axis b moves at most.
+/// A bound on the rate of a body axis b.
 struct Lever {
     /// For each unit of `|Π|`: `|S(b)J⁻¹|`.
     by_momentum: f64,
@@ -81,7 +81,7 @@ impl<'a> Case<'a> {
         Self { problem, motion: motion(problem, &ends), demands: demands(problem, &ends) }
     }
 
-    /// Returns the demand that is missed most, and what the means allow of it.
+    /// Returns the demand with the largest deficit, and the progress that the means allow.
     fn worst(&self, means: &Means, duration: f64) -> Option<(&Demand, f64)> {
         let no_rate = self.demands.iter().all(|demand| demand.fastest == f64::INFINITY);
         if no_rate && means.torque_is_unlimited() {

@@ -1,4 +1,4 @@
-//! How fast the body can be at most on every arc of a maneuver, whatever its inputs do within their
+//! A bound on the rate of the body on every arc of a maneuver, for any inputs within their
 //! limits.
 //!
 //! The arc of step k is `F = exp S(f)`, `φ = |f| < 90°`, `e = f/φ`. Let `Π` be the momentum that
@@ -303,7 +303,7 @@ mod tests {
             let mut rate = size * random.vector3();
             match case % 3 {
                 0 => rate = size * Vector3::x(),
-                // Where |Π × J⁻¹Π| is largest.
+                // Selects the direction with the largest |Π × J⁻¹Π|.
                 1 => rate = size * Vector3::new(1.0 / moments.x, 0.0, 1.0 / moments.z).normalize(),
                 _ => {}
             }

@@ -48,7 +48,7 @@ use crate::maneuver::constraint::{Conflict, conflict};
 use crate::maneuver::problem::Problem;
 use std::fmt;
 
-/// Why a maneuver is infeasible.
+/// The proof that a maneuver is infeasible.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proof {

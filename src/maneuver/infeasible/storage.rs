@@ -1,9 +1,10 @@
-//! Wheels exchange momentum with the body and keep the total: what they hold in the end is known.
+//! Wheels exchange momentum with the body and conserve the total, so their momentum at the end is
+//! known.
 //!
-//! Where nothing else turns the body `R(JΩ + μ)`, `μ = Σ a_i h_i`, is conserved, in the discrete
-//! maneuver as in the continuous one. The terminal attitude and rate therefore leave one `μ_N`
-//! only. It must be one that the momentum limits allow, `|h_i| ≤ L_i`, and one that the torque
-//! limits reach, `|h_i − h_i0| ≤ T ū_i`.
+//! If no other torque acts on the body, `R(JΩ + μ)`, `μ = Σ a_i h_i`, is conserved, in the
+//! discrete maneuver and in the continuous one. The terminal attitude and rate therefore
+//! determine `μ_N`. The momentum limits must allow it, `|h_i| ≤ L_i`, and the torque limits must
+//! reach it, `|h_i − h_i0| ≤ T ū_i`.
 
 use super::Proof;
 use super::capability::{Ends, SLACK, held, isolated, standing};

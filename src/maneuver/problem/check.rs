@@ -13,8 +13,9 @@ use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Thrusters, Wheels};
 use std::collections::HashSet;
 
 impl Problem {
-    /// Checks what the types cannot: all that [`Problem::check_numbers`] does, and the start and
-    /// the end against the constraints, which no plan could hold.
+    /// Checks the properties that the types cannot express: all those of
+    /// [`Problem::check_numbers`], and the start and the end against the constraints, which no
+    /// plan could keep otherwise.
     ///
     /// A boundary value exactly on a limit is accepted.
     ///
@@ -25,9 +26,9 @@ impl Problem {
         self.violations().next().map_or(Ok(()), Err)
     }
 
-    /// Checks ranges, rotations, the step against the boundary rates, the constraints for
-    /// themselves, wheels and weights against the inputs they belong to: what it takes to propagate
-    /// the body and to measure margins.
+    /// Checks the requirements for propagating the body and measuring margins: ranges, rotations,
+    /// the step against the boundary rates, the constraints themselves, wheels and weights
+    /// against their inputs.
     ///
     /// # Errors
     /// Returns the first [`ProblemError`], but never [`ProblemError::Violated`].
@@ -187,8 +188,7 @@ impl Problem {
         Ok(())
     }
 
-    /// One price for each input, the same for all where fuel is counted by the norm of what they
-    /// give.
+    /// Checks for one price for each input, all equal if fuel is counted by the norm.
     fn check_fuel_prices(&self, fuel: &Fuel) -> Result<(), ProblemError> {
         let (torque, force) = (&self.actuation.torque, self.actuation.force.as_ref());
         if fuel.prices.is_some() && self.actuation.thrusters.is_some() {
@@ -439,7 +439,7 @@ mod tests {
         Constraint { name: "cone".into(), rule }
     }
 
-    /// Returns a slew with wheels along `axes`, changed by `change`.
+    /// Checks a slew with wheels along `axes`, changed by `change`.
     fn wheeled(axes: &[[f64; 3]], change: impl FnOnce(&mut Wheels)) -> Result<(), ProblemError> {
         let count = axes.len();
         let axes = axes.iter().copied().map(Vector3::from).collect();
@@ -498,7 +498,7 @@ mod tests {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         wheeled(&AXES, |wheels| wheels.momentum[1] = -2.0).unwrap();
         wheeled(&AXES, |wheels| wheels.momentum_limit[2] = f64::INFINITY).unwrap();
-        // So few on purpose.
+        // The small number is intended.
         wheeled(&AXES[..2], |_| {}).unwrap();
         let told = "the wheel axes have rank 2: no torque about (0, 0, 1)";
         refused(wheeled(&[AXES[0], AXES[1], [0.6, 0.8, 0.0]], |_| {}), told);

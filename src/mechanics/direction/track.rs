@@ -25,23 +25,23 @@ pub struct LineOfSight {
 }
 
 /// A vector as a function of time, piece by piece a sum of Chebyshev polynomials. Beyond its span
-/// it goes on as its last piece does.
+/// its last piece continues.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     /// Pieces of equal length, shared by copies.
     pieces: Arc<[Vec<Vector3>]>,
-    /// When it begins, and how long a piece is \[s\].
+    /// The start, and the length of a piece \[s\].
     from: f64,
     piece: f64,
 }
 
-/// Why there is no track.
+/// The reason for which a track cannot be built.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum TrackError {
     /// The span is not positive and finite.
     #[error("a track needs a span of time that is positive and finite")]
     Span,
-    /// A coefficient, or a value of what is to be fitted, is not finite.
+    /// A coefficient, or a value to be fitted, is not finite.
     #[error("a track needs finite numbers")]
     NotFinite,
     /// The vector turns too often: every quarter of a turn needs a piece.
@@ -120,12 +120,12 @@ impl Track {
         Ok(Self::of_pieces(from, length, pieces)?)
     }
 
-    /// When it begins, how long a piece is \[s\], and the coefficients of each.
+    /// Returns the start and the length of a piece \[s\], and the coefficients of each piece.
     pub fn pieces(&self) -> (f64, f64, &[Vec<Vector3>]) {
         (self.from, self.piece, &self.pieces)
     }
 
-    /// When it begins and ends \[s\].
+    /// Returns the start and the end \[s\].
     pub fn span(&self) -> (f64, f64) {
         (self.from, self.from + self.piece * self.pieces.len() as f64)
     }

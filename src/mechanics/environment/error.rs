@@ -4,10 +4,10 @@ use crate::Vector3;
 use crate::mechanics::number::{NumberError, finite_vector};
 use thiserror::Error;
 
-/// Why numbers do not describe an environment.
+/// The reason for which numbers do not describe an environment.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum EnvironmentError {
-    /// A number is not what it must be.
+    /// A number has a wrong value.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A direction has no length.
@@ -25,7 +25,7 @@ pub enum EnvironmentError {
         center[0], center[1], center[2]
     )]
     OffCenter {
-        /// Where their mass center is, body axes \[m\].
+        /// The position of their mass center, body axes \[m\].
         center: [f64; 3],
     },
 }

@@ -21,7 +21,7 @@ use crate::lie::Rotation;
 use crate::{Matrix3, Vector3};
 use std::fmt::Debug;
 
-/// Where the body is: position of its mass center and attitude.
+/// The position of the mass center and the attitude of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Position `x`, reference frame \[m\]; zero when only the attitude moves.
@@ -83,12 +83,13 @@ impl Blocks {
         Self { xx: Matrix3::zeros(), xr: Matrix3::zeros(), rx: Matrix3::zeros(), rr: Matrix3::zeros() }
     }
 
-    /// So many times the map.
+    /// Returns a multiple of the map.
     pub(crate) fn scaled(&self, by: f64) -> Self {
         Self { xx: self.xx * by, xr: self.xr * by, rx: self.rx * by, rr: self.rr * by }
     }
 
-    /// Builds the same map with translations given in the reference frame, from one in body axes.
+    /// Converts a map with translations in body axes to one with translations in the reference
+    /// frame.
     fn rotate_translations(&self, attitude: &Matrix3) -> Self {
         let transposed = attitude.transpose();
         Self {
@@ -111,7 +112,7 @@ pub enum Description {
         mass: f64,
         /// Acceleration of gravity [m/s²].
         gravity: f64,
-        /// Where things fall, reference frame, any length.
+        /// The direction of falling, reference frame, any length.
         direction: Vector3,
         /// The vector from the pivot to the mass center, body axes \[m\].
         pivot_to_mass_center: Vector3,
@@ -146,7 +147,7 @@ pub enum Description {
 /// The joint motions that leave a potential unchanged, and hence the conserved momenta.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Symmetry {
-    /// None that is known: nothing is conserved.
+    /// No known symmetry: nothing is conserved.
     None,
     /// Turns about this direction through the origin: the angular momentum about it, unit,
     /// reference frame.

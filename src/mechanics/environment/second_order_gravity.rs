@@ -34,8 +34,9 @@ use crate::{Matrix3, Vector3};
 
 /// Gravity of a point at the origin on an extended body, to second order in size over distance.
 ///
-/// Against the exact field the force is off by O((l/r)³) of itself and the moment by O(l/r); one
-/// order better for bodies symmetric under `ρ → −ρ`. Nothing is finite at the origin.
+/// Compared with the exact field the force has a relative error of O((l/r)³) and the moment of
+/// O(l/r); one order better for bodies symmetric under `ρ → −ρ`. All values are infinite at the
+/// origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SecondOrderGravity {
     /// `μ m` [N·m²].

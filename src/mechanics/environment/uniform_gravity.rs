@@ -30,8 +30,8 @@ impl UniformGravity {
     /// things fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes \[m\].
     ///
     /// # Errors
-    /// An [`EnvironmentError`] naming what is not finite, a mass that is not positive, a negative
-    /// gravity, or a direction without length.
+    /// Returns an [`EnvironmentError`] that names a number that is not finite, a mass that is not
+    /// positive, a negative gravity, or a direction of length zero.
     pub fn new(
         mass: f64,
         gravity: f64,

@@ -1,11 +1,11 @@
-//! How a body attracts and is attracted.
+//! The gravity of a body.
 
 use super::error::Checked;
 use super::{HomogeneousPolyhedron, MassPoint, PointCloud};
 use crate::mechanics::body::{Body, Inertia, InertiaError};
 use crate::{Matrix3, Vector3};
 
-/// How a body attracts.
+/// The kind of gravity of a body.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Attractor {

@@ -4,10 +4,10 @@ use crate::Vector3;
 use crate::mechanics::number::NumberError;
 use thiserror::Error;
 
-/// Why numbers do not describe attracting bodies.
+/// The reason for which numbers do not describe attracting bodies.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FullBodyError {
-    /// A number is not what it must be.
+    /// A number has a wrong value.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A count is zero, or beyond what memory and time are good for.
@@ -15,7 +15,7 @@ pub enum FullBodyError {
     Count {
         /// The name of the counted items.
         name: &'static str,
-        /// How many there are.
+        /// The number of items.
         count: usize,
         /// The largest possible number.
         limit: usize,
@@ -29,7 +29,7 @@ pub enum FullBodyError {
         center[0], center[1], center[2]
     )]
     OffCenter {
-        /// Where the mass center is, body axes \[m\].
+        /// The position of the mass center, body axes \[m\].
         center: [f64; 3],
     },
 }

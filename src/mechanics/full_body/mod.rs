@@ -59,7 +59,7 @@ pub use polyhedron::{HomogeneousPolyhedron, Polyhedron};
 
 use crate::mechanics::environment::{Blocks, Pose, Symmetry, Wrench};
 
-/// A potential `U(x_1, R_1, …, x_n, R_n)` and what it exerts on each body.
+/// A potential `U(x_1, R_1, …, x_n, R_n)` with its force and moment on each body.
 pub trait Potential: std::fmt::Debug + Send + Sync {
     /// `U` \[J\].
     fn energy(&self, poses: &[Pose]) -> f64;

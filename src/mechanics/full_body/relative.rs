@@ -104,7 +104,7 @@ impl<P: Potential> TwoBodies<P> {
         first / (first + second) * second
     }
 
-    /// Returns the relative state of two bodies, and what is needed to get back.
+    /// Returns the relative state of two bodies, and the data for the inverse conversion.
     pub fn reduce(&self, poses: &[Pose; 2], momenta: &[Momentum; 2]) -> (Relative, Anchor) {
         let [m1, m2] = self.masses;
         let turn = poses[1].attitude;

@@ -1,5 +1,4 @@
-//! The equations of motion in the numbers of the matrices, for methods that know nothing of the
-//! group.
+//! The equations of motion in the numbers of the matrices, for methods that do not use the group.
 //!
 //! ```text
 //! y = (R, Π, x, γ) per body, R as nine numbers; x and γ only where the body translates
@@ -59,7 +58,7 @@ impl Ambient {
         self.rate_under_load(y, out);
     }
 
-    /// Evaluates what acts at `fraction` of the step, where the state has changed by `y`.
+    /// Evaluates the loads at `fraction` of the step, with the state changed by `y`.
     pub fn load(&mut self, fraction: f64, y: &[f64], inputs: &[Input]) {
         self.place(y);
         if !self.course.loads.is_free(inputs) {
@@ -149,9 +148,9 @@ impl Ambient {
         }
     }
 
-    /// Sizes that an error control measures against: such that a part `tolerance` of them is no
-    /// less than what a pose would notice over the step. The moments on a body that hardly turns
-    /// carry more round-off than a small part of its momentum.
+    /// Computes the scales of an error control, so that the part `tolerance` of a scale has an
+    /// effect on a pose over the step. The moments on a body that hardly turns carry more
+    /// round-off than a small part of its momentum.
     pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
         self.scales(change, out);
         // An estimate is a sum of a dozen evaluations with weights above one.

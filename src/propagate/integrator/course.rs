@@ -13,7 +13,7 @@ pub(crate) struct Course {
     facts: Facts,
 }
 
-/// A method that moves a course; an [`Integrator`] with what the course knows.
+/// A method that advances a course; an [`Integrator`] with the state of the course.
 pub(crate) trait Method: Send {
     /// One step, counted in the end.
     fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError>;

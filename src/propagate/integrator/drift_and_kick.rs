@@ -59,7 +59,7 @@ impl DriftAndKick {
         }
     }
 
-    /// Returns the first kick and the drift; without the kick free of its arithmetic.
+    /// Applies the first kick and the drift; without the kick it omits its arithmetic.
     fn drift<const KICKED: bool>(&mut self) -> Result<(), StepError> {
         let Self { course, rotors, before, wrenches, turns, .. } = self;
         // All turns before any change: a step that fails leaves the state as it was.

@@ -24,7 +24,7 @@ use super::{Input, StepError};
 /// and their effect on the poses is within the tolerance.
 const TOLERANCE: f64 = 1e-13;
 
-/// The inner iteration stops at this part of what the outer one changed last.
+/// The inner iteration stops at this part of the last change of the outer iteration.
 const INNER: f64 = 1e-2;
 
 /// Each iteration; ten do at the usual steps.

@@ -30,7 +30,7 @@ pub enum Kind {
     Galerkin {
         /// Degree of the curves, 1 … 6.
         degree: usize,
-        /// Where the action is sampled.
+        /// The points at which the action is sampled.
         quadrature: Quadrature,
     },
     /// `explicit_midpoint`: Runge's rule of order 2 on the matrix elements (RK).
@@ -54,7 +54,7 @@ pub enum Kind {
     Verner98,
 }
 
-/// How exact the methods are that have an error control.
+/// The accuracy of the methods with an error control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorControl {
     /// Error that an error control allows per step, relative to the size of each quantity, 1e-14 to

@@ -14,7 +14,7 @@ use super::{Input, Momentum, StepError};
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
-/// How stages are put together on the group.
+/// The composition of stages on the group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Composition {
     CrouchGrossman,

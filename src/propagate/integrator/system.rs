@@ -45,7 +45,7 @@ pub struct System {
     frame_rate: Vector3,
 }
 
-/// Why bodies and states make no system.
+/// The reason for which bodies and states make no system.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SystemError {
     /// The system has no body.
@@ -230,7 +230,7 @@ impl System {
         Ok(state)
     }
 
-    /// Returns whether `state` is one of this system: as many bodies, finite numbers, rotations.
+    /// Checks that `state` fits this system: the number of bodies, finite numbers, rotations.
     ///
     /// # Errors
     /// [`SystemError::Count`], [`SystemError::NotFinite`], [`SystemError::Attitude`].

@@ -15,7 +15,7 @@ impl Tableau {
     /// Checks shapes and row sums.
     ///
     /// # Panics
-    /// Where they do not fit: a misprint.
+    /// Panics if the coefficients do not fit, because of a misprint.
     pub fn checked(self) -> Self {
         let near = |sum: f64, expected: f64| (sum - expected).abs() < 1e-14;
         assert_eq!((self.a.len(), self.b.len()), (self.c.len(), self.c.len()), "one row per stage");

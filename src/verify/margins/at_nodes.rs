@@ -13,8 +13,8 @@ pub struct NodeMargins {
     pub name: String,
     /// Its unit there.
     pub unit: &'static str,
-    /// `N + 1` distances, negative: violated. NaN where there is no input, or no rate of one, and
-    /// where a constraint does not act.
+    /// `N + 1` distances, negative for a violation. NaN if the node has no input, or no rate of
+    /// one, and if a constraint is not active.
     pub values: Vec<f64>,
 }
 
@@ -50,7 +50,7 @@ impl Meter<'_> {
     }
 }
 
-/// Returns the angle of every pair, and the angular radius of what is seen \[rad\].
+/// Returns the angle of every pair, and the angular radius of the target \[rad\].
 fn angles(
     pointing: &Pointing,
     time: f64,

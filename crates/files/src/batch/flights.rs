@@ -1,5 +1,5 @@
-//! Cases of a plan that is flown, kept line by line: a run that was ended goes on where it was, and
-//! one that is done can be enlarged.
+//! Flights of a plan, kept line by line: an interrupted run can be continued, and a complete one
+//! enlarged.
 
 use super::error::shown;
 use super::fingerprint::Fingerprint;
@@ -29,7 +29,7 @@ pub struct FlightHeader {
     pub input_limits: usize,
     /// Names of the parameters.
     pub parameters: Vec<String>,
-    /// Hash of the plan, of what it is flown with, and of the program.
+    /// Hash of the plan, of its gains and uncertainty, and of the program.
     pub fingerprint: String,
 }
 

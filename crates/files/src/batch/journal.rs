@@ -30,15 +30,15 @@ pub trait Entry: DeserializeOwned {
     /// Checks that it is the line after `done` others.
     ///
     /// # Errors
-    /// Why it is not.
+    /// Returns the reason for which the line is not the expected entry.
     fn check(&self, header: &Self::Header, done: u64) -> Result<(), String>;
 
     /// Describes the difference between the existing results and the new ones.
     fn another(found: &Self::Header, wanted: &Self::Header) -> String;
 }
 
-/// A file of results that is being written. Another process that would write it is refused for as
-/// long as this lives.
+/// A file of results that is being written. While it exists, another process cannot write the
+/// file.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,

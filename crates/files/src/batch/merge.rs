@@ -99,8 +99,9 @@ fn written(
 /// A function that receives a result with its line.
 type Take<'t> = dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError> + 't;
 
-/// Takes the results in the order of their cases, each with its line. An error of theirs goes to
-/// `wrong`: it is no error of what is being written, and any of those leaves the folder as it was.
+/// Passes on the results in the order of their cases, each with its line. An error of the results
+/// is stored in `wrong`, because it is not an error of the output; each error leaves the folder
+/// unchanged.
 fn every_result(
     files: &mut [Results],
     cases: u64,

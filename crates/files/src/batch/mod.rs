@@ -11,8 +11,8 @@
 //! on any number of threads, after any interruption, and from merged shards ([`merge()`]). The
 //! only exception is a time limit of the solver.
 //!
-//! [`Batch`] holds the cases, [`run`] plans them, [`Journal`] keeps the results and continues a
-//! file that was begun, [`Tally`] counts what became of them.
+//! [`Batch`] holds the cases, [`run`] plans them, [`Journal`] keeps the results and continues an
+//! incomplete file, [`Tally`] counts the results.
 //!
 //! ```
 //! use slewkit_files::batch::{run, Axis, Batch, Options, Shard};
@@ -44,8 +44,8 @@
 //! depend on the machine only with `solver.time_limit_s`, and with `--times`.
 //!
 //! Flights of a plan ([`FlightCase`]) are kept in such files as well. Their first line holds no
-//! number of cases, because a case of a seed is the same whatever others there are: a run of a
-//! thousand goes on to a hundred thousand.
+//! number of cases, because a case of a seed does not depend on the others: a run of a thousand
+//! cases can be enlarged to a hundred thousand.
 //!
 //! # Why does a shard take every n-th case?
 //!

@@ -76,7 +76,7 @@ pub struct CaseResult {
     /// "shooting" or "scp".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
-    /// How the solve itself ended.
+    /// The outcome of the solve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outcome: Option<Outcome>,
     /// Newton iterations of the winning start.
@@ -94,8 +94,8 @@ pub struct CaseResult {
     /// "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan
-    /// instead of its second order.
+    /// The possible gain in cost, to first order, if inputs switch; such a plan has no
+    /// second-order test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// The results of the witnesses.
@@ -126,7 +126,7 @@ pub struct CaseError {
     pub reason: String,
     /// The next thing to do.
     pub remedy: String,
-    /// How many errors follow.
+    /// The number of further errors.
     pub more: usize,
 }
 
@@ -165,7 +165,7 @@ impl From<&Verification> for Verdict {
     }
 }
 
-/// JSON has no NaN: what is not finite is absent.
+/// JSON has no NaN: a number that is not finite is absent.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
@@ -184,7 +184,7 @@ impl CaseResult {
         }
     }
 
-    /// Builds a case whose spec is wrong.
+    /// Builds the result of a case with a wrong spec.
     pub(super) fn invalid(case: &Case, found: &Diagnostics) -> Self {
         let errors = || found.0.iter().filter(|finding| finding.severity == Severity::Error);
         let error = errors().next().map(|first| CaseError {
@@ -198,7 +198,7 @@ impl CaseResult {
         Self { error, ..Self::of(case, status, exit_code) }
     }
 
-    /// Builds a case that the planner refuses to begin, though its spec reads well.
+    /// Builds the result of a case that the planner refuses, although its spec is valid.
     pub(super) fn refused(case: &Case, code: &str, reason: String) -> Self {
         let remedy = "change the spec accordingly".into();
         let error = CaseError { code: code.into(), key: String::new(), reason, remedy, more: 0 };
@@ -211,7 +211,7 @@ impl CaseResult {
         Self::of(case, "internal_error", 1)
     }
 
-    /// Builds a case that was planned.
+    /// Builds the result of a case that was planned.
     pub(super) fn planned(case: &Case, problem: &Problem, plan: &Plan, times: bool) -> Self {
         let solution = &plan.solution;
         let known = solution.outcome == Outcome::Converged;

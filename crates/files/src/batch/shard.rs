@@ -25,7 +25,7 @@ impl Shard {
     /// Shard `index` of `of`.
     ///
     /// # Errors
-    /// There is no such shard.
+    /// Returns an error if the shard does not exist.
     pub fn new(index: u64, of: u64) -> Result<Self, BatchError> {
         let wrong = |reason: String| {
             let remedy = format!("write --shard i/n, from 1/n to n/n, n at most {}", Self::MOST);
@@ -61,7 +61,7 @@ impl Shard {
         self.index
     }
 
-    /// How many there are.
+    /// Returns the number of shards.
     pub fn of(self) -> u64 {
         self.of
     }
@@ -71,7 +71,7 @@ impl Shard {
         case >= self.index && (case - self.index).is_multiple_of(self.of)
     }
 
-    /// How many of `cases` belong to it.
+    /// Returns how many of `cases` belong to it.
     pub fn count(self, cases: u64) -> u64 {
         (cases + self.of).saturating_sub(self.index) / self.of
     }

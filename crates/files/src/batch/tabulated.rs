@@ -12,7 +12,7 @@ use std::io::Write;
 /// Rows that are held at a time.
 const ROWS: usize = 1 << 16;
 
-/// A column: its head, where its value stands, and what it is.
+/// A column: its heading, the path of its value, and its type.
 #[derive(Clone)]
 struct Column {
     head: String,
@@ -45,7 +45,7 @@ impl Columns {
         Self(BEFORE.iter().map(fixed).chain(set).chain(AFTER.iter().map(fixed)).collect())
     }
 
-    /// Looks at what a result sets.
+    /// Adds the set keys of a result.
     pub fn meet(&mut self, result: &CaseResult) {
         for column in self.0.iter_mut().filter(|column| column.path[0] == "set") {
             let value = result.set.get(&column.path[1]);
@@ -114,7 +114,7 @@ mod tests {
     use crate::batch::{CaseError, Verdict};
     use slewkit::maneuver::{Outcome, SecondOrder, Sense, TerminalError};
 
-    /// Every value that a result can hold, but what it sets, has a column.
+    /// Checks that every value of a result, except its set keys, has a column.
     #[test]
     fn nothing_of_a_result_is_left_out() {
         let mut terminal = TerminalError::default();

@@ -15,9 +15,10 @@ const KEPT: usize = 5;
 pub struct Tally {
     /// Number of results.
     pub cases: u64,
-    /// How many have each status, with the numbers of the first.
+    /// The number of cases with each status, and the numbers of the first cases.
     pub statuses: BTreeMap<String, (u64, Vec<u64>)>,
-    /// How many specs were wrong, by the code of their first error, with the reason of the first.
+    /// The number of wrong specs, by the code of their first error, with the reason of the first
+    /// one.
     pub errors: BTreeMap<String, (u64, String)>,
     /// Solved cases that are saddles, or whose second order is not decided, but for those whose
     /// inputs switch.
@@ -135,12 +136,12 @@ impl Tally {
         }
     }
 
-    /// How many cases have a plan that the witnesses confirm.
+    /// Returns the number of cases with a plan that the witnesses confirm.
     pub fn solved(&self) -> u64 {
         self.statuses.get("solved").map_or(0, |(count, _)| *count)
     }
 
-    /// How many have none.
+    /// Returns the number of cases without such a plan.
     pub fn failed(&self) -> u64 {
         self.cases - self.solved()
     }

@@ -80,7 +80,7 @@ pub fn judge_file(
     Ok(FileReport { attitudes, not_judged })
 }
 
-/// A reason and what to do.
+/// A reason and a remedy.
 type Apart = (String, String);
 
 /// Returns the rotation from components in the file's frame to those in ours; `None` where the two

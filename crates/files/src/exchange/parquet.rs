@@ -50,7 +50,7 @@ impl Kind {
 /// A table that is written in pieces.
 pub(crate) struct ParquetTable<'o> {
     output: &'o mut dyn Write,
-    /// It keeps what it has written since the last piece.
+    /// The writer, which buffers the output since the last piece.
     writer: SerializedFileWriter<Vec<u8>>,
 }
 

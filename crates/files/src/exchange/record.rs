@@ -32,7 +32,7 @@ pub struct Record<'a> {
     /// Nodes between the first and the last, in their order, at which the motion is not smooth
     /// because inputs switch.
     pub switches: Vec<usize>,
-    /// When the file is written.
+    /// The creation date of the file.
     pub created: Epoch,
     /// The optional contents of tables.
     pub tables: Tables,
@@ -121,7 +121,7 @@ impl Record<'_> {
         (product([angle.cos(), vector.x, vector.y, vector.z], quaternion), rate)
     }
 
-    /// Returns the reference frame as it is called in the head of a table of ours.
+    /// Returns the name of the reference frame for the header of a table.
     pub(super) fn reference(&self) -> &str {
         if self.turns() {
             "orbit (e1 velocity, e2 orbit normal, e3 outward)"

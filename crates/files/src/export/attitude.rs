@@ -57,7 +57,8 @@ impl Serialize for EulerAngles {
 impl From<&Matrix3> for Notations {
     fn from(rotation: &Matrix3) -> Self {
         let q = lie::quaternion_from_rotation(rotation);
-        // One of the two signs, so that equal attitudes read alike. Adding 0 turns −0 into 0.
+        // One of the two signs is chosen, so that equal attitudes have equal numbers. Adding 0
+        // turns −0 into 0.
         let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
         let [w, x, y, z] = q.map(|part| sign * part + 0.0);
         let vector = lie::log(rotation);

@@ -7,7 +7,7 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::mechanics::ActuatorSet;
 
-/// Why a trajectory is not written, or not accepted.
+/// The reason for which a trajectory is not written, or not accepted.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum TrajectoryError {
     /// A number is NaN or infinite.
@@ -43,7 +43,7 @@ pub(super) enum Values<'a> {
 }
 
 impl<'a> Values<'a> {
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn len(self) -> usize {
         match self {
             Self::Numbers(values) => values.len(),
@@ -128,7 +128,7 @@ impl Column<'_> {
 pub(crate) struct Names<'a> {
     /// Names of the inputs; by their numbers where there is not one for each.
     inputs: &'a [String],
-    /// How many of the inputs are in newtons, which come first.
+    /// The number of inputs in newtons, which come first.
     forces: usize,
 }
 

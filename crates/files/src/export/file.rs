@@ -10,7 +10,7 @@ use std::time::Duration;
 use tempfile::NamedTempFile;
 use thiserror::Error;
 
-/// Why an output file is refused or failed. Nothing is left half-written.
+/// The reason for which an output file is refused or failed. No partly written file remains.
 #[derive(Debug, Error)]
 pub enum FileError {
     /// The folder is missing.
@@ -143,7 +143,7 @@ impl Target {
         if !folder.is_dir() {
             return Err(FileError::FolderMissing { folder: self::shown(&folder), path: shown });
         }
-        // Not `exists()`: a dangling symbolic link is a name that is taken.
+        // A dangling symbolic link also occupies the name, so `exists()` does not suffice.
         if let Ok(metadata) = fs::symlink_metadata(&path) {
             let regular = fs::metadata(&path).map_or(metadata.is_symlink(), |target| target.is_file());
             if !regular {
@@ -211,7 +211,7 @@ impl Target {
         let renamed = if self.force {
             temporary.persist(&self.path)
         } else {
-            // Also refuses a file that appeared while we worked.
+            // This also refuses a file that appeared during the work.
             temporary.persist_noclobber(&self.path)
         };
         renamed.map_err(|error| match error.error.kind() {
@@ -231,7 +231,7 @@ impl Target {
 const PREFIX: &str = ".slew-";
 const RANDOM: usize = 6;
 
-/// Returns a new temporary file, listed for as long as it is one.
+/// Returns a new temporary file, listed while it is temporary.
 fn temporary_in(folder: &Path) -> std::io::Result<(Listed<'static>, NamedTempFile)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).rand_bytes(RANDOM);
@@ -289,7 +289,7 @@ fn remove_all(list: &List) {
     std::mem::forget(listed);
 }
 
-/// A path that is in the list for as long as this lives.
+/// A path that is in the list during the life of this value.
 struct Listed<'a> {
     path: PathBuf,
     list: &'a List,
@@ -315,7 +315,8 @@ impl Drop for Listed<'_> {
     }
 }
 
-/// Why `path` cannot name an output, on this system or on one that will receive the file.
+/// Returns the reason for which `path` cannot name an output, on this system or on one that will
+/// receive the file.
 fn unusable_name(path: &Path) -> Option<&'static str> {
     let text = path.to_string_lossy();
     if text.is_empty() {
@@ -358,7 +359,7 @@ mod tests {
         let list = List::default();
         let (listed, file) = Listed::new(&list, || {
             let file = tempfile::Builder::new().tempfile_in(folder.path());
-            // Who ends the program now waits until the file is listed.
+            // A thread that ends the program now waits until the file is listed.
             assert!(list.try_lock().is_err());
             file
         })

@@ -366,7 +366,7 @@ impl Apart<'_> {
         }
     }
 
-    /// How many pulses the inputs have, and the shortest of them \[s\].
+    /// Returns the number of pulses of the inputs, and the shortest of them \[s\].
     fn pulses(&self) -> (usize, f64) {
         let (times, count) = (&self.trajectory.time, self.trajectory.input_count);
         let (mut pulses, mut shortest) = (0, f64::INFINITY);

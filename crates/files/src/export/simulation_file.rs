@@ -67,7 +67,8 @@ impl SimulationFile {
     /// Reads a document.
     ///
     /// # Errors
-    /// The stream, a text that is no simulation, or lists of different length.
+    /// Returns an error of the stream, of a text that is not a simulation, or of lists of
+    /// different length.
     pub fn read(input: impl Read) -> Result<Self, ExportError> {
         let mut file: Self = serde_json::from_reader(BufReader::new(input))?;
         let rows = &mut file.trajectory;

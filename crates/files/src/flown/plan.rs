@@ -30,7 +30,7 @@ pub struct FeedbackRecord {
     /// Bodies that translate have a row for each input, forces first, with six numbers before
     /// these, by position \[m\] and velocity [m/s].
     pub gains: Vec<Vec<Vec<f64>>>,
-    /// How the arcs answer to the start, where that is corrected.
+    /// The derivatives of the lengths of arcs by the start, if it is corrected.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub arcs: Vec<ArcRecord>,
 }
@@ -41,7 +41,7 @@ pub struct FeedbackRecord {
 pub struct ArcRecord {
     /// The first of its steps.
     pub first_step: usize,
-    /// How long it lasts in the plan \[s\].
+    /// The length of the arc in the plan \[s\].
     pub length_s: f64,
     /// Three numbers by `ζ = log(R*ᵀR)` at the start, body axes [s/rad], three by the rate
     /// [s/(rad/s)].
@@ -112,11 +112,11 @@ pub struct ChanceRecord {
     pub name: String,
     /// The largest of all nodes.
     pub largest: f64,
-    /// When that is \[s\].
+    /// The time of that chance \[s\].
     pub time_s: f64,
     /// The unit of the next two: deg of cones, deg/s of rates, N·m, N·m/s.
     pub unit: String,
-    /// One standard deviation of what is limited then.
+    /// One standard deviation of the limited quantity at that time.
     pub sigma: f64,
     /// The distance of the plan from the limit at that time, without margin.
     pub room: f64,
@@ -154,7 +154,7 @@ pub fn unit(quantity: Quantity) -> (&'static str, f64) {
 /// A part of the cases with its interval of 95 %.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
-    /// How many cases.
+    /// The number of cases.
     pub count: u64,
     /// The proportion.
     pub part: f64,
@@ -261,7 +261,7 @@ impl FeedbackRecord {
     }
 }
 
-/// Returns a row by momenta as one by rates, which flight software knows: `K_Ω = K_Π J`,
+/// Converts a row by momenta to one by rates, which flight software measures: `K_Ω = K_Π J`,
 /// `K_v = K_γ m`.
 fn of_rates(problem: &Problem, row: &[f64]) -> Vec<f64> {
     let j = problem.body.inertia.j();

@@ -392,7 +392,7 @@ fn refuse(
     }
 }
 
-/// Tells what does not go together, and what to do.
+/// Reports the contradiction and its remedy.
 fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Problem) {
     let reason = cause.to_string();
     let remedy = match cause {

@@ -83,7 +83,7 @@ impl Base {
     /// Returns the maneuver under more overrides.
     ///
     /// # Errors
-    /// Everything that is wrong with it; a simulation is no maneuver.
+    /// Returns all errors of the spec; a simulation is an error.
     pub fn read(&self, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
         let mut sources = self.sources.clone();
         let (root, findings) = overrides::apply(self.root.clone(), overrides, &mut sources);
@@ -102,7 +102,7 @@ impl Base {
         self
     }
 
-    /// Returns whether a spec can have the key at `path`; `at` is where the path is written, the
+    /// Checks that a spec can have the key at `path`; `at` is where the path is written, the
     /// command line if nowhere else.
     ///
     /// # Errors
@@ -119,7 +119,7 @@ impl Base {
         paths::place(&self.root, path)
     }
 
-    /// Returns whether a value alone is one of its key: its type, its shape, its range.
+    /// Checks a value alone against its key: its type, its shape, its range.
     /// Contradictions with other keys show when the case is read.
     ///
     /// # Errors

@@ -34,7 +34,7 @@ fn applies(key: &Key, selected: Option<&str>) -> bool {
     key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
 }
 
-/// How a message names the table at `path`.
+/// Returns the name of the table at `path` in messages.
 fn table_name(path: &str) -> String {
     if path.is_empty() { "the spec".into() } else { format!("[{path}]") }
 }
@@ -343,7 +343,7 @@ impl Checker {
     }
 }
 
-/// Where a table begins: its header; nowhere for the whole spec.
+/// Returns the place of the start of a table: its header; an empty place for the whole spec.
 fn opening(node: &Node, path: &str) -> Span {
     if path.is_empty() {
         return Span::default();
@@ -357,7 +357,7 @@ fn opening(node: &Node, path: &str) -> Span {
     }
 }
 
-/// A sample of what the table needs.
+/// Returns a sample with the required keys of the table.
 fn table_sample(table: &Table) -> String {
     let needed = table.keys.iter().filter_map(|key| key.sample).filter(|sample| !sample.contains('\n'));
     let needed = needed.chain(table.one_of.iter().map(|(_, sample)| *sample)).take(3);
@@ -369,8 +369,8 @@ fn table_sample(table: &Table) -> String {
     }
 }
 
-/// The advice about a key that no key of `table` resembles: the table that has it, or what there
-/// is.
+/// Returns the advice about an unknown key without a similar key in `table`: the table that has
+/// it, or the known keys.
 pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     for key in root.keys {
         if let Kind::Table(other) = key.kind

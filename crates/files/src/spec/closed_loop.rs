@@ -1,4 +1,5 @@
-//! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of limits: what a plan is flown with.
+//! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of limits: the data for flights of a
+//! plan.
 
 mod chances;
 mod uncertain;
@@ -23,7 +24,7 @@ pub struct ClosedLoop {
     pub feedback: Option<Feedback>,
     /// The uncertainty of the craft.
     pub uncertainty: Option<Uncertainty>,
-    /// How its actuators follow.
+    /// The response of its actuators.
     pub plant: Plant,
     /// The chances of limits.
     pub chances: Vec<Chance>,
@@ -60,8 +61,8 @@ impl ClosedLoop {
     }
 }
 
-/// Reads the sections, and has the maneuver hold what is to be left of its limits; what is wrong is
-/// in the report.
+/// Reads the sections, and adds the reserves of the limits to the maneuver; errors are in the
+/// report.
 pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> ClosedLoop {
     let sections = ["feedback", "uncertainty", "plant"];
     if let Some(section) = root.section("uncertainty")

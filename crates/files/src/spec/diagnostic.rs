@@ -160,7 +160,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Text with control characters escaped, line by line: for words that may quote what was read.
+/// Escapes control characters in a text, line by line, because it may quote input.
 pub fn escape_lines(text: &str) -> String {
     text.split('\n').map(escape).collect::<Vec<_>>().join("\n")
 }
@@ -198,7 +198,7 @@ fn excerpt(source: &Source, line: usize, span: Span) -> (String, usize, usize) {
     (shown.trim_end().to_string(), before.chars().count(), marked.chars().count().max(1))
 }
 
-/// Where a finding is: the bytes, and the key path.
+/// The place of a finding: the bytes, and the key path.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spot {
     pub span: Span,

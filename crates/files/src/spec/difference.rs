@@ -14,7 +14,7 @@ pub struct Difference {
     pub second: String,
 }
 
-/// A rounding of an angle on another machine is no difference.
+/// The rounding of an angle on another machine, which is not a difference.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Returns the keys in which two trees differ beyond round-off.

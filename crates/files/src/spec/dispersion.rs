@@ -1,4 +1,4 @@
-//! `[dispersion]`: what is uncertain, read into a linear map of standard random numbers.
+//! `[dispersion]`: the uncertain numbers, read into a linear map of standard random numbers.
 
 use super::attitude::{self, Use};
 use super::keys::{Kind, SPREADS};

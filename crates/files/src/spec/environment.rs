@@ -10,13 +10,13 @@ use slewkit::mechanics::{
 use slewkit::numerics::figures::{rounded, told_apart};
 use std::sync::Arc;
 
-/// `[environment]` and what it depends on.
+/// `[environment]` and the data that it depends on.
 pub(crate) struct Surroundings<'a> {
     pub section: Option<&'a Section>,
     pub motion: Motion,
     /// The mass of the body \[kg\].
     pub mass: Option<f64>,
-    /// Where the spec has its states, for messages.
+    /// The place of the states in the spec, for messages.
     pub place: &'static str,
 }
 

@@ -90,7 +90,7 @@ pub struct EndExpect {
     pub velocity: Option<(Vector3, f64)>,
 }
 
-/// How fast a body axis turns about a direction, in the mean.
+/// The mean rate of a body axis about a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precession {
     /// The index of the body, from 0.
@@ -103,7 +103,7 @@ pub struct Precession {
     pub rate: Toleranced,
 }
 
-/// How a body axis swings.
+/// The mean period of a body axis that swings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oscillation {
     /// The index of the body, from 0.

@@ -44,7 +44,8 @@ fn span(range: Range) -> Span {
     Span { source: 0, start: range.start, end: range.end }
 }
 
-/// Where brackets outside strings first nest too deep: asked before parsing, which recurses.
+/// Returns the first place where brackets outside strings nest too deeply. It is checked before
+/// parsing, which recurses.
 fn too_deep(text: &str) -> Option<usize> {
     let (mut depth, mut quoted, mut escaped) = (0_usize, false, false);
     for (at, byte) in text.bytes().enumerate() {

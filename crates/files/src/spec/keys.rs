@@ -13,7 +13,7 @@ pub(crate) enum Kind {
     Format,
     /// Text on one line, at most this many characters.
     Text(usize),
-    /// One of the first words; the second are known, but this version cannot do them.
+    /// One of the first words; the second words are known but not supported.
     Choice(&'static [&'static str], &'static [&'static str]),
     /// A number.
     Number(Quantity),
@@ -41,9 +41,9 @@ pub(crate) enum Kind {
     Table(&'static Table),
     /// A list of tables, at most this many.
     List(&'static Table, usize),
-    /// A positive number; without the key there is no limit.
+    /// A positive number; an absent key means no limit.
     Limit(Quantity),
-    /// One limit for all, or a list: as many as there are inputs, or this many.
+    /// One limit for all, or a list with one for each input, or with this many.
     Limits(Quantity, Option<usize>),
     /// Three numbers, or a list of such vectors.
     Vectors(Quantity),
@@ -244,7 +244,7 @@ tables! {
             needed "[end]\nattitude = { euler_zyx_deg = [90, 0, 0] }\nangular_velocity_deg_s = [0, 0, 0]";
         /// The objective, the duration and the grid.
         "maneuver": Table(&MANEUVER), needed "[maneuver]\nduration_s = 60";
-        /// How it is solved. Default: automatic.
+        /// The settings of the solver. Default: automatic.
         "solver": Table(&SOLVER);
         /// The forces and moments on the body other than those of its actuators. Default: none.
         "environment": Table(&ENVIRONMENT);
@@ -836,7 +836,7 @@ tables! {
         /// Gravitational parameter of the point mass at the origin.
         "gravitational_parameter_m3_s2": Number(q::GRAVITATIONAL_PARAMETER), only CENTRAL,
             needed "gravitational_parameter_m3_s2 = 3.986e14";
-        /// How the body is attracted: as mass points, or to second order in its size.
+        /// The attraction of the body: as mass points, or to second order in its size.
         "body": Choice(&["points", "second_order"], &[]), only CENTRAL, needed "body = \"second_order\"";
         /// The mass points, if body = "points". Their masses sum to body.mass_kg.
         "points": List(&POINT, MAX_POINTS), only CENTRAL;

@@ -124,7 +124,7 @@ impl Format {
 pub struct Loaded {
     /// The maneuver, in SI units, checked.
     pub problem: Problem,
-    /// How to solve it.
+    /// The settings of the solver.
     pub settings: Settings,
     /// The required result of the plan, if the spec has one.
     pub expect: Option<Expect>,
@@ -244,7 +244,7 @@ pub fn load_from_str(
 /// Reads the maneuver at `path`, in TOML or, if its name ends in `.json`, in JSON.
 ///
 /// # Errors
-/// Everything that is wrong with the file or in it; a simulation is no maneuver.
+/// Returns all errors of the file or its contents; a simulation is an error.
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
     read_as(path, Format::of(path), overrides)
 }

@@ -69,7 +69,7 @@ impl Report {
         }
     }
 
-    /// Adds what was found elsewhere, all of it.
+    /// Adds findings from elsewhere.
     pub fn extend(&self, findings: Vec<Finding>) {
         self.0.borrow_mut().extend(findings);
     }
@@ -150,7 +150,7 @@ pub(crate) struct Section {
     pub path: String,
     /// Whether matrices and unit vectors are taken to the last bit.
     pub keeps_rounding: bool,
-    /// Where its findings go.
+    /// The report for its findings.
     pub report: Report,
     /// Its keys and values, in the order of the file.
     pub given: Vec<Given>,
@@ -164,7 +164,7 @@ pub(crate) struct Given {
     pub span: Span,
     /// Whether the value is `[]`.
     pub is_empty_list: bool,
-    /// `None` where the first pass has said what is wrong with it.
+    /// The value; `None` if the first pass has reported an error of it.
     pub value: Option<Parsed>,
 }
 

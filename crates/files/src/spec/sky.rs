@@ -40,7 +40,7 @@ pub struct Named {
     pub target: Target,
 }
 
-/// Where a spec's targets are.
+/// The targets of a spec and their directions.
 #[derive(Clone, Debug)]
 pub struct Heavens {
     /// The spacecraft on its orbit.

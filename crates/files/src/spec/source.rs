@@ -11,7 +11,7 @@ pub(crate) struct Span {
     pub end: usize,
 }
 
-/// Where a value stands that is not of the command line; messages point there.
+/// The place of a value that is not on the command line, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// The file, as the user named it.

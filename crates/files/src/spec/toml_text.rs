@@ -10,7 +10,7 @@ pub(crate) const MAX_DEPTH: usize = 32;
 
 /// Duplicate keys reported at most.
 const MAX_SYNTAX: usize = 20;
-/// How toml's messages about them begin.
+/// The beginning of toml's messages about duplicates.
 const DUPLICATE: &str = "duplicate key";
 
 /// Parses a TOML document.

@@ -216,7 +216,7 @@ fn text(node: &Node, most: usize) -> Read<&str> {
     Ok(text)
 }
 
-/// One of some words.
+/// Reads one of some words.
 fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> Read<&'a str> {
     /// The length from which on a list is not printed in full more than once.
     const LONG: usize = 12;

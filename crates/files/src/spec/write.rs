@@ -41,7 +41,7 @@ pub struct SpecDocument(Value);
 pub struct Unwritable(&'static str);
 
 impl SpecDocument {
-    /// Builds the maneuver and its settings.
+    /// Writes the maneuver and its settings.
     ///
     /// # Errors
     /// Returns the part without a notation, such as an environment of the caller's own.
@@ -114,7 +114,7 @@ impl SpecDocument {
         Ok(Self(Value::Object(spec.keys)))
     }
 
-    /// Builds the spec with what files for other programs call it, and when it begins.
+    /// Adds the identity of the maneuver: its names and its epoch.
     pub fn with_identity(self, identity: &Identity) -> Self {
         let Self(Value::Object(keys)) = self else { return self };
         let mut spec = Writing { table: &ROOT, keys };
@@ -145,7 +145,7 @@ impl SpecDocument {
         Self(Value::Object(spec.keys))
     }
 
-    /// The spec with what the plan is flown with, as it was written.
+    /// Returns the spec with the sections for flights of the plan, as written.
     pub fn with_closed_loop(self, closed_loop: &ClosedLoop) -> Self {
         let Self(Value::Object(mut keys)) = self else { return self };
         for (name, section) in closed_loop.written() {

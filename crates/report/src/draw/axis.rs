@@ -1,11 +1,11 @@
 //! Axes: limits, ticks and labels.
 
-/// How an axis counts.
+/// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are equally long.
     Linear,
-    /// Equal ratios are; what is not positive has no place.
+    /// Equal ratios have equal lengths; a value that is not positive has no position.
     Logarithmic,
 }
 
@@ -14,19 +14,19 @@ pub enum Scale {
 pub struct Axis {
     /// Name and unit of the quantity.
     pub label: String,
-    /// How it counts.
+    /// The scale.
     pub scale: Scale,
-    /// Where it begins and ends; `None`: where the data do.
+    /// The limits of the axis; `None` for those of the data.
     pub limits: Option<(f64, f64)>,
 }
 
 impl Axis {
-    /// Builds a linear axis as long as its data.
+    /// Builds a linear axis with the range of its data.
     pub fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Linear, limits: None }
     }
 
-    /// Builds a logarithmic axis as long as its data.
+    /// Builds a logarithmic axis with the range of its data.
     pub fn logarithmic(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Logarithmic, limits: None }
     }

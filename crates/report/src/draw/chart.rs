@@ -28,7 +28,7 @@ pub struct Chart {
 /// A line across a chart, where a limit is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Where on the axis upwards.
+    /// The position on the vertical axis.
     pub value: f64,
     /// The label at the line; none if empty.
     pub label: String,
@@ -37,9 +37,9 @@ pub struct Level {
 /// A stretch along the axis to the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
-    /// Where it begins.
+    /// The start.
     pub from: f64,
-    /// Where it ends.
+    /// The end.
     pub to: f64,
     /// What is the case there.
     pub label: String,

@@ -7,11 +7,11 @@ pub struct Curve {
     pub name: String,
     /// Number of its colour, mark and dash.
     pub style: usize,
-    /// How it is drawn.
+    /// The shape of the curve.
     pub shape: Shape,
 }
 
-/// How a curve is drawn.
+/// The shape of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A line.

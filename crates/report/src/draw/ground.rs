@@ -1,5 +1,5 @@
-//! Tracks on the ground as a map: azimuthal equidistant about the middle of what is shown, seen
-//! from above, north up.
+//! Tracks on the ground as a map: azimuthal equidistant about the middle of the tracks, seen from
+//! above, north up.
 
 use super::colour;
 use super::sky::SkyView;
@@ -216,7 +216,7 @@ mod tests {
         };
         let view = ground.view();
         let [a, b] = [[10.0, 170.0], [20.0, -170.0]].map(|at| view.project(&direction(&at)));
-        // Over the date line too.
+        // The tracks may cross the date line.
         assert!(a.0 < 0.0 && b.0 > 0.0 && a.1 < b.1, "{a:?} {b:?}");
         assert!(a.0.hypot(a.1) < 1.0 && b.0.hypot(b.1) < 1.0);
         // A degree of latitude is a degree on the map.

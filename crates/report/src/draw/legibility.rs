@@ -5,8 +5,9 @@ use super::axis::Scale;
 use super::curve::{Curve, Shape};
 use slewkit::numerics::figures::significant;
 
-/// Growth of a curve, over what it mostly is and over every other curve, beyond which it counts as
-/// diverged; on a logarithmic axis, where many decades are ordinary, the second.
+/// The growth of a curve, relative to its typical size and to every other curve, beyond which it
+/// counts as diverged; the second value applies to a logarithmic axis, where many decades are
+/// ordinary.
 const DIVERGED: (f64, f64) = (1e6, 1e12);
 
 /// The height up to which a diverged curve is drawn, relative to the rest of the chart.
@@ -18,7 +19,7 @@ const ESCAPED: f64 = 1e-3;
 /// Points nearer to each other than this are one to the eye \[px\].
 const APART: f64 = 0.7;
 
-/// Where a point is in the drawing, if it has a place there.
+/// The position of a point in the drawing, if it has one.
 type Place = Option<(f64, f64)>;
 
 /// Cuts the curves of a chart with a vertical axis of this scale: a curve that leaves it for
@@ -30,7 +31,7 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         finite.filter(|value| value.is_finite()).fold(0.0, f64::max)
     };
     let reaches: Vec<f64> = curves.iter().map(reach).collect();
-    // One that runs away itself is no measure for the others but by what it mostly is.
+    // A curve that diverges affects the others only by its typical size.
     let standard = |(curve, reach): (&Curve, &f64)| match &curve.shape {
         Shape::Line(points) | Shape::Marked(points) => {
             let usual = share(points, 2);

@@ -14,7 +14,7 @@ pub struct Map {
     pub x: (String, Vec<String>),
     /// Name of the quantity upwards, and its values.
     pub y: (String, Vec<String>),
-    /// Name of what the colours are.
+    /// The name of the quantity that the colours show.
     pub value: String,
     /// The meaning of cells without a value.
     pub none: String,

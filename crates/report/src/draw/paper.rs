@@ -9,7 +9,7 @@ use resvg::usvg::{Options, Tree};
 use svg2pdf::{ConversionOptions, PageOptions};
 use thiserror::Error;
 
-/// Why a picture cannot be made.
+/// The reason for which a picture cannot be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PaperError {
     /// The system has no font. Without an error the labels would be missing without notice.

@@ -66,7 +66,7 @@ const PARTS: usize = 10;
 struct View {
     right: Vector3,
     up: Vector3,
-    /// Towards the reader.
+    /// The direction towards the reader.
     near: Vector3,
     scale: f64,
     shift: (f64, f64),

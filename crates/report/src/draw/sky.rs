@@ -1,9 +1,9 @@
 //! The sphere of directions as a map: tracks of boresights, and cones to keep out of or within.
 //!
-//! The projection is azimuthal equidistant about the middle of what is shown: a direction at the
-//! angle θ from the middle is drawn at a distance proportional to θ, in its true azimuth. A track
-//! is torn only where it passes behind the middle, by the point opposite to it, and a cone is one
-//! closed curve wherever it is.
+//! The projection is azimuthal equidistant about the middle of the tracks and cones: a direction
+//! at the angle θ from the middle is drawn at a distance proportional to θ, in its true azimuth.
+//! A track is torn only at the point opposite to the middle, and a cone is always one closed
+//! curve.
 
 mod disc;
 mod names;
@@ -50,11 +50,12 @@ pub struct SkyCone {
     pub half_angle: f64,
     /// The condition of the cone.
     pub asks: ConeAsks,
-    /// When it acts, as parts of the motion from 0 to 1; `None`: always.
+    /// The times of activity, as parts of the motion from 0 to 1; `None` for always.
     pub acts: Option<Vec<[f64; 2]>>,
-    /// When it acts, in words: "from 0 to 40 s"; empty: always.
+    /// The times of activity, in words: "from 0 to 40 s"; empty for always.
     pub when: String,
-    /// Where it moves: axis and half angle at equal steps of time from start to end; else empty.
+    /// The motion of the cone: axis and half angle at equal steps of time from start to end;
+    /// empty if it does not move.
     pub way: Vec<(Vector3, f64)>,
 }
 
@@ -91,7 +92,7 @@ pub struct SkyTrack {
     pub points: Vec<Vector3>,
 }
 
-/// A closed curve, as of what a direction is within.
+/// A closed curve, such as the border of the range of a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyRing {
     /// Number of its colour.
@@ -111,7 +112,7 @@ pub struct SkyMark {
     pub at: Vector3,
 }
 
-/// Where a map looks and how far.
+/// The middle of a map and its radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyView {
     /// Unit vector of the middle.
@@ -134,7 +135,7 @@ const NAME: f64 = 11.0;
 /// Points around a cone.
 const AROUND: usize = 180;
 
-/// Colour of what is forbidden.
+/// The colour of forbidden areas.
 const FORBIDDEN: &str = "#a01818";
 
 impl SkyView {
@@ -348,7 +349,7 @@ impl Sky {
     }
 }
 
-/// Where the remarks below the legend begin \[px\].
+/// The position of the remarks below the legend \[px\].
 const BOTTOM_LINE: f64 = 430.0;
 
 /// A ring at the start, a filled disc at the end.

@@ -1,5 +1,4 @@
-//! The plan flown: percentiles of where boresights point and of what is commanded, over the time of
-//! many cases.
+//! Flights of the plan: percentiles of the boresights and of the commands over many cases.
 //!
 //! The bands are drawn with the linear theory. The cases are few enough to fly while a page is
 //! made, and always equal.

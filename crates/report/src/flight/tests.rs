@@ -136,7 +136,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     assert_eq!(row[1], significant(record.open_loop.pointing[0].within_9973_deg, 3));
 }
 
-/// Nothing asked, gains alone, and no gains.
+/// Checks a spec without requests, with gains alone, and without gains.
 #[test]
 fn what_is_not_asked_is_not_shown() {
     let (mut loaded, plan) = planned();

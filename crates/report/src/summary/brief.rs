@@ -181,7 +181,7 @@ fn against(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Where the true motion ends.
+/// Describes the end of the true motion.
 fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<String> {
     let off = |value: f64, unit: &str| match value {
         value if value.is_finite() => format!("{} {unit}", significant(value, 2)),
@@ -246,7 +246,7 @@ fn met(margin: &Margin) -> f64 {
     if value.abs() <= Margin::ROUND_OFF * scale { 0.0 } else { value }
 }
 
-/// Returns the cones, nearest first, as many as there is room for.
+/// Returns the cones, nearest first, for which there is room.
 fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room: usize) -> Vec<String> {
     let is_cone = |margin: &&Margin| {
         let rule = problem.constraints.iter().find(|constraint| constraint.name == margin.name);

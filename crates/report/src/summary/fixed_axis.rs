@@ -99,7 +99,7 @@ fn profile(k: f64) -> Option<f64> {
                 break None;
             }
         };
-        // Nothing is lower: this is the least, to round-off.
+        // No neighbour is lower: this is the minimum, to round-off.
         let Some((tried, found)) = next else { break };
         let gained = reached - found;
         (f, reached) = (tried, found);
@@ -145,8 +145,8 @@ mod tests {
             let cubic = 12.0 + k * 1296.0 / 630.0;
             assert!(12.0_f64.max(k) < least && least < cubic * (1.0 + 2.0 * h2), "{k}: {least} of {cubic}");
         }
-        // Where the gyroscopic torque is all the rate is nearly constant: no more than with ramps
-        // of length w, in closed form.
+        // If the gyroscopic torque dominates, the rate is nearly constant: the cost is at most
+        // that of ramps of length w, in closed form.
         let (k, w) = (1e4_f64, 0.02_f64);
         let level = 1.0 / (1.0 - w);
         let ramps = 2.0 * level.powi(2) / w + k * level.powi(4) * (1.0 - 1.6 * w);

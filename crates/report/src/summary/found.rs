@@ -167,7 +167,7 @@ fn landed(landing: &Landing) -> String {
     }
 }
 
-/// Why a plan has as many steps as it has.
+/// Describes the choice of the number of steps.
 fn steps(steps: usize, chosen: &ChosenSteps) -> String {
     let cost = match chosen.cost_error {
         Some(part) => format!("the cost is about {} above the cost of ever shorter steps", percent(part)),
@@ -271,7 +271,7 @@ fn switched(
     lines
 }
 
-/// How many pulses, how long they are, and what that costs.
+/// Describes the number of pulses, their lengths, and their cost.
 fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
     let (without, cost) = (pulses.cost_without, switching.continuous_cost);
     let asked = problem.shortest_pulse().map_or(String::new(), |asked| {
@@ -306,7 +306,7 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
     (known && rests && astray).then(|| lie::minus(&end.attitude, &start.attitude).norm().to_degrees())
 }
 
-/// How many residuals are shown before and after an ellipsis.
+/// The number of residuals that are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
 
 /// Describes the optimality of a plan of time or fuel by the convex iteration, whose second order
@@ -360,7 +360,7 @@ fn iterations(solution: &Solution) -> Vec<String> {
     residuals.dedup();
     let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
     let course = match &residuals[..] {
-        // Where the grid before left nothing to do.
+        // The coarser grid left no work for this one.
         [] | [_] => return lines,
         short if short.len() <= SHOWN.0 + SHOWN.1 => shown(short),
         long => format!("{} → … → {}", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),

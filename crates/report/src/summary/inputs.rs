@@ -1,4 +1,4 @@
-//! Inputs in their own units: what each is called, its peak, and what part of its limit that is.
+//! Inputs in their own units: the name, the peak, and the part of its limit.
 
 use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use slewkit::maneuver::{Fuel, Motion, Problem, Solution};
@@ -158,8 +158,8 @@ impl Channel<'_> {
     }
 }
 
-/// Returns the margin of a limit relative to it; what acts touches it up to round-off, of either
-/// sign.
+/// Returns the margin of a limit relative to it; an active limit is touched up to round-off, of
+/// either sign.
 fn rounded(margin: &Margin) -> f64 {
     if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.scaled }
 }

@@ -67,7 +67,7 @@ pub enum Tone {
     Good,
     /// It did not.
     Bad,
-    /// Something to know.
+    /// A remark.
     Note,
 }
 

@@ -1,4 +1,5 @@
-//! Where a solve came to where it has no plan: why it stopped, its best iterate, what was tried.
+//! The summary of a solve without a plan: the reason of its end, its best iterate, and the
+//! attempts.
 
 use super::found::terminal;
 use super::lines::Lines;
@@ -61,7 +62,7 @@ pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     told
 }
 
-/// How near the best iterate came to the end.
+/// Describes the distance of the best iterate from the end.
 pub(super) fn nearest(error: &TerminalError) -> String {
     let attitude = error.attitude_rad.to_degrees();
     if !error.largest().is_finite() {

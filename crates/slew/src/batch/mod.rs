@@ -21,7 +21,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// How cases are planned and where results go, the same in all commands of many cases.
+/// The options for planning cases and for their results, common to all commands of many cases.
 #[derive(Debug, clap::Args)]
 pub struct Running {
     /// Append the results to FILE.jsonl, one JSON object on each line; an incomplete file is
@@ -39,7 +39,7 @@ pub struct Running {
     /// together
     #[arg(long, value_name = "i/n")]
     pub shard: Option<String>,
-    /// Also write the plan file of every case into a folder, which is made if it does not exist
+    /// Also write the plan file of every case into a folder, which slew creates if needed
     #[arg(long, value_name = "DIR")]
     pub plans: Option<PathBuf>,
     /// Plan the case of this number alone, as `slew plan` does
@@ -49,7 +49,7 @@ pub struct Running {
     /// time
     #[arg(long)]
     pub times: bool,
-    /// Tell progress also where stderr is no terminal, every ten seconds
+    /// Print progress also if stderr is not a terminal, every ten seconds
     #[arg(long)]
     pub progress: bool,
     /// No text but errors
@@ -236,7 +236,7 @@ fn make(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Where results go.
+/// The destination of results.
 enum Sink {
     Nowhere,
     Stdout,

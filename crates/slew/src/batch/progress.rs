@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// The interval between progress lines without a terminal.
 const SELDOM: Duration = Duration::from_secs(10);
 
-/// A run that goes on.
+/// The progress of a run.
 pub struct Progress {
     cases: u64,
     /// Results that were there before.

@@ -62,7 +62,7 @@ impl StudyArgs {
         FIGURES.iter().map(target).collect()
     }
 
-    /// Why a study cannot be made: a matter of the command line where it names numbers.
+    /// Builds the failure of a study; it is a usage error if the command line gives the numbers.
     fn refusal(&self, error: &StudyError) -> Failure {
         if [&self.step, &self.horizon, &self.error].iter().any(|list| !list.is_empty()) {
             return Failure::Usage(format!("--step, --horizon, --error: {error}"));
@@ -134,7 +134,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     Ok(exit)
 }
 
-/// How the bodies are drawn.
+/// Returns the outlines of the bodies.
 fn outlines(loaded: &LoadedSimulation) -> Vec<Outline> {
     let outline = |(name, shape): (&String, &Option<BodyShape>)| match shape {
         Some(BodyShape::Dumbbell(dumbbell)) => Outline::dumbbell(name, dumbbell),

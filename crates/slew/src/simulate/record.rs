@@ -106,7 +106,7 @@ impl<'a> Recorder<'a> {
         Self { layout, fields, width, numbers: Vec::new() }
     }
 
-    /// Returns the first line of the table.
+    /// Writes the first line of the table.
     pub fn write_header(&self, output: &mut dyn Write) -> Result<(), ExportError> {
         let columns: Vec<&str> =
             self.fields.iter().flat_map(|field| &field.columns).map(String::as_str).collect();
@@ -144,8 +144,8 @@ impl<'a> Recorder<'a> {
         Object { fields: &self.fields, rows, bodies: &self.layout.bodies, name: None }
     }
 
-    /// Writes all that is held, with what the run came to; `interrupted`: how the program will end,
-    /// and the steps made.
+    /// Writes all held rows, with the result of the run; `interrupted` has the exit code of the
+    /// program, and the steps made.
     pub fn write_document(
         &self,
         run: Option<&Run>,

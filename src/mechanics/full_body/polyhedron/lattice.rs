@@ -77,8 +77,8 @@ fn spans(corners: &[Vector3; 3], axis: usize, value: f64) -> bool {
     beyond.contains(&true) && beyond.contains(&false)
 }
 
-/// Where the line along z at (x, y) meets the triangle, and +1 where it enters the solid, −1 where
-/// it leaves.
+/// Returns the point at which the line along z at (x, y) meets the triangle, with +1 if it enters
+/// the solid, −1 if it leaves.
 ///
 /// Each edge decides by itself, from its ends in a fixed order, on which side of it the line
 /// passes, so that the two faces of an edge agree and no line slips between them.

@@ -128,7 +128,7 @@ impl Polyhedron {
     /// Returns the solid centered and turned to its principal axes, the smallest moment first, and
     /// the rotation from the new axes to the old ones.
     ///
-    /// Where two moments agree to round-off their axes are any two that fit.
+    /// If two moments agree to round-off, their axes are arbitrary.
     pub fn principal(&self) -> (Self, Matrix3) {
         let (_, axes) = principal_axes(&self.unit_inertia());
         let centered = self.centered();

@@ -18,7 +18,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("line {line}: {problem}")]
 pub struct ObjError {
-    /// Line, from 1; for what the whole shows, the last one, or the one of the face that shows it.
+    /// The line, from 1; for an error of the whole file, the last line, or the line of the face.
     pub line: usize,
     /// The kind of the error.
     pub problem: ObjProblem,
@@ -48,10 +48,10 @@ pub enum ObjProblem {
     /// A line starts with no keyword of the format.
     #[error("`{0}` is no keyword of a Wavefront OBJ file")]
     Keyword(String),
-    /// A vertex has fewer than three coordinates or more than OBJ knows.
+    /// A vertex has fewer than three coordinates or more than OBJ allows.
     #[error("a vertex has {0} numbers; three coordinates are needed, a weight or a color may follow")]
     Coordinates(usize),
-    /// A coordinate is no number, or not finite.
+    /// A coordinate is not a number, or not finite.
     #[error("`{0}` is not a finite number")]
     Number(String),
     /// A face has fewer than three corners.
@@ -67,13 +67,13 @@ pub enum ObjProblem {
     BeforeFirst {
         /// The index.
         index: i64,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
     /// The scale is not a positive number.
     #[error("the scale is {0}; it must be a positive number")]
     Scale(f64),
-    /// The vertices and faces are no solid.
+    /// The vertices and faces are not a solid.
     #[error(transparent)]
     Shape(ShapeError),
 }
@@ -92,7 +92,7 @@ const FILE: u64 = 1 << 28;
 /// Memory is bounded by [`Polyhedron::SIZE`], a file by 256 MiB and a line by 64 KiB.
 ///
 /// # Errors
-/// An [`ObjError`] with the line and what is wrong there.
+/// Returns an [`ObjError`] with the line and the reason.
 pub fn read_obj(reader: impl BufRead, scale: f64) -> Result<Polyhedron, ObjError> {
     if !(scale > 0.0 && scale.is_finite()) {
         return Err(ObjError { line: 0, problem: ObjProblem::Scale(scale) });

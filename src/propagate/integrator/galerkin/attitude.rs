@@ -160,7 +160,7 @@ impl Arc {
         }
     }
 
-    /// Adds to the Jacobian what the quadrature points contribute, block by block.
+    /// Adds the contributions of the quadrature points to the Jacobian, block by block.
     fn add_hessians(&mut self, scheme: &Scheme, matrix: &mut Dense, offset: usize) {
         let (s, Scheme { slopes, values, .. }) = (scheme.degree, scheme);
         for nu in 0..s {

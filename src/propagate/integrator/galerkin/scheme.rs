@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 /// Degrees that are offered.
 pub const DEGREES: RangeInclusive<usize> = 1..=6;
 
-/// Where the action of a step is sampled.
+/// The points at which the action of a step is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quadrature {
     /// s Gauss points, exact to degree 2s − 1.

@@ -18,7 +18,7 @@ use grid::Grid;
 use std::path::{Path, PathBuf};
 use table::Table;
 
-/// Most cases of one batch: what is kept of each for the summary is some bytes.
+/// The largest number of cases of one batch: the summary keeps some bytes of each.
 pub const MAX_CASES: u64 = MOST_CASES as u64;
 
 /// Cases that can be counted, and given one after the other.
@@ -34,7 +34,7 @@ enum Source {
 #[derive(Debug)]
 pub struct Batch {
     base: Option<Base>,
-    /// Set in every case, where there is no base.
+    /// The keys that are set in every case, if there is no base.
     overrides: Vec<Override>,
     source: Source,
     /// The header of the results, of all cases.
@@ -84,7 +84,7 @@ impl Batch {
     /// One case for each draw of the `[dispersion]` of the spec.
     ///
     /// # Errors
-    /// The spec, or what is uncertain in it.
+    /// Returns an error of the spec, or of its dispersion.
     pub fn of_dispersion(base: Base) -> Result<Self, BatchError> {
         let Some(dispersion) = base.read(&[])?.dispersion else {
             let reason = format!("{}: the spec has no [dispersion]", escape(base.name()));
@@ -136,7 +136,7 @@ impl Batch {
         }
     }
 
-    /// How many cases there are.
+    /// Returns the number of cases.
     pub fn count(&self) -> u64 {
         self.header.cases
     }

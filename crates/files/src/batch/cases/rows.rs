@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub(super) struct Cell {
     pub text: String,
-    /// Where it begins: column of its line in characters, from 1.
+    /// The column of its start in characters, from 1.
     pub column: usize,
 }
 
@@ -39,7 +39,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Opens a file that can be read more than once; what is read is added to the hash.
+    /// Opens a file that can be read more than once, and adds its contents to the hash.
     pub fn open(path: &Path, fingerprint: Fingerprint) -> Result<Self, BatchError> {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let file = File::open(path).map_err(unreadable)?;
@@ -58,7 +58,7 @@ impl Rows {
         })
     }
 
-    /// The hash of what has been read.
+    /// Returns the hash of the text that has been read.
     pub fn fingerprint(&self) -> Fingerprint {
         self.fingerprint
     }

@@ -25,7 +25,7 @@ pub(super) struct Table {
     path: PathBuf,
     /// Keys by column.
     columns: Vec<String>,
-    /// How many cases it has, and its hash before and after all that was read.
+    /// The number of its cases, and its hash before and after the text.
     count: u64,
     hashes: [Fingerprint; 2],
 }

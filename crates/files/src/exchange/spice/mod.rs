@@ -35,7 +35,7 @@ fn number(record: &Record<'_>) -> Result<i32, Lacking> {
     record.identity.spice_id.ok_or(Lacking::SpiceId)
 }
 
-/// Returns the C-kernel.
+/// Writes the C-kernel.
 pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let number = number(record)?;
     let frame = inertial_frame(&record.identity).ok_or(Lacking::SpiceFrame)?;
@@ -74,7 +74,7 @@ fn comment(record: &Record<'_>, number: i32) -> Result<Vec<String>, ExportError>
     Ok(lines)
 }
 
-/// Returns the clock kernel.
+/// Writes the clock kernel.
 pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let (number, epoch) = (number(record)?, record.epoch()?);
     let clock = number.unsigned_abs();
@@ -91,7 +91,7 @@ pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<
     Ok(())
 }
 
-/// Returns the frame kernel.
+/// Writes the frame kernel.
 pub(super) fn write_fk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let number = number(record)?;
     let (frame, name) = (number * 1000, record.identity.body_frame());

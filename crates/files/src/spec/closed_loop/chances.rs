@@ -1,4 +1,4 @@
-//! Chances that limits keep, and what a plan holds of them.
+//! Chances of limits, and the margins and reserves that a plan holds.
 
 use crate::spec::{Limits, Section, escape};
 use slewkit::assured::{self, Over};
@@ -21,20 +21,20 @@ pub struct Chance {
     pub(crate) key: Option<&'static str>,
 }
 
-/// Keys of `[actuators]` for a limit of the torques: its chance, and what is held of it.
+/// Keys of `[actuators]` for a limit of the torques: its chance, and its reserve.
 pub(crate) const LIMITS: [(LimitKind, &str, &str); 3] = [
     (LimitKind::Size, "torque_limit_chance", "torque_limit_reserve_n_m"),
     (LimitKind::Norm, "torque_norm_limit_chance", "torque_norm_limit_reserve_n_m"),
     (LimitKind::Rate, "torque_rate_limit_chance", "torque_rate_limit_reserve_n_m_per_s"),
 ];
 
-/// Returns the limit of the torques that is of this kind.
+/// Returns whether the torques have a limit of this kind.
 fn has(problem: &Problem, kind: LimitKind) -> bool {
     problem.actuation.limits().any(|limit| !limit.of_force && limit.kind == kind)
 }
 
-/// Returns a limit of the actuators under `key`, if they have it and torques may be held back of
-/// it.
+/// Checks a limit of the actuators under `key`: whether they have it and torques may be held back
+/// of it.
 fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> bool {
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {

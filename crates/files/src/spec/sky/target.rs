@@ -67,7 +67,7 @@ fn keys_of(word: &str) -> &'static [&'static str] {
     }
 }
 
-/// Refuses a key that goes with another word of `at`: what is not used was meant to be.
+/// Refuses a key that belongs to another word of `at`, because an unused key is a mistake.
 pub(super) fn own_keys(section: &Section, word: &str) -> Option<()> {
     let own = keys_of(word);
     for owner in ["ground", "limb", "satellite", "orbit_vector", "turning", "track"] {

@@ -12,7 +12,7 @@ const MAX_AXES: usize = ActuatorSet::MAX_INPUTS;
 /// Most boresights or directions of one constraint.
 pub(crate) const MAX_DIRECTIONS: usize = MAX_AXES;
 
-/// What every element says, or all that is wrong with any of them.
+/// Reads every element; returns all values, or all errors.
 pub(crate) fn each<I, T>(
     items: impl IntoIterator<Item = I>,
     mut read: impl FnMut(I) -> Read<T>,

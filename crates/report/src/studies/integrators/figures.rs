@@ -30,7 +30,7 @@ pub struct Figure {
     pub svg: String,
 }
 
-/// How a body is drawn: rods and balls in its axes \[m\].
+/// The outline of a body: rods and balls in its axes \[m\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
     /// Name in the legend.

@@ -46,11 +46,11 @@ pub struct Study {
     pub kinds: Vec<Kind>,
     /// Their steps \[s\], longest first.
     pub steps: Vec<f64>,
-    /// How long to follow the motion \[s\], shortest first; each is a whole number of every step.
+    /// The durations of the motion \[s\], shortest first; each is a whole number of every step.
     pub horizons: Vec<f64>,
-    /// Mean energy errors `e_E` at which work is compared. None: 1, 3, 10, 30, … times a power of
-    /// ten, five at most, within what the first method reaches to the longest horizon, and above
-    /// round-off.
+    /// The mean energy errors `e_E` at which work is compared. Empty for 1, 3, 10, 30, … times a
+    /// power of ten, at most five, within the range of the first method at the longest horizon,
+    /// and above round-off.
     pub levels: Vec<f64>,
     /// The step whose runs are recorded over time, one of `steps` \[s\].
     pub shown_step: f64,
@@ -74,7 +74,7 @@ pub struct Asked {
     pub levels: Vec<f64>,
 }
 
-/// Why a study cannot be made.
+/// The reason for which a study cannot be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StudyError {
     /// A list is empty or too long.
@@ -82,9 +82,9 @@ pub enum StudyError {
     Count {
         /// The contents of the list.
         what: &'static str,
-        /// How many there are.
+        /// The number found.
         found: usize,
-        /// How many there may be.
+        /// The largest allowed number.
         limit: usize,
     },
     /// A number is not positive and finite, or the list is not in order.
@@ -160,7 +160,7 @@ pub struct WorkPrecision {
     /// The motion over the horizon in the middle, by the first method at the shortest step.
     #[serde(skip)]
     pub path: Path,
-    /// Whether the study was stopped before its end; what it has found so far is there.
+    /// Whether the study was stopped before its end; its results so far are kept.
     pub interrupted: bool,
 }
 
@@ -236,7 +236,7 @@ impl Study {
         (horizon / step).round() as u64
     }
 
-    /// Returns whether the study can be made.
+    /// Checks that the study can be made.
     ///
     /// # Errors
     /// Returns a [`StudyError`] that names the wrong value.
@@ -263,7 +263,7 @@ impl Study {
                 return Err(StudyError::Division { step, horizon });
             }
         }
-        // One of the list itself, not the result of arithmetic.
+        // The step must be an element of the list, not the result of arithmetic.
         if !self.steps.iter().any(|step| step.to_bits() == self.shown_step.to_bits()) {
             return Err(StudyError::ShownStep { step: self.shown_step });
         }

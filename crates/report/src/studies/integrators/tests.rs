@@ -158,7 +158,7 @@ fn work_at_equal_error_is_exact_for_powers_of_the_step() {
     let explicit = row(12, "explicit_midpoint");
     assert_eq!((explicit.bound, explicit.ratio_bound), (Bound::AtLeast, Some(Bound::AtLeast)));
     assert!((explicit.time_ratio.unwrap() - 16.0).abs() < 1e-12, "{explicit:?}");
-    // Where the next longer step fails, the first that works is as much as is known.
+    // If the next longer step fails, the first step that succeeds is the only bound.
     let fourth = row(9, "rkmk4");
     assert_eq!((fourth.bound, fourth.ratio_bound), (Bound::AtMost, Some(Bound::AtMost)));
     assert!((fourth.time_ratio.unwrap() - 2_f64.powf(2.5)).abs() < 1e-12, "{fourth:?}");

@@ -33,7 +33,7 @@ pub struct Agreement {
     pub duals_before_polish: Option<f64>,
     /// Multipliers after polish against the shooting's costates.
     pub duals_after_polish: Option<f64>,
-    /// Duals before polish against multipliers after it: what the polish changes.
+    /// The difference of the duals before polish and the multipliers after it.
     pub polish_change: Option<f64>,
     /// Whether the costates are unique: full rank of the shooting's sensitivity matrix.
     pub costates_unique: Option<bool>,
@@ -46,7 +46,7 @@ pub struct Agreement {
 /// Newton shooting from `λ_0` of the convex iteration's duals, before polish.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FromDuals {
-    /// How it ended.
+    /// The outcome.
     pub outcome: Outcome,
     /// The number of Newton steps until the scaled terminal error met the tolerance.
     pub newton_steps: Option<usize>,
@@ -112,8 +112,8 @@ fn spread(problem: &Problem, costs: &[f64]) -> f64 {
     (largest - smallest) / smallest.abs().max(floor)
 }
 
-/// Largest angle between the attitudes of two answers to one extremal \[rad\]: far above what a
-/// convex iteration leaves, far below what two extremals differ by.
+/// The largest angle between the attitudes of two answers with one extremal \[rad\]: far above
+/// the error of a convex iteration, far below the difference of two extremals.
 const SAME_PATH: f64 = 1e-3;
 
 /// Returns whether two converged answers have the same cost and go the same way; two optima of

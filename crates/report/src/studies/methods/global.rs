@@ -66,18 +66,18 @@ pub enum GlobalError {
     Plan {
         /// Steps.
         steps: usize,
-        /// Why not.
+        /// The reason.
         error: PlanError,
     },
-    /// Nothing was found on that grid to compare the bound with.
+    /// No plan was found on that grid for a comparison with the bound.
     #[error("no lower bound on {steps} steps: the maneuver was not solved there ({outcome:?})")]
     NotSolved {
         /// Steps.
         steps: usize,
-        /// How the solve ended.
+        /// The outcome of the solve.
         outcome: Outcome,
     },
-    /// There is no bound.
+    /// No bound was found.
     #[error(transparent)]
     Bound(#[from] BoundError),
 }
