@@ -23,7 +23,7 @@ const TABLES: [(&str, &str, &str, &str); 17] = [
         "E0116",
         "not closed on its line",
     ),
-    ("body.inertia_kg_m2\n\"[1,2]\"\n", "cases.csv:2:2", "E0026", "has 2, needs 3"),
+    ("body.inertia_kg_m2\n\"[1,2]\"\n", "cases.csv:2:2", "E0026", "has 2 entries, and needs 3"),
     (
         "end.attitude.euler_zyx_deg.3\n1\n",
         "cases.csv:1:1",

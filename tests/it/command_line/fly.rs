@@ -400,7 +400,7 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
         .slew(&[&plan[..], &["-o", "plan.json"]].concat())
         .ends(0)
         .tells("feedback    switching times by the start, then a regulator")
-        .tells("leave arc 3");
+        .tells("would make arc 3");
     let feedback = &folder.json("plan.json")["feedback"];
     let arcs = feedback["arcs"].as_array().unwrap();
     assert_eq!((arcs.len(), feedback["gains"].as_array().unwrap().len()), (6, 200));
@@ -419,7 +419,7 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
         .tells("their covariances and flights");
     // What a plan holds of its limits is there for the regulator, and its arcs are those of the limits that it keeps.
     let reserve = ["--set", "actuators.torque_limit_reserve_n_m=5", "-o", "reserve.json"];
-    folder.slew(&[&plan[..], &reserve].concat()).ends(0).tells("leave arc 3");
+    folder.slew(&[&plan[..], &reserve].concat()).ends(0).tells("would make arc 3");
     let held = &folder.json("reserve.json")["feedback"]["arcs"];
     let longest: f64 = held.as_array().unwrap().iter().map(|arc| number(&arc["length_s"])).sum();
     // Least time at rest to rest is as the root of the torque.

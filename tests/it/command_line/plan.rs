@@ -228,7 +228,7 @@ fn an_unsolved_plan_tells_how_it_stopped_and_what_to_try() {
     let run = run.tells("attempts, which -v lists").tells("\n  try ").tells("solver.max_iterations");
     assert!(run.stderr.lines().count() < 20, "{}", run.stderr);
     let run = folder.slew(&[&one[..], &["-v", "--force"]].concat()).ends(5);
-    let run = run.tells("\n  ladder ").tells("newton").tells("\n  try ").tells("solver.max_iterations");
+    let run = run.tells("\n  attempts ").tells("newton").tells("\n  try ").tells("solver.max_iterations");
     assert!(run.stderr.lines().count() < 60, "a crowd of runs shares a line: {}", run.stderr);
     let best = folder.json("best.json");
     assert_eq!(best["status"], "not_converged");

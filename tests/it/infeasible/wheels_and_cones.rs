@@ -59,7 +59,7 @@ fn wheels_take_up_momentum_no_faster_than_their_torques() {
     let problem = rest_to_rest(body, rotation, 6.0, three_wheels([0.0, 0.0, 4.0], 5.0, 1.0));
     let found = denied(&problem);
     assert!((found.duration_lower_bound.unwrap() - 8.0).abs() < 1e-5, "{found}");
-    assert!(found.reason.contains("take up 8 N·m·s"), "{found}");
+    assert!(found.reason.contains("absorb 8 N·m·s"), "{found}");
 }
 
 /// A gyrostat spun up and down about one axis against what its wheel holds, in long steps: it turns farther

@@ -101,7 +101,7 @@ pub(super) fn ladder(rungs: &[RungReport]) -> Vec<String> {
         .chunk_by(|a, b| a.rung == b.rung)
         .flat_map(|runs| if runs.len() > CROWD { vec![crowd(runs)] } else { runs.iter().map(run).collect() });
     let mut lines = Vec::new();
-    lines.lines("ladder", texts.map(|text| text.trim_end().to_string()));
+    lines.lines("attempts", texts.map(|text| text.trim_end().to_string()));
     lines
 }
 
