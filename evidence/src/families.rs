@@ -90,7 +90,8 @@ fn detumbling(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0)
 }
 
-/// To rest or to another rate, in any attitude: with limits, weights, or two torques by turns.
+/// Builds a maneuver to rest or to another rate, in any attitude: with limits, weights, or two
+/// torques by turns.
 fn any_attitude(random: &mut Random) -> Problem {
     let inertia = random.inertia(8.0);
     let rate = |random: &mut Random| random.normal_direction() * random.within(1.0, 15.0);
@@ -208,8 +209,8 @@ fn slew(random: &mut Random) -> (Problem, f64) {
     (Problem::attitude(body(inertia), State::at_rest(Matrix3::identity()), end, 1.0), angle)
 }
 
-/// Returns every torque at 70–120 % of the peak that a turn of the mean inertia about a fixed axis would take: a plan without
-/// limits demands more in most cases, and few have none.
+/// Returns every torque at 70–120 % of the peak that a turn of the mean inertia about a fixed axis
+/// would take: a plan without limits demands more in most cases, and few have none.
 fn box_limits(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let limits = Limits { size: Some(vec![random.within(0.7, 1.2) * 6.0 * angle; 3]), ..Limits::default() };
@@ -239,7 +240,8 @@ fn cones(random: &mut Random) -> Problem {
     problem
 }
 
-/// Three wheels that spin at the start, and may store twice what the turn of the mean inertia takes.
+/// Three wheels that spin at the start, and may store twice what the turn of the mean inertia
+/// takes.
 fn wheels(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let most = 3.0 * angle;

@@ -1,4 +1,5 @@
-//! What tests, counts and benchmarks share: reference files, random maneuvers, laws that plans obey.
+//! The common code of tests, counts and benchmarks: reference files, random maneuvers, laws
+//! between plans.
 
 #![forbid(unsafe_code)]
 

@@ -7,7 +7,7 @@ use slewkit::propagate::integrator::{System, SystemState};
 use slewkit::{Matrix3, Vector3, lie};
 use std::sync::Arc;
 
-/// Of an asymmetric body, its principal axes tilted [kg·m²].
+/// Returns an asymmetric inertia with tilted principal axes [kg·m²].
 pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }

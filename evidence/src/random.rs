@@ -1,4 +1,5 @@
-//! Random numbers that never change: the cases of every test and count are the same on every machine.
+//! Random numbers that never change: the cases of every test and count are the same on every
+//! machine.
 
 use slewkit::mechanics::Inertia;
 use slewkit::{Matrix3, Vector3, lie};
@@ -84,7 +85,8 @@ impl Random {
         }
     }
 
-    /// Uniform on the unit sphere: the direction of three normal numbers. Another stream than [`Self::direction`].
+    /// Uniform on the unit sphere: the direction of three normal numbers. Another stream than
+    /// [`Self::direction`].
     pub fn normal_direction(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.normal()).normalize()
     }
@@ -101,8 +103,8 @@ impl Random {
         lie::rotation_from_quaternion(&q.map(|value| value / norm))
     }
 
-    /// Principal moments of a body \[kg·m²\]: principal second moments of mass log-uniform over a factor of 40, drawn
-    /// again while the ratio of the moments exceeds `ratio`.
+    /// Principal moments of a body \[kg·m²\]: principal second moments of mass log-uniform over a
+    /// factor of 40, drawn again while the ratio of the moments exceeds `ratio`.
     pub fn moments(&mut self, ratio: f64) -> Vector3 {
         loop {
             let d: [f64; 3] = std::array::from_fn(|_| 40f64.powf(-self.unit()));

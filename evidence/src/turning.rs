@@ -1,4 +1,4 @@
-//! A field that is none, in a reference frame that turns.
+//! A field of zero, in a reference frame that turns.
 
 use slewkit::Vector3;
 use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};

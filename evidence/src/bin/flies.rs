@@ -1,16 +1,24 @@
 //! Plans that are flown: gains, covariances and chances against flights of the true motion.
 //!
-//! `cargo run --release -p evidence --bin flies [-- COUNT [CASES]]`: COUNT (20 by default) random maneuvers, CASES (20 000) flights each.
+//! `cargo run --release -p evidence --bin flies [-- COUNT [CASES]]`: COUNT (20 by default) random
+//! maneuvers, CASES (20 000) flights each.
 //!
-//! The law: bodies with moments in ratios to 5 about any axes, turns uniform on the sphere, from rest to rest in 60 s, torques of least
-//! effort on default steps; a cone whose edge the free slew would pass 4° inside of, for one body axis; start off by 0.3° and
-//! 0.005 deg/s, moments of inertia by 2 %, scale of the torques by 2 %, actuators turned by 0.3°, sensors by 0.02° and their noise 0.003°
-//! and 1e-4 deg/s; neighbouring gains.
+//! The law: bodies with moments in ratios to 5 about any axes, turns uniform on the sphere, from
+//! rest to rest in 60 s, torques of least effort on default steps; a cone whose edge the free slew
+//! would pass 4° inside of, for one body axis; start off by 0.3° and 0.005 deg/s, moments of
+//! inertia by 2 %, scale of the torques by 2 %, actuators turned by 0.3°, sensors by 0.02° and
+//! their noise 0.003° and 1e-4 deg/s; neighbouring gains.
 //!
-//! It prints: of the chance of 1e-2 that the cone is to keep at its worst instant, what the flights have at the instant of the largest
-//! chance; the same of the torque of each input and of each component of the rate, limited to what the free slew has
-//! of one or the other, of a fifth of the maneuvers, and of one chance of 5e-2 that any of these is exceeded at any time, what flights of other cases have; sampled over linear deviations; the time that gains, covariances and a flight take beside the solve alone; and a table of a
-//! published CubeSat and of an effort slew of it with 2 % of error in the inertia, open and closed loop.
+//! It prints these figures:
+//! - For the chance of 1e-2 at the worst instant of the cone: the proportion of flights at that
+//!   instant.
+//! - For a fifth of the maneuvers also for the torque of each input and each component of the
+//!   rate, limited to a part of the free slew, and for a joint chance of 5e-2 at any time: the
+//!   proportion in other flights.
+//! - Sampled deviations over linear ones.
+//! - The time of gains, covariances and a flight, next to the solve alone.
+//! - A table of a published CubeSat and of an effort slew of it with an error of 2 % in the
+//!   inertia, in open and closed loop.
 
 use evidence::Random;
 use slewkit::assured::{self, Beside, Kept, Over};
@@ -32,7 +40,7 @@ use std::time::Instant;
 const NEIGHBOURING: Kind = Kind::Neighbouring { freeze: Kind::FREEZE };
 /// The chance that is asked.
 const ASKED: f64 = 1e-2;
-/// By which the flown chance may differ from it.
+/// The factor by which the flown chance may differ.
 const FACTOR: f64 = 1.5;
 
 fn unit(axis: usize) -> Vector3 {
@@ -77,7 +85,8 @@ fn maneuver(random: &mut Random) -> Problem {
     Problem::attitude(body, State::at_rest(start), State::at_rest(end), 60.0)
 }
 
-/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` where an end would be within 8° of it.
+/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` where an
+/// end would be within 8° of it.
 fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?;
     let path = &free.solution.trajectory;
@@ -102,7 +111,7 @@ fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     Ok(clear.then(|| problem.with_constraint(constraint)))
 }
 
-/// Ends of all cases, and how many of them are within the cone at the node `node`.
+/// Returns the ends of all cases, and how many of them are within the cone at the node `node`.
 fn flown(
     campaign: &Campaign<'_>,
     problem: &Problem,
@@ -193,7 +202,8 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     Ok(kept == count)
 }
 
-/// Returns the maneuver with the largest torques of the free slew as limits, or the largest rates; a reserve then acts.
+/// Returns the maneuver with the largest torques of the free slew as limits, or the largest rates;
+/// a reserve then acts.
 fn within_limits(problem: Problem, of_rates: bool) -> Result<Problem, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?.solution.trajectory;
     let most = |of: &dyn Fn(usize) -> f64| (0..free.torque.len()).map(of).fold(0.0, f64::max);
@@ -208,10 +218,10 @@ fn within_limits(problem: Problem, of_rates: bool) -> Result<Problem, Box<dyn Er
     Ok(problem.with_actuation(Actuation::torques(torques)))
 }
 
-/// Names of the limit of the torques and of that of the rates.
+/// The names of the limit of the torques and of the limit of the rates.
 const LIMITS: [&str; 2] = ["torque limit", "rates"];
 
-/// Of each part of each chance whether a flight exceeds it at its worst instant.
+/// Returns for each part of each chance whether a flight exceeds it at its worst instant.
 fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
     let rates = craft.constraints.first().map(|constraint| &constraint.rule);
     let sizes = craft.actuation.torque.limits().size.as_deref();
@@ -232,7 +242,7 @@ fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
 fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     /// The chance that they share.
     const SHARED: f64 = 5e-2;
-    /// Part of the deviation by which a margin that acts may be beside what is needed.
+    /// The part of the deviation by which an active margin may differ from the required one.
     const ACTS: f64 = 0.02;
     let (mut index, mut done, mut parts, mut kept, mut refused) = (0, 0, 0, 0, 0);
     let (mut factors, mut shared, mut dearer) = (Vec::new(), Vec::new(), Vec::new());
@@ -259,7 +269,7 @@ fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         dearer.push(found.solution.cost / margins.cost_without - 1.0);
         let on_grid = found.solution.on_grid(&with);
         let beside = Beside::along(&on_grid, &found.solution.trajectory, kind, Some(&uncertainty))?;
-        // Nothing is cut, so that commands tell what is asked for.
+        // Nothing is saturated, so that commands show the requests.
         let plant = Plant { authority: 1e3, ..Plant::default() };
         let campaign = Campaign::new(&on_grid, &beside.linear, beside.gains.as_ref(), &uncertainty, plant, 3);
         let told = |_, moments: Vec<Moment>| exceeded(&problem, &beside, &moments);
@@ -298,7 +308,8 @@ fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     Ok(kept == parts && done == count)
 }
 
-/// What gains and covariance take beside the solve of a slew that nothing limits: medians of 200 random ones.
+/// Prints the time of gains and covariance next to the solve of a slew without limits: medians of
+/// 200 random ones.
 fn speed() -> Result<(), Box<dyn Error>> {
     let mut times: [Vec<f64>; 3] = Default::default();
     for index in 0..200 {
@@ -325,7 +336,8 @@ fn speed() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Flies a published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine tenths of its torque, and in least effort.
+/// Flies a published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine
+/// tenths of its torque, and in least effort.
 fn cubesats() -> Result<(), Box<dyn Error>> {
     println!(
         "2 % of error in each moment of the inertia, 2000 flights: deviation of the attitude about its worst axis at the end, deg"

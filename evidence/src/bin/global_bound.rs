@@ -1,5 +1,5 @@
-//! Is the plan the best there is? Slews of a tilted body from rest to rest on coarse grids, each with a proved lower
-//! bound of the cost of every maneuver, whichever way round.
+//! Is the plan the best there is? Slews of a tilted body from rest to rest on coarse grids, each
+//! with a proved lower bound of the cost of every maneuver, whichever way round.
 //!
 //! `cargo run --release -p evidence --features sdp --bin global_bound [most steps]`
 
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     .with_scheme(scheme)
                     .with_steps(steps);
                 let plan = search::solve(&problem, &Settings::discrete(), None, &mut Silent)?;
-                // No plan, no known cost: the bound stands alone.
+                // Without a plan no cost is known, and only the bound is printed.
                 let known_cost = plan.cost.is_finite().then_some(plan.cost);
                 let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() })?;
                 let largest = bound.step_angles.iter().copied().fold(0.0, f64::max).to_degrees();

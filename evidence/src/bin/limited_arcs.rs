@@ -1,8 +1,11 @@
-//! How many plans of least time and fuel that more than limits of the torques shapes end as arcs, and whether these depend on the grid.
+//! How many plans of least time and fuel that more than limits of the torques shapes end as arcs,
+//! and whether these depend on the grid.
 //!
-//! `cargo run --release -p evidence --bin limited_arcs [-- CASES [FIRST [KIND]]]`, 300 cases by default. Every case is planned on 100
-//! and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and
-//! of least fuel, and `torque-rates` of least time alone; all in turns without one. The law is printed before the figures.
+//! `cargo run --release -p evidence --bin limited_arcs [-- CASES [FIRST [KIND]]]`, 300 cases by
+//! default. Every case is planned on 100 and on 400 steps. Kinds are `axis-rates`, `rate-norm`,
+//! `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and of least fuel,
+//! and `torque-rates` of least time alone; all in turns without one. The law is printed before the
+//! figures.
 //!
 //! `… --bin limited_arcs -- spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 
@@ -123,7 +126,8 @@ fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
     Some(limited.with_objective(Objective::Fuel(fuel)).with_duration(duration))
 }
 
-/// With a cone about a direction that turns at `rate`, in the way of a turn if it is the first.
+/// Adds a cone about a direction that turns at `rate`, in the way of the turn if it is the first
+/// cone.
 fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random, rate: Vector3) -> Problem {
     let (start, end) = (problem.start.attitude, problem.end.attitude);
     loop {

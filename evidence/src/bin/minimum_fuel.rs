@@ -1,17 +1,19 @@
-//! Random maneuvers of least fuel: how many are solved and verified, how large their gaps are, how often the default search
-//! finds what the thorough one finds, and how long it takes.
+//! Random maneuvers of least fuel: how many are solved and verified, how large their gaps are, how
+//! often the default search finds what the thorough one finds, and how long it takes.
 //!
-//! `cargo run --release -p evidence --bin minimum_fuel [-- COUNT [FAMILY [alone]]]`; `alone` leaves out the thorough search, which takes
-//! most of the time.
+//! `cargo run --release -p evidence --bin minimum_fuel [-- COUNT [FAMILY [alone]]]`; `alone` leaves
+//! out the thorough search, which takes most of the time.
 //!
-//! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector of uniform direction and
-//! an angle up to π; from rest to rest for even cases, for odd ones with rates up to 0.3 rad in the unit of time; limits
-//! from 1 to 5; a duration from 1.3 to 4 times the shortest that is found. `box`: three torques of both signs along the
-//! body axes; `thrusters`: eight of random canted directions, one in each octant; `norm`: one torque that points anywhere.
-//! `box-sought` and `thruster-sought`: the same inputs in the best duration, where a second costs from 2 to 50 % of all inputs at
-//! their limits, uniform in its logarithm; every fourth maneuver has no such price but the duration for a bound.
-//! `box-pulses` and `thruster-pulses`: the same inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration,
-//! uniform in its logarithm; how much dearer they are than the same maneuvers without it.
+//! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector
+//! of uniform direction and an angle up to π; from rest to rest for even cases, for odd ones with
+//! rates up to 0.3 rad in the unit of time; limits from 1 to 5; a duration from 1.3 to 4 times the
+//! shortest that is found. `box`: three torques of both signs along the body axes; `thrusters`:
+//! eight of random canted directions, one in each octant; `norm`: one torque that points anywhere.
+//! `box-sought` and `thruster-sought`: the same inputs in the best duration, where a second costs
+//! from 2 to 50 % of all inputs at their limits, uniform in its logarithm; every fourth maneuver
+//! has no such price but the duration for a bound. `box-pulses` and `thruster-pulses`: the same
+//! inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration, uniform in its
+//! logarithm; how much dearer they are than the same maneuvers without it.
 
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
@@ -29,7 +31,7 @@ const SMALL: f64 = 1e-4;
 /// Maneuvers with a shortest pulse that are searched thoroughly too.
 const COMPARED: usize = 20;
 
-/// What limits the torque, and is counted.
+/// The limited and counted quantity.
 #[derive(Clone, Copy, PartialEq)]
 enum Family {
     Box,
@@ -157,7 +159,8 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Pro
     Ok(duration.is_finite().then_some((problem, duration)))
 }
 
-/// Returns the maneuver in the best duration: up to the longest \[s\], or where a second has a price.
+/// Returns the maneuver in the best duration: up to the longest \[s\], or where a second has a
+/// price.
 fn sought(random: &mut Random, problem: Problem, longest: Option<f64>) -> Problem {
     let price = 0.02 * 25.0_f64.powf(random.unit());
     if let Some(longest) = longest {
@@ -175,7 +178,8 @@ fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
     Ok(problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits)?)))
 }
 
-/// How many maneuvers with a shortest pulse are solved and verified, how much dearer they are, and how long it takes.
+/// Prints how many maneuvers with a shortest pulse are solved and verified, their additional
+/// cost, and their time.
 fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<dyn Error>> {
     let (mut solved, mut matched, mut above, mut dearer) = (0, 0, Vec::new(), Vec::new());
     let (mut solve_ms, mut pulses) = (Vec::new(), Vec::new());
@@ -231,7 +235,7 @@ fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<d
 
 #[derive(Default)]
 struct Tally {
-    /// Without the thorough search.
+    /// Whether the thorough search is omitted.
     alone: bool,
     cases: usize,
     solved: usize,

@@ -1,12 +1,14 @@
-//! Plans whose roll about the boresight is free, each against the cheapest of 24 given rolls, both ways round.
+//! Plans whose roll about the boresight is free, each against the cheapest of 24 given rolls, both
+//! ways round.
 //!
-//! `cargo run --release -p evidence --bin rolls [-- COUNT]`: COUNT (500 by default) random maneuvers each with a boresight that ends at
-//! rest on a fixed direction, and on one that moves, with its rate. Bodies with moments in ratios to 10 about any axes, starts at rest
-//! or turning, boresights and directions uniform on the sphere, directions that turn at up to 0.3 rad/s about each axis, in 2 to
-//! 8 s. On 100 steps, least effort.
+//! `cargo run --release -p evidence --bin rolls [-- COUNT]`: COUNT (500 by default) random
+//! maneuvers each with a boresight that ends at rest on a fixed direction, and on one that moves,
+//! with its rate. Bodies with moments in ratios to 10 about any axes, starts at rest or turning,
+//! boresights and directions uniform on the sphere, directions that turn at up to 0.3 rad/s about
+//! each axis, in 2 to 8 s. On 100 steps, least effort.
 //!
-//! It prints how many are as cheap as the best of the rolls, and how long a plan takes, as a multiple of that to the end that was
-//! found, given. Ends with 1 where fewer than 99.5 % are.
+//! It prints how many cost as little as the best of the rolls, and the time of a plan relative to
+//! that with the given end. It ends with 1 if fewer than 99.5 % do.
 
 use evidence::Random;
 use slewkit::maneuver::{Aim, Path, Settings, Target};

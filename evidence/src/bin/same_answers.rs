@@ -1,9 +1,10 @@
 //! Whether two builds of `slew` give the same answers, number by number.
 //!
-//! `cargo run --release -p evidence --bin same_answers -- OLD NEW [COUNT] [--keep FOLDER]` plans every maneuver of
-//! `problems/` and COUNT random specs (200 by default) with both binaries. Status, exit code and every value of
-//! the JSON of OLD must be in that of NEW, bit for bit; NEW may say more. With a folder, specs and answers of OLD
-//! stay there for the next time. Ends with 1 where something differs.
+//! `cargo run --release -p evidence --bin same_answers -- OLD NEW [COUNT] [--keep FOLDER]` plans
+//! every maneuver of `problems/` and COUNT random specs (200 by default) with both binaries.
+//! Status, exit code and every value of the JSON of OLD must be in that of NEW, bit for bit; NEW
+//! may have more. With a folder, specs and answers of OLD are kept for the next run. It ends with
+//! 1 if something differs.
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,8 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, fs, io, process, thread};
 
-/// What differs on purpose: the key in OLD, with `*` for any place in a list, what became of it, and why.
+/// The intended differences: the key in OLD, with `*` for any place in a list, its change, and
+/// the reason.
 const CHANGED: &[(&str, Change, &str)] = &[
     ("solve_time_s", Change::Free, "a time of the machine"),
     ("generator", Change::Free, "the version of the program"),
@@ -52,7 +54,7 @@ const CHANGED: &[(&str, Change, &str)] = &[
     ("verified.checks.*.limit", Change::Free, "over windows"),
 ];
 
-/// What became of a key.
+/// The change of a key.
 enum Change {
     /// Its value is not compared.
     Free,
@@ -155,7 +157,7 @@ fn cases(count: u64) -> io::Result<Vec<(String, String)>> {
     Ok(cases)
 }
 
-/// What a binary says of a spec: its exit code, a line feed, its JSON.
+/// Returns the answer of a binary to a spec: its exit code, a line feed, its JSON.
 fn answer(slew: &Path, spec: &Path) -> io::Result<String> {
     let mut command = Command::new(slew);
     command.arg("plan").arg(spec).args(["--format", "json", "--quiet"]);
@@ -222,7 +224,7 @@ fn descend(path: &str, old: &Value, new: &Value, root: &Value, differences: &mut
     }
 }
 
-/// What the table says of a key.
+/// Returns the entry of the table for a key.
 fn change(path: &str) -> Option<&'static Change> {
     let matches = |pattern: &str| {
         let (pattern, path): (Vec<_>, Vec<_>) = (pattern.split('.').collect(), path.split('.').collect());

@@ -77,7 +77,10 @@ fn a_table_gives_each_row_the_plan_that_set_gives() {
     let case = ["batch", "spec.toml", "--cases", "cases.csv", "--case", "3", "-o", "third.json"];
     folder.slew(&case).ends(0).tells("solved and verified");
     assert_eq!(folder.json("third.json")["cost"], lines[3]["cost"]);
-    folder.slew(&["batch", "spec.toml", "--cases", "cases.csv", "--case", "5"]).ends(2).tells("case 5 does not exist");
+    folder
+        .slew(&["batch", "spec.toml", "--cases", "cases.csv", "--case", "5"])
+        .ends(2)
+        .tells("case 5 does not exist");
 }
 
 #[test]
