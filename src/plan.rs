@@ -115,7 +115,7 @@ impl Plan {
     }
 }
 
-/// Plans a maneuver: every sense and winding, the ladder for hard cases, verification.
+/// Plans a maneuver: every sense and winding, the fallback sequence for hard cases, verification.
 ///
 /// `guess` is tried first: its costates by the shooting, its path by SCP. `observer` receives the
 /// progress between iterations and may stop the solve; [`Silent`] does neither. Equal inputs give

@@ -39,7 +39,7 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 * 2.0f64.powi(-52) - 1.0
     }
 
-    /// Components uniform in [−1, 1).
+    /// Returns the components uniform in [−1, 1).
     pub fn vector3(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.uniform())
     }
@@ -55,7 +55,7 @@ pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }
 
-/// Inputs along the columns of `axes`.
+/// Returns the inputs along the columns of `axes`.
 pub fn channel(axes: &Matrix3, frame: AxisFrame) -> ActuatorSet {
     ActuatorSet::new(axes.column_iter().map(|column| column.into_owned()).collect(), frame).unwrap()
 }
@@ -72,7 +72,7 @@ pub fn with_torques(problem: Problem, axes: &Matrix3, matrix: &Matrix3) -> Probl
     problem.with_actuation(Actuation::torques(torque)).with_objective(Weights::of_torques(weight(matrix)))
 }
 
-/// Inputs that leave nothing out: full `B`, full `W`, more force inputs than forces.
+/// Returns the inputs that leave nothing out: full `B`, full `W`, more force inputs than forces.
 fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
     let b = Matrix3::new(1.0, 0.1, 0.0, 0.0, 0.9, -0.2, 0.1, 0.0, 1.1);
     let w = Matrix3::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 0.5);
@@ -109,7 +109,7 @@ pub fn attitude_only(mut problem: Problem) -> Problem {
     problem
 }
 
-/// Components uniform in [−1, 1).
+/// Returns the components uniform in [−1, 1).
 pub fn random_vector<const N: usize>(random: &mut Random) -> SVector<f64, N> {
     SVector::from_fn(|_, _| random.uniform())
 }

@@ -269,8 +269,8 @@ pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
         .collect()
 }
 
-/// Seconds from UTC to another scale on 2026-11-21, 07:00: TAI − UTC is 37 s, TDB − TT the usual
-/// series of two terms.
+/// Returns the seconds from UTC to another scale on 2026-11-21, 07:00: TAI − UTC is 37 s, TDB − TT
+/// the usual series of two terms.
 fn ahead(scale: &str) -> f64 {
     let anomaly = (357.53 + 0.985_600_28 * 9821.79_f64).to_radians();
     match scale {
@@ -314,7 +314,7 @@ fn about(axis: usize, angle: f64) -> Matrix3 {
     turn
 }
 
-/// Angles with `M = A₁(a₁) A₂(a₂) A₃(a₃)`, from the elements of M.
+/// Returns the angles with `M = A₁(a₁) A₂(a₂) A₃(a₃)`, from the elements of M.
 fn euler(attitude: &Matrix3, axes: [usize; 3]) -> Vector3 {
     let [i, j, k] = axes;
     // Whether the axes go round as x, y, z do.
@@ -334,7 +334,7 @@ fn euler(attitude: &Matrix3, axes: [usize; 3]) -> Vector3 {
     Vector3::new(first[(q, p)].atan2(first[(p, p)]), second, third)
 }
 
-/// Derivatives of the angles: the rate is `J(a) a'`, column by column.
+/// Returns the derivatives of the angles: the rate is `J(a) a'`, column by column.
 fn euler_derivative(angles: &Vector3, axes: [usize; 3], rate: &Vector3) -> Vector3 {
     let [i, j, k] = axes;
     let (third, second) = (about(k, angles[2]), about(j, angles[1]));

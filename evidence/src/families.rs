@@ -42,7 +42,7 @@ fn body(inertia: Inertia) -> Body {
     Body { inertia, mass: None }
 }
 
-/// Inputs along the three axes of a frame.
+/// Returns the inputs along the three axes of a frame.
 fn about(frame: AxisFrame) -> ActuatorSet {
     ActuatorSet::new(vec![Vector3::x(), Vector3::y(), Vector3::z()], frame).expect("three axes")
 }

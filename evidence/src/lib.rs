@@ -70,12 +70,14 @@ pub fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Largest magnitude of some numbers; NaN if one is, which `amax` and `f64::max` would swallow.
+/// Returns the largest magnitude of some numbers; NaN if one is, which `amax` and `f64::max` would
+/// swallow.
 pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().fold(0.0, |max: f64, x| if x.abs() > max || x.is_nan() { x.abs() } else { max })
 }
 
-/// Largest difference between the elements of two matrices; NaN if there is one in either.
+/// Returns the largest difference between the elements of two matrices; NaN if there is one in
+/// either.
 pub fn difference<const R: usize, const C: usize>(
     a: &nalgebra::SMatrix<f64, R, C>,
     b: &nalgebra::SMatrix<f64, R, C>,

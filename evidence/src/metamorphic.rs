@@ -451,7 +451,7 @@ fn way_by_rotation(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(problem, 1.0)
 }
 
-/// Limits one and a half times as wide as the plan without them needs.
+/// Returns the limits one and a half times as wide as the plan without them needs.
 fn idle_limits(planned: &Planned, _: &mut Random) -> Option<Related> {
     let Planned { problem, plan, .. } = planned;
     let actuation = &problem.actuation;

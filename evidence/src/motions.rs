@@ -20,7 +20,7 @@ pub fn free_body() -> (System, SystemState) {
     (system, state)
 }
 
-/// Rotation about the axis of the largest moment of a body whose axes are tilted.
+/// Returns the rotation about the axis of the largest moment of a body whose axes are tilted.
 pub fn steady_rotation() -> (System, SystemState) {
     let axes = lie::exp(&Vector3::new(0.5, -0.4, 0.3));
     let moments = Matrix3::from_diagonal(&Vector3::new(1.0, 1.7, 2.2));

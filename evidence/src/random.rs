@@ -103,8 +103,8 @@ impl Random {
         lie::rotation_from_quaternion(&q.map(|value| value / norm))
     }
 
-    /// Principal moments of a body \[kg·m²\]: principal second moments of mass log-uniform over a
-    /// factor of 40, drawn again while the ratio of the moments exceeds `ratio`.
+    /// Returns the principal moments of a body \[kg·m²\]: principal second moments of mass
+    /// log-uniform over a factor of 40, drawn again while the ratio of the moments exceeds `ratio`.
     pub fn moments(&mut self, ratio: f64) -> Vector3 {
         loop {
             let d: [f64; 3] = std::array::from_fn(|_| 40f64.powf(-self.unit()));
@@ -115,7 +115,7 @@ impl Random {
         }
     }
 
-    /// Principal moments with a ratio of at most `ratio`, mean 1 \[kg·m²\].
+    /// Returns the principal moments with a ratio of at most `ratio`, mean 1 \[kg·m²\].
     pub fn mean_moments(&mut self, ratio: f64) -> Vector3 {
         let moments = self.moments(ratio);
         moments * (3.0 / moments.sum())

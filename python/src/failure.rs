@@ -35,7 +35,7 @@ pub fn spec(py: Python<'_>, found: &Diagnostics) -> PyErr {
     }
 }
 
-/// Diagnostics as dictionaries.
+/// Returns the diagnostics as dictionaries.
 pub fn diagnostics<'py>(py: Python<'py>, found: &[Diagnostic]) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let dictionary = |found: &Diagnostic| {
         let keys = PyDict::new(py);

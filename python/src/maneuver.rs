@@ -103,7 +103,7 @@ impl Maneuver {
         self.loaded.problem.duration.known()
     }
 
-    /// Number of steps.
+    /// Returns the number of steps.
     #[getter]
     fn steps(&self) -> usize {
         self.loaded.problem.steps

@@ -209,25 +209,25 @@ impl Planned {
         self.plan.solution.cost
     }
 
-    /// Duration in seconds; NaN where time is minimised and no plan was found.
+    /// Returns the duration in seconds; NaN where time is minimised and no plan was found.
     #[getter]
     fn duration(&self) -> f64 {
         self.plan.solution.duration(&self.problem)
     }
 
-    /// Steps of the plan.
+    /// Returns the steps of the plan.
     #[getter]
     fn steps(&self) -> usize {
         self.plan.solution.steps
     }
 
-    /// Wall time of the solve alone, seconds.
+    /// Returns the wall time of the solve alone, seconds.
     #[getter]
     fn solve_time(&self) -> f64 {
         self.plan.solution.solve_time
     }
 
-    /// Wall time within the library, seconds; NaN of a plan that was read.
+    /// Returns the wall time within the library, seconds; NaN of a plan that was read.
     #[getter]
     fn wall_time(&self) -> f64 {
         self.wall_time
@@ -246,13 +246,13 @@ impl Planned {
         self.problem.motion == Motion::RigidBody
     }
 
-    /// Numbers in a row of inputs.
+    /// Returns the numbers in a row of inputs.
     #[getter]
     fn input_count(&self) -> usize {
         self.trajectory().input_count
     }
 
-    /// Inputs and states of a step of the gains; `None` without gains.
+    /// Returns the inputs and states of a step of the gains; `None` without gains.
     #[getter]
     fn gain_shape(&self) -> Option<(usize, usize)> {
         let step = self.feedback.as_ref()?.gains.first()?;
@@ -314,8 +314,8 @@ impl Planned {
         Some(PyArray1::from_vec(py, numbers))
     }
 
-    /// Names and deviations of the parameters that are uncertain; `None` where the spec has nothing
-    /// that is.
+    /// Returns the names and deviations of the parameters that are uncertain; `None` where the spec
+    /// has nothing that is.
     #[getter]
     fn uncertain_parameters(&self) -> Option<Vec<(String, f64)>> {
         let of = self.closed_loop.uncertainty.as_ref()?;

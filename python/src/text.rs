@@ -33,7 +33,7 @@ pub fn value_text(value: &Bound<'_, PyAny>) -> PyResult<String> {
 
 type Items<'py> = Vec<(String, Bound<'py, PyAny>)>;
 
-/// Keys and values of a mapping.
+/// Returns the keys and values of a mapping.
 fn items<'py>(mapping: &Bound<'py, PyMapping>) -> PyResult<Items<'py>> {
     let pair = |item: Bound<'py, PyAny>| {
         let (key, value): (Bound<'py, PyAny>, Bound<'py, PyAny>) = item.extract()?;

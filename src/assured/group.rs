@@ -75,7 +75,7 @@ impl Group {
     }
 }
 
-/// Deviation of each part of a limit at its worst instant.
+/// Returns the deviation of each part of a limit at its worst instant.
 fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
     let chance = beside.chances.iter().find(|chance| chance.name == limit.name);
     let sigma = |part: usize| Some(chance?.parts.get(part)?.sigma);

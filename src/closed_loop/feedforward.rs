@@ -51,7 +51,7 @@ impl Feedforward<'_> {
         commands
     }
 
-    /// Mean of `q, q², … qⁿ` over the ticks of a step.
+    /// Returns the mean of `q, q², … qⁿ` over the ticks of a step.
     fn mean_kept(&self, kept: f64) -> f64 {
         (1..=self.ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / self.ticks as f64
     }

@@ -113,7 +113,7 @@ impl Sampled {
         }
     }
 
-    /// Standard deviations of attitude \[rad\] and rate [rad/s].
+    /// Returns the standard deviations of attitude \[rad\] and rate [rad/s].
     pub fn sigma(&self) -> Vector6 {
         // `max` would make a zero of NaN.
         self.covariance.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })

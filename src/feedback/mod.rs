@@ -84,8 +84,8 @@ impl RegulatorWeights {
     /// The default weight of the end, relative to the duration.
     pub const END: f64 = 1000.0;
 
-    /// Weights under which a torque that turns the body by a radian in the duration costs what
-    /// being a radian off does.
+    /// Returns the weights under which a torque that turns the body by a radian in the duration
+    /// costs what being a radian off does.
     fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
         // In the solver's units the torque weight applies to all four; the weight of the force
         // applies to position and velocity.
@@ -102,7 +102,7 @@ impl RegulatorWeights {
         [running, running * Self::END]
     }
 
-    /// Weights of the state, running and at the end, in the solver's units.
+    /// Returns the weights of the state, running and at the end, in the solver's units.
     fn scaled(&self, units: &Units, momentum_of_rate: &Matrix3) -> [Matrix6; 2] {
         let per = units.time / units.cost;
         let inverse = momentum_of_rate.try_inverse().unwrap_or_else(Matrix3::identity);
@@ -264,8 +264,8 @@ impl Gains {
         Ok(Self { kind, timing, inputs, states: N, frozen_from, every: 1, rows, first, to_go })
     }
 
-    /// Gains that were designed along ticks of `every` steps for a plan of `count` steps, over
-    /// which each correction is held.
+    /// Builds the gains that were designed along ticks of `every` steps for a plan of `count`
+    /// steps, over which each correction is held.
     pub(crate) fn held_over(self, every: usize, count: usize) -> Self {
         let rows = (0..count).flat_map(|step| self.row(step / every).iter().copied()).collect();
         Self { every, rows, frozen_from: (self.frozen_from * every).min(count), to_go: Vec::new(), ..self }

@@ -319,8 +319,8 @@ impl Replanner {
         NotReplanned::Time { at, latest }
     }
 
-    /// State of the plan at a moment: of one that lands, of its true motion; between nodes
-    /// interpolated.
+    /// Returns the state of the plan at a moment: of one that lands, of its true motion; between
+    /// nodes interpolated.
     pub fn planned(&self, moment: &Moment) -> State {
         let point = self.beginning(moment).point;
         let rate = self.bvp.dynamics.j_inverse * point.momentum.value / self.bvp.dynamics.units.time;

@@ -212,7 +212,7 @@ impl<'a> Loop<'a> {
         points
     }
 
-    /// Largest of the scaled error at the physical end.
+    /// Returns the largest of the scaled error at the physical end.
     fn miss(&self, recorded: &Trajectory, z: &Vector6, planned: &[Point]) -> f64 {
         let flown = self.fly(recorded, z, Some(planned));
         let end = |points: &[Point]| *points.last().unwrap();
@@ -220,8 +220,8 @@ impl<'a> Loop<'a> {
     }
 }
 
-/// Random maneuvers of five kinds: both schemes, full inertias, skewed inputs under a full weight,
-/// a field, limited torques.
+/// Returns the random maneuvers of five kinds: both schemes, full inertias, skewed inputs under a
+/// full weight, a field, limited torques.
 pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
     use crate::maneuver::objective::Weights;
     use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};

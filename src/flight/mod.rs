@@ -166,7 +166,7 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// Scaled distance of two ends.
+    /// Returns the scaled distance of two ends.
     fn apart(&self, a: &State, b: &State, steps: &[(Held, f64)]) -> f64 {
         let duration: f64 = steps.iter().map(|(_, step)| step).sum();
         let turn = lie::minus(&a.attitude, &b.attitude).norm();
@@ -307,7 +307,7 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// Rotation inertial → reference at `time`.
+    /// Returns the rotation inertial → reference at `time`.
     fn frame(&self, time: f64) -> Option<Matrix3> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }

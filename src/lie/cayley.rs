@@ -6,7 +6,7 @@ use super::quaternion::shepperd;
 use super::skew::skew_polynomial;
 use crate::{Matrix3, Vector3};
 
-/// Rotation `cay(f)` with Cayley vector `f = tan(θ/2) axis`.
+/// Returns the rotation `cay(f)` with Cayley vector `f = tan(θ/2) axis`.
 pub fn cayley(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + cayley_minus_identity(f)
 }

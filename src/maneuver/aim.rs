@@ -260,7 +260,7 @@ impl Ends {
         self.within
     }
 
-    /// Attitude and angular velocity, body axes \[rad/s\], at a roll \[rad\].
+    /// Returns the attitude and angular velocity, body axes \[rad/s\], at a roll \[rad\].
     pub fn at(&self, roll: f64) -> (Matrix3, Vector3) {
         let attitude = lie::project_to_rotation(&(self.attitude * lie::exp(&(self.boresight * roll))));
         (attitude, attitude.tr_mul(&self.rate))

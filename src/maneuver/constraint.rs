@@ -127,13 +127,13 @@ pub enum ConstraintError {
 }
 
 impl Pointing {
-    /// Cones of a half angle \[rad\] about directions, for boresights in body axes, both of unit
-    /// vectors: without a margin, acting always.
+    /// Builds the cones of a half angle \[rad\] about directions, for boresights in body axes, both
+    /// of unit vectors: without a margin, acting always.
     pub fn new(side: Side, boresights: Vec<Vector3>, directions: Vec<Direction>, half_angle: f64) -> Self {
         Self { side, boresights, directions, half_angle, margin: 0.0, during: During::default() }
     }
 
-    /// Half angle of the cone that counts \[rad\]: with the margin.
+    /// Returns the half angle of the cone that counts \[rad\]: with the margin.
     pub fn effective_half_angle(&self) -> f64 {
         match self.side {
             Side::KeepOut => self.half_angle + self.margin,

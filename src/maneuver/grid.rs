@@ -46,7 +46,7 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// Order of convergence.
+    /// Returns the order of convergence.
     pub fn order(self) -> u32 {
         match self {
             Self::LieEuler => 1,
@@ -62,7 +62,7 @@ impl Scheme {
         }
     }
 
-    /// Number of rows of inputs and costates that `steps` steps have.
+    /// Returns the number of rows of inputs and costates that `steps` steps have.
     pub fn input_rows(self, steps: usize) -> usize {
         steps + 1 - self.first_input()
     }
@@ -126,7 +126,7 @@ impl Grid {
         Self { scheme, duration, steps, lengths: Lengths::Equal(duration / steps as f64) }
     }
 
-    /// Steps of the given lengths, whose sum is the duration.
+    /// Builds the steps of the given lengths, whose sum is the duration.
     ///
     /// # Errors
     /// Returns a [`GridError`] for an empty list, or a length that is not positive and finite.
@@ -171,12 +171,12 @@ impl Grid {
         self.scheme == Scheme::LieVerlet
     }
 
-    /// Duration `T`.
+    /// Returns the duration `T`.
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// Number of steps `N`.
+    /// Returns the number of steps `N`.
     pub fn steps(&self) -> usize {
         self.steps
     }
@@ -186,7 +186,7 @@ impl Grid {
         matches!(self.lengths, Lengths::Equal(_))
     }
 
-    /// Number of different steps: 1 where all have the same length.
+    /// Returns the number of different steps: 1 where all have the same length.
     pub(crate) fn different_steps(&self) -> usize {
         match &self.lengths {
             Lengths::Equal(_) => 1,
@@ -194,7 +194,7 @@ impl Grid {
         }
     }
 
-    /// Length `h_k` of step k, from node k to node k+1.
+    /// Returns the length `h_k` of step k, from node k to node k+1.
     #[inline(always)]
     pub fn step(&self, step: usize) -> f64 {
         match &self.lengths {
@@ -203,18 +203,18 @@ impl Grid {
         }
     }
 
-    /// Time of node k, from 0 to exactly the duration.
+    /// Returns the time of node k, from 0 to exactly the duration.
     pub fn time(&self, node: usize) -> f64 {
         if node == self.steps { self.duration } else { self.after(node) }
     }
 
-    /// Time after `steps` steps as their sum gives it: after all of them it may miss the duration
-    /// by an ulp.
+    /// Returns the time after `steps` steps as their sum gives it: after all of them it may miss
+    /// the duration by an ulp.
     pub fn after(&self, steps: usize) -> f64 {
         self.between(0, steps)
     }
 
-    /// Time from one node to a later one.
+    /// Returns the time from one node to a later one.
     pub fn between(&self, from: usize, to: usize) -> f64 {
         match &self.lengths {
             Lengths::Equal(length) => (to - from) as f64 * length,
@@ -222,7 +222,7 @@ impl Grid {
         }
     }
 
-    /// Number of rows of inputs and costates.
+    /// Returns the number of rows of inputs and costates.
     pub fn input_rows(&self) -> usize {
         self.scheme.input_rows(self.steps)
     }
@@ -232,7 +232,7 @@ impl Grid {
         self.scheme.first_input()
     }
 
-    /// Weight `κ_k` of the kick at node k.
+    /// Returns the weight `κ_k` of the kick at node k.
     pub fn kick(&self, node: usize) -> f64 {
         if node > 0 && node < self.steps {
             return self.full_kick(node);
@@ -254,7 +254,7 @@ impl Grid {
         }
     }
 
-    /// Weight of that kick in mean steps: 1 where all steps have the same length.
+    /// Returns the weight of that kick in mean steps: 1 where all steps have the same length.
     #[inline(always)]
     pub fn share(&self, node: usize) -> f64 {
         match &self.lengths {

@@ -59,12 +59,12 @@ pub struct Fuel {
 }
 
 impl Fuel {
-    /// Price of a torque input.
+    /// Returns the price of a torque input.
     pub fn price(&self, input: usize) -> f64 {
         price_of(self.prices.as_ref(), input)
     }
 
-    /// Price of a force input.
+    /// Returns the price of a force input.
     pub fn force_price(&self, input: usize) -> f64 {
         price_of(self.force_prices.as_ref(), input)
     }
@@ -95,7 +95,7 @@ impl Fuel {
 /// Every input of weight 1.
 static ONES: Weights = Weights { torque: None, force: None, time_price: None };
 
-/// Price of an input: 1 where none are given.
+/// Returns the price of an input: 1 where none are given.
 fn price_of(prices: Option<&Vec<f64>>, input: usize) -> f64 {
     prices.map_or(1.0, |prices| prices.get(input).copied().unwrap_or(f64::NAN))
 }
@@ -197,7 +197,7 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// Weights of torque inputs alone.
+    /// Builds the weights of torque inputs alone.
     pub fn of_torques(weight: DMatrix<f64>) -> Self {
         Self { torque: Some(weight), ..Self::default() }
     }

@@ -390,7 +390,7 @@ impl Problem {
         Self { end_condition: EndCondition::AnyAttitude, ..self }
     }
 
-    /// Ends with a body axis on a target, in place of the attitude and the rate of
+    /// Ends the maneuver with a body axis on a target, in place of the attitude and the rate of
     /// [`Problem::end`].
     ///
     /// ```
@@ -602,8 +602,8 @@ impl Problem {
         self.duration.known().expect("the duration is free, and no plan has determined it yet")
     }
 
-    /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where they
-    /// switch.
+    /// Returns the rows of inputs of a plan: one for each node that has inputs, or one for each
+    /// step where they switch.
     pub fn input_rows(&self) -> usize {
         if self.switches() { self.steps } else { self.scheme.input_rows(self.steps) }
     }
@@ -617,7 +617,7 @@ impl Problem {
         Grid::uniform(self.scheme, self.seconds(), self.steps)
     }
 
-    /// Step `h = T/N` \[s\].
+    /// Returns the step `h = T/N` \[s\].
     ///
     /// # Panics
     /// Panics as [`Problem::seconds`] does.

@@ -75,7 +75,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Inputs of row `index`, forces before torques, length `input_count`.
+    /// Returns the inputs of row `index`, forces before torques, length `input_count`.
     ///
     /// # Panics
     /// Panics if the row does not exist.

@@ -17,19 +17,19 @@ pub enum AxisFrame {
 }
 
 impl AxisFrame {
-    /// Vectors (columns) of body axes in these axes, at attitude `r`.
+    /// Returns the vectors (columns) of body axes in these axes, at attitude `r`.
     #[inline(always)]
     pub fn of_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r * vectors }
     }
 
-    /// Vectors of these axes in body axes.
+    /// Returns the vectors of these axes in body axes.
     #[inline(always)]
     pub fn to_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r.tr_mul(vectors) }
     }
 
-    /// Vectors of the reference frame in these axes.
+    /// Returns the vectors of the reference frame in these axes.
     #[inline(always)]
     pub fn of_reference<const C: usize>(
         self,
@@ -39,7 +39,7 @@ impl AxisFrame {
         if self == Self::Reference { *vectors } else { r.tr_mul(vectors) }
     }
 
-    /// Vectors of these axes in the reference frame.
+    /// Returns the vectors of these axes in the reference frame.
     #[inline(always)]
     pub fn to_reference<const C: usize>(
         self,
@@ -118,7 +118,7 @@ impl ActuatorSet {
     /// The most inputs of one kind.
     pub const MAX_INPUTS: usize = 64;
 
-    /// Inputs along `axes` (the columns of `B`), without limits.
+    /// Builds the inputs along `axes` (the columns of `B`), without limits.
     ///
     /// # Errors
     /// A [`ActuatorSetError`] when the axes are unusable.
@@ -170,7 +170,7 @@ impl ActuatorSet {
         &self.limits
     }
 
-    /// Number of inputs m.
+    /// Returns the number of inputs m.
     pub fn count(&self) -> usize {
         self.axes.len()
     }
@@ -317,19 +317,19 @@ pub struct Actuation {
 }
 
 impl Actuation {
-    /// Torque inputs alone.
+    /// Builds the torque inputs alone.
     pub fn torques(torque: ActuatorSet) -> Self {
         Self { torque, force: None, wheels: None, thrusters: None }
     }
 
-    /// Torque inputs and force inputs, each of its own.
+    /// Builds the torque inputs and force inputs, each of its own.
     pub fn torques_and_forces(torque: ActuatorSet, force: ActuatorSet) -> Self {
         Self { force: Some(force), ..Self::torques(torque) }
     }
 
-    /// Thrusters at `positions`, from the mass center \[m\], that push the body along `directions`,
-    /// of length 1, both in body axes; an input is a force \[N\]. Least time and fuel take them,
-    /// with `limits.one_sided`.
+    /// Builds the thrusters at `positions`, from the mass center \[m\], that push the body along
+    /// `directions`, of length 1, both in body axes; an input is a force \[N\]. Least time and fuel
+    /// take them, with `limits.one_sided`.
     ///
     /// # Errors
     /// An [`ActuatorSetError`] where there are not as many positions as directions, or these or the
@@ -387,7 +387,7 @@ impl Actuation {
         Ok(Self { wheels: Some(wheels), ..Self::torques(torque) })
     }
 
-    /// Number of inputs, forces first.
+    /// Returns the number of inputs, forces first.
     pub fn count(&self) -> usize {
         self.first_torque() + self.torque.count()
     }
@@ -445,8 +445,8 @@ impl Actuation {
         }))
     }
 
-    /// Momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque inputs [N·m·s];
-    /// zero without wheels.
+    /// Returns the momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque
+    /// inputs [N·m·s]; zero without wheels.
     pub fn stored_momentum(&self) -> Vector3 {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
     }

@@ -133,7 +133,7 @@ impl Inertia {
         Self::new(Matrix3::from_diagonal(&moments))
     }
 
-    /// Inertia `J` [kg·m²], 3×3, symmetric.
+    /// Returns the inertia `J` [kg·m²], 3×3, symmetric.
     pub fn j(&self) -> &Matrix3 {
         &self.j
     }
@@ -148,12 +148,12 @@ impl Inertia {
         &self.j_inverse
     }
 
-    /// Principal moments, ascending [kg·m²].
+    /// Returns the principal moments, ascending [kg·m²].
     pub fn principal(&self) -> &Vector3 {
         &self.principal
     }
 
-    /// Mean principal moment `tr(J)/3` [kg·m²], the unit of inertia inside the solvers.
+    /// Returns the mean principal moment `tr(J)/3` [kg·m²], the unit of inertia inside the solvers.
     pub fn mean(&self) -> f64 {
         self.j.trace() / 3.0
     }
@@ -177,15 +177,15 @@ pub struct Body {
     pub mass: Option<f64>,
 }
 
-/// Eigenvalues of a symmetric 3×3 matrix, ascending, by Jacobi rotations.
+/// Returns the eigenvalues of a symmetric 3×3 matrix, ascending, by Jacobi rotations.
 ///
 /// nalgebra's eigenvalue routines do not terminate on some inputs; a fixed number of sweeps does.
 pub(crate) fn principal_moments(matrix: &Matrix3) -> Vector3 {
     principal_axes(matrix).0
 }
 
-/// Eigenvalues of a symmetric 3×3 matrix, ascending, and the right-handed axes that belong to them,
-/// as columns.
+/// Returns the eigenvalues of a symmetric 3×3 matrix, ascending, and the right-handed axes that
+/// belong to them, as columns.
 pub(crate) fn principal_axes(matrix: &Matrix3) -> (Vector3, Matrix3) {
     let scale = matrix.amax();
     if scale == 0.0 || !scale.is_finite() {

@@ -111,8 +111,8 @@ impl Direction {
         }
     }
 
-    /// Length of the vector that it leads along, in its unit; `None` of one that is only a
-    /// direction.
+    /// Returns the length of the vector that it leads along, in its unit; `None` of one that is
+    /// only a direction.
     pub fn distance(&self, time: f64) -> Option<f64> {
         match self {
             Self::Moving(track) | Self::Disc { centre: track, .. } => Some(track.at(time)[0].norm()),

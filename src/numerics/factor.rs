@@ -170,8 +170,8 @@ pub(crate) fn effective<const N: usize>(
     }
 }
 
-/// Sizes of the columns; one that is nothing but the round-off of the others is not blown up to a
-/// direction of its own.
+/// Returns the sizes of the columns; one that is nothing but the round-off of the others is not
+/// blown up to a direction of its own.
 fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
     let size = |column: &[f64; N]| column.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
     let sizes = matrix.data.0.each_ref().map(size);

@@ -71,7 +71,7 @@ impl Stream {
         (bits as f64 + 0.5) * 2.0_f64.powi(-52)
     }
 
-    /// Normal with mean 0 and variance 1 (Box, Muller 1958).
+    /// Returns the normal with mean 0 and variance 1 (Box, Muller 1958).
     pub fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;

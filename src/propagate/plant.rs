@@ -58,7 +58,8 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Rotation inertial → reference at time `t`: `exp(−t S(n))`; `None` while the frame stands.
+    /// Returns the rotation inertial → reference at time `t`: `exp(−t S(n))`; `None` while the
+    /// frame stands.
     ///
     /// `R_{k+1} = exp(−h S(n)) R_k F_k` is `R_k = exp(−kh S(n)) A_k`, `A_{k+1} = A_k F_k`: the
     /// witnesses propagate the inertial attitude A, to which a step adds one small rotation.
@@ -71,7 +72,7 @@ impl<'a> Plant<'a> {
         self.frame_rate.is_some()
     }
 
-    /// Angular velocity of the reference frame, its own axes [rad/s].
+    /// Returns the angular velocity of the reference frame, its own axes [rad/s].
     pub(crate) fn frame_rate(&self) -> Vector3 {
         self.frame_rate.unwrap_or_else(Vector3::zeros)
     }
@@ -82,12 +83,12 @@ impl<'a> Plant<'a> {
         !self.free || self.torque_frame == AxisFrame::Reference || body_force
     }
 
-    /// Force and moment of the field.
+    /// Returns the force and moment of the field.
     pub(crate) fn field(&self, pose: &Pose) -> Wrench {
         if self.free { Wrench::zero() } else { self.problem.environment.wrench(pose) }
     }
 
-    /// Force (reference frame) and torque (body axes) of the actuators.
+    /// Returns the force (reference frame) and torque (body axes) of the actuators.
     pub(crate) fn actuators(&self, attitude: &Matrix3, output: &Output) -> Wrench {
         Wrench {
             force: self.force_frame.to_reference(attitude, &output.force),

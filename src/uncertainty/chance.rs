@@ -218,7 +218,7 @@ fn beyond(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { normal_cdf(-room / sigma) } else { f64::from(u8::from(room < 0.0)) }
 }
 
-/// Length and direction of a vector; no direction of none.
+/// Returns the length and direction of a vector; no direction of none.
 fn size_of(vector: &Vector3) -> (f64, Vector3) {
     let size = vector.norm();
     (size, if size > 0.0 { vector / size } else { Vector3::zeros() })
@@ -256,7 +256,8 @@ fn beside_cone(
     worst.map_or((f64::INFINITY, 0.0), |(_, room, sigma)| (room, sigma))
 }
 
-/// Angle of a boresight from a direction, and its gradient by `ζ`: `(1/sin θ) wᵀ R S(b)`.
+/// Returns the angle of a boresight from a direction, and its gradient by `ζ`:
+/// `(1/sin θ) wᵀ R S(b)`.
 fn angle_from(attitude: &Matrix3, boresight: &Vector3, direction: &Vector3) -> (f64, Vector3) {
     let seen = attitude.tr_mul(direction);
     let cross = boresight.cross(&seen);

@@ -38,7 +38,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         map
     }
 
-    /// Columns of the state, one for each parameter.
+    /// Returns the columns of the state, one for each parameter.
     fn columns(&self, of: impl Fn(&Parameter) -> Vector6) -> Columns<N> {
         let parameters = &self.uncertainty.parameters;
         let mut columns = Columns::<N>::zeros(parameters.len());
@@ -265,7 +265,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         }
     }
 
-    /// Rows of gains, SI inputs by the scaled state.
+    /// Returns the rows of gains, SI inputs by the scaled state.
     fn rows_of(&self, gains: &Gains, step: usize) -> Vec<RowSVector<f64, N>> {
         let entry = |row: &[f64], column: usize| row.get(column).map_or(0.0, |k| k * self.plan.unit(column));
         let row = |row: &[f64]| RowSVector::from_fn(|_, column| entry(row, column));
@@ -277,8 +277,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.rows_of(gains, step).iter().map(deviation).collect()
     }
 
-    /// Deviations of how much corrections change from the tick before node `k` to that which begins
-    /// there:
+    /// Returns the deviations of how much corrections change from the tick before node `k` to that
+    /// which begins there:
     ///
     /// ```text
     /// K (z_0 + ν + C p) − K' (z_j + ν' + C' p) = (K − K'Φ) z_0 + (K + K'Ψ) ν − K'(w + ν') + …

@@ -94,7 +94,7 @@ impl Covariance {
         }
     }
 
-    /// Standard deviations of attitude \[rad\] and rate [rad/s] at the end.
+    /// Returns the standard deviations of attitude \[rad\] and rate [rad/s] at the end.
     pub fn end_sigma(&self) -> Vector6 {
         // `max` would make a zero of NaN.
         self.end.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })

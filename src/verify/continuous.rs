@@ -101,7 +101,7 @@ impl<'a> Continuous<'a> {
         advanced.ok_or(WitnessError::Continuous { time })
     }
 
-    /// Attitude at the end of the last step, body → inertial.
+    /// Returns the attitude at the end of the last step, body → inertial.
     pub(super) fn inertial_attitude(&self) -> Matrix3 {
         lie::rotation_from_quaternion(&self.base.quaternion.value().data.0[0])
     }
@@ -157,8 +157,8 @@ impl Change<'_> {
         self.base.moment_unit * (t * from + 0.5 * t * t / self.length * (to - from))
     }
 
-    /// Scaled force and moment of field and actuators after a turn `[w, v]` and a change of
-    /// position.
+    /// Returns the scaled force and moment of field and actuators after a turn `[w, v]` and a
+    /// change of position.
     fn loads(&self, t: f64, w: f64, v: &Vector3, position: &Vector3) -> [Wrench; 2] {
         let Base { plant, scale, moment_unit, force_unit, .. } = self.base;
         let output = Output::between(&self.outputs.0, &self.outputs.1, t / self.length);
@@ -202,7 +202,7 @@ impl<const D: usize> ODE<f64, [f64; D]> for Change<'_> {
 }
 
 impl Change<'_> {
-    /// Sizes of the rates of change, one per component, that rounding is relative to.
+    /// Returns the sizes of the rates of change, one per component, that rounding is relative to.
     fn speeds(&self, dimension: usize) -> impl IntoIterator<Item = f64> {
         let base = self.base;
         let [field, actuators] = self.loads(0.0, 1.0, &Vector3::zeros(), &Vector3::zeros());
@@ -236,7 +236,8 @@ impl<'a> Base<'a> {
         }
     }
 
-    /// Sizes of the angular velocity and of the change of momentum under a torque of norm `torque`.
+    /// Returns the sizes of the angular velocity and of the change of momentum under a torque of
+    /// norm `torque`.
     fn speeds(&self, torque: f64) -> [f64; 2] {
         let momentum = self.momentum.value();
         // Absolute values: with an ill-conditioned inertia the products cancel.

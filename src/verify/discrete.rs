@@ -82,7 +82,7 @@ impl<'a> Discrete<'a> {
         }
     }
 
-    /// Time of the node reached \[s\].
+    /// Returns the time of the node reached \[s\].
     pub(crate) fn time(&self) -> f64 {
         self.began + self.steps as f64 * self.step
     }
@@ -148,7 +148,7 @@ impl<'a> Discrete<'a> {
         Ok(())
     }
 
-    /// Momentum in the wheels, body axes.
+    /// Returns the momentum in the wheels, body axes.
     fn stored(&self) -> Vector3 {
         self.stored.as_ref().map_or_else(Vector3::zeros, |stored| *stored.value())
     }

@@ -101,8 +101,8 @@ struct Passage {
     windows: Vec<Window>,
 }
 
-/// End of the continuous motion under the held torque and its method, its margins of rates and
-/// cones where there are constraints, and where it was at the ends of each window.
+/// Returns the end of the continuous motion under the held torque and its method, its margins of
+/// rates and cones where there are constraints, and where it was at the ends of each window.
 fn held_end(
     plant: &Plant,
     inputs: &Inputs,
@@ -155,7 +155,8 @@ fn held_end(
     Ok(Passage { end, method, margins, recorded, windows: marks.windows() })
 }
 
-/// End of the continuous motion under the torque that is linear between the rows of the plan.
+/// Returns the end of the continuous motion under the torque that is linear between the rows of the
+/// plan.
 pub(super) fn continuous_end(
     plant: &Plant,
     start: &Phase,

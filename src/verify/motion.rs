@@ -34,13 +34,13 @@ impl Phase {
         }
     }
 
-    /// Angular velocity `Ω = J⁻¹Π`, body axes [rad/s].
+    /// Returns the angular velocity `Ω = J⁻¹Π`, body axes [rad/s].
     pub fn angular_velocity(&self, problem: &Problem) -> Vector3 {
         let inertia = &problem.body.inertia;
         angular_velocity(inertia.j(), inertia.j_inverse(), &self.momentum)
     }
 
-    /// Velocity `γ/m`, reference frame [m/s]; zero without a mass.
+    /// Returns the velocity `γ/m`, reference frame [m/s]; zero without a mass.
     pub fn velocity(&self, problem: &Problem) -> Vector3 {
         problem.body.mass.map_or_else(Vector3::zeros, |mass| self.linear_momentum / mass)
     }
@@ -83,13 +83,13 @@ impl Scale {
         }
     }
 
-    /// Units of torque and force [N·m, N].
+    /// Returns the units of torque and force [N·m, N].
     pub(crate) fn loads(&self) -> (f64, f64) {
         let per_time = 1.0 / self.time;
         (self.inertia * per_time * per_time, self.mass * self.length * per_time * per_time)
     }
 
-    /// Distance between two phases in scaled units.
+    /// Returns the distance between two phases in scaled units.
     pub(crate) fn distance(&self, a: &Phase, b: &Phase, motion: Motion) -> TerminalError {
         let moves = motion == Motion::RigidBody;
         let linear = self.mass * self.length / self.time;

@@ -89,12 +89,12 @@ impl Stage<'_> {
         self.plant.problem
     }
 
-    /// Steps of the plan that the windows have.
+    /// Returns the steps of the plan that the windows have.
     pub(super) fn steps(&self) -> usize {
         self.windows.iter().map(|window| window.steps.len()).sum()
     }
 
-    /// Size of the motion, scaled, which rounding is relative to.
+    /// Returns the size of the motion, scaled, which rounding is relative to.
     fn size(&self) -> f64 {
         let scale = Scale::of(self.problem());
         let size = |phase: &Phase| phase.momentum.norm() + phase.stored.norm();
@@ -113,7 +113,7 @@ impl Stage<'_> {
         Ok(sum.sqrt())
     }
 
-    /// End of a window of the held plan by the discrete witness at `h/refinement`.
+    /// Returns the end of a window of the held plan by the discrete witness at `h/refinement`.
     fn held_end(&self, window: &Window, start: &Phase, refinement: usize) -> Result<Phase, WitnessError> {
         let grid = &self.inputs.grid;
         let part = |k: usize| grid.step(k) / refinement as f64;

@@ -107,7 +107,7 @@ impl Reached<'_> {
         self.inputs.row_at(self.index)
     }
 
-    /// Attitude of the body here.
+    /// Returns the attitude of the body here.
     pub(super) fn attitude(&self) -> Matrix3 {
         self.body.phase().attitude
     }
@@ -252,7 +252,7 @@ pub(super) fn node_difference(
     larger(torque, (trajectory.force[row] - acting.force).norm() / force_unit)
 }
 
-/// Scaled difference of the recorded state from `phase`.
+/// Returns the scaled difference of the recorded state from `phase`.
 fn state_difference(
     plant: &Plant,
     trajectory: &Trajectory,

@@ -149,8 +149,8 @@ mod tests {
     use crate::testing::Random;
     use crate::{Matrix3, Vector3};
 
-    /// Momentum and attitude after a turn of `turn` in `steps` steps from the angular velocity
-    /// `rate`, of length 1.
+    /// Returns the momentum and attitude after a turn of `turn` in `steps` steps from the angular
+    /// velocity `rate`, of length 1.
     fn end(inertia: &Inertia, degree: usize, rate: &Vector3, turn: f64, steps: usize) -> (Vector3, Matrix3) {
         let step = turn / steps as f64;
         let mut body = EulerPoincare::new(inertia, degree, Quadrature::Gauss, step).unwrap();

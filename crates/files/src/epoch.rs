@@ -221,7 +221,7 @@ impl Epoch {
         Self { second: self.second + Unit::Second * whole, fraction, scale: self.scale }
     }
 
-    /// Seconds from `other` to this moment.
+    /// Returns the seconds from `other` to this moment.
     pub fn since(&self, other: &Self) -> f64 {
         let whole: Duration = self.second.to_time_scale(other.second.time_scale) - other.second;
         whole.to_seconds() + (self.fraction - other.fraction)
@@ -239,7 +239,8 @@ impl Epoch {
         self.second.to_tt_since_j2k().to_seconds() + self.fraction
     }
 
-    /// Date and time of day in its scale, as CCSDS messages write it; to the picosecond.
+    /// Returns the date and time of day in its scale, as CCSDS messages write it; to the
+    /// picosecond.
     pub fn calendar_text(&self) -> String {
         let mut digits = format!("{:.*}", DECIMALS, self.fraction);
         let mut second = self.second;
@@ -256,7 +257,7 @@ impl Epoch {
         format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}{digits}")
     }
 
-    /// Date and time of day of a whole second.
+    /// Returns the date and time of day of a whole second.
     fn calendar(&self, second: Instant) -> (i32, u8, u8, u8, u8, u8) {
         let scale = self.scale.of_hifitime();
         let of = |moment: Instant| {

@@ -66,21 +66,21 @@ impl Scenery {
         earth.into_iter().chain([moon, sun]).collect()
     }
 
-    /// Components along the axes that turn with the Earth.
+    /// Returns the components along the axes that turn with the Earth.
     fn earth_fixed(&self, vector: &Vector3, time: f64) -> Vector3 {
         let (sin, cos) = (EARTH_RATE_RAD_S * time).sin_cos();
         let v = self.earth * vector;
         Vector3::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z)
     }
 
-    /// Geodetic latitude and east longitude below the spacecraft \[deg\].
+    /// Returns the geodetic latitude and east longitude below the spacecraft \[deg\].
     pub fn below(&self, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         Some(geodetic(&self.earth_fixed(&place, time)))
     }
 
-    /// Geodetic latitude and east longitude \[deg\] of where a line of sight, GCRS, meets the
-    /// ground; `None` where it passes the Earth.
+    /// Returns the geodetic latitude and east longitude \[deg\] of where a line of sight, GCRS,
+    /// meets the ground; `None` where it passes the Earth.
     pub fn on_ground(&self, direction: &Vector3, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         let along = self.earth_fixed(direction, time);

@@ -57,7 +57,8 @@ pub(super) fn motion(
     })
 }
 
-/// Corners of the homogeneous box of the same principal moments, body axes, the longest half edge 1.
+/// Returns the corners of the homogeneous box of the same principal moments, body axes, the longest
+/// half edge 1.
 ///
 /// `J₁ = m (b² + c²)/3` and so on for half edges a, b, c, hence `a² ∝ J₂ + J₃ − J₁`.
 fn corners(subject: &Subject) -> [Vector3; 8] {

@@ -42,7 +42,7 @@ pub(super) fn body_axes() -> [Boresight; 3] {
     axes.map(|(name, vector)| Boresight { name: name.into(), vector })
 }
 
-/// Constraints on pointing.
+/// Returns the constraints on pointing.
 pub(super) fn cones<'a>(subject: &Subject<'a>) -> impl Iterator<Item = (&'a str, &'a Pointing)> {
     subject.problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
         Rule::Pointing(pointing) => Some((constraint.name.as_str(), pointing)),

@@ -117,7 +117,7 @@ pub(super) fn disc(disc: &SkyDisc) -> Value {
     json!({ "name": disc.name, "kind": disc.kind.word(), "way": way(&disc.way) })
 }
 
-/// Directions and angles at equal steps of time, four numbers each.
+/// Returns the directions and angles at equal steps of time, four numbers each.
 fn way(way: &[(Vector3, f64)]) -> Value {
     way.iter().map(|(at, angle)| numbers(at.iter().chain([angle]).copied(), 6)).collect()
 }

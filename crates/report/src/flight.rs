@@ -36,7 +36,7 @@ const SEEN: f64 = 0.02;
 /// The largest power of ten of it.
 const MOST_ENLARGED: i32 = 3;
 
-/// Covariances by the name of the loop, the closed one first.
+/// Returns the covariances by the name of the loop, the closed one first.
 fn loops<'a>(subject: &'a Subject) -> Vec<(&'static str, &'a Covariance)> {
     let Some(beside) = subject.beside() else { return Vec::new() };
     let closed = beside.closed.as_ref().map(|covariance| ("closed loop", covariance));
@@ -44,14 +44,14 @@ fn loops<'a>(subject: &'a Subject) -> Vec<(&'static str, &'a Covariance)> {
     closed.into_iter().chain(open).collect()
 }
 
-/// Numbers of nodes, at most about `most`, both ends included.
+/// Returns the numbers of nodes, at most about `most`, both ends included.
 fn some_nodes(count: usize, most: usize) -> impl Iterator<Item = usize> {
     let last = count.saturating_sub(1);
     let parts = last.min(most).max(1);
     (0..=parts).map(move |part| part * last / parts).take(count)
 }
 
-/// Covariance of the attitude, body axes \[rad²\].
+/// Returns the covariance of the attitude, body axes \[rad²\].
 fn of_attitude(state: &Matrix6) -> Matrix3 {
     state.fixed_view::<3, 3>(0, 0).into_owned()
 }

@@ -68,12 +68,12 @@ impl Cases {
         &self.tally
     }
 
-    /// Name of the spec.
+    /// Returns the name of the spec.
     pub fn name(&self) -> &str {
         &self.header.spec
     }
 
-    /// Pictures with their names in files.
+    /// Returns the pictures with their names in files.
     pub fn pictures(&self) -> Vec<Shown> {
         let mut shown = Vec::new();
         // Costs of effort, time and fuel are in different units, and have no picture together.

@@ -159,7 +159,7 @@ pub(crate) fn up(latitude_deg: f64, longitude_deg: f64) -> Vector3 {
     Vector3::new(cos * cl, cos * sl, sin)
 }
 
-/// Geodetic latitude and east longitude \[deg\] of a point, Earth-fixed axes \[m\].
+/// Returns the geodetic latitude and east longitude \[deg\] of a point, Earth-fixed axes \[m\].
 pub fn geodetic(position: &Vector3) -> [f64; 2] {
     let squared = FLATTENING * (2.0 - FLATTENING);
     let longitude = position.y.atan2(position.x);

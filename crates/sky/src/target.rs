@@ -377,7 +377,7 @@ impl Sky {
         Ok(self.vector(target, time, Theory::Full)?.normalize())
     }
 
-    /// Distance to a target \[m\].
+    /// Returns the distance to a target \[m\].
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].

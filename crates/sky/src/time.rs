@@ -62,7 +62,7 @@ impl Clock {
         Self { seconds: self.seconds + seconds, ..*self }
     }
 
-    /// Seconds from another epoch to this one.
+    /// Returns the seconds from another epoch to this one.
     pub fn since(&self, other: &Self) -> f64 {
         (self.days - other.days) * DAY + (self.seconds - other.seconds)
     }

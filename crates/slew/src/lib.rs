@@ -197,7 +197,7 @@ impl Command {
     }
 }
 
-/// Text on stdout.
+/// Prints text on stdout.
 fn print(text: &[u8]) -> Result<Exit, Failure> {
     console::to_stdout(|output| Ok(output.write_all(text)?))?;
     Ok(Exit::Solved)

@@ -143,7 +143,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     })
 }
 
-/// Plans a maneuver; where constraints are to keep chances, with the margins that this takes.
+/// Plans a maneuver; for chance constraints it also returns their margins.
 fn planned(
     problem: &Problem,
     settings: &Settings,

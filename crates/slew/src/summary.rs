@@ -134,7 +134,7 @@ fn tried(text: &str) -> Vec<String> {
     lines
 }
 
-/// Limits and verdicts of the witnesses, and every check that fails.
+/// Returns the limits and verdicts of the witnesses, and every check that fails.
 pub fn verified(console: &Console, judged: &Judged, verification: &Verification) -> Vec<String> {
     summary::verified(console.colour, judged, verification)
 }

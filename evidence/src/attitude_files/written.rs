@@ -29,7 +29,7 @@ fn sequence_name(axes: [usize; 3], first_version: bool) -> String {
         .collect()
 }
 
-/// Keys of a block and their values, in the order of the standard.
+/// Returns the keys of a block and their values, in the order of the standard.
 fn metadata(style: &Style, rows: &[Row]) -> Vec<(&'static str, String)> {
     let (a, b) = if style.body_is_a { (style.body, style.reference) } else { (style.reference, style.body) };
     let mut keys: Vec<(&'static str, String)> =

@@ -47,7 +47,7 @@ fn unit(axis: usize) -> Vector3 {
     Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)))
 }
 
-/// Covariance of attitude \[deg\] and rate [deg/s].
+/// Returns the covariance of attitude \[deg\] and rate [deg/s].
 fn variances(attitude: f64, rate: f64) -> Matrix6 {
     let [attitude, rate] = [attitude, rate].map(|sigma| sigma.to_radians().powi(2));
     Matrix6::from_diagonal(&Vector6::new(attitude, attitude, attitude, rate, rate, rate))
@@ -238,7 +238,7 @@ fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
     beside.chances.iter().flat_map(of).collect()
 }
 
-/// Chances of limits: at their worst instants, and one of all of them over the motion.
+/// Returns the chances of limits: at their worst instants, and one of all of them over the motion.
 fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     /// The chance that they share.
     const SHARED: f64 = 5e-2;

@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 { Err("infeasible where it must not be, or the reverse".into()) } else { Ok(()) }
 }
 
-/// Principal moments up to a factor of twenty apart, axes askew.
+/// Returns the principal moments up to a factor of twenty apart, axes askew.
 fn random_body(random: &mut Random) -> Result<Body, Box<dyn std::error::Error>> {
     let spread = Vector3::from_fn(|_, _| 10.0_f64.powf(1.5 * random.unit()));
     let moments = Vector3::new(spread.y + spread.z, spread.z + spread.x, spread.x + spread.y);

@@ -148,7 +148,7 @@ fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random
     }
 }
 
-/// Cost of the continuous plan, where the plan has arcs.
+/// Returns the cost of the continuous plan, where the plan has arcs.
 fn arcs(found: &Plan) -> Option<(f64, f64)> {
     let told = found.solution.switching.as_ref()?;
     Some((told.continuous_cost, told.gap))

@@ -247,7 +247,7 @@ struct Tally {
     whole_ms: Vec<f64>,
 }
 
-/// Cost of the continuous extremal.
+/// Returns the cost of the continuous extremal.
 fn cost(plan: &Plan) -> Option<f64> {
     let solved = plan.status == Status::Solved;
     plan.solution.switching.as_ref().filter(|_| solved).map(|switching| switching.continuous_cost)

@@ -136,7 +136,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     process::exit(i32::from(different > 0));
 }
 
-/// Names and texts of all specs: the maneuvers of `problems/`, then random ones.
+/// Returns the names and texts of all specs: the maneuvers of `problems/`, then random ones.
 fn cases(count: u64) -> io::Result<Vec<(String, String)>> {
     let mut cases = Vec::new();
     for entry in fs::read_dir(Path::new(evidence::ROOT).join("problems"))? {

@@ -203,19 +203,19 @@ impl Draft {
 
     // Scales of the maneuver.
 
-    /// Angle between start and end, the short way [rad].
+    /// Returns the angle between start and end, the short way [rad].
     pub fn angle(&self) -> f64 {
         let [w, x, y, z] = product(conjugate(self.start), self.end);
         2.0 * (x * x + y * y + z * z).sqrt().atan2(w.abs())
     }
 
-    /// Largest torque of the rotation about a fixed axis from rest to rest, mean inertia: 6 J θ/T²
-    /// [N·m].
+    /// Returns the largest torque of the rotation about a fixed axis from rest to rest, mean
+    /// inertia: 6 J θ/T² [N·m].
     pub fn peak_torque(&self) -> f64 {
         6.0 * self.inertia * self.angle() / self.duration.powi(2)
     }
 
-    /// Largest rate of that rotation: 3/2 θ/T [rad/s].
+    /// Returns the largest rate of that rotation: 3/2 θ/T [rad/s].
     pub fn peak_rate(&self) -> f64 {
         1.5 * self.angle() / self.duration
     }

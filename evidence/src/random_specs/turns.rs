@@ -41,7 +41,7 @@ pub fn matrix(q: Quaternion) -> [Vector; 3] {
     std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row]))
 }
 
-/// Numbers as a list of TOML.
+/// Returns the numbers as a list of TOML.
 pub fn list(numbers: &[f64]) -> String {
     let numbers: Vec<String> = numbers.iter().map(|number| format!("{number}")).collect();
     format!("[{}]", numbers.join(", "))

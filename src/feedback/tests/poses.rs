@@ -92,7 +92,7 @@ fn moved<const N: usize>(point: &Point, z: &SVector<f64, N>) -> Point {
     }
 }
 
-/// Half a kick, a drift, half a kick.
+/// Returns the half a kick, a drift, half a kick.
 fn step<const N: usize>(
     problem: &Problem,
     dynamics: &Dynamics,
@@ -117,8 +117,8 @@ fn step<const N: usize>(
     point
 }
 
-/// Torques in the body and forces in the reference frame, or the other way round; free, or in the
-/// field of two masses.
+/// Returns the torques in the body and forces in the reference frame, or the other way round; free,
+/// or in the field of two masses.
 fn problem(random: &mut Random, case: usize) -> Problem {
     let frame = if case.is_multiple_of(2) { AxisFrame::Body } else { AxisFrame::Reference };
     let problem = moving_ends(random, frame).with_steps(30).with_scheme(Scheme::LieVerlet);

@@ -60,7 +60,7 @@ const PIECE: f64 = 2e-3;
 /// Most pieces of an arc: motions of more than a hundred radians in one step are refused.
 const MAX_PIECES: f64 = 65_536.0;
 
-/// Angle between two vectors \[rad\], good to round-off at 0 and π too.
+/// Returns the angle between two vectors \[rad\], good to round-off at 0 and π too.
 pub fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
@@ -83,13 +83,13 @@ impl Target {
 }
 
 impl Arc {
-    /// Attitude after `part` of the arc, body → inertial.
+    /// Returns the attitude after `part` of the arc, body → inertial.
     pub fn attitude(&self, part: f64) -> Matrix3 {
         self.start * lie::exp(&(part * self.turn))
     }
 
-    /// Angle between `boresight` (unit vector, body axes) and `target` after `part` of the arc
-    /// \[rad\].
+    /// Returns the angle between `boresight` (unit vector, body axes) and `target` after `part` of
+    /// the arc \[rad\].
     pub fn angle(&self, boresight: &Vector3, target: &Target, part: f64) -> f64 {
         angle_between(&(self.attitude(part) * boresight), &target.at(part))
     }

@@ -41,8 +41,8 @@ pub(super) fn means(problem: &Problem) -> Means {
     }
 }
 
-/// Largest `|S(b) Ω|` that the limits of the angular velocity allow, for a body axis b; `None`: the
-/// largest `|Ω|` \[rad/s\].
+/// Returns the largest `|S(b) Ω|` that the limits of the angular velocity allow, for a body axis b;
+/// `None`: the largest `|Ω|` \[rad/s\].
 pub(super) fn fastest(problem: &Problem, axis: Option<&Vector3>) -> f64 {
     let speed = |rate: &Vector3| axis.map_or(rate.norm(), |axis| axis.cross(rate).norm());
     let limit = |rule: &Rule| match rule {
@@ -76,7 +76,7 @@ impl Ends {
         }
     }
 
-    /// Momentum in inertial axes at an end.
+    /// Returns the momentum in inertial axes at an end.
     pub(super) fn spatial_momentum(&self, end: usize) -> Vector3 {
         self.attitude[end] * self.momentum[end]
     }
@@ -92,8 +92,8 @@ pub(super) fn standing(problem: &Problem) -> bool {
     problem.environment.frame_rate() == Vector3::zeros()
 }
 
-/// Size of the total momentum of an isolated body with wheels, and the momenta that these hold at
-/// both ends, body axes [N·m·s].
+/// Returns the size of the total momentum of an isolated body with wheels, and the momenta that
+/// these hold at both ends, body axes [N·m·s].
 pub(super) fn held(problem: &Problem, ends: &Ends) -> (f64, [Vector3; 2]) {
     let stored = problem.actuation.stored_momentum();
     let total = ends.attitude[0] * (ends.momentum[0] + stored);

@@ -43,7 +43,8 @@ impl Detour {
         }
     }
 
-    /// Length of the shortest way around a cone of this half angle about the same axis \[rad\].
+    /// Returns the length of the shortest way around a cone of this half angle about the same axis
+    /// \[rad\].
     pub(super) fn length(&self, half_angle: f64) -> f64 {
         if half_angle >= FRAC_PI_2 {
             // The complement is a convex cap.
@@ -67,7 +68,7 @@ mod tests {
     use crate::lie;
     use crate::testing::Random;
 
-    /// Length of a taut string of points that goes around the cone on one side.
+    /// Returns the length of a taut string of points that goes around the cone on one side.
     fn string(start: &Vector3, end: &Vector3, axis: &Vector3, half_angle: f64, side: f64) -> f64 {
         const COUNT: usize = 60;
         let meridian = |v: &Vector3| (v - axis * axis.dot(v)).normalize();

@@ -114,7 +114,7 @@ impl Grid {
     }
 }
 
-/// Bounds on every arc of a maneuver of `duration` \[s\].
+/// Returns the bounds on every arc of a maneuver of `duration` \[s\].
 pub(super) fn envelope(
     motion: &Motion,
     means: &Means,
@@ -136,7 +136,7 @@ pub(super) fn envelope(
 }
 
 impl Motion {
-    /// Momenta on an arc as the torque alone allows.
+    /// Returns the momenta on an arc as the torque alone allows.
     fn at_most(&self, means: &Means, grid: &Grid, arc: usize) -> Arc {
         let (before, after) = (grid.before(arc), grid.after(arc));
         let torque = means.torque + means.field;
@@ -179,7 +179,8 @@ impl Motion {
         0.5 * (1.0 / self.moments[0] - 1.0 / self.moments[1])
     }
 
-    /// Bound g of the change of Π in body axes by a drift without wheels, for each second [N·m].
+    /// Returns the bound g of the change of Π in body axes by a drift without wheels, for each
+    /// second [N·m].
     fn gyroscopic(&self, step: f64, momentum: f64) -> f64 {
         let angle = sine_angle(step * momentum / self.moments[0]);
         product(2.0 * self.kappa() / (1.0 + angle.cos()), momentum * momentum)
@@ -202,7 +203,7 @@ impl Motion {
         }
     }
 
-    /// Bound of the speed after a drift with wheels.
+    /// Returns the bound of the speed after a drift with wheels.
     fn after_drift(&self, step: f64, speed: f64, arc: &Arc) -> f64 {
         let (angle, share) = self.turn(step, &Arc { speed, ..*arc });
         let [smallest, largest] = self.moments;
@@ -212,7 +213,8 @@ impl Motion {
         (speed * speed + product(4.0 * share, self.kappa() * gyroscopic)).sqrt()
     }
 
-    /// Bounds of the angle turned on an arc, and of the share that the wheels have in it.
+    /// Returns the bounds of the angle turned on an arc, and of the share that the wheels have in
+    /// it.
     fn turn(&self, step: f64, arc: &Arc) -> (f64, f64) {
         let smallest = self.moments[0];
         let (mut angle, mut share) = (FRAC_PI_2, arc.stored);

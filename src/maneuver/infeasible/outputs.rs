@@ -94,7 +94,7 @@ impl Outputs {
         worst
     }
 
-    /// Unit products of two generators.
+    /// Returns the unit products of two generators.
     fn edges(&self) -> impl Iterator<Item = Vector3> {
         let axes: Vec<Vector3> = self.generators.iter().map(|generator| generator.axis).collect();
         let pairs = (0..axes.len()).flat_map(move |i| (0..i).map(move |j| (i, j)));

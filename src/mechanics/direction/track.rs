@@ -206,7 +206,7 @@ fn chebyshev(coefficients: &[Vector3], x: f64) -> [Vector3; 4] {
     value
 }
 
-/// Coefficients of the derivative, times a factor.
+/// Returns the coefficients of the derivative, times a factor.
 fn derivative(coefficients: &[Vector3], factor: f64) -> Vec<Vector3> {
     let count = coefficients.len();
     let mut found = vec![Vector3::zeros(); count.max(2)];

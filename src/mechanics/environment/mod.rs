@@ -167,14 +167,14 @@ pub enum Symmetry {
 /// convergence, and a failed verdict; compare it with finite differences
 /// (`examples/own_environment.rs`).
 pub trait Environment: Debug + Send + Sync {
-    /// Potential energy `U` \[J\].
+    /// Returns the potential energy `U` \[J\].
     fn potential(&self, pose: &Pose) -> f64;
 
-    /// Force `f`, reference frame \[N\], and moment `M`, body axes [N·m], at a pose.
+    /// Returns the force `f`, reference frame \[N\], and moment `M`, body axes [N·m], at a pose.
     fn wrench(&self, pose: &Pose) -> Wrench;
 
-    /// Derivative `Γ` of force and moment with respect to `(δx, ζ)`: four 3×3 blocks [N/m, N/rad,
-    /// N, N·m/rad] (4.13–4.14).
+    /// Returns the derivative `Γ` of force and moment with respect to `(δx, ζ)`: four 3×3 blocks
+    /// [N/m, N/rad, N, N·m/rad] (4.13–4.14).
     fn gradient(&self, pose: &Pose) -> Blocks;
 
     /// Returns the derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, with the costates
@@ -182,7 +182,8 @@ pub trait Environment: Debug + Send + Sync {
     /// costates, per m or rad.
     fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks;
 
-    /// Angular velocity of the reference frame, in its own axes [rad/s]. Zero: inertial.
+    /// Returns the angular velocity of the reference frame, in its own axes [rad/s]. Zero:
+    /// inertial.
     fn frame_rate(&self) -> Vector3 {
         Vector3::zeros()
     }

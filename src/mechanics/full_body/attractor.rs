@@ -33,7 +33,7 @@ impl Attractor {
         Ok(Self::Cloud(PointCloud::new(vec![MassPoint { mass, position: Vector3::zeros() }])?))
     }
 
-    /// Mass \[kg\].
+    /// Returns the mass \[kg\].
     pub fn mass(&self) -> f64 {
         match self {
             Self::Cloud(cloud) => cloud.mass(),
@@ -42,7 +42,8 @@ impl Attractor {
         }
     }
 
-    /// Inertia about the mass center [kg·m²], 3×3, body axes. Singular for points on a line.
+    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes. Singular for points on a
+    /// line.
     pub fn inertia(&self) -> Matrix3 {
         match self {
             Self::Cloud(cloud) => cloud.inertia(),

@@ -28,7 +28,8 @@ pub struct Dumbbell {
 }
 
 impl Dumbbell {
-    /// Inertia `diag(J_a, J_a + m l²/4, J_a + m l²/4)`, `J_a = (2/5) m r²` [kg·m²], body axes.
+    /// Returns the inertia `diag(J_a, J_a + m l²/4, J_a + m l²/4)`, `J_a = (2/5) m r²` [kg·m²],
+    /// body axes.
     pub fn inertia(&self) -> Matrix3 {
         let axial = 0.4 * self.mass * self.sphere_radius.powi(2);
         let across = axial + 0.25 * self.mass * self.length.powi(2);
@@ -94,7 +95,8 @@ impl Dumbbells {
         Ok(Self { gravitational_constant, halves })
     }
 
-    /// Strength `G m_i m_j/4`, offset `x_i − x_j` and half rods `a_i`, `a_j` of every pair.
+    /// Returns the strength `G m_i m_j/4`, offset `x_i − x_j` and half rods `a_i`, `a_j` of every
+    /// pair.
     fn pairs(&self, poses: &[Pose]) -> impl Iterator<Item = Pair> {
         assert_eq!(poses.len(), self.halves.len(), "one pose per dumbbell");
         let rod = |i: usize| self.halves[i].1 * poses[i].attitude.column(0);

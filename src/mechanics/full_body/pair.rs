@@ -93,7 +93,7 @@ impl Task {
         tasks.extend(starts.map(|start| Self { field, probe, range: start..(start + step).min(count) }));
     }
 
-    /// Force and moments.
+    /// Returns the force and moments.
     pub fn exchange(&self, bodies: &[Attractor], moments: &[Moments], poses: &[Pose]) -> Exchange {
         let seen = seen_from(&poses[self.field], &poses[self.probe]);
         let probes = || &probes(&bodies[self.probe])[self.range.clone()];

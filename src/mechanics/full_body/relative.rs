@@ -126,7 +126,7 @@ impl<P: Potential> TwoBodies<P> {
         (relative, anchor)
     }
 
-    /// Poses and momenta of both bodies.
+    /// Returns the poses and momenta of both bodies.
     pub fn restore(&self, relative: &Relative, anchor: &Anchor) -> ([Pose; 2], [Momentum; 2]) {
         let [m1, m2] = self.masses;
         let (first, second) = (m1 / (m1 + m2), m2 / (m1 + m2));
@@ -151,7 +151,8 @@ impl<P: Potential> TwoBodies<P> {
         self.potential.energy(&placed(position, attitude))
     }
 
-    /// Force `f = −∂U/∂X` \[N\] and moment `M` [N·m] on body 1, both in the axes of body 2.
+    /// Returns the force `f = −∂U/∂X` \[N\] and moment `M` [N·m] on body 1, both in the axes of
+    /// body 2.
     pub fn wrench(&self, position: &Vector3, attitude: &Matrix3) -> Wrench {
         let mut wrenches = [Wrench::zero(); 2];
         self.potential.wrenches(&placed(position, attitude), &mut wrenches);
@@ -172,7 +173,7 @@ impl<P: Potential> TwoBodies<P> {
         }
     }
 
-    /// Energy in the frame of the mass center \[J\].
+    /// Returns the energy in the frame of the mass center \[J\].
     pub fn energy(&self, state: &Relative) -> f64 {
         let [omega, axes] = self.angular_velocities(state);
         let kinetic = state.momentum.norm_squared() / self.reduced_mass()
@@ -181,8 +182,8 @@ impl<P: Potential> TwoBodies<P> {
         0.5 * kinetic + self.potential(&state.position, &state.attitude)
     }
 
-    /// Total angular momentum about the mass center, in the axes of body 2 [kg·m²/s]: fixed only in
-    /// the reference frame, but its length is.
+    /// Returns the total angular momentum about the mass center, in the axes of body 2 [kg·m²/s]:
+    /// fixed only in the reference frame, but its length is.
     pub fn angular_momentum(&self, state: &Relative) -> Vector3 {
         state.position.cross(&state.momentum) + state.first + state.second
     }

@@ -75,7 +75,7 @@ pub(super) fn energy(first: &Moments, second: &Moments, seen: &Pose) -> f64 {
     -first.mass * second.mass / pair.r - (pair.trace - 3.0 * eke) / (2.0 * pair.r.powi(3))
 }
 
-/// Force and moments over `G`.
+/// Returns the force and moments over `G`.
 pub(super) fn exchange(first: &Moments, second: &Moments, seen: &Pose) -> Exchange {
     let pair = Pair::new(first, second, seen);
     let Pair { r, ref e, ref je, .. } = pair;

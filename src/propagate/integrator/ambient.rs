@@ -187,7 +187,7 @@ impl Ambient {
     }
 }
 
-/// Largest `|error|` relative to `scales`; NaN stays.
+/// Returns the largest `|error|` relative to `scales`; NaN stays.
 pub(super) fn largest(errors: impl Iterator<Item = f64>, scales: &[f64]) -> f64 {
     let mut worst = 0.0;
     for (error, scale) in errors.zip(scales) {

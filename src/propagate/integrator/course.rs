@@ -26,7 +26,7 @@ impl Course {
         Self { loads: Loads::new(system, step), state: state.clone(), work: Work::default(), facts }
     }
 
-    /// Number of bodies.
+    /// Returns the number of bodies.
     pub fn count(&self) -> usize {
         self.state.poses().len()
     }

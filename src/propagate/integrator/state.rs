@@ -35,12 +35,12 @@ impl SystemState {
         Self { poses, momenta, pose_excess, momentum_excess }
     }
 
-    /// Position and attitude of each body.
+    /// Returns the position and attitude of each body.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
-    /// Momenta of each body.
+    /// Returns the momenta of each body.
     pub fn momenta(&self) -> &[Momentum] {
         &self.momenta
     }

@@ -148,7 +148,7 @@ pub struct Invariants {
 }
 
 impl System {
-    /// Bodies under a potential; `None`: free bodies.
+    /// Builds the bodies under a potential; `None`: free bodies.
     ///
     /// # Errors
     /// [`SystemError::Empty`], [`SystemError::Mass`].
@@ -175,7 +175,7 @@ impl System {
         Self::turning(vec![body], potential, frame_rate)
     }
 
-    /// Bodies and potential in a reference frame that turns.
+    /// Builds the bodies and potential in a reference frame that turns.
     pub(crate) fn turning(
         bodies: Vec<Body>,
         potential: Option<Arc<dyn Potential>>,
@@ -201,7 +201,8 @@ impl System {
         self.potential.as_deref()
     }
 
-    /// Angular velocity of the reference frame, in its own axes [rad/s]; zero: inertial.
+    /// Returns the angular velocity of the reference frame, in its own axes [rad/s]; zero:
+    /// inertial.
     pub fn frame_rate(&self) -> Vector3 {
         self.frame_rate
     }

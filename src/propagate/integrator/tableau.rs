@@ -127,8 +127,8 @@ mod tests {
         (trees, sizes)
     }
 
-    /// Largest violation of the order conditions `Σ b_i φ_i(t) = 1/γ(t)` over all trees of each
-    /// order.
+    /// Returns the largest violation of the order conditions `Σ b_i φ_i(t) = 1/γ(t)` over all trees
+    /// of each order.
     fn violations(tableau: &Tableau, weights: &[f64], order: usize) -> Vec<f64> {
         let (trees, sizes) = trees(order);
         let stages = tableau.c.len();

@@ -99,7 +99,7 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// Number of the last row.
+    /// Returns the number of the last row.
     fn last(&self) -> usize {
         self.attitude.len() - 1
     }
@@ -114,7 +114,7 @@ impl Motion<'_> {
         !self.rows.breaks.contains(&(k + 1))
     }
 
-    /// Seconds from row `k` to the next.
+    /// Returns the seconds from row `k` to the next.
     fn step(&self, k: usize) -> f64 {
         self.rows.time[k + 1] - self.rows.time[k]
     }

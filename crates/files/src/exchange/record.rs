@@ -130,7 +130,8 @@ impl Record<'_> {
         }
     }
 
-    /// Angular velocity of the body against the reference frame at node `k`, body axes [rad/s].
+    /// Returns the angular velocity of the body against the reference frame at node `k`, body axes
+    /// [rad/s].
     pub(super) fn rate(&self, k: usize) -> Vector3 {
         let inertial = self.trajectory.angular_velocity[k];
         if !self.turns() {
@@ -169,7 +170,7 @@ impl Record<'_> {
         starts.zip(ends).map(|(start, end)| start..=end)
     }
 
-    /// Number of nodes.
+    /// Returns the number of nodes.
     pub(super) fn nodes(&self) -> usize {
         self.trajectory.time.len()
     }

@@ -87,7 +87,7 @@ impl From<&Matrix3> for Notations {
     }
 }
 
-/// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of
+/// Returns the angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of
 /// [`EULER_SEQUENCES`].
 ///
 /// `a` comes from the column of `R` that `c` does not change. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`:

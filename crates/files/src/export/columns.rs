@@ -53,7 +53,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Row `index`, if there is such a row and it is not empty.
+    /// Returns the row `index`, if there is such a row and it is not empty.
     pub fn row(self, index: usize) -> Option<&'a [f64]> {
         match self {
             Self::Numbers(values) => values.get(index).map(std::slice::from_ref),
@@ -225,7 +225,7 @@ pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
     if trajectory.position.is_empty() { 6 } else { 12 }
 }
 
-/// Number of reaction wheels: a row of their momenta at every node.
+/// Returns the number of reaction wheels: a row of their momenta at every node.
 fn wheel_count(trajectory: &Trajectory) -> usize {
     trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
 }

@@ -72,7 +72,8 @@ pub fn write_csv(
     Ok(output.flush()?)
 }
 
-/// Margins of limits and constraints, then angles between boresights and directions \[deg\].
+/// Returns the margins of limits and constraints, then angles between boresights and directions
+/// \[deg\].
 fn of_limits(trajectory: &Trajectory, problem: &Problem) -> Vec<WideColumn<'static>> {
     let rows = Rows::of(trajectory);
     let margins = margins_at_nodes(problem, trajectory, |node| rows.input(node));

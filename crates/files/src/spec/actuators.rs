@@ -175,7 +175,8 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
         .map(|channel| (channel, weight))
 }
 
-/// Inputs of one kind: axes under one of two names (the first is the default), and their weight.
+/// Returns the inputs of one kind: axes under one of two names (the first is the default), and
+/// their weight.
 fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str) -> Option<Channel> {
     let given = names.iter().find(|(name, _)| section.has(name));
     let (name, frame) = *given.unwrap_or(&names[0]);

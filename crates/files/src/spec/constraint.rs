@@ -51,7 +51,7 @@ pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<
     Some(constraints)
 }
 
-/// Names as given, or by kind; all different.
+/// Returns the names as given, or by kind; all different.
 fn names(sections: &[Section]) -> Option<Vec<String>> {
     let mut names: Vec<Option<String>> = vec![None; sections.len()];
     let mut good = true;
@@ -143,7 +143,7 @@ fn rate_limit(section: &Section) -> Option<Rule> {
     })
 }
 
-/// Half angle and margin \[rad\].
+/// Returns the half angle and margin \[rad\].
 fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     let half_angle = if section.has("beyond_limb_deg") {
         section.number("beyond_limb_deg").map(|value| Angle { key: "beyond_limb_deg", value })
@@ -214,7 +214,7 @@ fn rule_of<'a>(problem: &'a Problem, name: &str) -> Option<&'a Rule> {
     problem.constraints.iter().find(|constraint| constraint.name == name).map(|constraint| &constraint.rule)
 }
 
-/// Code and remedy of a boundary state that violates the constraint `name`.
+/// Returns the code and remedy of a boundary state that violates the constraint `name`.
 pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static str, String) {
     match rule_of(problem, name) {
         Some(Rule::RateNorm(limit)) => (

@@ -470,7 +470,7 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     }
 }
 
-/// Findings in file order, with their positions.
+/// Returns the findings in file order, with their positions.
 fn diagnostics(mut findings: Vec<Finding>, sources: &[Source]) -> Diagnostics {
     findings.sort_by_key(|finding| (finding.spot.span.source, finding.spot.span.start));
     findings.truncate(section::MAX_FINDINGS);

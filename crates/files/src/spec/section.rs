@@ -130,7 +130,7 @@ impl Angle {
         if self.in_degrees() { self.value.to_radians() } else { self.value }
     }
 
-    /// Half a turn in its unit, for messages.
+    /// Returns the half a turn in its unit, for messages.
     pub fn half_turn(self) -> &'static str {
         if self.in_degrees() { "180 deg" } else { "π rad" }
     }

@@ -48,30 +48,30 @@ impl Source {
         self
     }
 
-    /// Line and column in the whole file of a place in this text.
+    /// Returns the line and column in the whole file of a place in this text.
     pub fn in_file(&self, line: usize, column: usize) -> (usize, usize) {
         let (first, indent) = self.begins;
         (line + first - 1, if line == 1 { column + indent - 1 } else { column })
     }
 
-    /// Index of the line that holds byte `at`, from 0.
+    /// Returns the index of the line that holds byte `at`, from 0.
     fn line_index(&self, at: usize) -> usize {
         self.lines.partition_point(|start| *start <= at).saturating_sub(1)
     }
 
-    /// Line and column of byte `at`, both from 1, the column in characters.
+    /// Returns the line and column of byte `at`, both from 1, the column in characters.
     pub fn position(&self, at: usize) -> (usize, usize) {
         let at = self.boundary(at);
         let line = self.line_index(at);
         (line + 1, self.text[self.lines[line]..at].chars().count() + 1)
     }
 
-    /// Line number of byte `at`, from 1.
+    /// Returns the line number of byte `at`, from 1.
     pub fn line_number(&self, at: usize) -> usize {
         self.line_index(self.boundary(at)) + 1
     }
 
-    /// Line `number` (from 1) without its line break, and the byte at which it starts.
+    /// Returns the line `number` (from 1) without its line break, and the byte at which it starts.
     pub fn line(&self, number: usize) -> (&str, usize) {
         let start = self.lines[number - 1];
         let end = self.lines.get(number).map_or(self.text.len(), |next| next - 1);

@@ -205,7 +205,7 @@ fn steps(node: &Node, of: StepsOf) -> Read<u64> {
     wrong(code, node, reason, remedy)
 }
 
-/// Text of one line.
+/// Returns the text of one line.
 fn text(node: &Node, most: usize) -> Read<&str> {
     let Value::Text(text) = &node.value else { return wrong_type(node, "text in quotes") };
     let length = text.chars().count();

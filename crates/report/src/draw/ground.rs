@@ -175,7 +175,7 @@ fn grid(step: f64) -> Vec<Vec<Place>> {
     parallels.chain(meridians).collect()
 }
 
-/// Numbers where the grid lines cross the parallel and the meridian next to the middle.
+/// Returns the numbers where the grid lines cross the parallel and the meridian next to the middle.
 fn labels(view: &SkyView, step: f64) -> Vec<(String, Place)> {
     let latitude = view.middle.z.clamp(-1.0, 1.0).asin().to_degrees();
     let longitude = view.middle.y.atan2(view.middle.x).to_degrees();

@@ -50,8 +50,8 @@ impl Picture {
     }
 }
 
-/// Pictures in two columns as the text of one SVG file, each marked with a letter; fonts as large
-/// as in each alone.
+/// Returns the pictures in two columns as the text of one SVG file, each marked with a letter;
+/// fonts as large as in each alone.
 pub fn panel(pictures: &[&Picture]) -> String {
     let columns = pictures.len().clamp(1, 2);
     let rows = pictures.len().div_ceil(columns).max(1);

@@ -288,7 +288,7 @@ impl Sky {
         self.legend(svg);
     }
 
-    /// Numbers along the middle of the map: the grid lines that cross it.
+    /// Returns the numbers along the middle of the map: the grid lines that cross it.
     pub fn labels(&self, view: &SkyView) -> Vec<(String, Vector3)> {
         let inside = |at: &Vector3| {
             let (x, y) = view.project(at);

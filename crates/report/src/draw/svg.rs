@@ -120,7 +120,7 @@ fn rich(text: &str) -> String {
     out + &escape(rest)
 }
 
-/// Text for XML and HTML, between tags and in quoted attributes.
+/// Returns the text for XML and HTML, between tags and in quoted attributes.
 pub fn escape(text: &str) -> String {
     let mut out = String::new();
     for character in text.chars() {

@@ -44,7 +44,7 @@ pub struct WayRun {
     pub solve_time_s: f64,
 }
 
-/// Plans a maneuver whose inputs switch by each of the ways.
+/// Plans a maneuver whose inputs switch by each of the methods.
 ///
 /// A time limit applies to each solve. A stop by the observer ends them all.
 ///

@@ -142,7 +142,7 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Cost with its unit, and against the turn about a fixed axis.
+/// Returns the cost with its unit, and against the turn about a fixed axis.
 fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     let (what, unit) = match &problem.objective {
         Objective::Time => ("least time", "s"),

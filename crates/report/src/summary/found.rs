@@ -182,7 +182,7 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 2))
 }
 
-/// Duration or fuel, arcs and certificate of a plan whose inputs switch.
+/// Returns the duration or fuel, arcs and certificate of a plan whose inputs switch.
 fn switched(
     problem: &Problem,
     solution: &Solution,

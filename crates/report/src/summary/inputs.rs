@@ -175,7 +175,7 @@ fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64
     peaks
 }
 
-/// Names and peaks, and the largest part of a limit.
+/// Returns the names and the peaks, and the largest part of a limit.
 fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &str) -> String {
     let mut order: Vec<usize> = (0..peaks.len()).collect();
     let part = |index: usize| limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);

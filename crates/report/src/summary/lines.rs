@@ -34,7 +34,7 @@ pub fn line(label: &str, text: &str) -> String {
     format!("  {label:<11} {text}")
 }
 
-/// Label and text of a labelled line.
+/// Returns the label and text of a labelled line.
 pub fn parts(line: &str) -> (String, String) {
     let split = line.char_indices().nth(LABELLED).map_or(line.len(), |(at, _)| at);
     let (label, text) = line.split_at(split);

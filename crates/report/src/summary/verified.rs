@@ -19,7 +19,7 @@ pub struct Judged<'a> {
     pub active: Option<&'a [ActiveConstraint]>,
 }
 
-/// Limits and verdicts of the witnesses, and every check that fails.
+/// Returns the limits and verdicts of the witnesses, and every check that fails.
 pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> Vec<String> {
     if verification.was_stopped() {
         // Their numbers are NaN.

@@ -26,7 +26,7 @@ impl Layout {
         self.moves.contains(&true)
     }
 
-    /// Momentum of each wheel [N·m·s].
+    /// Returns the momentum of each wheel [N·m·s].
     pub fn wheel_momenta(&self, time: f64) -> Vec<f64> {
         self.wheels.iter().map(|(start, rate)| start + time * rate).collect()
     }

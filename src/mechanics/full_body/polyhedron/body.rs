@@ -57,17 +57,17 @@ impl HomogeneousPolyhedron {
         &self.shape
     }
 
-    /// Density [kg/m³].
+    /// Returns the density [kg/m³].
     pub fn density(&self) -> f64 {
         self.density
     }
 
-    /// Mass \[kg\].
+    /// Returns the mass \[kg\].
     pub fn mass(&self) -> f64 {
         self.mass
     }
 
-    /// Inertia about the mass center [kg·m²], 3×3, body axes.
+    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes.
     pub fn inertia(&self) -> Matrix3 {
         self.density * self.shape.unit_inertia()
     }

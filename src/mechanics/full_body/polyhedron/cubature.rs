@@ -46,8 +46,8 @@ impl Polyhedron {
     }
 }
 
-/// Nodes and weights of the n-point Gauss rule of `∫₀¹ x^β f(x) dx`: with `t = 2x − 1`, the roots
-/// of the Jacobi polynomial `P_n^{(0,β)}(t)` and `1/((1 − t²) P'(t)²)`.
+/// Returns the nodes and weights of the n-point Gauss rule of `∫₀¹ x^β f(x) dx`: with `t = 2x − 1`,
+/// the roots of the Jacobi polynomial `P_n^{(0,β)}(t)` and `1/((1 − t²) P'(t)²)`.
 fn gauss_jacobi(n: usize, beta: usize) -> Vec<(f64, f64)> {
     let mut roots: Vec<f64> = Vec::with_capacity(n);
     for index in 0..n {

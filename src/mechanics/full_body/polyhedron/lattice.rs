@@ -34,8 +34,8 @@ impl HomogeneousPolyhedron {
 }
 
 impl Polyhedron {
-    /// Centers of the cells inside, lattice centered at the origin: columns along z, filled between
-    /// crossings.
+    /// Returns the centers of the cells inside, lattice centered at the origin: columns along z,
+    /// filled between crossings.
     fn lattice_points(&self, spacing: f64) -> Vec<Vector3> {
         let at = |index: i64| (index as f64 + 0.5) * spacing;
         let mut points = Vec::new();

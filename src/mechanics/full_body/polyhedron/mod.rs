@@ -87,24 +87,24 @@ impl Polyhedron {
         &self.faces
     }
 
-    /// Volume \[m³\].
+    /// Returns the volume \[m³\].
     pub fn volume(&self) -> f64 {
         self.properties.volume
     }
 
-    /// Mass center at constant density \[m\].
+    /// Returns the mass center at constant density \[m\].
     pub fn center(&self) -> &Vector3 {
         &self.properties.center
     }
 
-    /// Inertia about the mass center at constant density 1 kg/m³, `∫ (|ρ|² I − ρ ρᵀ) dV` \[m⁵\],
-    /// 3×3.
+    /// Returns the inertia about the mass center at constant density 1 kg/m³,
+    /// `∫ (|ρ|² I − ρ ρᵀ) dV` \[m⁵\], 3×3.
     pub fn unit_inertia(&self) -> Matrix3 {
         let second = self.properties.second;
         second.trace() * Matrix3::identity() - second
     }
 
-    /// Distance of the farthest vertex from the origin \[m\].
+    /// Returns the distance of the farthest vertex from the origin \[m\].
     pub fn radius(&self) -> f64 {
         self.vertices.iter().map(|vertex| vertex.norm()).fold(0.0, f64::max)
     }

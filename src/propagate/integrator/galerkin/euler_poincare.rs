@@ -58,7 +58,7 @@ pub struct ReducedStep {
 }
 
 impl EulerPoincare {
-    /// Curves of `degree` 1 … 6, order twice that, with steps of `step` \[s\].
+    /// Builds the curves of `degree` 1 … 6, order twice that, with steps of `step` \[s\].
     ///
     /// # Errors
     /// [`SystemError::Degree`], [`SystemError::Step`].

@@ -5,8 +5,8 @@ use super::*;
 use crate::mechanics::body::Inertia;
 use crate::propagate::integrator::Quadrature;
 
-/// Rotation about the axis of the largest moment of a body whose axes are tilted: every step rounds
-/// alike.
+/// Returns the rotation about the axis of the largest moment of a body whose axes are tilted: every
+/// step rounds alike.
 fn steady_rotation() -> (System, SystemState) {
     let axes = lie::exp(&Vector3::new(0.5, -0.4, 0.3));
     let moments = Matrix3::from_diagonal(&Vector3::new(1.0, 1.7, 2.2));

@@ -63,7 +63,7 @@ fn form(system: &System, state: &SystemState) -> DMatrix<f64> {
     form
 }
 
-/// Largest violation of `Aᵀ Ω(Π⁺) A = Ω(Π)` by one step, A by central differences.
+/// Returns the largest violation of `Aᵀ Ω(Π⁺) A = Ω(Π)` by one step, A by central differences.
 fn twisted(kind: Kind, (system, state): &(System, SystemState), h: f64) -> f64 {
     let step = |state: &SystemState| {
         let mut method = method(kind, system, state, h);

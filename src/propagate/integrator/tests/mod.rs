@@ -65,7 +65,7 @@ fn method(kind: Kind, system: &System, state: &SystemState, step: f64) -> Box<dy
     kind.start(system, state, step, &ErrorControl::default()).unwrap()
 }
 
-/// Largest difference of poses and momenta.
+/// Returns the largest difference of poses and momenta.
 fn distance(a: &SystemState, b: &SystemState) -> f64 {
     let mut worst = 0.0;
     let mut see = |difference: f64| {

@@ -5,7 +5,7 @@ use super::*;
 
 const DURATION: f64 = 1.6;
 
-/// End of a case by one of the references, tightest tolerance.
+/// Returns the end of a case by one of the references, tightest tolerance.
 fn reference_end(kind: Kind, (system, state): &(System, SystemState), duration: f64) -> SystemState {
     let settings = ErrorControl { tolerance: 1e-14 };
     let mut reference = kind.start(system, state, duration / 192.0, &settings).unwrap();

@@ -63,7 +63,8 @@ impl Axis {
     }
 }
 
-/// Numbers at equal distances. Whole numbers stay whole, so that a number of steps can be swept.
+/// Returns the numbers at equal distances. Whole numbers stay whole, so that a number of steps can
+/// be swept.
 fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     let value = |index: u64| match index {
         0 => start,

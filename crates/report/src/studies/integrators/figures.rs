@@ -74,7 +74,7 @@ impl Outline {
     }
 }
 
-/// Name of a method in the legends, with the survey's where it has one.
+/// Returns the name of a method in the legends, with the survey's where it has one.
 fn label(kind: Kind) -> String {
     let survey = match kind {
         Kind::LieVerlet => "\nLGVI in the survey",
@@ -257,7 +257,8 @@ fn thinned<T: Clone>(points: &[T]) -> Vec<T> {
     thin
 }
 
-/// Paths of the mass centers with snapshots of the bodies; also the index of the last pose drawn.
+/// Returns the paths of the mass centers with snapshots of the bodies; also the index of the last
+/// pose drawn.
 fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) {
     let first = revolution(path);
     let last = (REVOLUTIONS * first).min(path.poses[0].len() - 1);
@@ -285,8 +286,8 @@ fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) 
     (items, names, last)
 }
 
-/// Index of the pose at the end of the first revolution of the first body, about the second one or
-/// the origin; the last index where it is not completed.
+/// Returns the index of the pose at the end of the first revolution of the first body, about the
+/// second one or the origin; the last index where it is not completed.
 fn revolution(path: &Path) -> usize {
     let count = path.poses[0].len();
     let arm = |index: usize| {
@@ -303,7 +304,7 @@ fn revolution(path: &Path) -> usize {
     count - 1
 }
 
-/// Paths of the tips of the first body's axes; also the index of the last pose drawn.
+/// Returns the paths of the tips of the first body's axes; also the index of the last pose drawn.
 fn tips(path: &Path) -> (Vec<Item>, Vec<String>, usize) {
     let poses = &path.poses[0];
     let tip = |axis: usize| -> Vec<Vector3> {

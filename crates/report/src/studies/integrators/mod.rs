@@ -231,7 +231,7 @@ impl Study {
         study
     }
 
-    /// Steps of `step` to `horizon`.
+    /// Returns the steps of `step` to `horizon`.
     fn count(step: f64, horizon: f64) -> u64 {
         (horizon / step).round() as u64
     }

@@ -136,7 +136,8 @@ pub(super) fn cheaper(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     a.cost < b.cost && spread(problem, &[a.cost, b.cost]) > Agreement::COST_TOLERANCE
 }
 
-/// Largest difference of two histories of costates, scaled, relative to the largest of the second.
+/// Returns the largest difference of two histories of costates, scaled, relative to the largest of
+/// the second.
 fn distance(problem: &Problem, first: &[f64], second: &[f64]) -> f64 {
     let units = Units::of(problem);
     let scale: Vec<f64> = match problem.motion {
@@ -152,7 +153,7 @@ fn distance(problem: &Problem, first: &[f64], second: &[f64]) -> f64 {
     difference / largest(&mut second.iter().copied()).max(Agreement::COST_FLOOR)
 }
 
-/// Nodes of every limit at which only one of the two has it acting.
+/// Returns the nodes of every limit at which only one of the two has it acting.
 fn differing(problem: &Problem, first: &Solution, second: &Solution) -> usize {
     let nodes = |solution: &Solution| -> BTreeSet<(String, usize)> {
         let step = problem.step();
