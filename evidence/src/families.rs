@@ -54,7 +54,8 @@ fn full_torque(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0)
 }
 
-/// Half of them are boxes that turn about a principal axis by 90°, 180° or any other angle.
+/// Draws a slew from rest to rest. Half of these are boxes that turn about a principal axis by 90°,
+/// 180° or any other angle.
 fn rest_to_rest(random: &mut Random) -> Problem {
     let at = |r: Matrix3| State::at_rest(r);
     if random.coin() {

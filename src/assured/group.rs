@@ -82,7 +82,7 @@ fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
     (0..parts).map(|part| sigma(part).unwrap_or(0.0)).collect()
 }
 
-/// Flights of a plan that count the room to limits.
+/// The simulated flights of a plan in which the room to the limits is counted.
 pub(super) struct Flights<'a> {
     pub beside: &'a Beside,
     pub planned: &'a Problem,
@@ -106,8 +106,8 @@ impl Flights<'_> {
         }
     }
 
-    /// What flights leave of the limits of a group, the least of them in its deviations, sorted; a
-    /// case that was lost leaves nothing.
+    /// Returns the least room, in standard deviations, that each flight leaves to the limits of a
+    /// group, sorted. A case that was lost leaves none.
     fn left(&self, group: &Group, plant: Plant) -> Vec<f64> {
         let gains = self.beside.gains.as_ref();
         let mut watched = Vec::new();
@@ -142,7 +142,8 @@ impl Flights<'_> {
     }
 }
 
-/// What is left in deviations; where nothing is uncertain a plan keeps its limits.
+/// Returns the room that is left in standard deviations. Where nothing is uncertain a plan keeps
+/// its limits.
 fn in_deviations(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { room / sigma } else { f64::INFINITY }
 }

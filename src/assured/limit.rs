@@ -1,5 +1,5 @@
-//! What a chance is of: a constraint or a limit of the torques, by name, and how much of it a plan
-//! holds.
+//! A limit that a chance is given for: a constraint or a limit of the torques, by name, and the
+//! reserve that a plan keeps to it.
 
 use super::{Held, NotKept};
 use crate::Vector3;
@@ -59,8 +59,8 @@ impl Limit {
         }
     }
 
-    /// What the maneuver allows, a number for each part; of a cone nothing that a margin could
-    /// exceed.
+    /// Returns the bounds that the maneuver sets, one number for each part. A cone has no bound that
+    /// a margin could exceed: infinity.
     pub fn bounds(&self, problem: &Problem) -> Vec<f64> {
         match self.which {
             Which::Constraint(index) => match &problem.constraints[index].rule {
@@ -75,7 +75,8 @@ impl Limit {
         }
     }
 
-    /// What a plan of the maneuver holds of it, a number for each part.
+    /// Returns the reserve that the maneuver keeps to the limit, one number for each part: the margin
+    /// of a cone, or the part of a bound that the plan may not use.
     pub fn held(&self, problem: &Problem) -> Vec<f64> {
         let reserve = &problem.reserve;
         let mut held = match self.which {
@@ -91,8 +92,8 @@ impl Limit {
         held
     }
 
-    /// Has a maneuver hold so much of it, a number for each part, each less than its bound in
-    /// `craft`.
+    /// Makes a maneuver keep the reserve `held` to the limit: one number for each part, each less
+    /// than its bound in `craft`.
     pub fn hold(&self, problem: &mut Problem, craft: &Problem, held: &[f64]) {
         let parts = self.bounds(craft).into_iter().zip(held);
         let (kept, left): (Vec<f64>, Vec<f64>) = parts.map(|(bound, held)| split(bound, *held)).unzip();

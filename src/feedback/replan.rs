@@ -63,22 +63,23 @@ const SAME: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NotReplanned {
-    /// Positions are planned too.
+    /// The plan has positions besides attitudes.
     #[error("the body translates: replanning supports attitudes alone")]
     Translation,
-    /// Its inputs switch, or its duration was free.
+    /// The inputs of the plan switch, or its duration was free.
     #[error(
         "replanning needs a plan of least effort in a given duration: a plan with switching inputs \
         or a free duration has no neighbour on its grid"
     )]
     Form,
-    /// Something that the shooting does not take limits it.
+    /// The maneuver has a limit that the method `shooting` cannot hold.
     #[error("its limits have no continuous costates: {0}")]
     Limited(Obstacle),
-    /// Its end is the plan's to choose.
+    /// The maneuver leaves its end attitude to the plan.
     #[error("its end attitude is free: replanning needs a given attitude and rate at the end")]
     End,
-    /// It has no trajectory with costates, or one that does not lead to its end.
+    /// The plan has no trajectory with costates, or one that does not lead to the end of the
+    /// maneuver.
     #[error("its costates do not lead to its end: it did not converge, or belongs to another maneuver")]
     Trajectory,
     /// It is the plan of something else.

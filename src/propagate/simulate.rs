@@ -289,7 +289,7 @@ impl Simulation {
         if steps == self.steps { self.duration } else { steps as f64 * self.step() }
     }
 
-    /// Everything but the quaternions.
+    /// Fills in everything except the quaternions.
     fn fill(&self, row: &mut SimulationRow, time: f64, state: &SystemState) {
         row.time = time;
         row.invariants = self.system.invariants(state);

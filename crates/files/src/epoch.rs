@@ -35,7 +35,7 @@ pub enum Scale {
 impl Scale {
     const ALL: [Self; 5] = [Self::Utc, Self::Tai, Self::Tt, Self::Tdb, Self::Gps];
 
-    /// Its name in specs and in CCSDS messages.
+    /// Returns its name in specs and in CCSDS messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Utc => "UTC",
@@ -207,7 +207,7 @@ impl Epoch {
         if scale == Scale::Tdb { TimeScale::TDB } else { TimeScale::TAI }
     }
 
-    /// Its time scale.
+    /// Returns the time scale of the epoch.
     pub fn scale(&self) -> Scale {
         self.scale
     }

@@ -50,7 +50,7 @@ impl Format {
         ]
     };
 
-    /// Its name, and the endings of the names of files that may hold it.
+    /// Returns the name of the format, and the endings of the names of files that may hold it.
     fn terms(self) -> (&'static str, &'static [&'static str]) {
         use exchange::Format as Other;
         match self {

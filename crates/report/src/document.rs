@@ -6,7 +6,7 @@ use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDi
 use serde_json::{Value, json};
 use slewkit::Vector3;
 
-/// Everything that the script of a page draws.
+/// Returns everything that the script of a page draws.
 pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
     let mut grids = Vec::new();
     let charts: Vec<Value> = shown
@@ -28,7 +28,7 @@ pub(super) fn numbers(values: impl Iterator<Item = f64>, digits: usize) -> Value
     values.map(|value| json!(rounded(value).filter(|value| value.is_finite()))).collect()
 }
 
-/// Three components to six digits.
+/// Writes three components to six digits.
 pub(super) fn vector(vector: &Vector3) -> Value {
     numbers(vector.iter().copied(), 6)
 }

@@ -38,9 +38,9 @@ pub struct Target {
 /// The extreme of the angle between a boresight and a direction on an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extreme {
-    /// The smallest.
+    /// The smallest value along the arc.
     Nearest,
-    /// The largest.
+    /// The largest value along the arc.
     Farthest,
 }
 

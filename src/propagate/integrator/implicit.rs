@@ -40,7 +40,7 @@ impl AttitudeEquation {
     /// Newton takes 2–4 iterations below 0.6 rad.
     const MAX_ITERATIONS: u32 = 40;
 
-    /// For steps of `step` \[s\].
+    /// Builds the equation for steps of `step` \[s\].
     pub fn new(inertia: &Inertia, step: f64) -> Self {
         let mean = inertia.mean();
         Self { j: inertia.j() / mean, j_inverse: inertia.j_inverse() * mean, scale: step / mean }

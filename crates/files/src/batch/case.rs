@@ -36,6 +36,6 @@ pub enum Kind {
     Folder,
     /// A point of a grid each.
     Sweep,
-    /// A random draw each.
+    /// Each case is one random draw.
     MonteCarlo,
 }

@@ -100,7 +100,7 @@ impl FlightCase {
         }
     }
 
-    /// Its flights in each loop.
+    /// Returns the flights of the case in each loop.
     pub fn flights(&self) -> impl Iterator<Item = Result<Flown, Lost>> + '_ {
         self.loops.iter().map(|end| {
             let FlightEnd { error, room, input_room, saturated } = end.as_ref().ok_or(Lost)?;

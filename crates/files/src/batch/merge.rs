@@ -67,7 +67,7 @@ pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, Batc
     Ok(header.cases)
 }
 
-/// This build has no Parquet.
+/// Fails: this build cannot write Parquet.
 ///
 /// # Errors
 /// Returns the error of a build without Parquet.

@@ -56,7 +56,7 @@ impl Shard {
         }
     }
 
-    /// Its number, from 1.
+    /// Returns the number of the shard, from 1.
     pub fn index(self) -> u64 {
         self.index
     }

@@ -24,7 +24,8 @@ struct Column {
 pub(super) struct Columns(Vec<Column>);
 
 impl Columns {
-    /// Keys are numbers until a case sets one to something else.
+    /// Builds columns for the keys of a header. A key counts as a number until a case sets it to
+    /// something else.
     pub fn new(header: &Header) -> Self {
         let fixed = |(path, kind): &(&str, columns::Kind)| Column {
             head: path.replace('/', "_"),

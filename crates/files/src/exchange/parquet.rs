@@ -114,7 +114,7 @@ fn column<T: DataType>(
     column.close()
 }
 
-/// Writes a trajectory, one row a node, with the columns of CSV.
+/// Writes a trajectory with the columns of CSV: one row for each node.
 pub(super) fn write_trajectory(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let table = wide_table(record.trajectory, record.problem, &record.identity, record.tables.margins);
     let columns: Vec<_> = table.iter().map(|column| (column.head.clone(), Kind::Number)).collect();

@@ -59,7 +59,7 @@ fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> 
     Some(Actuated { actuation, weights, prices, force_prices })
 }
 
-/// One price for each input of a kind.
+/// Reads one price for each input of a kind.
 fn prices(section: &Section, key: &str, inputs: &str, count: usize) -> Option<Vec<f64>> {
     match section.limits(key)? {
         Limits::All(price) => Some(vec![price; count]),

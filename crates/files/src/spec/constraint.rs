@@ -236,7 +236,8 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
     }
 }
 
-/// The method `shooting`, which holds limits of the inputs alone.
+/// Refuses the method `shooting` where a constraint limits more than the inputs. It holds limits of
+/// the inputs alone.
 pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     let limits = |channel: &slewkit::mechanics::actuators::ActuatorSet| channel.limits().rate.is_some();
     let actuation = &problem.actuation;

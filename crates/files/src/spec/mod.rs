@@ -415,12 +415,12 @@ fn is_simulation(root: &Node) -> Option<&tree::Entry> {
     root.entry("simulation").or_else(|| if root.entry("maneuver").is_some() { None } else { decided() })
 }
 
-/// A commented spec to start from: a three-axis slew.
+/// Returns a commented spec to start from: a three-axis slew.
 pub fn template() -> &'static str {
     include_str!("template.toml")
 }
 
-/// A commented simulation to start from: two bodies that attract one another.
+/// Returns a commented simulation to start from: two bodies that attract one another.
 pub fn simulation_template() -> &'static str {
     include_str!("simulation_template.toml")
 }

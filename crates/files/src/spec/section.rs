@@ -269,12 +269,12 @@ impl Section {
         Spot { span: self.span, key: self.path.clone() }
     }
 
-    /// An error at the value of `name`.
+    /// Records an error at the value of `name`.
     pub fn error(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.error(code, self.spot(name), reason, remedy);
     }
 
-    /// An error of the table.
+    /// Records an error of the table.
     pub fn error_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.error(code, self.here(), reason, remedy);
     }
@@ -300,12 +300,12 @@ impl Section {
         self.report.refuse(code, self.here(), reason, remedy)
     }
 
-    /// A warning at the value of `name`.
+    /// Records a warning at the value of `name`.
     pub fn warn(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.warn(code, self.spot(name), reason, remedy);
     }
 
-    /// A warning about the table.
+    /// Records a warning about the table.
     pub fn warn_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.warn(code, self.here(), reason, remedy);
     }

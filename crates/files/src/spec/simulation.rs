@@ -305,7 +305,7 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
 /// 10⁸.
 const PER_SECOND: f64 = 2e8;
 
-/// The implicit attitude equation has a solution at the start.
+/// Checks the steps: the implicit attitude equation has a solution at the start.
 fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member<'_>]) {
     let limited = matches!(
         simulation.kind,
@@ -332,7 +332,7 @@ fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member
     }
 }
 
-/// Bodies stand clear of one another at the start.
+/// Checks that the bodies are apart from one another at the start.
 fn apart(simulation: &Simulation, members: &[Member<'_>]) {
     let poses = simulation.start.poses();
     let reach = |index: usize| members[index].shape.as_ref().map_or(0.0, |shape| shape.reach);

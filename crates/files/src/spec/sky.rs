@@ -273,7 +273,7 @@ impl Reading {
         }
     }
 
-    /// An end, or a start, on a target.
+    /// Reads an end, or a start, on a target.
     pub fn aim(&mut self, boundary: &Section, duration: Option<f64>) -> Option<Aim> {
         let (point, end) = (boundary.section("point")?, &boundary.path);
         let boresight = axis(point, "boresight_body");

@@ -68,7 +68,7 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
     })
 }
 
-/// The value is of another type.
+/// Reports that the value has another type.
 fn wrong_type<T>(node: &Node, wanted: &str) -> Read<T> {
     let remedy = match &node.value {
         Value::Text(text) if wanted.contains("number") && text.trim().parse::<f64>().is_ok() => {

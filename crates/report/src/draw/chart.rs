@@ -268,7 +268,8 @@ fn tint(names: &[&str], name: &str) -> &'static str {
     SHADES[names.iter().position(|other| *other == name).unwrap_or(0) % SHADES.len()]
 }
 
-/// A span between two pixels; where colours differ in meaning, with its name if there is room.
+/// Shades a span between two pixels; where colours differ in meaning, with its name if there is
+/// room.
 fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
     /// The width of a small letter \[px\].
     const WIDTH: f64 = 6.5;

@@ -242,8 +242,8 @@ impl Scene {
         pieces
     }
 
-    /// The floor of the box with a grid, its height at one corner, and labels along the edges near
-    /// the reader.
+    /// Draws the floor of the box with a grid, its height at one corner, and labels along the edges
+    /// near the reader.
     fn floor(&self, svg: &mut Svg, view: &View, low: &Vector3, high: &Vector3) {
         let grid = format!("stroke=\"{GRID}\" stroke-width=\"1\"");
         let edge = format!("stroke=\"{FAINT}\" stroke-width=\"1\"");

@@ -71,7 +71,7 @@ impl Svg {
         self.raw(&format!("<{name} points=\"{}\" {style}/>", list.join(" ")));
     }
 
-    /// The area between closed curves, by their fill rule.
+    /// Fills the area between closed curves by their fill rule.
     pub fn area(&mut self, curves: &[&[(f64, f64)]], style: &str) {
         let mut path = String::new();
         for curve in curves {

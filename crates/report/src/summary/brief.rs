@@ -338,7 +338,7 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Describes the way of a path.
+/// Names the direction in which a path turns: the short way or the long way.
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
         _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",

@@ -95,7 +95,7 @@ fn ended(outcome: Outcome) -> &'static str {
 /// runs.
 const CROWD: usize = 8;
 
-/// Everything tried, one line a run, a crowd of equal ones in one.
+/// Lists the attempts: one line for each run, and one line for several equal runs.
 pub(super) fn ladder(rungs: &[RungReport]) -> Vec<String> {
     let texts = rungs
         .chunk_by(|a, b| a.rung == b.rung)

@@ -88,7 +88,7 @@ impl PolyhedronField {
         -self.at(&side_by_side(&[*point; LANES])).solid_angle.0[0]
     }
 
-    /// Everything at four points.
+    /// Returns `U`, `∇U` and `Σ ω` at four points.
     pub(in crate::mechanics::full_body) fn at(&self, y: &[Lanes; 3]) -> Attraction {
         let (mut potential, mut gradient) = (Lanes::ZERO, [Lanes::ZERO; 3]);
         for edge in &self.edges {

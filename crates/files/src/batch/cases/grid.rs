@@ -57,7 +57,7 @@ impl Axis {
         &self.key
     }
 
-    /// Its values, as a spec would have them.
+    /// Returns the values of the axis as a spec would hold them.
     pub fn values(&self) -> &[String] {
         &self.values
     }

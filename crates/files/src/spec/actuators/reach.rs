@@ -56,7 +56,7 @@ fn half_space(axes: &[Vector3]) -> Option<Vector3> {
     (amid.norm() > NOTHING).then(|| amid.normalize())
 }
 
-/// Three components to three decimals.
+/// Writes three components to three decimals.
 fn shown(vector: &Vector3) -> String {
     let [x, y, z] = [vector.x, vector.y, vector.z].map(|part| (part * 1e3).round() / 1e3 + 0.0);
     format!("({x}, {y}, {z})")

@@ -25,7 +25,7 @@ fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &
     }
 }
 
-/// Three deviations, about the body axes.
+/// Reads three standard deviations, about the body axes.
 fn three(section: Option<&Section>, key: &str, unit: f64) -> Vector3 {
     Vector3::from_column_slice(&several(section, key, unit, 3, "all axes"))
 }

@@ -66,19 +66,19 @@ pub(super) fn numbers<const N: usize>(node: &Node, quantity: &Quantity, what: &s
     <[f64; N]>::try_from(values).map_err(|_| Vec::new())
 }
 
-/// Three numbers.
+/// Reads three numbers.
 pub(super) fn vector(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
     numbers(node, quantity, "numbers (x, y, z)")
 }
 
-/// Three rows of three numbers.
+/// Reads three rows of three numbers.
 pub(super) fn rows(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     let items = items(node, 3, "rows of three numbers")?;
     let rows = each(items, |row| numbers(row, quantity, "numbers in a row"))?;
     <[_; 3]>::try_from(rows).map_err(|_| Vec::new())
 }
 
-/// Three rows, or a diagonal.
+/// Reads an inertia: three rows, or the diagonal.
 pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     let items = match &node.value {
         Value::Array(items)
@@ -122,7 +122,7 @@ pub(super) fn axes(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     each(items, |item| axis(item, quantity))
 }
 
-/// One vector, or a list of them, at most [`MAX_AXES`]; none of length zero.
+/// Reads one vector, or a list of them, at most [`MAX_AXES`]; none of length zero.
 pub(super) fn vectors(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     match &node.value {
         Value::Array(items) if items.is_empty() => {

@@ -61,8 +61,8 @@ impl SkyDisc {
         [self.way.first(), self.way.last()].map(|end| end.copied().unwrap_or(nothing))
     }
 
-    /// The disc at the end, its outline at the start, and the way of its middle; `scale` is the
-    /// radius of the map \[px\], `rim` a curve around it.
+    /// Draws the disc at the end, its outline at the start, and the way of its middle; `scale` is
+    /// the radius of the map \[px\], `rim` a curve around it.
     pub(super) fn draw(
         &self,
         svg: &mut Svg,

@@ -241,7 +241,7 @@ impl Drawn<'_> {
     }
 }
 
-/// Snapshots on the first revolution, and revolutions that are drawn.
+/// The number of snapshots in the first revolution, and the number of revolutions drawn.
 const SNAPSHOTS: usize = 8;
 const REVOLUTIONS: usize = 3;
 

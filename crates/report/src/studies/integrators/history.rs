@@ -23,7 +23,7 @@ pub struct History {
     pub moments: Vec<Moment>,
 }
 
-/// A stretch of time.
+/// An interval of the time axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     /// Its middle \[s\].
