@@ -220,7 +220,7 @@ impl Over {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Held {
-    /// Its name.
+    /// The name of the limit.
     pub name: String,
     /// The limited quantity.
     pub quantity: Quantity,
@@ -240,7 +240,7 @@ pub struct Margins {
     pub cost_without: f64,
     /// Plans until margins and covariances agreed.
     pub plans: usize,
-    /// Whether they did; else the plan is the last of them.
+    /// Whether margins and covariances agreed. If not, the plan is the last of [`Margins::plans`].
     pub agreed: bool,
     /// For each chance over the motion: the proportion of flights that exceed a limit.
     pub counted: Vec<Option<Proportion>>,

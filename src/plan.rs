@@ -46,7 +46,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Its name in files, `"solved"` and so on.
+    /// Returns the name of the status in files, `"solved"` and so on.
     pub fn name(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -81,8 +81,8 @@ impl Status {
         }
     }
 
-    /// Its exit code: 0 solved, 4 infeasible, 5 not converged, 6 limit reached, 7 verification
-    /// failed, 130 interrupted.
+    /// Returns the exit code: 0 solved, 4 infeasible, 5 not converged, 6 limit reached, 7
+    /// verification failed, 130 interrupted.
     pub fn exit_code(self) -> u8 {
         match self {
             Self::Solved => 0,
@@ -163,7 +163,7 @@ pub fn plan(
 pub struct WarmPlan {
     /// The rest of the maneuver at that time: its start, duration and steps.
     pub problem: Problem,
-    /// Its plan.
+    /// The new plan.
     pub plan: Plan,
     /// The number of Newton steps from the other plan; or the reason for which that plan was not
     /// used, and a new search was made.

@@ -106,14 +106,14 @@ pub enum Left {
     NotConverged {
         /// The outcome.
         outcome: Outcome,
-        /// Its steps.
+        /// The steps that Newton took.
         steps: usize,
         /// The terminal error that it left, scaled; NaN where no sweep came to its end.
         residual: f64,
     },
     /// It converged to an extremal that costs more than a neighbour can.
     Dearer {
-        /// Its cost.
+        /// Cost of the extremal.
         cost: f64,
         /// The expected cost of a neighbour, to second order.
         expected: f64,

@@ -41,9 +41,9 @@ pub struct Arc {
     pub first_step: usize,
     /// The number of its steps.
     pub steps: usize,
-    /// Its length \[s\].
+    /// Length of the arc \[s\].
     pub length: f64,
-    /// Its inputs, SI.
+    /// The inputs on the arc, SI.
     pub inputs: Vec<f64>,
 }
 

@@ -88,7 +88,7 @@ impl Rotation {
         Self { matrix: exp(vector) }
     }
 
-    /// Its rotation vector \[rad\], at most π long; see [`log`].
+    /// Returns the rotation vector \[rad\], at most π long; see [`log`].
     pub fn log(&self) -> Vector3 {
         log(&self.matrix)
     }
@@ -99,12 +99,13 @@ impl Rotation {
         Self { matrix: rotation_from_quaternion(quaternion) }
     }
 
-    /// Its unit quaternion `[w, x, y, z]`, of the two the one whose largest component is positive.
+    /// Returns the unit quaternion `[w, x, y, z]`: of the two, the one whose largest component is
+    /// positive.
     pub fn quaternion(&self) -> [f64; 4] {
         quaternion_from_rotation(&self.matrix)
     }
 
-    /// Its matrix, shape (3, 3).
+    /// Returns the matrix, shape (3, 3).
     pub fn matrix(&self) -> &Matrix3 {
         &self.matrix
     }

@@ -78,7 +78,7 @@ pub enum AimError {
     /// An axis is not a unit vector.
     #[error("the pointing axis has length {length}: give a vector of length 1")]
     Axis {
-        /// Its length.
+        /// Length of the axis.
         length: f64,
     },
     /// The second axis is the first, or its opposite.
@@ -87,7 +87,7 @@ pub enum AimError {
     /// The band of the roll is not an angle from 0 to 180°.
     #[error("the roll band is {degrees} deg: give a value from 0 to 180")]
     Band {
-        /// Its half width \[deg\].
+        /// Half width of the band \[deg\].
         degrees: f64,
     },
     /// The two directions are nearly parallel at the end: they leave the roll undetermined, and

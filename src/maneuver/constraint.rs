@@ -26,7 +26,7 @@ pub const BOUNDARY_ROUNDING: f64 = 1e-9;
 /// A constraint with the name that reports use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint {
-    /// Its name, for people.
+    /// The name for people.
     pub name: String,
     /// The condition on the motion.
     pub rule: Rule,
@@ -94,7 +94,7 @@ pub enum ConstraintError {
     /// A boresight or direction is not a unit vector.
     #[error("a vector of a pointing constraint has length {length}: it must be 1")]
     Vector {
-        /// Its length.
+        /// Length of the vector.
         length: f64,
     },
     /// There is nothing to point, or nothing to point at.

@@ -54,7 +54,7 @@ impl Scheme {
         }
     }
 
-    /// Its name in files.
+    /// Returns the name of the scheme in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::LieEuler => "lie_euler",
@@ -115,7 +115,7 @@ pub enum GridError {
     Length {
         /// The number of the step, from 0.
         index: usize,
-        /// Its length.
+        /// Length of the step \[s\].
         length: f64,
     },
 }

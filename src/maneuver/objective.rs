@@ -157,7 +157,7 @@ impl Objective {
         if *self == Self::Time { 1.0 } else { self.given_time_price().unwrap_or(0.0) }
     }
 
-    /// Its name in files.
+    /// Returns the name of the objective in files.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Effort(_) => "effort",

@@ -132,7 +132,7 @@ pub struct Problem {
     pub body: Body,
     /// The field that acts on the body.
     pub environment: Arc<dyn Environment>,
-    /// Its actuators.
+    /// The actuators of the body.
     pub actuation: Actuation,
     /// The objective.
     pub objective: Objective,
@@ -174,7 +174,7 @@ pub enum ProblemError {
     Value {
         /// The name of the quantity.
         what: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
         /// The allowed values.
         reason: &'static str,
@@ -208,7 +208,7 @@ pub enum ProblemError {
     /// A constraint cannot be used.
     #[error("constraint \"{name}\": {error}")]
     Constraint {
-        /// Its name.
+        /// The name of the constraint.
         name: String,
         /// The reason.
         error: ConstraintError,
@@ -448,7 +448,7 @@ impl Problem {
         Ok(Self { end_condition: EndCondition::Met(meeting), ..facing })
     }
 
-    /// The ends on `aim` that it may have at `time` \[s\].
+    /// Returns the ends on `aim` that the maneuver may have at `time` \[s\].
     pub(crate) fn ends_on(&self, aim: &Aim, time: f64) -> Result<Ends, AimError> {
         aim.ends(time, &self.start.attitude, &self.environment.frame_rate())
     }

@@ -19,7 +19,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// Its name in files.
+    /// Returns the name of the method in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -43,7 +43,7 @@ pub enum Thoroughness {
 }
 
 impl Thoroughness {
-    /// Its name in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Quick => "quick",
@@ -65,7 +65,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// Its name in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "motion",
@@ -141,7 +141,7 @@ impl Default for Settings {
 pub struct SettingsError {
     /// The name of the setting.
     pub name: &'static str,
-    /// Its value.
+    /// Value of the setting.
     pub value: f64,
     /// The allowed values.
     pub reason: &'static str,

@@ -42,7 +42,7 @@ pub enum Shortfall {
     NoSmoothedExtremal,
     /// Too few steps for the arcs of the extremal that was found.
     FewSteps {
-        /// Its arcs.
+        /// Number of arcs of the extremal.
         arcs: usize,
         /// The fewest steps.
         steps: usize,
@@ -106,7 +106,7 @@ pub enum Shortfall {
 /// A limit or constraint that stays violated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Violation {
-    /// Its name.
+    /// The name of the limit or constraint.
     pub name: String,
     /// The size of the violation.
     pub excess: Excess,

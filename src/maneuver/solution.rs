@@ -315,7 +315,7 @@ pub enum Rung {
 }
 
 impl Rung {
-    /// Its name in files.
+    /// Returns the name of the rung in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Guess => "guess",
@@ -376,9 +376,9 @@ pub struct Rival {
     pub start: String,
     /// Rotation sense: "short" or "long".
     pub sense: Sense,
-    /// Its cost, as [`Solution::cost`].
+    /// Cost of the extremal, as [`Solution::cost`].
     pub cost: f64,
-    /// Its conjugate points, if counted.
+    /// Conjugate points of the extremal, if counted.
     pub conjugate_points: Option<usize>,
     /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,

@@ -90,7 +90,7 @@ pub enum Structure {
 }
 
 impl Structure {
-    /// Its name in files.
+    /// Returns the name of the structure in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::BangBang => "bang_bang",

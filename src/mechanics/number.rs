@@ -17,7 +17,7 @@ pub enum NumberError {
     NotPositive {
         /// The name of the number.
         name: &'static str,
-        /// Its value, SI units.
+        /// Value of the quantity, SI units.
         value: f64,
     },
     /// A quantity that may be zero is negative.
@@ -25,7 +25,7 @@ pub enum NumberError {
     Negative {
         /// The name of the number.
         name: &'static str,
-        /// Its value, SI units.
+        /// Value of the quantity, SI units.
         value: f64,
     },
 }

@@ -8,7 +8,7 @@ use super::eight::Number;
 
 /// A vector of numbers of any kind.
 pub(crate) type Vector<T> = nalgebra::Vector3<T>;
-/// A matrix of them.
+/// A 3×3 matrix of numbers of any kind.
 pub(crate) type Matrix<T> = nalgebra::Matrix3<T>;
 
 /// `A v`.

@@ -49,7 +49,7 @@ pub struct Simulation {
     pub start: SystemState,
     /// The method.
     pub kind: Kind,
-    /// Its settings.
+    /// The tolerances of a method that chooses its own step.
     pub settings: ErrorControl,
     /// Duration `T` \[s\].
     pub duration: f64,

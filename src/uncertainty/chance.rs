@@ -54,7 +54,7 @@ pub struct Worst {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Chance {
-    /// Its name.
+    /// The name of the constraint or limit.
     pub name: String,
     /// The limited quantity.
     pub quantity: Quantity,

@@ -34,7 +34,7 @@ const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
 /// Where a stretch begins and what torque acts on it, scaled.
 pub(super) struct Stretch {
-    /// Its length h.
+    /// Length h of the stretch.
     pub(super) length: f64,
     /// `Π`.
     pub(super) momentum: Vector3,

@@ -81,7 +81,7 @@ pub struct Verification {
 pub struct Testimony {
     /// "discrete", "continuous, held torque", "continuous, linear torque", "order", "symplectic".
     pub witness: String,
-    /// Its method; or why it does not judge.
+    /// The method of the witness, or the reason why it does not judge.
     pub method: String,
     /// The number of steps of the plan over which it ran: all, or those of the windows.
     pub steps: usize,
@@ -128,7 +128,7 @@ pub enum WitnessError {
     StepTooLong {
         /// Start of that step \[s\].
         time: f64,
-        /// Its length \[s\].
+        /// Length of the step \[s\].
         step: f64,
     },
     /// The times of the nodes do not rise.
@@ -136,7 +136,7 @@ pub enum WitnessError {
     Step {
         /// Start of that step \[s\].
         time: f64,
-        /// Its length \[s\].
+        /// Length of the step \[s\].
         step: f64,
     },
     /// The adaptive integrator gave up.

@@ -22,7 +22,7 @@ const SHORTEST: usize = 2;
 /// A stretch of a plan, and the motion of the continuous witness at its ends.
 #[derive(Clone, Debug)]
 pub(super) struct Window {
-    /// Its steps of the plan.
+    /// The steps of the plan in the window.
     pub(super) steps: Range<usize>,
     pub(super) start: Phase,
     pub(super) end: Phase,

@@ -74,7 +74,7 @@ impl Format {
         }
     }
 
-    /// Its name on a command line.
+    /// Returns the name of the format on a command line.
     pub fn name(self) -> &'static str {
         self.terms().0
     }

@@ -11,7 +11,7 @@ pub struct Identity {
     pub epoch: Option<Epoch>,
     /// The object that turns.
     pub object: Option<String>,
-    /// Its international designator, or another identifier.
+    /// International designator of the spacecraft, or another identifier.
     pub object_id: Option<String>,
     /// The central body: a planet.
     pub center: Option<String>,
@@ -39,14 +39,14 @@ pub struct Nozzle {
     pub position: Vector3,
     /// The way in which it pushes the body, of length 1.
     pub direction: Vector3,
-    /// Its largest force \[N\].
+    /// Largest force of the thruster \[N\].
     pub force_limit: f64,
     /// The price of its impulse [1/(N·s)].
     pub price: f64,
 }
 
 impl Nozzle {
-    /// Its lever about the mass center \[m\]: torque over force.
+    /// Returns the lever about the mass center \[m\]: torque over force.
     pub fn lever(&self) -> f64 {
         self.position.cross(&self.direction).norm()
     }

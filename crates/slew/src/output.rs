@@ -81,7 +81,7 @@ impl Format {
         self.of_data().map_or(&[], formats::Format::endings)
     }
 
-    /// Its name on the command line.
+    /// Returns the name of the format on the command line.
     fn name(self) -> String {
         self.to_possible_value().map_or(String::new(), |value| value.get_name().into())
     }

@@ -92,7 +92,7 @@ fn moved<const N: usize>(point: &Point, z: &SVector<f64, N>) -> Point {
     }
 }
 
-/// Returns the half a kick, a drift, half a kick.
+/// Takes one step: half a kick, a drift, half a kick.
 fn step<const N: usize>(
     problem: &Problem,
     dynamics: &Dynamics,

@@ -10,7 +10,7 @@ use thiserror::Error;
 /// set holds, also at its ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alternatives {
-    /// Its name, for people.
+    /// The name for people.
     pub name: String,
     /// At least two sets: the names of the constraints of each. A constraint belongs to one set.
     pub sets: Vec<Vec<String>>,

@@ -44,7 +44,7 @@ struct Demand {
     angle: f64,
     /// The body axis that must move; `None` for the whole body.
     axis: Option<Lever>,
-    /// Its largest speed by the rate limits [rad/s].
+    /// Largest speed that the rate limits allow [rad/s].
     fastest: f64,
     /// The cone that makes it so far.
     cone: Option<Detour>,

@@ -45,7 +45,7 @@ impl Dumbbell {
         Ok(Body { inertia: Inertia::new(self.inertia())?, mass: Some(self.mass) })
     }
 
-    /// Its two point masses.
+    /// Returns the two point masses.
     ///
     /// # Errors
     /// A [`FullBodyError`](super::FullBodyError) if mass or length is not a positive number.

@@ -130,7 +130,7 @@ impl Kind {
         NAMES.into_iter().map(|(kind, _)| kind)
     }
 
-    /// Its name in files and commands.
+    /// Returns the name of the method in files and commands.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(kind, _)| *kind == self).map_or("galerkin", |(_, name)| name)
     }

@@ -9,9 +9,9 @@ use crate::{Matrix3, Vector3, lie};
 /// The margins of a trajectory to one limit or constraint at each node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeMargins {
-    /// The name that [`super::Margin`] has.
+    /// The name of the limit or constraint, as in [`super::Margin`].
     pub name: String,
-    /// Its unit there.
+    /// Unit of the margins.
     pub unit: &'static str,
     /// `N + 1` distances, negative for a violation. NaN if the node has no input, or no rate of
     /// one, and if a constraint is not active.

@@ -36,13 +36,13 @@ pub struct FlightHeader {
 /// The result of one case in each loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightCase {
-    /// Its number, from 0.
+    /// Number of the case, from 0.
     pub case: u64,
-    /// Its parameters; none where it was lost in every loop.
+    /// Parameters of the case; none where it was lost in every loop.
     pub parameters: Vec<f64>,
     /// The number of impossible inertias that were drawn.
     pub rejected_inertias: u32,
-    /// Its end in each loop; nothing where it could not be followed.
+    /// End of the flight in each loop; `None` where it could not be followed.
     pub loops: Vec<Option<FlightEnd>>,
 }
 

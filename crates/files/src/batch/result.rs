@@ -45,9 +45,9 @@ impl Header {
 /// plan, no error without one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
-    /// Its number, from 1.
+    /// Number of the case, from 1.
     pub case: u64,
-    /// Its name: of the table's column `name`, or of the file in a folder.
+    /// Name of the case: from the table's column `name`, or of the file in a folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Keys that it sets, with their values; texts as `--set` takes them.

@@ -128,7 +128,7 @@ impl Results {
     /// continued run will write it.
     ///
     /// # Errors
-    /// Returns the error of the file, or of a line that is not a result.
+    /// Fails when the file cannot be read, or a line is not a result.
     pub fn next_result(&mut self) -> Result<Option<(CaseResult, Vec<u8>)>, BatchError> {
         match self.lines.next()? {
             Some(Line::Whole(line)) => {

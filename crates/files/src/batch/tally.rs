@@ -57,9 +57,9 @@ pub struct Worst {
     pub value: f64,
     /// The case.
     pub case: u64,
-    /// Its name.
+    /// Name of the case.
     pub name: Option<String>,
-    /// Its keys, as `--set` takes them.
+    /// Keys of the case, as `--set` takes them.
     pub set: Vec<String>,
 }
 

@@ -30,9 +30,9 @@ pub struct Notations {
     pub rodrigues: Option<[f64; 3]>,
     /// Right ascension of the body's x axis, from 0 to 360.
     pub ra_deg: f64,
-    /// Its declination.
+    /// Declination of the body's x axis.
     pub dec_deg: f64,
-    /// Roll about it, from -180 to 180: `R = Rz(ra) Ry(−dec) Rx(roll)`.
+    /// Roll about the body's x axis, from -180 to 180: `R = Rz(ra) Ry(−dec) Rx(roll)`.
     pub roll_deg: f64,
     /// Intrinsic Euler angles of every sequence, keys as in a spec.
     #[serde(flatten)]

@@ -91,7 +91,7 @@ impl Serialize for Values<'_> {
 /// A quantity of a trajectory.
 #[derive(Clone, Copy)]
 pub(super) struct Column<'a> {
-    /// Its key in JSON.
+    /// Key of the quantity in JSON.
     pub key: &'static str,
     /// The heading of its columns in a table: `{}` is replaced by the component.
     pub header: &'static str,

@@ -390,7 +390,7 @@ impl Apart<'_> {
     }
 }
 
-/// Returns whether a word names one of many as another does: "input 2" as "input 1".
+/// Returns whether two words differ only in their number: "input 2" and "input 1".
 fn is_one_of(told: &Value, found: &Value) -> bool {
     let form = |value: &Value| {
         value

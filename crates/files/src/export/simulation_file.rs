@@ -49,7 +49,7 @@ pub struct SimulationRows {
 /// The rows of one body, SI units; positions and velocities where it moves.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct BodyRows {
-    /// Its name, where there are several.
+    /// Name of the body, where there are several.
     #[serde(default)]
     pub name: String,
     /// Attitudes `[w, x, y, z]`.

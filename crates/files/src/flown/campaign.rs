@@ -96,7 +96,7 @@ pub struct PointedRecord {
 /// A constraint, or a limit, along all cases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ConstraintRecord {
-    /// Its name.
+    /// The name of the constraint or limit.
     pub name: String,
     /// Cases that violate it at any time.
     pub violated: Part,

@@ -108,7 +108,7 @@ pub struct PointingRecord {
 /// The chance of violating a constraint, or of exceeding a limit of the torques.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChanceRecord {
-    /// Its name.
+    /// The name of the constraint or limit.
     pub name: String,
     /// The largest of all nodes.
     pub largest: f64,
@@ -158,7 +158,7 @@ pub struct Part {
     pub count: u64,
     /// The proportion.
     pub part: f64,
-    /// Its interval (Clopper and Pearson).
+    /// The interval of Clopper and Pearson.
     pub interval: [f64; 2],
 }
 
@@ -171,7 +171,7 @@ impl From<Proportion> for Part {
 /// The part of a limit that a plan holds in reserve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldRecord {
-    /// Its name.
+    /// The name of the limit.
     pub name: String,
     /// The unit of the numbers.
     pub unit: String,
@@ -192,7 +192,7 @@ pub struct MarginsRecord {
     pub cost_without: f64,
     /// Plans until margins and covariances agreed.
     pub plans: usize,
-    /// Whether they did.
+    /// Whether they agreed.
     pub agreed: bool,
     /// For each chance over the whole motion: the limit, or the joint limits, and the proportion
     /// of flights of the plan that exceed it.

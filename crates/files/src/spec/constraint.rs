@@ -51,7 +51,7 @@ pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<
     Some(constraints)
 }
 
-/// Returns the names as given, or by kind; all different.
+/// Returns the names as given, or made from the kind of constraint; all are different.
 fn names(sections: &[Section]) -> Option<Vec<String>> {
     let mut names: Vec<Option<String>> = vec![None; sections.len()];
     let mut good = true;

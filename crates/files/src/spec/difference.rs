@@ -8,9 +8,9 @@ use serde_json::Value;
 pub struct Difference {
     /// The key, dotted.
     pub key: String,
-    /// Its value in the first, as JSON.
+    /// Value of the key in the first maneuver, as JSON.
     pub first: String,
-    /// Its value in the second.
+    /// Value of the key in the second maneuver, as JSON.
     pub second: String,
 }
 

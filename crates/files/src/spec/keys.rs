@@ -109,7 +109,7 @@ impl Kind {
 pub(crate) struct Key {
     pub name: &'static str,
     pub kind: Kind,
-    /// Its meaning, in one line.
+    /// Meaning of the key, in one line.
     pub doc: &'static str,
     /// Whether it is required; the text is a sample.
     pub sample: Option<&'static str>,

@@ -166,7 +166,7 @@ pub struct Solid {
     pub faces: usize,
     /// Volume \[m³\].
     pub volume: f64,
-    /// Its mass center in the coordinates of the vertices as given \[m\]; the origin of the body
+    /// Mass center in the coordinates of the vertices as given \[m\]; the origin of the body
     /// moves there.
     pub mass_center: Vector3,
 }

@@ -130,7 +130,7 @@ impl Angle {
         if self.in_degrees() { self.value.to_radians() } else { self.value }
     }
 
-    /// Returns the half a turn in its unit, for messages.
+    /// Returns half a turn in its unit, for messages.
     pub fn half_turn(self) -> &'static str {
         if self.in_degrees() { "180 deg" } else { "π rad" }
     }
@@ -152,7 +152,7 @@ pub(crate) struct Section {
     pub keeps_rounding: bool,
     /// The report for its findings.
     pub report: Report,
-    /// Its keys and values, in the order of the file.
+    /// Keys and values of the table, in the order of the file.
     pub given: Vec<Given>,
 }
 

@@ -25,7 +25,7 @@ pub struct Origin {
 /// One text, with the starts of its lines.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
-    /// Its name for the user.
+    /// Name of the text for the user.
     pub name: String,
     /// The text.
     pub text: String,

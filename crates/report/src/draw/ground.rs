@@ -26,11 +26,11 @@ pub type Place = [f64; 2];
 /// A way on the ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundTrack {
-    /// Its name.
+    /// The name of the track.
     pub name: String,
     /// Number of its colour.
     pub style: usize,
-    /// Its stretches: a line of sight may leave the Earth and come back.
+    /// Stretches of the track: a line of sight may leave the Earth and come back.
     pub stretches: Vec<Vec<Place>>,
 }
 

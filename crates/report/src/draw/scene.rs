@@ -25,7 +25,7 @@ pub struct Scene {
 pub enum Item {
     /// A path.
     Path {
-        /// Its points \[m\].
+        /// Points of the path \[m\].
         points: Vec<Vector3>,
         /// Number of the colour.
         style: usize,
@@ -34,16 +34,16 @@ pub enum Item {
     },
     /// A rod.
     Rod {
-        /// Its ends \[m\].
+        /// Ends of the rod \[m\].
         ends: [Vector3; 2],
         /// Number of the colour.
         style: usize,
     },
     /// A ball.
     Ball {
-        /// Its center \[m\].
+        /// Center of the ball \[m\].
         center: Vector3,
-        /// Its radius \[m\]; a small one is drawn large enough to be seen.
+        /// Radius of the ball \[m\]; a small one is drawn large enough to be seen.
         radius: f64,
         /// Number of the colour.
         style: usize,

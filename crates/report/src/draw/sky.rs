@@ -42,9 +42,9 @@ pub struct Sky {
 /// A cone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyCone {
-    /// Its name.
+    /// The name of the constraint.
     pub name: String,
-    /// Its axis, a unit vector.
+    /// Axis of the cone, a unit vector.
     pub axis: Vector3,
     /// Half angle \[rad\].
     pub half_angle: f64,
@@ -84,7 +84,7 @@ impl ConeAsks {
 /// The way of a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyTrack {
-    /// Its name.
+    /// The name of the direction.
     pub name: String,
     /// Number of its colour.
     pub style: usize,
@@ -106,7 +106,7 @@ pub struct SkyRing {
 /// A direction with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyMark {
-    /// Its name.
+    /// The name of the direction.
     pub name: String,
     /// A unit vector.
     pub at: Vector3,

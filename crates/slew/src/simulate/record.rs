@@ -19,9 +19,9 @@ use std::io::Write;
 struct Field {
     /// The body that it is of.
     body: Option<usize>,
-    /// Its key in JSON.
+    /// Key of the quantity in JSON.
     key: String,
-    /// Its columns in a table.
+    /// Columns of the quantity in a table.
     columns: Vec<String>,
     /// Whether it is one number, not a list.
     scalar: bool,

@@ -72,7 +72,7 @@ impl HomogeneousPolyhedron {
         self.density * self.shape.unit_inertia()
     }
 
-    /// Its exact field, for `G` and density 1.
+    /// Returns the exact field of the body, for `G` and density 1.
     pub fn field(&self) -> &PolyhedronField {
         &self.field
     }

@@ -22,7 +22,7 @@ pub enum ShapeError {
     Coordinate {
         /// The number of the vertex.
         vertex: usize,
-        /// Its coordinate \[m\].
+        /// The coordinate \[m\].
         value: f64,
         /// The largest magnitude \[m\].
         limit: f64,

@@ -21,7 +21,7 @@ pub(super) struct Cell {
 /// One row.
 #[derive(Debug)]
 pub(super) struct Row {
-    /// Its line, from 1.
+    /// Line of the row, from 1.
     pub line: usize,
     pub cells: Vec<Cell>,
 }

@@ -21,7 +21,7 @@ const NAME: usize = 40;
 
 /// One array with its summary.
 pub(super) struct Segment {
-    /// Its name.
+    /// Name of the array.
     pub name: String,
     /// First and last time.
     pub bounds: [f64; 2],

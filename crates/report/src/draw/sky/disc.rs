@@ -8,7 +8,7 @@ use slewkit::Vector3;
 /// A disc that moves, or a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyDisc {
-    /// Its name.
+    /// The name of the target.
     pub name: String,
     /// The kind of the disc.
     pub kind: DiscKind,
@@ -34,7 +34,7 @@ pub enum DiscKind {
 const LEAST: f64 = 4.0;
 
 impl DiscKind {
-    /// Its name in the style sheet of pages.
+    /// Returns the name of the kind in the style sheet of pages.
     pub fn word(self) -> &'static str {
         match self {
             Self::Earth => "earth",

@@ -137,7 +137,7 @@ pub enum StudyError {
 pub struct StudyProgress {
     /// The method that runs.
     pub kind: Kind,
-    /// Its step \[s\].
+    /// Step of the current run \[s\].
     pub step: f64,
     /// Runs done, and in all; each is made once to watch it and again to time it.
     pub runs: (usize, usize),

@@ -27,7 +27,7 @@ pub struct Global {
     pub lower_bound: f64,
     /// Cost of the plan of that discrete problem.
     pub cost: f64,
-    /// Its cost without limits and constraints, where there are any.
+    /// Cost without limits and constraints, where there are any.
     pub cost_without_limits: Option<f64>,
     /// `(cost − lower_bound)/cost`: what may still be gained, at most.
     pub gap: f64,

@@ -77,7 +77,7 @@ pub enum Standing {
 /// The nodes at which a limit or constraint is active.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ActiveNodes {
-    /// Its name.
+    /// The name of the limit or constraint.
     pub name: String,
     /// Times at which it is active, each once \[s\].
     pub time_s: Vec<f64>,
@@ -88,7 +88,7 @@ pub struct ActiveNodes {
 pub struct ByItself {
     /// The outcome of that run.
     pub status: Standing,
-    /// Its cost, where it reached the end.
+    /// Cost of the result, where it reached the end.
     pub cost: Option<f64>,
 }
 
@@ -100,7 +100,8 @@ pub struct MethodRun {
     pub method: Contender,
     /// The outcome.
     pub status: Standing,
-    /// Its own result, if the rest belongs to a second run along the path of a cheaper answer.
+    /// The method's own result, if the rest belongs to a second run along the path of a cheaper
+    /// answer.
     pub by_itself: Option<ByItself>,
     /// The reason for which it does not apply, or for which no input can meet the terminal
     /// conditions.
