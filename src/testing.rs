@@ -72,7 +72,7 @@ pub fn with_torques(problem: Problem, axes: &Matrix3, matrix: &Matrix3) -> Probl
     problem.with_actuation(Actuation::torques(torque)).with_objective(Weights::of_torques(weight(matrix)))
 }
 
-/// Returns the inputs that leave nothing out: full `B`, full `W`, more force inputs than forces.
+/// Returns actuators of the most general kind: full `B`, full `W`, more force inputs than forces.
 fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
     let b = Matrix3::new(1.0, 0.1, 0.0, 0.0, 0.9, -0.2, 0.1, 0.0, 1.1);
     let w = Matrix3::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 0.5);

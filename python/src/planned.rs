@@ -30,9 +30,9 @@ pub struct Planned {
     pub identity: Identity,
     pub closed_loop: ClosedLoop,
     pub plan: Plan,
-    /// The gains along it, if the spec requests them.
+    /// The gains along the plan, if the spec requests them.
     feedback: Option<FeedbackRecord>,
-    /// The uncertainty along it.
+    /// The uncertainty along the plan.
     uncertainty: Option<UncertaintyRecord>,
     /// Wall time within the library; NaN of one that was read.
     wall_time: f64,

@@ -60,7 +60,7 @@ impl<'a> Draws<'a> {
     /// Returns the craft of a case.
     ///
     /// # Errors
-    /// [`Lost`] where no inertia that is drawn is one.
+    /// Returns [`Lost`] if no drawn matrix is the inertia of a body.
     pub fn craft(&self, case: u64) -> Result<Drawn, Lost> {
         let parameters = &self.uncertainty.parameters;
         let mut stream = Stream::new(self.seed, case, stream::PARAMETERS);

@@ -98,9 +98,9 @@ enum Lengths {
 /// Steps and nodes as fractions of the duration.
 #[derive(Debug, PartialEq)]
 struct Fractions {
-    /// `f_k`, N.
+    /// Length of each step, as a fraction: `f_k`, N numbers.
     steps: Vec<f64>,
-    /// `t_k/T`, N+1.
+    /// Time of each node, as a fraction: `t_k/T`, N+1 numbers.
     nodes: Vec<f64>,
 }
 

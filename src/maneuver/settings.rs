@@ -7,8 +7,8 @@ use thiserror::Error;
 /// The choice of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Shooting with the whole ladder behind it; sequential convex programming, then polish, where
-    /// something is constrained.
+    /// Shooting, followed by the other attempts where it fails. Where something is constrained:
+    /// sequential convex programming, then polish.
     #[default]
     Auto,
     /// Shooting on the costates. Limits on the inputs alone go through the saturated control law.

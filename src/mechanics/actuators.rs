@@ -399,8 +399,8 @@ impl Actuation {
         forces.map_or(0, ActuatorSet::count)
     }
 
-    /// Returns the force inputs and the torque inputs of a row, which are the same ones of
-    /// thrusters that give both.
+    /// Returns the force inputs and the torque inputs of a row. For thrusters that give both, each
+    /// is the whole row.
     pub fn split<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         if self.thrusters.is_some() {
             return (inputs, inputs);

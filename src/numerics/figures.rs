@@ -1,6 +1,7 @@
-//! Numbers for people, and nowhere else; files have all digits.
+//! Rounded numbers for people. Files have all digits.
 
-/// `value` to `digits` significant digits, plain where that is readable: `12.7`, `1.25e-07`.
+/// Formats `value` to `digits` significant digits, plain where that is readable: `12.7`,
+/// `1.25e-07`.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");

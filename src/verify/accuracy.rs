@@ -42,7 +42,7 @@ impl Accuracy {
     }
 }
 
-/// Rounded up to two digits.
+/// Returns a number of steps, rounded up to two digits.
 fn rounded(steps: f64) -> usize {
     let unit = 10_f64.powf(steps.log10().floor() - 1.0).max(1.0);
     ((steps / unit).ceil() * unit) as usize

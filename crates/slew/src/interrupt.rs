@@ -59,8 +59,8 @@ pub fn writing() {
     WRITING.store(true, Ordering::SeqCst);
 }
 
-/// Takes Ctrl-C over for work that is all writing: it ends at once, and leaves nothing
-/// half-written.
+/// Handles Ctrl-C for a command that only writes files: the program ends at once and leaves no
+/// incomplete file.
 pub fn end_at_once() {
     writing();
     watch();

@@ -233,7 +233,7 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
     exit.code()
 }
 
-/// Help and version to stdout with 0, usage errors to stderr with 2.
+/// Writes help and version to stdout with exit code 0, and usage errors to stderr with 2.
 fn tell(said: &clap::Error) -> Exit {
     let words = said.to_string();
     let shown = escape_lines(&words);

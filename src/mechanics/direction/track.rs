@@ -89,7 +89,7 @@ impl Track {
     /// \[s\], of degree `degree`.
     ///
     /// # Errors
-    /// Returns the error of `position`, or a [`TrackError`].
+    /// Passes on the error of `position`, or returns a [`TrackError`].
     pub fn fitted<E: From<TrackError>>(
         from: f64,
         to: f64,

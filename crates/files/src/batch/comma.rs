@@ -19,7 +19,7 @@ impl<'o> CommaTable<'o> {
     /// cases set.
     ///
     /// # Errors
-    /// Returns the error of the stream.
+    /// Fails when the stream cannot be written.
     pub fn begin(header: &Header, output: &'o mut dyn Write) -> Result<Self, ExportError> {
         let fixed = |(path, _): &(&str, _)| -> Vec<String> { path.split('/').map(String::from).collect() };
         let set = header.keys.iter().map(|key| vec!["set".into(), key.clone()]);
@@ -37,7 +37,7 @@ impl<'o> CommaTable<'o> {
     /// Adds a result.
     ///
     /// # Errors
-    /// Returns the error of the stream.
+    /// Fails when the stream cannot be written.
     pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
         let result = serde_json::to_value(result)?;
         let cell = |path: &Vec<String>| match path.iter().try_fold(&result, |value, key| value.get(key)) {

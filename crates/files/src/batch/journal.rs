@@ -101,7 +101,7 @@ impl Journal {
     /// Adds a result.
     ///
     /// # Errors
-    /// Returns the error of the disk. The file still holds whole lines, if the system allows to
+    /// Fails when the disk does. The file still holds whole lines, if the system allows to
     /// cut the rest.
     pub fn line(&mut self, line: &str) -> Result<(), BatchError> {
         let mut text = String::with_capacity(line.len() + 1);

@@ -70,7 +70,7 @@ pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, Batc
 /// Fails: this build cannot write Parquet.
 ///
 /// # Errors
-/// Returns the error of a build without Parquet.
+/// Fails always: this build cannot write Parquet.
 #[cfg(not(feature = "parquet"))]
 pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
     let lacking = crate::exchange::Lacking::Parquet;

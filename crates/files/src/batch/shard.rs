@@ -43,7 +43,7 @@ impl Shard {
     /// Reads `3/40`.
     ///
     /// # Errors
-    /// Returns the error of the text.
+    /// Fails when the text does not name a shard.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let parts =
             text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));

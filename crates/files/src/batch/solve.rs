@@ -20,7 +20,7 @@ impl Observer for Stoppable<'_> {
 /// Plans a case with a valid spec, without a guess, so that no other case affects it.
 ///
 /// # Errors
-/// Returns the error of a problem that the planner refuses.
+/// Fails when the planner refuses the problem.
 pub fn plan_case(loaded: &Loaded, stop: &dyn Fn() -> bool) -> Result<Plan, PlanError> {
     plan(&loaded.problem, &loaded.settings, None, &mut Stoppable(stop))
 }

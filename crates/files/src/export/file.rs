@@ -188,7 +188,7 @@ impl Target {
     /// Writes the file: a temporary one in the same folder, flushed to the disk, then renamed.
     ///
     /// # Errors
-    /// Returns the error of `content`, or a [`FileError`]; the folder is then unchanged.
+    /// Passes on the error of `content`, or returns a [`FileError`]; the folder is then unchanged.
     pub fn write(
         &self,
         content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,

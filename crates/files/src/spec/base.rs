@@ -106,7 +106,7 @@ impl Base {
     /// command line if nowhere else.
     ///
     /// # Errors
-    /// Returns the error of the path, with the nearest key.
+    /// Fails when no key has this path; the error names the nearest key.
     pub fn check_key(&self, path: &str, at: Option<&Origin>) -> Result<(), Diagnostics> {
         self.key(path).map(drop).map_err(|(code, reason, remedy)| {
             let here = Origin { file: "command line".into(), line: 1, column: 1 };
@@ -123,7 +123,7 @@ impl Base {
     /// Contradictions with other keys show when the case is read.
     ///
     /// # Errors
-    /// Returns the error of the value, or of its path.
+    /// Fails when no key has this path, or the key cannot have this value.
     pub fn check_value(&self, given: &Override) -> Result<(), Diagnostics> {
         let key = match self.key(given.path()) {
             Ok(Place::Key(key)) => key,

@@ -20,7 +20,7 @@ impl Override {
     /// Splits `key.path=value`.
     ///
     /// # Errors
-    /// Returns the error of the text, for a usage message.
+    /// Fails when the text cannot be used; the error is text for a usage message.
     pub fn parse(text: &str) -> Result<Self, String> {
         let Some((path, value)) = text.split_once('=') else {
             return Err(format!("`{}` has no `=`; {WANTED}", cut(text, 60)));
@@ -31,7 +31,7 @@ impl Override {
     /// Sets the key at a dotted `path` to `value`.
     ///
     /// # Errors
-    /// Returns the error of the path or the value, for a usage message.
+    /// Fails when the path or the value cannot be used; the error is text for a usage message.
     pub fn new(path: &str, value: &str) -> Result<Self, String> {
         let path = path.trim();
         if path.split('.').any(|part| part.trim().is_empty()) {

@@ -11,10 +11,10 @@ use slewkit::lie;
 use slewkit::maneuver::{Motion, Objective, Problem, Solution};
 use slewkit::mechanics::AxisFrame;
 
-/// Nodes of f: its integral is known to about their square, 1e-5.
+/// Number of nodes of f. The relative error of its integral is about the inverse square, 1e-5.
 const NODES: usize = 256;
 
-/// Newton steps; a convex polynomial of degree four takes a handful.
+/// Largest number of Newton steps. A convex polynomial of degree four takes about five.
 const MOST_STEPS: usize = 60;
 
 /// A rate below this \[rad/s\] times the duration is rest.

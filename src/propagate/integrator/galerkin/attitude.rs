@@ -6,9 +6,10 @@
 //!
 //! 0 = −g_ν  (ν < s)        0 = J_r(ξ_s) P − g_s                    then Π_1 = exp S(ξ_s)ᵀ P
 //! ```
-//! The last is the printed `J_r⁻¹ g_s − h Σ b_i exp S(ξ_i) M_i = Π_0`, free of the inverse. Because
-//! `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end needs no `g_s`: it is the old one and the
-//! impulses, turned, and so kept to round-off however far the iteration was driven.
+//! The last equation is the printed `J_r⁻¹ g_s − h Σ b_i exp S(ξ_i) M_i = Π_0` without its inverse.
+//! Because `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end needs no `g_s`: it is the sum of the
+//! old momentum and the impulses, rotated. So the momentum is exact to round-off, whatever error
+//! the iteration leaves.
 
 use super::convergence::relative;
 use super::kinetic::Chart;

@@ -16,7 +16,7 @@ impl Axis {
     /// both ends; or `key=a,b,c`, any values of the key, such as `[1, 0, 0],[0, 1, 0]`.
     ///
     /// # Errors
-    /// Returns the error of the text.
+    /// Fails when the text does not describe an axis.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let remedy = "write key=start:stop:count, as in maneuver.duration_s=20:200:37, or key=a,b,c";
         let wrong = |reason: String| Err(BatchError::argument("E0110", format!("--over: {reason}"), remedy));
