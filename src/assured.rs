@@ -55,13 +55,13 @@ impl From<Kind> for Feedback {
 pub struct Beside {
     /// The motion near the plan, to first order, under held torques.
     pub linear: LinearPlan,
-    /// Gains along it.
+    /// Gains along the plan.
     pub gains: Option<Gains>,
     /// The lengths of its arcs from other starts, if the start is corrected.
     pub switching: Option<SwitchingGains>,
     /// Covariance without gains.
     pub open: Option<Covariance>,
-    /// Covariance under them.
+    /// Covariance with the gains.
     pub closed: Option<Covariance>,
     /// The chances of the constraints, with gains if the plan has any; then the chances of the
     /// limits of the torques, with gains.
@@ -180,7 +180,7 @@ pub struct Kept<'a> {
     /// Names of constraints, and of limits of the torques as reports call them ("torque limit").
     /// Over an instant each keeps the chance, over a motion all together.
     pub limits: Vec<&'a str>,
-    /// The chance of exceeding it, or any of them, at most.
+    /// Largest chance allowed of exceeding the limit, or any of several limits.
     pub at_most: f64,
     /// The time to which the chance refers.
     pub over: Over,
@@ -262,7 +262,7 @@ pub enum NotKept {
         name: String,
         /// The component or input, in words.
         part: String,
-        /// The limit, and what its chance takes of it.
+        /// Value of the limit.
         bound: String,
         /// The required reserve.
         needed: String,

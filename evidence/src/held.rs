@@ -11,7 +11,7 @@ const PARTS: (usize, usize) = (16, 1 << 14);
 /// The difference below which the attitudes of two refinements count as equal \[rad\].
 const SAME: f64 = 1e-8;
 
-/// Where the motion ends, and what it exceeds on its way.
+/// The end of a motion, and the limits that the motion exceeds.
 #[derive(Clone, Copy, Debug)]
 pub struct Flown {
     /// The attitude error at the end \[rad\].

@@ -169,7 +169,7 @@ pub enum Reader {
     Attitudes,
 }
 
-/// All of them.
+/// All readers.
 pub const READERS: [Reader; 7] = [
     Reader::Toml,
     Reader::Json,

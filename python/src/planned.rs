@@ -22,7 +22,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// A plan with the maneuver that it answers, on its own grid.
+/// A plan with its maneuver, on the grid of the plan.
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct Planned {
     pub problem: Problem,
@@ -34,7 +34,7 @@ pub struct Planned {
     feedback: Option<FeedbackRecord>,
     /// The uncertainty along the plan.
     uncertainty: Option<UncertaintyRecord>,
-    /// Wall time within the library; NaN of one that was read.
+    /// Wall time within the library; NaN for a plan that was read.
     wall_time: f64,
 }
 

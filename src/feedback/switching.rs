@@ -30,16 +30,16 @@ use thiserror::Error;
 /// round-off of impulses in recorded times.
 const AT_LIMIT: f64 = 1e-6;
 
-/// Part of the longest duration within which a plan takes all of it.
+/// Relative difference within which a duration counts as the longest allowed one.
 const ALL_OF_IT: f64 = 1e-9;
 
 /// An arc of a plan, on which the inputs stay.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Arc {
-    /// The first of its steps.
+    /// Number of the first step of the arc.
     pub first_step: usize,
-    /// The number of its steps.
+    /// Number of steps in the arc.
     pub steps: usize,
     /// Length of the arc \[s\].
     pub length: f64,

@@ -38,7 +38,7 @@ pub(crate) struct Held {
     pub outside: Vector3,
 }
 
-/// A body on its way, SI units.
+/// A body in flight, SI units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
     /// Body → inertial.

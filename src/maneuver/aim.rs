@@ -175,7 +175,7 @@ impl Aim {
             || (self.rate == AimRate::Matched && *frame_rate != Vector3::zeros())
     }
 
-    /// Returns whether the roll about the boresight, or a part of it, is the plan's to choose.
+    /// Returns whether the plan chooses the roll about the boresight, in full or within a band.
     pub fn has_roll(&self) -> bool {
         match &self.roll {
             Roll::Free => true,

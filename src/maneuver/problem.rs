@@ -409,7 +409,7 @@ impl Problem {
         Self { end_condition: EndCondition::Aim(aim), ..self }
     }
 
-    /// Returns the target on which it ends, where it ends on one.
+    /// Returns the target on which the maneuver ends, if it ends on one.
     pub fn aim(&self) -> Option<&Aim> {
         match &self.end_condition {
             EndCondition::Aim(aim) => Some(aim),

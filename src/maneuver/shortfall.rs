@@ -52,7 +52,7 @@ pub enum Shortfall {
         /// Steps of the grid.
         steps: usize,
     },
-    /// A plan without a shortest pulse, and none with it.
+    /// A plan exists without a shortest pulse, but none was found with it.
     NoPulses {
         /// The shortest pulse \[s\].
         shortest: f64,
@@ -62,7 +62,7 @@ pub enum Shortfall {
         /// The fewest steps.
         steps: usize,
     },
-    /// Pulses in continuous time, and no optimum of them on the grid.
+    /// Pulses were found in continuous time, but no optimum on the grid.
     NoDiscretePulses {
         /// Steps of the grid.
         steps: usize,

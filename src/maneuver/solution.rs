@@ -396,9 +396,9 @@ impl Rival {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sense {
-    /// It can.
+    /// The path can be deformed into that motion.
     Short,
-    /// It differs from that by one full turn.
+    /// The path differs from that motion by one full turn.
     Long,
 }
 

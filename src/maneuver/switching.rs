@@ -119,7 +119,7 @@ pub struct SwitchingArc {
     /// The constant rate of the inputs along it [N·m/s or N/s]; empty if no limit bounds it.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub change: Vec<f64>,
-    /// Names of the constraints that inputs hold along it.
+    /// Names of the constraints that the inputs hold along the arc.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub holds: Vec<String>,
     /// Names of the constraints that the motion touches where it ends.
@@ -128,7 +128,7 @@ pub struct SwitchingArc {
 }
 
 impl SwitchingArc {
-    /// Returns the inputs at a time \[s\] along it.
+    /// Returns the inputs at a time \[s\] along the arc.
     pub fn input_at(&self, time: f64) -> Vec<f64> {
         let mut inputs = self.input.clone();
         for (input, change) in inputs.iter_mut().zip(&self.change) {

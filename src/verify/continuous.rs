@@ -39,7 +39,7 @@ const RIGID_BODY: usize = 13;
 
 type Verner98<const D: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; D], 9, 16, 21>;
 
-/// A body on its way, on SO(3) or SE(3).
+/// A body in motion on SO(3) or SE(3).
 pub(crate) struct Continuous<'a> {
     base: Base<'a>,
     road: Road,

@@ -26,7 +26,7 @@ use crate::maneuver::problem::Scheme;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::propagate::plant::{Output, Plant};
 
-/// A body on its way, advanced by steps of one length.
+/// A body in motion, advanced by steps of one length.
 #[derive(Clone, Debug)]
 pub(crate) struct Discrete<'a> {
     plant: &'a Plant<'a>,

@@ -89,7 +89,7 @@ pub(crate) struct Implicit {
     j: Matrix3,
     j_inverse: Matrix3,
     mean: f64,
-    /// A bound on its condition.
+    /// A bound on the condition of the equation.
     condition: f64,
 }
 

@@ -200,7 +200,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// One `step` \[s\] from `time` along `arc`, at its one rate.
+    /// Measures the margins of one `step` \[s\] from `time` along `arc`, which has a constant rate.
     pub(crate) fn arc(&mut self, time: f64, step: f64, arc: &Arc) {
         let frame_rate = self.frame_rate;
         self.rate(time + 0.5 * step, &(arc.turn / step));

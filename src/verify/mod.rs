@@ -291,7 +291,7 @@ struct Judged {
 }
 
 impl Verification {
-    /// Runs the witnesses, two at a time; the findings of those that came to an end stay.
+    /// Runs the witnesses, two at a time, and keeps the findings of those that finished.
     fn witness(
         &mut self,
         problem: &Problem,

@@ -30,7 +30,7 @@ pub enum Propagator {
     Continuous,
 }
 
-/// Propagation of a propagation over the duration of its problem.
+/// A propagation over the duration of its problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Propagation<'a> {
     /// How to propagate.

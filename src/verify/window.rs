@@ -12,7 +12,7 @@ use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use std::ops::Range;
 
-/// Number of windows; first and last step of the plan are in one.
+/// Number of windows. The first and the last step of the plan are in a window.
 const WINDOWS: usize = 8;
 
 /// A window has one of this many steps of the plan, and at least two.

@@ -41,7 +41,7 @@ pub struct Nozzle {
     pub direction: Vector3,
     /// Largest force of the thruster \[N\].
     pub force_limit: f64,
-    /// The price of its impulse [1/(N·s)].
+    /// Price of the impulse of the thruster [1/(N·s)].
     pub price: f64,
 }
 

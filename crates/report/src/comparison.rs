@@ -41,7 +41,7 @@ pub struct ComparisonFile {
     pub histories: Vec<History>,
 }
 
-/// The motion of one of those that are compared.
+/// The motion of one compared method.
 #[derive(Clone, Debug)]
 pub struct Motion {
     /// The name of the motion.

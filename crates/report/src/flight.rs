@@ -33,7 +33,7 @@ const LEVELS: [(f64, &str); 3] = [(Radius::LEVEL, "99.73 %"), (0.9, "90 %"), (0.
 /// Ellipses are enlarged until the largest is so large \[rad\], by a power of ten.
 const SEEN: f64 = 0.02;
 
-/// The largest power of ten of it.
+/// Largest power of ten by which ellipses are enlarged.
 const MOST_ENLARGED: i32 = 3;
 
 /// Returns the covariances by the name of the loop, the closed one first.

@@ -83,7 +83,7 @@ pub const KEYS: [&str; 25] = [
 pub const SIMULATION_KEYS: [&str; 8] =
     ["sky", "rates", "position", "euler", "quaternion", "energy", "angular_momentum", "orthogonality"];
 
-/// The names of the pictures of inputs, one for each of those compared.
+/// The names of the pictures of inputs, one for each compared plan.
 const INPUT_KEYS: [&str; 3] = ["inputs_1", "inputs_2", "inputs_3"];
 
 /// The names of all pictures that a comparison of motions may have, in their order.

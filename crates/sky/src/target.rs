@@ -15,13 +15,13 @@ use thiserror::Error;
 pub enum Target {
     /// The centre of the Sun.
     Sun,
-    /// Away from it.
+    /// The direction opposite to the Sun.
     AntiSun,
     /// The centre of the Moon.
     Moon,
     /// The centre of the Earth.
     Nadir,
-    /// Away from it.
+    /// The direction away from the centre of the Earth.
     Zenith,
     /// Down along the normal of the ellipsoid of WGS 84.
     GeodeticNadir,

@@ -15,7 +15,7 @@ pub struct Console {
     terminal: bool,
     /// Whether a progress line is on the screen.
     progress: bool,
-    /// The time of its last display.
+    /// The time of the last display.
     shown: Instant,
 }
 

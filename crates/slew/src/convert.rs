@@ -64,7 +64,7 @@ const REST: [&str; 4] = [
     "maneuver.duration_s=1",
 ];
 
-/// Line of the attitude in the spec made of it.
+/// Line of the attitude in the spec that is made from it.
 const LINE: usize = 2;
 
 /// Reads the attitude as the start of a spec, so that notations, checks and messages are those of

@@ -96,7 +96,7 @@ mod unix {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    /// Linux and most others; the library lists no constant for it.
+    /// Number of the signal on Linux and most other systems; the library has no constant for it.
     const SIGXFSZ: i32 = 25;
 
     /// Handles the signals that end a process.

@@ -60,14 +60,14 @@ enum Change {
     Free,
     /// The same value stands under another key.
     Moved(&'static str),
-    /// One word of it is another.
+    /// One word of the text differs.
     Renamed(&'static str, &'static str),
 }
 
 /// The number of a case, and what differs.
 type Differences = (usize, Vec<String>);
 
-/// Differences that are printed of one spec.
+/// Number of differences printed for one spec.
 const SHOWN: usize = 5;
 /// Plans made at a time.
 const WORKERS: usize = 2;

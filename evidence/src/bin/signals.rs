@@ -30,7 +30,7 @@ attitude = { axis = [0, 0, 1], angle_deg = 0 }
 attitude = { euler_zyx_deg = [80, -25, 40] }
 "#;
 
-/// The changes that make other maneuvers of it, by the name of the file.
+/// The changes that turn a maneuver into others, by the name of the file.
 const ENDINGS: [(&str, &str); 6] = [
     ("free", "[maneuver]\nduration_s = 60\n"),
     ("limited", "[maneuver]\nduration_s = 60\n[actuators]\ntorque_limit_n_m = [0.14, 0.068, 0.17]\n"),
@@ -166,7 +166,7 @@ fn signalled(
     Ok(Signalled { signal, answer, ending, ended })
 }
 
-/// Removes what a run has written; what is wrong with it.
+/// Removes the files that a run wrote, and returns what is wrong with them.
 fn sweep(folder: &Path) -> Result<Vec<String>, Box<dyn std::error::Error>> {
     let mut wrong = Vec::new();
     for entry in fs::read_dir(folder)?.flatten() {

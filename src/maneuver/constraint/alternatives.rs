@@ -45,7 +45,7 @@ pub enum AlternativesError {
     /// No constraint has that name.
     #[error("no constraint has the name \"{0}\"")]
     Unknown(String),
-    /// A constraint cannot hold in turns with itself.
+    /// A constraint is named twice: it cannot alternate with itself.
     #[error("\"{0}\" occurs twice")]
     Twice(String),
     /// The constraint limits a rate. Rates are limited at all times.

@@ -21,7 +21,7 @@ pub(super) struct Detour {
     pub name: String,
     /// Half angle of the cone, margin included \[rad\].
     pub half_angle: f64,
-    /// Distances of start and end from its axis \[rad\].
+    /// Distances of start and end from the axis of the cone \[rad\].
     distance: [f64; 2],
     /// Angle between the two at the axis \[rad\].
     azimuth: f64,

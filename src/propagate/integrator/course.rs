@@ -4,7 +4,7 @@
 use super::system::Loads;
 use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
 
-/// A motion on its way.
+/// A motion in progress.
 #[derive(Clone, Debug)]
 pub(crate) struct Course {
     pub loads: Loads,

@@ -53,9 +53,9 @@ pub struct AttitudeReport {
     /// Ends, duration, and rates against attitudes; errors in rad and rad/s, of the duration
     /// relative.
     pub checks: Vec<Check>,
-    /// The violations, each in words with its time.
+    /// The violations in words, each with its time.
     pub violations: Vec<String>,
-    /// The row at which each of them is, or the one before.
+    /// The row at which each violation is, or the row before it.
     pub violated_at: Vec<usize>,
     /// The checks that these rows cannot decide, in words.
     pub open: Vec<String>,

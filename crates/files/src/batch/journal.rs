@@ -128,7 +128,7 @@ impl Journal {
         self.line(&serde_json::to_string(entry).map_err(ExportError::from)?)
     }
 
-    /// Waits until all of it is on the disk.
+    /// Waits until the whole file is on the disk.
     ///
     /// # Errors
     /// The disk.

@@ -128,7 +128,7 @@ fn every_result(
     Ok(())
 }
 
-/// Returns the files by the number of their shard, each of them once.
+/// Returns each file once, in the order of the numbers of the shards.
 fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
     let wrong = |reason: String, remedy: &str| Err(BatchError::file("E0117", reason, remedy));
     let mut files = paths.iter().map(|path| Results::open(path)).collect::<Result<Vec<_>, _>>()?;

@@ -57,7 +57,7 @@ pub struct CaseResult {
     pub status: String,
     /// The exit code that `slew plan` ends with on this case.
     pub exit_code: u8,
-    /// The error of its spec.
+    /// The error of the spec of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<CaseError>,
     /// The objective: "effort", "time" or "fuel". Costs of different objectives cannot be

@@ -38,7 +38,7 @@ pub struct Record<'a> {
     pub tables: Tables,
     /// Comments, one on each line.
     pub notes: Vec<String>,
-    /// Gains along it, where it has them.
+    /// Gains along the plan, where the file has them.
     pub gains: Option<Cow<'a, FeedbackRecord>>,
 }
 

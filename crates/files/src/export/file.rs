@@ -112,7 +112,7 @@ pub fn distinct(output: &Path, input: &Path) -> Result<(), FileError> {
     }
 }
 
-/// An output file, checked before the work begins and written at its end.
+/// An output file: checked before the work begins, written when the work is done.
 #[derive(Clone, Debug)]
 pub struct Target {
     path: PathBuf,

@@ -42,7 +42,7 @@ pub struct PlanFile<'a> {
     pub scheme: String,
     /// Number of steps.
     pub steps: usize,
-    /// The step, seconds; the mean of them where they are not equal.
+    /// The step in seconds: the mean where the steps are not equal.
     #[serde(deserialize_with = "null_is_nan")]
     pub step_s: f64,
     /// Cost.

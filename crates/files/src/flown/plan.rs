@@ -39,7 +39,7 @@ pub struct FeedbackRecord {
 /// `length_s + gain [ζ; δΩ]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArcRecord {
-    /// The first of its steps.
+    /// Number of the first step of the arc.
     pub first_step: usize,
     /// The length of the arc in the plan \[s\].
     pub length_s: f64,
@@ -112,7 +112,7 @@ pub struct ChanceRecord {
     pub name: String,
     /// The largest of all nodes.
     pub largest: f64,
-    /// The time of that chance \[s\].
+    /// The time of the largest chance \[s\].
     pub time_s: f64,
     /// The unit of the next two: deg of cones, deg/s of rates, N·m, N·m/s.
     pub unit: String,

@@ -24,7 +24,7 @@ pub struct ClosedLoop {
     pub feedback: Option<Feedback>,
     /// The uncertainty of the craft.
     pub uncertainty: Option<Uncertainty>,
-    /// The response of its actuators.
+    /// The response of the actuators.
     pub plant: Plant,
     /// The chances of limits.
     pub chances: Vec<Chance>,

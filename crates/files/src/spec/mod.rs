@@ -203,7 +203,7 @@ impl Spec {
 /// to its folder.
 ///
 /// # Errors
-/// Everything that is wrong with the file or in it.
+/// All errors and warnings of the file.
 pub fn load(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
     let name = path.display().to_string();
     let bytes = text::from_file(path, &name)?;
@@ -273,7 +273,7 @@ pub fn from_reader(
     from_bytes(&bytes, name, format, overrides)
 }
 
-/// Reads a maneuver from bytes; messages use `name` for it.
+/// Reads a maneuver from bytes that messages call `name`.
 ///
 /// # Errors
 /// Returns the errors of [`read`].
@@ -287,7 +287,7 @@ pub fn from_bytes(
     from_str(text, name, format, overrides)
 }
 
-/// Reads a maneuver from text; messages use `name` for it.
+/// Reads a maneuver from text that messages call `name`.
 ///
 /// # Errors
 /// Every error of the spec, in file order, with the warnings among them.
@@ -343,7 +343,7 @@ fn interpret(
     understand(&root, findings, &sources, name, folder, wanted)
 }
 
-/// Interprets a tree, and adds the findings of its parsing.
+/// Interprets a tree, and adds the errors and warnings of its parsing.
 fn understand(
     root: &Node,
     findings: Vec<Finding>,

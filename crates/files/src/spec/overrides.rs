@@ -88,7 +88,7 @@ pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     })
 }
 
-/// Sets the overrides in the tree, each as a source of its own.
+/// Sets the overrides in the tree. Each override is a separate source.
 pub(super) fn apply(
     mut root: Node,
     overrides: &[Override],

@@ -150,7 +150,7 @@ pub(crate) struct Section {
     pub path: String,
     /// Whether matrices and unit vectors are taken to the last bit.
     pub keeps_rounding: bool,
-    /// The report for its findings.
+    /// The report that receives the errors and warnings of the table.
     pub report: Report,
     /// Keys and values of the table, in the order of the file.
     pub given: Vec<Given>,

@@ -17,7 +17,7 @@ pub(crate) use lists::{MAX_DIRECTIONS, MAX_INTERVALS, each};
 /// An error of a value: code, place, reason, remedy.
 pub(crate) type Fault = (&'static str, Span, String, String);
 
-/// A value, or all that is wrong with it.
+/// A value, or all its errors.
 pub(crate) type Read<T> = Result<T, Vec<Fault>>;
 
 /// Returns the one thing that is wrong with a value.

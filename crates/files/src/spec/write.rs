@@ -174,7 +174,7 @@ impl SpecDocument {
         Self(Value::Object(keys))
     }
 
-    /// Reads the maneuver, as from a file; messages use `name` for it.
+    /// Reads the maneuver as from a file that messages call `name`.
     ///
     /// # Errors
     /// Every error of the spec, in its order, with the warnings among them.

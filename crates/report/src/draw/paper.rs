@@ -41,7 +41,7 @@ pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>, PaperError> {
     pixels.encode_png().map_err(|error| unreadable(error.to_string()))
 }
 
-/// Returns the picture as the bytes of a PDF file of one page, with its text as text.
+/// Returns the picture as a PDF file of one page, in which text stays text.
 ///
 /// # Errors
 /// [`PaperError`].

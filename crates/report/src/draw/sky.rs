@@ -66,7 +66,7 @@ pub enum ConeAsks {
     KeepOut,
     /// Boresights stay inside.
     KeepIn,
-    /// Boresights stay on its surface.
+    /// Boresights stay on the surface of the cone.
     HoldOn,
 }
 

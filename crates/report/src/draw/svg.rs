@@ -17,7 +17,7 @@ pub(super) const INK: &str = "#222222";
 pub(super) const FAINT: &str = "#666666";
 pub(super) const GRID: &str = "#dddddd";
 
-/// A drawing on its way.
+/// A drawing in progress.
 pub(super) struct Svg {
     text: String,
 }

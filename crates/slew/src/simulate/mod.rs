@@ -265,7 +265,7 @@ fn works(inputs: Option<&[f64]>) -> bool {
     inputs.is_some_and(|inputs| inputs.iter().any(|input| input.abs() > 0.0))
 }
 
-/// A simulation on its way to an output.
+/// A simulation whose rows go to an output.
 struct Job<'a> {
     motion: &'a Motion,
     seen: Option<Seen>,

@@ -25,7 +25,7 @@ struct Field {
     columns: Vec<String>,
     /// Whether it is one number, not a list.
     scalar: bool,
-    /// The index of its first number in the row.
+    /// Index of the first number of the quantity in the row.
     at: usize,
 }
 

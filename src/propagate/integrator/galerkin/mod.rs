@@ -82,7 +82,7 @@ struct Curve {
     arc: Arc,
     /// `y_1 … y_s`; empty for a body that only turns.
     shifts: Vec<Vector3>,
-    /// The index of its first unknown.
+    /// Index of the first unknown of the curve.
     offset: usize,
 }
 

@@ -8,7 +8,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The names of its specs, sorted.
+/// A folder with the sorted names of its specs.
 #[derive(Debug)]
 pub(super) struct Folder {
     path: PathBuf,

@@ -60,7 +60,7 @@ impl Batch {
     /// One case for each spec in a folder, in the order of their names; `overrides` hold for all.
     ///
     /// # Errors
-    /// The folder, or one of its files.
+    /// Fails when the folder, or one of its files, cannot be read.
     pub fn of_folder(path: &Path, overrides: Vec<Override>) -> Result<Self, BatchError> {
         let set = overrides.iter().flat_map(|set| [set.path(), set.value()]);
         let begun = set.fold(Fingerprint::of_program(), |found, text| found.and(text.as_bytes()));
@@ -184,7 +184,7 @@ impl Batch {
     /// Returns the maneuver of a case.
     ///
     /// # Errors
-    /// Everything that is wrong with its spec.
+    /// All errors of the spec of the case.
     pub fn read(&self, case: &Case) -> Result<Loaded, Diagnostics> {
         match (&self.base, &case.spec) {
             (Some(base), None) => base.read(&case.set),

@@ -16,11 +16,11 @@ struct Thruster {
     /// The position from the mass center \[m\]; absent for a thruster that is given by its
     /// torque.
     position: Option<Vector3>,
-    /// The way in which it pushes, or the axis of its torque; of length 1.
+    /// Direction of the force of the thruster, or axis of its torque; a unit vector.
     axis: Vector3,
     /// Largest force \[N\], or torque [N·m].
     limit: f64,
-    /// The price of a unit of it, per second.
+    /// Price of a unit of force or torque, per second.
     price: f64,
 }
 

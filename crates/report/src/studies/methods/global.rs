@@ -25,13 +25,13 @@ pub struct Global {
     pub same_grid: bool,
     /// No covered maneuver of that discrete problem costs less.
     pub lower_bound: f64,
-    /// Cost of the plan of that discrete problem.
+    /// Cost of the plan of the discrete problem.
     pub cost: f64,
     /// Cost without limits and constraints, where there are any.
     pub cost_without_limits: Option<f64>,
     /// `(cost − lower_bound)/cost`: what may still be gained, at most.
     pub gap: f64,
-    /// The gap without limits: the share of it that is the relaxation's.
+    /// The part of the gap that comes from the relaxation: the gap without limits.
     pub gap_without_limits: f64,
     /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise
     /// the bound is loose, or a cheaper maneuver exists.
@@ -61,7 +61,7 @@ impl Global {
 /// The reason for which no gap exists.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum GlobalError {
-    /// The maneuver cannot be planned on that grid.
+    /// The maneuver cannot be planned on the grid of the bound.
     #[error("no lower bound on {steps} steps: {error}")]
     Plan {
         /// Steps.

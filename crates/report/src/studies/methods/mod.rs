@@ -86,7 +86,7 @@ pub struct ActiveNodes {
 /// The result of a method before it started from another's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ByItself {
-    /// The outcome of that run.
+    /// The outcome of the method.
     pub status: Standing,
     /// Cost of the result, where it reached the end.
     pub cost: Option<f64>,
