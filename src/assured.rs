@@ -199,8 +199,8 @@ impl Over {
     /// The least chance of a motion that can be counted.
     pub const LEAST: f64 = 1e-4;
 
-    /// Cases that violate a constraint with its chance, of those that are flown: the chance is
-    /// known to a tenth.
+    /// Number of flown cases that are expected to violate a constraint. With this number the chance
+    /// is known to a tenth.
     const VIOLATING: f64 = 100.0;
 
     /// The least number of violations that the flights of long plans should count.

@@ -154,8 +154,8 @@ impl SwitchingGains {
         self.arcs.iter().enumerate().map(length).collect()
     }
 
-    /// For each component of `z` the least error, alone, that leaves an arc no time, and which arc:
-    /// rad and N·m·s.
+    /// Returns, for each component of `z`, the least error that reduces an arc to length zero when
+    /// all other components are zero, and the number of the arc: rad and N·m·s.
     pub fn reach(&self) -> [(f64, usize); 6] {
         std::array::from_fn(|column| {
             let least = |(index, arc): (usize, &Arc)| (arc.length / self.row(index)[column].abs(), index);

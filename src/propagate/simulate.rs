@@ -240,8 +240,8 @@ impl Simulation {
         Ok(Run { finished, facts: method.facts(), work: method.work(), stepping, encounter })
     }
 
-    /// A row is handed out only if it is finite: a method that only just holds its state hands out
-    /// no infinite energy.
+    /// Checks that a row is finite before it is output. Near the limits of a method the state can
+    /// be finite when the energy is not.
     fn finite(&self, row: &SimulationRow, made: u64) -> Result<(), SimulationError> {
         let time = self.time(made.saturating_sub(1));
         if row.is_finite() {

@@ -248,8 +248,9 @@ fn at_rest(problem: &Problem, trajectory: &Trajectory, tolerance: f64) -> Verifi
 /// tolerance.
 const MISSED: f64 = 0.25;
 
-/// The least and the largest allowed miss \[deg\].
+/// The least allowed miss \[deg\].
 const MISSED_LEAST_DEG: f64 = 5.0;
+/// The largest allowed miss \[deg\].
 const MISSED_MOST_DEG: f64 = 45.0;
 
 /// Returns the attitude error at the end \[rad\] that the continuous motion may have without a

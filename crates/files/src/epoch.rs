@@ -202,7 +202,8 @@ impl Epoch {
         whole.after(self.fraction + past as f64 * 1e-9)
     }
 
-    /// TDB runs unevenly against all others: its seconds are counted in itself.
+    /// Returns the time scale in which seconds are counted. TDB runs unevenly against all others,
+    /// so its own seconds count.
     fn counted_in(scale: Scale) -> TimeScale {
         if scale == Scale::Tdb { TimeScale::TDB } else { TimeScale::TAI }
     }

@@ -1,4 +1,4 @@
-//! `slew fly`: a plan flown by a craft that differs from it, again and again.
+//! `slew fly`: flies a plan many times, each time with a craft that differs from the model.
 
 use super::batch::checked_threads;
 use super::batch::merge::checked_ending;

@@ -66,17 +66,17 @@ pub struct Worst {
 /// Quantiles of the cost, by linear interpolation between the ordered values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantiles {
-    /// The smallest.
+    /// The smallest value.
     pub least: f64,
-    /// 5 %.
+    /// The quantile at 5 %.
     pub low: f64,
-    /// 50 %.
+    /// The quantile at 50 %.
     pub median: f64,
-    /// 95 %.
+    /// The quantile at 95 %.
     pub high: f64,
-    /// 99 %.
+    /// The quantile at 99 %.
     pub highest: f64,
-    /// The largest.
+    /// The largest value.
     pub largest: f64,
 }
 

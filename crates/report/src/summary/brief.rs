@@ -348,7 +348,7 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// Describes the rivals.
+/// Describes the other extremals of the maneuver, if any.
 fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let best = solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before);
     let nearest = solution.rivals.first()?;

@@ -77,9 +77,9 @@ pub enum ShapeError {
          faces run counterclockwise seen from outside"
     )]
     Orientation {
-        /// The one face.
+        /// The first face.
         face: usize,
-        /// The other.
+        /// The second face.
         other: usize,
         /// The first vertex of the edge.
         from: usize,

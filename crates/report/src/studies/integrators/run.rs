@@ -15,8 +15,9 @@ const SAMPLES: u64 = 200_000;
 /// The number of steps between two checks of the clock and of a stop.
 const CHUNK: u64 = 1024;
 
-/// Time that the repetitions of a run take at least, and time after which it is not repeated \[s\].
+/// A run is repeated until its repetitions take this time \[s\].
 const SHORT: f64 = 0.02;
+/// A run is not repeated after this time \[s\].
 const LONG: f64 = 1.0;
 
 /// Most repetitions of a run.
