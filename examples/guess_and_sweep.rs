@@ -1,4 +1,5 @@
-//! The costates of a plan as guess for its neighbour: a sweep over durations with a few iterations each.
+//! The costates of a plan as guess for its neighbour: a sweep over durations with a few iterations
+//! each.
 //!
 //! `cargo run --release --example guess_and_sweep`
 
@@ -28,7 +29,7 @@ fn main() {
         products.push(product);
         guess = Some(Guess::of(solution, &problem));
     }
-    // At rest on both ends time only scales the motion: cost falls with the cube of the duration.
+    // From rest to rest time only scales the motion: cost falls with the cube of the duration.
     assert!(products.iter().all(|product| (product / products[0] - 1.0).abs() < 1e-10));
 }
 

@@ -1,7 +1,8 @@
-//! Which integrator for two bodies that orbit each other? Work and precision of four, and the figures.
+//! Compares four integrators for two bodies that orbit each other: work and precision, and the
+//! figures.
 //!
-//! `cargo run --release --example integrators_compared -- --figures DIRECTORY` also writes nine SVG files
-//! there.
+//! `cargo run --release --example integrators_compared -- --figures DIRECTORY` also writes nine SVG
+//! files there.
 
 use slewkit::mechanics::full_body::{Dumbbell, Dumbbells};
 use slewkit::propagate::integrator::System;
@@ -31,7 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let study = Study { horizons: vec![16.0, 32.0, 64.0], ..Study::survey(0.01, 64.0) };
     let found = study.run(&system, &start, &mut |_| ControlFlow::Continue(()))?;
     println!("{found}");
-    // For the same energy error over 64 s, both explicit rules look at the forces several times as often.
+    // For the same energy error over 64 s, both explicit rules look at the forces several times as
+    // often.
     let last =
         found.equal_error.iter().filter(|row| row.horizon_s > 63.0 && row.method.starts_with("explicit"));
     assert!(last.filter_map(|row| row.force_evaluation_ratio).all(|ratio| ratio > 1.5));

@@ -1,4 +1,5 @@
-//! Plan a rest-to-rest slew in a few lines: body, ends, duration; then read cost, proof and torques.
+//! Plan a rest-to-rest slew in a few lines: body, ends, duration; then read cost, proof and
+//! torques.
 //!
 //! `cargo run --release --example plan_a_slew`
 

@@ -1,4 +1,5 @@
-//! Watch a solve, and stop it: an `Observer` is told every rung and asked whether to go on.
+//! Watches a solve, and stops it: an `Observer` receives every strategy and decides whether to
+//! continue.
 //!
 //! `cargo run --release --example watch_and_stop`
 
@@ -7,7 +8,7 @@ use slewkit::{
     lie, plan,
 };
 
-/// Prints every change of rung, start or grid, and stops where it is told to.
+/// Prints every change of strategy, start or grid, and stops when requested.
 struct Watcher {
     seen: Vec<String>,
     stop_at: Option<Rung>,

@@ -1,4 +1,4 @@
-//! A plan with what is known of how it will be flown: gains, covariances, and chances that limits keep.
+//! A plan with data for its flight: gains, covariances, and chances of limits.
 //!
 //! A limit with a chance p keeps the room that the closed loop needs, `room ≥ z σ`,
 //! `z = Φ⁻¹(1 − p)`, with σ along the plan under its own gains: a margin of a cone, or a reserve
@@ -36,9 +36,10 @@ use thiserror::Error;
 /// Gains, and the time between two corrections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feedback {
-    /// How the gains are designed.
+    /// The design of the gains.
     pub kind: Kind,
-    /// Time between two measurements, a whole number of steps, over which a correction is held \[s\]; 0: the step.
+    /// Time between two measurements, a whole number of steps, over which a correction is held
+    /// \[s\]; 0: the step.
     pub every: f64,
 }
 
@@ -54,13 +55,13 @@ impl From<Kind> for Feedback {
 pub struct Beside {
     /// The motion near the plan, to first order, under held torques.
     pub linear: LinearPlan,
-    /// Gains along it.
+    /// Gains along the plan.
     pub gains: Option<Gains>,
-    /// How long its arcs last from other starts, where that is corrected.
+    /// The lengths of its arcs from other starts, if the start is corrected.
     pub switching: Option<SwitchingGains>,
     /// Covariance without gains.
     pub open: Option<Covariance>,
-    /// Covariance under them.
+    /// Covariance with the gains.
     pub closed: Option<Covariance>,
     /// The chances of the constraints, with gains if the plan has any; then the chances of the
     /// limits of the torques, with gains.
@@ -73,10 +74,10 @@ pub enum NotKnown {
     /// The motion is not linearised.
     #[error("{0}")]
     Unlinearised(#[from] Unlinearised),
-    /// There are no gains.
+    /// No gains exist.
     #[error("{0}")]
     NoGains(#[from] NoGains),
-    /// A tick of the loop is no whole number of equal steps.
+    /// A tick of the loop is not a whole number of equal steps.
     #[error(
         "a tick of {every} s is not a whole number of the {steps} steps of this plan, which last \
         {duration} s"
@@ -134,7 +135,7 @@ impl Feedback {
     /// The part of a step by which a tick may differ from a whole number of steps.
     const WHOLE: f64 = 1e-6;
 
-    /// How many steps of a plan with these nodes \[s\] a tick is.
+    /// Returns the number of steps in a tick, for a plan with these nodes \[s\].
     fn steps(&self, times: &[f64]) -> Result<usize, NotKnown> {
         let (duration, count) = (times[times.len() - 1], times.len() - 1);
         let step = duration / count as f64;
@@ -176,16 +177,16 @@ impl Feedback {
 /// A chance that limits are to keep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept<'a> {
-    /// Names of constraints, and of limits of the torques as reports call them ("torque limit"). Over an instant each keeps the
-    /// chance, over a motion all together.
+    /// Names of constraints, and of limits of the torques as reports call them ("torque limit").
+    /// Over an instant each keeps the chance, over a motion all together.
     pub limits: Vec<&'a str>,
-    /// The chance of exceeding it, or any of them, at most.
+    /// Largest chance allowed of exceeding the limit, or any of several limits.
     pub at_most: f64,
-    /// When.
+    /// The time to which the chance refers.
     pub over: Over,
 }
 
-/// When a constraint may be violated with its chance.
+/// The time to which a chance refers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
     /// At the node with the largest chance, to first order.
@@ -198,7 +199,8 @@ impl Over {
     /// The least chance of a motion that can be counted.
     pub const LEAST: f64 = 1e-4;
 
-    /// Cases that violate a constraint with its chance, of those that are flown: the chance is known to a tenth.
+    /// Number of flown cases that are expected to violate a constraint. With this number the chance
+    /// is known to a tenth.
     const VIOLATING: f64 = 100.0;
 
     /// The least number of violations that the flights of long plans should count.
@@ -218,7 +220,7 @@ impl Over {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Held {
-    /// Its name.
+    /// The name of the limit.
     pub name: String,
     /// The limited quantity.
     pub quantity: Quantity,
@@ -238,19 +240,19 @@ pub struct Margins {
     pub cost_without: f64,
     /// Plans until margins and covariances agreed.
     pub plans: usize,
-    /// Whether they did; else the plan is the last of them.
+    /// Whether margins and covariances agreed. If not, the plan is the last of [`Margins::plans`].
     pub agreed: bool,
     /// For each chance over the motion: the proportion of flights that exceed a limit.
     pub counted: Vec<Option<Proportion>>,
 }
 
-/// Why chances cannot be kept.
+/// The reason for which chances cannot be kept.
 #[derive(Clone, Debug, Error)]
 pub enum NotKept {
     /// A plan without margins, or with those that the chances take, cannot be attempted.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// There is no limit of this name.
+    /// No limit has this name.
     #[error("no constraint and no limit of the torques is called \"{0}\"")]
     Unknown(String),
     /// More of a limit is to be left than there is.
@@ -260,7 +262,7 @@ pub enum NotKept {
         name: String,
         /// The component or input, in words.
         part: String,
-        /// The limit, and what its chance takes of it.
+        /// Value of the limit.
         bound: String,
         /// The required reserve.
         needed: String,
@@ -269,10 +271,12 @@ pub enum NotKept {
     },
 }
 
-/// Plans at most: margins settle by a factor of some tens a plan, and flights count them two or three times.
+/// Plans at most: margins settle by a factor of some tens a plan, and flights count them two or
+/// three times.
 const MOST_PLANS: usize = 24;
 
-/// Plans after which margins only grow: where two instants take turns as the worst, the larger of their margins is kept.
+/// Plans after which margins only grow: where two instants take turns as the worst, the larger of
+/// their margins is kept.
 const TURNS: usize = 12;
 
 /// Plans a maneuver with chance constraints; also returns the maneuver with the margins that
@@ -345,10 +349,11 @@ pub fn plan(
     Ok((with, found, margins))
 }
 
-/// Has a maneuver hold so much of a limit, in place of what it holds of it now: `held` has a number for each part, SI, 0 for nothing.
+/// Replaces the reserve of a limit in a maneuver: `held` has a number for each part, SI, 0 for no
+/// reserve.
 ///
 /// # Errors
-/// [`NotKept`] where there is no such limit, or not so much of it.
+/// Returns [`NotKept`] if the limit does not exist, or is smaller than the reserve.
 pub fn hold(problem: &mut Problem, name: &str, held: &[f64]) -> Result<(), NotKept> {
     let craft = problem.of_craft();
     let limit = Limit::named(&craft, name).ok_or_else(|| NotKept::Unknown(name.into()))?;

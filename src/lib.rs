@@ -43,8 +43,9 @@
 //!
 //! # A constraint
 //!
-//! Limits of the inputs belong to the [`ActuatorSet`], where the body may point and how fast it may turn to a
-//! [`Constraint`]. Each has a [`Margin`] in the verdict, at the nodes and on the arcs between them:
+//! Limits of the inputs belong to the [`ActuatorSet`], where the body may point and how fast it may
+//! turn to a [`Constraint`]. Each has a [`Margin`] in the verdict, at the nodes and on the arcs
+//! between them:
 //!
 //! ```
 //! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
@@ -89,9 +90,10 @@
 //!
 //! # A field of one's own
 //!
-//! [`UniformGravity`], [`GravityGradient`], [`CentralGravity`] and [`SecondOrderGravity`] are here; any other potential is
-//! an [`Environment`]: its energy, its force and moment, and two derivatives. A spring that pulls the body axis `a` towards
-//! the direction `b`, with `U = −k b·Ra`:
+//! [`UniformGravity`], [`GravityGradient`], [`CentralGravity`] and [`SecondOrderGravity`] are here;
+//! any other potential is an [`Environment`]: its energy, its force and moment, and two
+//! derivatives. A spring that pulls the body axis `a` towards the direction `b`, with
+//! `U = −k b·Ra`:
 //!
 //! ```
 //! use slewkit::{Blocks, Environment, Pose, Vector3, Wrench, lie};
@@ -160,9 +162,9 @@
 //!
 //! # Beyond a plan
 //!
-//! A [`Guess`] carries a plan over to a neighbouring maneuver. [`verify()`] judges any recorded trajectory. A [`Simulation`]
-//! propagates without optimisation. Spec files, plan files and reports are the crates `slewkit-files` and
-//! `slewkit-report`, the program `slew` is `slewkit-cli`:
+//! A [`Guess`] carries a plan over to a neighbouring maneuver. [`verify()`] judges any recorded
+//! trajectory. A [`Simulation`] propagates without optimisation. Spec files, plan files and reports
+//! are the crates `slewkit-files` and `slewkit-report`, the program `slew` is `slewkit-cli`:
 //!
 //! ```text
 //! spec file ──▶ slewkit_files::spec ──▶ Problem, Settings ──▶ plan() ──▶ Plan ──▶ slewkit_files::export
@@ -181,8 +183,8 @@
 //!
 //! # What this crate does not do
 //!
-//! No flexible bodies. No claim of a global minimum: no conjugate point means a local one. No ephemerides, and no
-//! estimation: gains act on an attitude and a rate that are measured.
+//! No flexible bodies. No claim of a global minimum: no conjugate point means a local one. No
+//! ephemerides, and no estimation: gains act on an attitude and a rate that are measured.
 //!
 //! # Conventions
 //!
@@ -191,11 +193,11 @@
 //! - **Attitude** `R` maps body vectors to reference-frame vectors. The reference frame is inertial
 //!   unless the environment turns it ([`Environment::frame_rate`]).
 //! - **Perturbations** act on the body side: `R exp S(ζ)`. `S(a) b = a × b`.
-//! - **Angular velocity** `Ω` (inertial, also under a turning frame) and **momentum** `Π = JΩ` are in
-//!   body axes; position `x`, velocity and linear momentum `γ = m ẋ` in the reference frame.
+//! - **Angular velocity** `Ω` (inertial, also under a turning frame) and **momentum** `Π = JΩ` are
+//!   in body axes; position `x`, velocity and linear momentum `γ = m ẋ` in the reference frame.
 //! - **Costates** are left-trivialised and signed so that `u = −W⁻¹ Bᵀ λ^Π`.
-//! - **Tangent vectors and costates** are ordered `[ζ, δΠ]` (`N = 6`) or `[δx, δγ, ζ, δΠ]` (`N = 12`):
-//!   one pair (configuration, momentum) for the translation, one for the rotation.
+//! - **Tangent vectors and costates** are ordered `[ζ, δΠ]` (`N = 6`) or `[δx, δγ, ζ, δΠ]`
+//!   (`N = 12`): one pair (configuration, momentum) for the translation, one for the rotation.
 //! - **Units** are SI and radians. Solvers work in units in which `T = 1` and the mean principal
 //!   moment of inertia is 1.
 //! - **Quaternions** are Hamilton, scalar first, `[w, x, y, z]`; `q` and `−q` are one attitude.

@@ -41,12 +41,12 @@ pub enum Status {
     LimitReached,
     /// Solved, but a witness disagrees.
     VerificationFailed,
-    /// The caller asked to stop.
+    /// The caller stopped the solve.
     Interrupted,
 }
 
 impl Status {
-    /// Its name in files, `"solved"` and so on.
+    /// Returns the name of the status in files, `"solved"` and so on.
     pub fn name(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -58,7 +58,7 @@ impl Status {
         }
     }
 
-    /// The status of a solve that ended without a converged solution.
+    /// Builds the status of a solve that ended without a converged solution.
     fn without_solution(outcome: Outcome) -> Self {
         match outcome {
             Outcome::TimeLimit => Self::LimitReached,
@@ -81,8 +81,8 @@ impl Status {
         }
     }
 
-    /// Its exit code: 0 solved, 4 infeasible, 5 not converged, 6 limit reached, 7 verification failed, 130
-    /// interrupted.
+    /// Returns the exit code: 0 solved, 4 infeasible, 5 not converged, 6 limit reached, 7
+    /// verification failed, 130 interrupted.
     pub fn exit_code(self) -> u8 {
         match self {
             Self::Solved => 0,
@@ -108,26 +108,26 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// A plan of its three parts, as a file holds them.
+    /// Builds a plan of its three parts, as a file holds them.
     #[doc(hidden)]
     pub fn new(solution: Solution, verification: Option<Verification>, status: Status) -> Self {
         Self { solution, verification, status }
     }
 }
 
-/// Plans a maneuver: every sense and winding, the ladder for hard cases, verification.
+/// Plans a maneuver: every sense and winding, the fallback sequence for hard cases, verification.
 ///
-/// `guess` is tried first: its costates by the shooting, its path by SCP. `observer` hears of progress between
-/// iterations and may stop the solve; [`Silent`] does neither. Equal inputs give equal outputs, to the last bit, unless
-/// a time limit or the observer ends the solve.
+/// `guess` is tried first: its costates by the shooting, its path by SCP. `observer` receives the
+/// progress between iterations and may stop the solve; [`Silent`] does neither. Equal inputs give
+/// equal outputs, to the last bit, unless a time limit or the observer ends the solve.
 ///
 /// The discretisation and its discrete necessary conditions come from Lee, Leok and McClamroch,
 /// *Optimal Attitude Control of a Rigid Body using Geometrically Exact Computations on SO(3)*,
 /// 2006 (arXiv math/0601424).
 ///
 /// # Errors
-/// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error: see
-/// [`Plan::status`].
+/// Returns [`PlanError`] if problem, settings or guess cannot be used. A solver that stops is not
+/// an error: see [`Plan::status`].
 ///
 /// # Example
 /// A plan of an easier maneuver as a guess for a harder one:
@@ -163,13 +163,14 @@ pub fn plan(
 pub struct WarmPlan {
     /// The rest of the maneuver at that time: its start, duration and steps.
     pub problem: Problem,
-    /// Its plan.
+    /// The new plan.
     pub plan: Plan,
-    /// Newton steps from the other plan; or why it was left, and a search made anew.
+    /// The number of Newton steps from the other plan; or the reason for which that plan was not
+    /// used, and a new search was made.
     pub warm: Result<usize, Left>,
 }
 
-/// Why nothing was planned again.
+/// The reason for which replanning failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ReplanError {
     /// The plan cannot be begun from, or not there.
@@ -188,7 +189,8 @@ pub enum ReplanError {
 /// homotopy class of its plan, even if another one costs less.
 ///
 /// # Errors
-/// [`ReplanError`] where the plan does not fit the maneuver, or fewer than two of its steps are left; as [`plan`] otherwise.
+/// [`ReplanError`] where the plan does not fit the maneuver, or fewer than two of its steps are
+/// left; as [`plan`] otherwise.
 ///
 /// # Example
 /// A third of the way through the body is half a degree off:

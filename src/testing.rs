@@ -10,18 +10,18 @@ use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use serde_json::Value;
 
-/// A file of tests/reference.
+/// Returns a file of tests/reference.
 pub fn reference(name: &str) -> Value {
     let path = format!("{}/tests/reference/{name}", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// A JSON list of numbers as a vector.
+/// Returns a JSON list of numbers as a vector.
 pub fn vector<const N: usize>(value: &Value) -> SVector<f64, N> {
     SVector::from_fn(|row, _| value[row].as_f64().unwrap())
 }
 
-/// A JSON list of rows as a matrix.
+/// Returns a JSON list of rows as a matrix.
 pub fn matrix<const R: usize, const C: usize>(value: &Value) -> SMatrix<f64, R, C> {
     SMatrix::from_fn(|row, column| value[row][column].as_f64().unwrap())
 }
@@ -39,39 +39,40 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 * 2.0f64.powi(-52) - 1.0
     }
 
-    /// Components uniform in [−1, 1).
+    /// Returns the components uniform in [−1, 1).
     pub fn vector3(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.uniform())
     }
 
-    /// A rotation; not uniform on SO(3).
+    /// Returns a rotation; not uniform on SO(3).
     pub fn rotation(&mut self) -> Matrix3 {
         crate::lie::exp(&(self.vector3() * 2.0))
     }
 }
 
-/// A full inertia, its principal axes tilted, the one of the reference files.
+/// Returns a full inertia, its principal axes tilted, the one of the reference files.
 pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }
 
-/// Inputs along the columns of `axes`.
+/// Returns the inputs along the columns of `axes`.
 pub fn channel(axes: &Matrix3, frame: AxisFrame) -> ActuatorSet {
     ActuatorSet::new(axes.column_iter().map(|column| column.into_owned()).collect(), frame).unwrap()
 }
 
-/// A block of the effort weight.
+/// Returns a block of the effort weight.
 pub fn weight(matrix: &Matrix3) -> DMatrix<f64> {
     DMatrix::from_column_slice(3, 3, matrix.as_slice())
 }
 
-/// The same maneuver with torques alone, along the columns of `axes` fixed in the body, under a full weight matrix.
+/// Returns the same maneuver with torques alone, along the columns of `axes` fixed in the body,
+/// under a full weight matrix.
 pub fn with_torques(problem: Problem, axes: &Matrix3, matrix: &Matrix3) -> Problem {
     let torque = channel(axes, AxisFrame::Body);
     problem.with_actuation(Actuation::torques(torque)).with_objective(Weights::of_torques(weight(matrix)))
 }
 
-/// Inputs that leave nothing out: full `B`, full `W`, more force inputs than forces.
+/// Returns actuators of the most general kind: full `B`, full `W`, more force inputs than forces.
 fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
     let b = Matrix3::new(1.0, 0.1, 0.0, 0.0, 0.9, -0.2, 0.1, 0.0, 1.1);
     let w = Matrix3::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 0.5);
@@ -84,7 +85,8 @@ fn full_actuation(frame: AxisFrame) -> (Actuation, Weights) {
     (Actuation::torques_and_forces(channel(&b, frame), force), weights)
 }
 
-/// A maneuver of a body with [`full_inertia`] and mass 1.3 between random states that are not at rest.
+/// Returns a maneuver of a body with [`full_inertia`] and mass 1.3 between random states that are
+/// not at rest.
 pub fn moving_ends(random: &mut Random, frame: AxisFrame) -> Problem {
     let mut state = || State {
         position: Vector3::new(1.0, 0.2, -0.1) + 0.1 * random.vector3(),
@@ -100,19 +102,20 @@ pub fn moving_ends(random: &mut Random, frame: AxisFrame) -> Problem {
     problem.with_actuation(actuation).with_objective(weights)
 }
 
-/// The same on SO(3).
+/// Returns the same on SO(3).
 pub fn attitude_only(mut problem: Problem) -> Problem {
     problem.motion = crate::maneuver::problem::Motion::Attitude;
     problem.actuation.force = None;
     problem
 }
 
-/// Components uniform in [−1, 1).
+/// Returns the components uniform in [−1, 1).
 pub fn random_vector<const N: usize>(random: &mut Random) -> SVector<f64, N> {
     SVector::from_fn(|_, _| random.uniform())
 }
 
-/// A grid of the unit of time whose steps change smoothly, the longest five times the shortest.
+/// Returns a grid of the unit of time whose steps change smoothly, the longest five times the
+/// shortest.
 pub fn graded(scheme: Scheme, steps: usize) -> Grid {
     let middle = |step: usize| (step as f64 + 0.5) / steps as f64;
     let length = |step: usize| 1.2 + (5.0 * middle(step)).sin() * 0.8;
@@ -120,9 +123,9 @@ pub fn graded(scheme: Scheme, steps: usize) -> Grid {
     Grid::of_lengths(scheme, &lengths).unwrap().with_duration(1.0)
 }
 
-/// The same maneuver with limits that are `part` of what the extremal from `costate` would demand: on the
-/// norm of the torque and on each force input, or the other way round. Inputs that are limited one by one
-/// get the diagonal of their weight.
+/// Returns the same maneuver with limits that are `part` of what the extremal from `costate` would
+/// demand: on the norm of the torque and on each force input, or the other way round. Inputs that
+/// are limited one by one get the diagonal of their weight.
 pub fn limited<const N: usize>(
     problem: &Problem,
     costate: &SVector<f64, N>,
@@ -159,7 +162,8 @@ pub fn limited<const N: usize>(
     problem
 }
 
-/// A plan of `tests/reference/closed_loop`: the discrete optimum of a maneuver at constant unit weights.
+/// Returns a plan of `tests/reference/closed_loop`: the discrete optimum of a maneuver at constant
+/// unit weights.
 pub fn planned_reference(name: &str) -> (Value, Problem, crate::maneuver::solution::Trajectory) {
     use crate::lie;
     let file = reference(&format!("closed_loop/{name}.json"));
@@ -179,7 +183,7 @@ pub fn planned_reference(name: &str) -> (Value, Problem, crate::maneuver::soluti
     (file, problem, plan)
 }
 
-/// The discrete optimum of a maneuver.
+/// Returns the discrete optimum of a maneuver.
 pub fn planned(problem: &Problem) -> crate::maneuver::solution::Trajectory {
     use crate::optimize::search;
     let settings = crate::maneuver::settings::Settings::discrete();

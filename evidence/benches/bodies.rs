@@ -1,7 +1,9 @@
-//! What one evaluation of the mutual gravity costs, force and moment on every body, and one step of all bodies.
+//! The cost of one evaluation of the mutual gravity, force and moment on every body, and of one
+//! step of all bodies.
 //!
-//! The throughput column counts interactions: pairs of points, or a face of a polyhedron and a point. `serial` is on
-//! the calling thread, `parallel` on all threads; the library takes the faster of the two by size.
+//! The throughput column counts interactions: pairs of points, or a face of a polyhedron and a
+//! point. `serial` is on the calling thread, `parallel` on all threads; the library takes the
+//! faster of the two by size.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
@@ -46,8 +48,8 @@ fn clouds(bencher: Bencher, (bodies, points): (usize, usize), threads: Threads) 
     evaluate(bencher, &gravity, bodies, bodies * (bodies - 1) / 2 * points * points);
 }
 
-/// Bodies and points per body. The cost is proportional to the square of both: 10 bodies of 10⁴ points, or 100 of 10³,
-/// take 100 times as long as the largest here.
+/// Bodies and points per body. The cost is proportional to the square of both: 10 bodies of 10⁴
+/// points, or 100 of 10³, take 100 times as long as the largest here.
 const CLOUDS: [(usize, usize); 10] = [
     (2, 1),
     (2, 10),
@@ -75,7 +77,7 @@ fn clouds_parallel(bencher: Bencher, size: (usize, usize)) {
 #[divan::bench(args = CLOUDS, max_time = 2)]
 fn step_of_clouds(bencher: Bencher, (bodies, points): (usize, usize)) {
     let attractors = vec![cloud(points); bodies];
-    // A point has no inertia of its own: that of a small ball.
+    // A point has no inertia of its own: a small ball replaces it.
     let inertia = slewkit::mechanics::body::Inertia::diagonal(Vector3::new(0.3, 0.4, 0.5)).unwrap();
     let rigid = attractors.iter().map(|body| Body { inertia: inertia.clone(), mass: Some(body.mass()) });
     let (rigid, gravity) = (rigid.collect(), MutualGravity::new(1.0, attractors).unwrap());
@@ -129,7 +131,7 @@ fn solid(cuts: usize, order: usize) -> Attractor {
     Attractor::Polyhedron(HomogeneousPolyhedron::new(ball(cuts), 1.0, order).unwrap())
 }
 
-/// A polyhedron of so many faces and a point.
+/// Measures a polyhedron of a number of faces and a point.
 #[divan::bench(args = [0, 2, 4, 6])]
 fn polyhedron_and_point(bencher: Bencher, cuts: usize) {
     let bodies = vec![solid(cuts, 1), Attractor::point(1.0).unwrap()];

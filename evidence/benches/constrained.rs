@@ -1,9 +1,9 @@
 //! Solve time of constrained slews: 100 steps, torque box, two keep-out cones, cold start.
 //!
-//! `cargo bench -p benches --bench constrained` prints the median over 100 random slews that end solved, beside that of
-//! plans whose discrete motion meets the end, the share of it spent inside the cone solver, and the number of
-//! subproblems. The law of the slews is that of
-//! `evidence/src/constrained.rs`.
+//! `cargo bench -p evidence --bench constrained` prints the median over 100 random slews that are
+//! solved, next to that of plans whose discrete motion meets the end, the part of it inside the
+//! cone solver, and the number of subproblems. `evidence/src/constrained.rs` has the law of the
+//! slews.
 
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::Outcome;

@@ -1,9 +1,10 @@
-//! What a step of each integrator costs, the implicit equation three ways, and what long runs conserve.
+//! The cost of a step of each integrator, of the implicit equation by three methods, and the
+//! conservation over long runs.
 //!
-//! `cargo bench -p benches --bench integrators`: one step of every method on the free asymmetric body and on two
-//! dumbbells, then the implicit equation, then conservation over 10⁶ and 10⁷ steps. Without `--bench` (as
-//! `cargo test` calls it) everything runs shortly, once. Times are the fastest of many batches: other work on
-//! the machine moves a median.
+//! `cargo bench -p evidence --bench integrators` measures one step of every method on the free
+//! asymmetric body and on two dumbbells, then the implicit equation, then conservation over 10⁶
+//! and 10⁷ steps. Without `--bench` (as `cargo test` calls it) everything runs once and briefly.
+//! Times are the fastest of many batches, because other work on the machine moves a median.
 
 use evidence::motions::{dumbbells, free_body, full_inertia, steady_rotation};
 use slewkit::propagate::integrator::{AttitudeEquation, ErrorControl, Kind};
@@ -102,7 +103,7 @@ fn implicit(seconds: f64) {
     }
 }
 
-/// `R⁺ = R F` and `Π⁺ = FᵀΠ` as they stand, beside the compensated sums of the library, with the same equation.
+/// Measures `R⁺ = R F` and `Π⁺ = FᵀΠ` without compensation, with the equation of the library.
 fn naive(seconds: f64, steps: u32) {
     const BATCH: u32 = 200;
     println!(

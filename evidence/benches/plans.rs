@@ -1,4 +1,4 @@
-//! What a whole plan costs: cold start, default tolerance, verification included.
+//! The cost of a whole plan: cold start, default tolerance, verification included.
 
 use divan::{Bencher, black_box};
 use evidence::measured;

@@ -1,10 +1,11 @@
 //! A cold-start solve against one bare propagation of as many steps, side by side in one process.
 //!
-//! The maneuver is the free asymmetric body, three axes, rest to rest, the shorter way, to 1e-12. Both
-//! use the library's own step. They run in turns, and the ratio is the median over the pairs: a clock
-//! that drifts moves both. Then the whole default plan of another body: best way round, second order, all
-//! witnesses; beside the plan that does not land, in turns. `cargo bench -p benches --bench ratio`; without `--bench` (as `cargo test` calls it) only the smallest grid runs,
-//! once.
+//! The maneuver is the free asymmetric body, three axes, rest to rest, the shorter way, to 1e-12.
+//! Both use the library's own step. They run in turns, and the ratio is the median over the
+//! pairs, so that a drifting clock affects both. Then the whole default plan of another body
+//! follows: best homotopy class, second order, all witnesses, in turns with the plan that does
+//! not land. `cargo bench -p evidence --bench ratio`; without `--bench` (as `cargo test` calls
+//! it) only the smallest grid runs, once.
 
 use evidence::measured;
 use slewkit::maneuver::{Outcome, Problem, Settings, Solution, State};
@@ -64,7 +65,8 @@ fn main() {
     println!("the tests of stationarity, rank and conjugate points. witnesses: both of the verification.");
 }
 
-/// The plan that a user gets by default: J = diag(1, 2, 3), 120° about (1, 2, 3) in 4 s from rest to rest.
+/// The plan that a user gets by default: J = diag(1, 2, 3), 120° about (1, 2, 3) in 4 s from rest
+/// to rest.
 fn whole_plans(benching: bool) {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
     let turn = Vector3::new(1.0, 2.0, 3.0).normalize() * 120.0_f64.to_radians();
@@ -144,7 +146,8 @@ impl Measured {
             solves.push(solution.solve_time);
             ratios.push(solution.solve_time / bare);
             proofs.push(whole - solution.solve_time);
-            // The witnesses take far longer than the solve and always the same: a few times will do.
+            // The witnesses take far longer than the solve, and their time is constant: a few
+            // runs suffice.
             if index < 5 {
                 let (verification, time) =
                     timed(|| verify(&problem, &solution.trajectory, settings.tolerance, None));
@@ -192,7 +195,7 @@ fn quantile(values: &mut [f64], part: f64) -> f64 {
     values[((values.len() - 1) as f64 * part).round() as usize]
 }
 
-/// The most memory the process ever held, where the system tells.
+/// Returns the peak memory of the process, if the system reports it.
 fn peak_memory() -> Option<String> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

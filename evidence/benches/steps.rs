@@ -1,4 +1,4 @@
-//! What one step costs: bare, linearised, swept forward, swept with sensitivities.
+//! The cost of one step: bare, linearised, swept forward, swept with sensitivities.
 //!
 //! Propagations and sweeps run over 1000 steps and are counted in steps (items), so the throughput
 //! column reads in steps per second.

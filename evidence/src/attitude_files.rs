@@ -1,7 +1,9 @@
-//! Attitude files as other programs write them: one motion in every legal style of an AEM and of a table.
+//! Attitude files as other programs write them: one motion in every legal style of an AEM and of a
+//! table.
 //!
-//! The motion is `R(s) = R₀ exp(θ₁(s) a) exp(θ₂(s) b)` with `θ = Θ (3s² − 2s³)`, from rest to rest, so that every attitude and rate is a
-//! formula. Frames of the orbit, time systems, Euler angles and quaternions are written by formulas of their own.
+//! The motion is `R(s) = R₀ exp(θ₁(s) a) exp(θ₂(s) b)` with `θ = Θ (3s² − 2s³)`, from rest to rest,
+//! so that every attitude and rate is a formula. Frames of the orbit, time systems, Euler angles
+//! and quaternions are written by formulas of their own.
 
 mod written;
 
@@ -22,7 +24,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Of 20° to 170° about each of two axes, in whole seconds.
+    /// Builds a motion of 20° to 170° about each of two axes, in whole seconds.
     pub fn random(random: &mut Random) -> Self {
         let angle = |random: &mut Random| random.within(20.0, 85.0).to_radians();
         Self {
@@ -48,11 +50,11 @@ impl Motion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frame {
     Inertial,
-    /// That of a circular orbit: x along the velocity, y along the orbit normal, z outward.
+    /// The frame of a circular orbit: x along the velocity, y along the orbit normal, z outward.
     Orbit,
 }
 
-/// What numbers a row has.
+/// The kind of numbers in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Quaternion,
@@ -72,12 +74,13 @@ pub struct Style {
     pub first_version: bool,
     /// Whether A is the body.
     pub body_is_a: bool,
-    /// Of version 1.0: whether attitudes lead from A to B; of 2.0 they always do.
+    /// For version 1.0: whether attitudes map from A to B; for 2.0 they always do.
     pub a_to_b: bool,
     pub scalar_first: bool,
     pub reference: &'static str,
     pub body: &'static str,
-    /// "REF_FRAME_A", "REF_FRAME_B", or empty: by the name of the frame. And whether rates are in the axes of A.
+    /// "REF_FRAME_A", "REF_FRAME_B", or empty: by the name of the frame. And whether rates are in
+    /// the axes of A.
     pub rate_by_keyword: bool,
     pub rate_in_a: bool,
     pub scale: &'static str,
@@ -117,7 +120,8 @@ pub enum Notation {
     Table,
 }
 
-/// Names of the inertial frames of ICRF to a hundredth of a degree, and of the orbit with their axes, rows in ours.
+/// Names of the inertial frames of ICRF to a hundredth of a degree, and of the orbit with their
+/// axes, rows in ours.
 const INERTIAL: [&str; 5] = ["ICRF", "GCRF", "EME2000", "J2000", "ICRF3"];
 const ORBIT: [(&str, [[f64; 3]; 3]); 5] = [
     ("LVLH", [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]),
@@ -221,7 +225,7 @@ impl Style {
         }
     }
 
-    /// Whether rows have rates that are taken.
+    /// Returns whether rows have rates that are taken.
     pub fn has_rates(&self) -> bool {
         !matches!(self.kind, Kind::Quaternion | Kind::Euler(_) | Kind::Spin)
     }
@@ -234,19 +238,20 @@ pub struct Row {
     pub time: f64,
     /// Axes of Y in X.
     pub attitude: Matrix3,
-    /// Of Y against X, axes of Y [rad/s].
+    /// The rate of Y relative to X, axes of Y [rad/s].
     pub rate: Vector3,
-    /// What is done to the numbers last.
+    /// The last change of the numbers.
     pub tampered: Option<fn(&mut [f64])>,
 }
 
-/// The rows of a motion, as a style has them.
+/// Returns the rows of a motion, as a style has them.
 pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
-    // To the components of the file's reference frame; a table names none and has those of the spec.
+    // The components are converted to the file's reference frame; a table names none and has that
+    // of the spec.
     let theirs = ORBIT.iter().find(|(name, _)| *name == style.reference && style.notation != Notation::Table);
     let to_theirs =
         theirs.map_or(Matrix3::identity(), |(_, rows)| Matrix3::from_fn(|row, column| rows[row][column]));
-    // Y is the body where what is told leads to the body.
+    // Y is the body if the attitudes map to the body.
     let y_is_body = style.a_to_b != style.body_is_a;
     style
         .times
@@ -264,7 +269,8 @@ pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
         .collect()
 }
 
-/// Seconds from UTC to another scale on 2026-11-21, 07:00: TAI − UTC is 37 s, TDB − TT the usual series of two terms.
+/// Returns the seconds from UTC to another scale on 2026-11-21, 07:00: TAI − UTC is 37 s, TDB − TT
+/// the usual series of two terms.
 fn ahead(scale: &str) -> f64 {
     let anomaly = (357.53 + 0.985_600_28 * 9821.79_f64).to_radians();
     match scale {
@@ -276,7 +282,7 @@ fn ahead(scale: &str) -> f64 {
     }
 }
 
-/// A moment of 2026-11-21, seconds past 07:00 UTC, as the style writes it.
+/// Returns a moment of 2026-11-21, seconds past 07:00 UTC, as the style writes it.
 fn date(style: &Style, time: f64) -> String {
     let decimals = style.decimals_of_time;
     let unit = 10_f64.powi(decimals as i32);
@@ -288,13 +294,13 @@ fn date(style: &Style, time: f64) -> String {
     format!("{day}T{:02}:{:02}:{:02}.{part:0decimals$}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
 
-/// A number with the digits of the style.
+/// Returns a number with the digits of the style.
 fn number(style: &Style, value: f64) -> String {
     let digits = style.digits;
     if digits > 12 { format!("{value:.digits$e}") } else { format!("{value:.digits$}") }
 }
 
-/// A quaternion, scalar last, of the axes of Y in X.
+/// Returns a quaternion, scalar last, of the axes of Y in X.
 fn quaternion(attitude: &Matrix3) -> [f64; 4] {
     let [w, x, y, z] = lie::quaternion_from_rotation(attitude);
     [x, y, z, w]
@@ -308,27 +314,27 @@ fn about(axis: usize, angle: f64) -> Matrix3 {
     turn
 }
 
-/// Angles with `M = A₁(a₁) A₂(a₂) A₃(a₃)`, from the elements of M.
+/// Returns the angles with `M = A₁(a₁) A₂(a₂) A₃(a₃)`, from the elements of M.
 fn euler(attitude: &Matrix3, axes: [usize; 3]) -> Vector3 {
     let [i, j, k] = axes;
     // Whether the axes go round as x, y, z do.
     let sign = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
     let m = |row: usize, column: usize| attitude[(row, column)];
     let (second, third) = if i == k {
-        // M_ii = cos a₂; the last row and column of the third axis tell the rest.
+        // M_ii = cos a₂; the last row and column of the third axis determine the rest.
         let other = 3 - i - j;
         let second = m(i, i).clamp(-1.0, 1.0).acos();
         (second, m(i, j).atan2(sign * m(i, other)))
     } else {
         ((sign * m(i, k)).clamp(-1.0, 1.0).asin(), (-sign * m(i, j)).atan2(m(i, i)))
     };
-    // What is left is the first.
+    // The remaining rotation is the first.
     let first = attitude * about(k, third).transpose() * about(j, second).transpose();
     let (p, q) = ((i + 1) % 3, (i + 2) % 3);
     Vector3::new(first[(q, p)].atan2(first[(p, p)]), second, third)
 }
 
-/// Derivatives of the angles: the rate is `J(a) a'`, column by column.
+/// Returns the derivatives of the angles: the rate is `J(a) a'`, column by column.
 fn euler_derivative(angles: &Vector3, axes: [usize; 3], rate: &Vector3) -> Vector3 {
     let [i, j, k] = axes;
     let (third, second) = (about(k, angles[2]), about(j, angles[1]));
@@ -338,11 +344,11 @@ fn euler_derivative(angles: &Vector3, axes: [usize; 3], rate: &Vector3) -> Vecto
     columns.try_inverse().map_or(Vector3::repeat(f64::NAN), |inverse| inverse * rate)
 }
 
-/// The numbers of a row in the order of keywords; quaternions scalar last.
+/// Returns the numbers of a row in the order of keywords; quaternions scalar last.
 fn numbers(style: &Style, row: &Row, index: usize) -> Vec<f64> {
     let (x_is_a, degrees) = (style.a_to_b, |vector: Vector3| vector.map(f64::to_degrees));
     let velocity = || {
-        // Axes of A are those of X where attitudes lead from A to B.
+        // The axes of A are those of X if attitudes map from A to B.
         let in_x = style.rate_in_a == x_is_a;
         degrees(if in_x { row.attitude * row.rate } else { row.rate })
     };

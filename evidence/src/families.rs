@@ -42,7 +42,7 @@ fn body(inertia: Inertia) -> Body {
     Body { inertia, mass: None }
 }
 
-/// Inputs along the three axes of a frame.
+/// Returns the inputs along the three axes of a frame.
 fn about(frame: AxisFrame) -> ActuatorSet {
     ActuatorSet::new(vec![Vector3::x(), Vector3::y(), Vector3::z()], frame).expect("three axes")
 }
@@ -54,7 +54,8 @@ fn full_torque(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0)
 }
 
-/// Half of them are boxes that turn about a principal axis by 90°, 180° or any other angle.
+/// Draws a slew from rest to rest. Half of these are boxes that turn about a principal axis by 90°,
+/// 180° or any other angle.
 fn rest_to_rest(random: &mut Random) -> Problem {
     let at = |r: Matrix3| State::at_rest(r);
     if random.coin() {
@@ -90,7 +91,8 @@ fn detumbling(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0)
 }
 
-/// To rest or to another rate, in any attitude: with limits, weights, or two torques by turns.
+/// Builds a maneuver to rest or to another rate, in any attitude: with limits, weights, or two
+/// torques by turns.
 fn any_attitude(random: &mut Random) -> Problem {
     let inertia = random.inertia(8.0);
     let rate = |random: &mut Random| random.normal_direction() * random.within(1.0, 15.0);
@@ -200,7 +202,7 @@ fn stiff_weights(random: &mut Random) -> Problem {
     Problem::attitude(body(inertia), start, end, 1.0).with_objective(Weights::of_torques(weight))
 }
 
-/// The angle of a turn \[rad\], the short way, that a slew between states of rest takes.
+/// Returns the angle of a turn \[rad\], the short way, that a slew between states of rest takes.
 fn slew(random: &mut Random) -> (Problem, f64) {
     let inertia = random.inertia(8.0);
     let angle = random.within(0.5, 3.0);
@@ -208,8 +210,8 @@ fn slew(random: &mut Random) -> (Problem, f64) {
     (Problem::attitude(body(inertia), State::at_rest(Matrix3::identity()), end, 1.0), angle)
 }
 
-/// Every torque at 70–120 % of the peak that a turn of the mean inertia about a fixed axis would take: a plan without
-/// limits demands more in most cases, and few have none.
+/// Returns every torque at 70–120 % of the peak that a turn of the mean inertia about a fixed axis
+/// would take: a plan without limits demands more in most cases, and few have none.
 fn box_limits(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let limits = Limits { size: Some(vec![random.within(0.7, 1.2) * 6.0 * angle; 3]), ..Limits::default() };
@@ -239,7 +241,8 @@ fn cones(random: &mut Random) -> Problem {
     problem
 }
 
-/// Three wheels that spin at the start, and may store twice what the turn of the mean inertia takes.
+/// Three wheels that spin at the start, and may store twice what the turn of the mean inertia
+/// takes.
 fn wheels(random: &mut Random) -> Problem {
     let (problem, angle) = slew(random);
     let most = 3.0 * angle;

@@ -1,5 +1,6 @@
-//! Where the inputs of a plan lead, held over each step, by plain equations of motion: Euler's in a quaternion and momenta, by the
-//! classical Runge–Kutta method on ever finer steps. Of the library it uses the field of the maneuver and what its inputs exert.
+//! Propagates the held inputs of a plan by plain equations of motion: Euler's equations in a
+//! quaternion and momenta, by the classical Runge–Kutta method on ever finer steps. It uses the
+//! field of the maneuver and the outputs of its inputs from the library, and nothing else.
 
 use slewkit::maneuver::{Direction, Motion, Problem, Rule, Scheme, Side, Trajectory};
 use slewkit::mechanics::environment::Pose;
@@ -7,24 +8,24 @@ use slewkit::{Matrix3, Vector3, lie};
 
 /// Parts of a step of the plan, at first and at most.
 const PARTS: (usize, usize) = (16, 1 << 14);
-/// Attitudes of two refinements that differ by less are the same \[rad\].
+/// The difference below which the attitudes of two refinements count as equal \[rad\].
 const SAME: f64 = 1e-8;
 
-/// Where the motion ends, and what it exceeds on its way.
+/// The end of a motion, and the limits that the motion exceeds.
 #[derive(Clone, Copy, Debug)]
 pub struct Flown {
-    /// How far its end is from the attitude asked for \[rad\].
+    /// The attitude error at the end \[rad\].
     pub attitude: f64,
-    /// How far the rate at the end is from that asked for, over a radian in the duration.
+    /// The rate error at the end, over a radian in the duration.
     pub rate: f64,
-    /// On SE(3): how far the position is, over the way between the ends or one meter.
+    /// On SE(3): the position error, over the distance between the ends or one meter.
     pub position: f64,
-    /// The most that a cone is entered or left by \[rad\], or a limit of a rate exceeded, as a part of it; at most 0 where all
-    /// hold. At the nodes of the integration.
+    /// The largest violation of a cone \[rad\], or of a limit of a rate relative to it, at the
+    /// nodes of the integration; at most 0 if all hold.
     pub exceeded: f64,
 }
 
-/// How far the end of the motion is from the attitude asked for \[rad\]; `None` where finer steps do not settle it.
+/// Returns the attitude error at the end \[rad\]; `None` if finer steps do not converge.
 pub fn missed(problem: &Problem, trajectory: &Trajectory) -> Option<f64> {
     flown(problem, trajectory).map(|flown| flown.attitude)
 }
@@ -58,7 +59,7 @@ pub fn flown(problem: &Problem, trajectory: &Trajectory) -> Option<Flown> {
 /// Quaternion, momentum, momentum of the wheels, position and linear momentum, in this order.
 type Numbers = [f64; 16];
 
-/// The end, and the most that is exceeded, by so many parts of each step.
+/// Returns the end and the largest violation, with each step divided into `parts`.
 fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> (Numbers, f64) {
     let start = &problem.start;
     let mass = problem.body.mass.unwrap_or(1.0);
@@ -75,8 +76,8 @@ fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> (Numbers, f6
     }
     let mut worst = f64::NEG_INFINITY;
     for step in 0..trajectory.time.len() - 1 {
-        // Inputs that switch are held over steps of their own; Lie–Euler kicks at the end of a step, and has no row before that;
-        // Lie–Verlet half at either end.
+        // Inputs that switch are held over steps of their own; Lie–Euler kicks at the end of a
+        // step, and has no row before that; Lie–Verlet half at either end.
         let inputs: Vec<f64> = if problem.switches() || problem.scheme == Scheme::LieEuler {
             trajectory.inputs(step).to_vec()
         } else {
@@ -103,7 +104,7 @@ fn end(problem: &Problem, trajectory: &Trajectory, parts: usize) -> (Numbers, f6
     (y, worst)
 }
 
-/// By how much the worst constraint is exceeded.
+/// Returns the largest violation of a constraint.
 fn exceeded(problem: &Problem, time: f64, y: &Numbers) -> f64 {
     let r = attitude(y);
     let momentum = Vector3::from_column_slice(&y[4..7]);

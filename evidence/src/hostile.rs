@@ -1,6 +1,7 @@
 //! Hostile inputs of every kind that the program reads: good ones, mutated.
 //!
-//! A reader must read what it is given or refuse it: with a place, a reason and a remedy, without a panic, and soon.
+//! A reader must read what it is given or refuse it: with a place, a reason and a remedy, without a
+//! panic, and soon.
 
 use crate::Random;
 use slewkit::mechanics::full_body::polyhedron::read_obj;
@@ -15,7 +16,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::{fs, io};
 
-/// What may stand where a number is expected.
+/// Values for the place of a number.
 pub const NUMBERS: &[&str] = &[
     "nan",
     "-inf",
@@ -48,7 +49,7 @@ pub const NUMBERS: &[&str] = &[
     "-720.5",
     "1e-9",
 ];
-/// What may stand anywhere.
+/// Words for any place.
 const WORDS: &[&str] = &[
     "=",
     "[",
@@ -153,7 +154,7 @@ pub fn mutate(text: &str, donor: &str, random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// What reads an input.
+/// The reader of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reader {
     Toml,
@@ -168,7 +169,7 @@ pub enum Reader {
     Attitudes,
 }
 
-/// All of them.
+/// All readers.
 pub const READERS: [Reader; 7] = [
     Reader::Toml,
     Reader::Json,
@@ -181,7 +182,7 @@ pub const READERS: [Reader; 7] = [
 
 /// Good inputs of every kind: what the repository ships, and what the program writes.
 pub struct Corpus {
-    /// What reads it, whether it is good, and the text.
+    /// The reader, whether the input is valid, and the text.
     seeds: Vec<(Reader, bool, String)>,
     /// Good specs that overrides are set in.
     specs: Vec<String>,
@@ -190,7 +191,7 @@ pub struct Corpus {
     folder: tempfile::TempDir,
 }
 
-/// A small maneuver, of which the plan file and the tables are.
+/// A small maneuver, from which the plan file and the tables come.
 const SMALL: &str = r#"
 format = 1
 epoch = "2026-11-21T07:00:00 UTC"
@@ -260,12 +261,12 @@ impl Corpus {
         Ok(Self { seeds, specs, base, folder: tempfile::tempdir()? })
     }
 
-    /// A mutated input of a reader.
+    /// Returns a mutated input of a reader.
     pub fn input(&self, reader: Reader, random: &mut Random) -> Vec<u8> {
         let of_reader = || self.seeds.iter().filter(|seed| seed.0 == reader);
         let all: Vec<&str> = of_reader().map(|seed| seed.2.as_str()).collect();
         let good: Vec<&str> = of_reader().filter(|seed| seed.1).map(|seed| seed.2.as_str()).collect();
-        // What is wrong already hides what a mutation makes of it.
+        // A wrong input hides the effect of a mutation, so most inputs are valid.
         let text = if random.below(4) == 0 { random.pick(&all) } else { random.pick(&good) };
         let donor = random.pick(&all);
         mutate(text, donor, random)
@@ -274,7 +275,8 @@ impl Corpus {
     /// Has the input read.
     ///
     /// # Errors
-    /// What of the refusal is missing. Panics are for the caller to catch.
+    /// Reads the input, and returns the part of a refusal that is missing. The caller catches
+    /// panics.
     pub fn read(&self, reader: Reader, bytes: &[u8]) -> Result<Answer, String> {
         match reader {
             Reader::Toml => read_spec(bytes, Format::Toml, &[]),
@@ -317,7 +319,7 @@ impl Corpus {
         }
     }
 
-    /// A plan file as `slew verify` and `--guess` read it, and as the witnesses judge it.
+    /// Returns a plan file as `slew verify` and `--guess` read it, and as the witnesses judge it.
     fn read_plan(&self, bytes: &[u8]) -> Result<Answer, String> {
         let _ = read_guess(bytes);
         let file = match PlanFile::read(bytes) {
@@ -341,7 +343,7 @@ impl Corpus {
     }
 }
 
-/// What became of an input.
+/// The result for an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     Read,
@@ -356,7 +358,8 @@ fn unusable(error: &ExportError) -> Result<Answer, String> {
     said(!error.to_string().is_empty() && !error.remedy().is_empty(), || format!("{error:?}"))
 }
 
-/// Whether every finding has its place, reason and remedy, and none reaches the terminal raw.
+/// Returns whether every finding has its place, reason and remedy, and none reaches the terminal
+/// raw.
 fn refused(errors: &Diagnostics) -> Result<Answer, String> {
     let placed =
         errors.0.iter().all(|finding| finding.line > 0 && finding.column > 0 && !finding.file.is_empty());
@@ -367,9 +370,10 @@ fn refused(errors: &Diagnostics) -> Result<Answer, String> {
     said(placed && told && clean && reason, || format!("{text:?}"))
 }
 
-/// Reads a spec of either kind. A maneuver that is read holds together, a simulation steps or says why not.
+/// Reads a spec of either kind. A maneuver must be consistent; a simulation must step or give a
+/// reason.
 pub fn read_spec(bytes: &[u8], format: Format, set: &[Override]) -> Result<Answer, String> {
-    // What is no text at all is the matter of `from_bytes`.
+    // `from_bytes` handles input that is not text.
     let read = match std::str::from_utf8(bytes) {
         Ok(text) => spec::load_from_str(text, "x", Path::new("tests/bad_inputs"), format, set),
         Err(_) => spec::from_bytes(bytes, "x", format, set).map(|loaded| Spec::Maneuver(Box::new(loaded))),

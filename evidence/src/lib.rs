@@ -1,4 +1,5 @@
-//! What tests, counts and benchmarks share: reference files, random maneuvers, laws that plans obey.
+//! The common code of tests, counts and benchmarks: reference files, random maneuvers, laws
+//! between plans.
 
 #![forbid(unsafe_code)]
 
@@ -25,24 +26,24 @@ pub use turning::Turning;
 /// The top folder of the repository.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// The reference file `tests/reference/<name>.json`.
+/// Returns the reference file `tests/reference/<name>.json`.
 pub fn reference(name: &str) -> Value {
     let path = format!("{ROOT}/tests/reference/{name}.json");
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// The elements of an array.
+/// Returns the elements of an array.
 pub fn list(value: &Value) -> &[Value] {
     value.as_array().unwrap_or_else(|| panic!("not a list: {value}"))
 }
 
-/// A number.
+/// Returns a number.
 pub fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("not a number: {value}"))
 }
 
-/// A flat list of numbers.
+/// Returns a flat list of numbers.
 pub fn numbers(value: &Value) -> Vec<f64> {
     list(value).iter().map(number).collect()
 }
@@ -63,18 +64,20 @@ pub fn matrix3(value: &Value) -> Matrix3 {
     matrix::<3, 3>(value)
 }
 
-/// The upper median, which sorts the values; NaN of none.
+/// Returns the upper median, which sorts the values; NaN of none.
 pub fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Largest magnitude of some numbers; NaN if one is, which `amax` and `f64::max` would swallow.
+/// Returns the largest magnitude of some numbers; NaN if one is, which `amax` and `f64::max` would
+/// swallow.
 pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().fold(0.0, |max: f64, x| if x.abs() > max || x.is_nan() { x.abs() } else { max })
 }
 
-/// Largest difference between the elements of two matrices; NaN if there is one in either.
+/// Returns the largest difference between the elements of two matrices; NaN if there is one in
+/// either.
 pub fn difference<const R: usize, const C: usize>(
     a: &nalgebra::SMatrix<f64, R, C>,
     b: &nalgebra::SMatrix<f64, R, C>,

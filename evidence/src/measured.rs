@@ -5,8 +5,8 @@ use slewkit::maneuver::problem::{Path, Problem, State};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// An asymmetric body, its principal axes tilted, and its turn of 2 rad about an axis that is none of
-/// them.
+/// Returns an asymmetric body, its principal axes tilted, and its turn of 2 rad about an axis that
+/// is none of them.
 fn body_and_target() -> (Body, Matrix3) {
     let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap();
     let axis = Vector3::new(1.0, 2.0, -0.5).normalize();
@@ -21,7 +21,7 @@ pub fn attitude(steps: usize) -> Problem {
         .with_path(Path::Shortest)
 }
 
-/// That with three forces and a displacement.
+/// Returns the maneuver with three forces and a displacement.
 pub fn rigid_body(steps: usize) -> Problem {
     let (body, target) = body_and_target();
     let mut end = State::at_rest(target);

@@ -1,7 +1,9 @@
-//! Laws that relate the plans of two maneuvers: the same motion told in other words, or one that must not cost more.
+//! Laws between the plans of two maneuvers: one motion in another description, or a maneuver that
+//! must not cost more.
 //!
-//! A law makes another maneuver of a planned one, and says by what factor its cost differs. No reference solution is
-//! needed: planner and witnesses are held against themselves where nothing but the words has changed.
+//! A law makes another maneuver from a planned one, and gives the factor of its cost. It needs no
+//! reference solution: planner and witnesses are compared with themselves, while only the
+//! description changes.
 
 use super::Random;
 use nalgebra::DMatrix;
@@ -27,7 +29,8 @@ pub struct Planned {
 }
 
 impl Planned {
-    /// Plans it; `None` where it cannot even be begun. The laws are of the discrete problem, and its end is met to round-off.
+    /// Plans the maneuver; `None` if the planner refuses it. The laws concern the discrete
+    /// problem, whose end is met to round-off.
     pub fn new(problem: Problem, settings: Settings) -> Option<Self> {
         let settings = Settings { target: Target::Discrete, ..settings };
         let plan = plan(&problem, &settings, None, &mut Silent).ok()?;
@@ -38,13 +41,14 @@ impl Planned {
 /// Another maneuver, and what its cost is to be.
 pub struct Related {
     problem: Problem,
-    /// Its cost is that of the first times this.
+    /// The factor on the cost of the first plan.
     factor: f64,
-    /// At most that, where the first is solved; otherwise exactly that, with the same status.
+    /// Whether the cost is at most that, if the first is solved; otherwise it is exactly that,
+    /// with an equal status.
     at_most: bool,
 }
 
-/// A law: its name, and the other maneuver; `None` where the law does not speak of this one.
+/// A law: its name, and the other maneuver; `None` if the law does not apply.
 pub type Law = (&'static str, fn(&Planned, &mut Random) -> Option<Related>);
 
 /// All laws.
@@ -63,7 +67,7 @@ pub const LAWS: [Law; 12] = [
     ("wider limits cost no more", wider_limits),
 ];
 
-/// What is wrong with the plan that a law asks for beside a known one, in words; `Err` where the law does not apply.
+/// Returns the violation of a law by the second plan, in words; `Err` if the law does not apply.
 pub fn complaint(law: &Law, planned: &Planned, random: &mut Random) -> Result<Option<String>, NotApplicable> {
     let related = law.1(planned, random).ok_or(NotApplicable)?;
     let (first, steps) = (&planned.plan, related.problem.steps);
@@ -89,21 +93,23 @@ pub fn complaint(law: &Law, planned: &Planned, random: &mut Random) -> Result<Op
     if solved && !same { words(format!("cost differs by {excess:+.1e}")) } else { Ok(None) }
 }
 
-/// What a plan costs. Where inputs switch that is the cost of the extremal: that of the grid depends on how its arcs are laid on
-/// steps, and on whether a singular arc is smoothed or cut into others.
+/// Returns the cost of a plan. If inputs switch, it is the cost of the extremal, because that of
+/// the grid depends on the placement of its arcs on steps, and on whether a singular arc is
+/// smoothed or replaced.
 fn cost(plan: &Plan) -> f64 {
     plan.solution.switching.as_ref().map_or(plan.solution.cost, |found| found.continuous_cost)
 }
 
-/// By what part it may be above the least near it: the gap of its certificate.
+/// Returns the relative excess that its certificate allows: the gap.
 fn inexact(plan: &Plan) -> f64 {
     plan.solution.switching.as_ref().map_or(0.0, |found| found.gap / cost(plan))
 }
 
-/// The law says nothing of this maneuver.
+/// The law does not apply to this maneuver.
 pub struct NotApplicable;
 
-/// The same maneuver backwards, in three mirrors and in permuted axes, where it has these: all cost the same.
+/// Returns the same maneuver backwards, in three mirrors and in permuted axes, where it has these:
+/// all cost the same.
 pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
     let mirror = |at: usize| {
         let mut matrix = Matrix3::identity();
@@ -121,19 +127,20 @@ pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
     all.into_iter().filter_map(|(name, image)| Some((name, image?))).collect()
 }
 
-/// How a maneuver is told.
+/// A description of a maneuver.
 struct View {
     mass: f64,
     length: f64,
     time: f64,
     cost: f64,
-    /// From the old reference axes to the new ones: a rotation, or a reflection if `body` is one too.
+    /// The map from the old reference axes to the new ones: a rotation, or a reflection if `body`
+    /// is one too.
     reference: Matrix3,
-    /// The same of body axes.
+    /// The map of body axes.
     body: Matrix3,
 }
 
-/// As it was.
+/// The unchanged description.
 const PLAIN: View = View {
     mass: 1.0,
     length: 1.0,
@@ -152,7 +159,8 @@ impl View {
         self.torque() / self.length
     }
 
-    /// An axis of rotation, a torque or a rate in the new axes: a reflection turns its sense.
+    /// Returns an axis of rotation, a torque or a rate in the new axes: a reflection turns its
+    /// sense.
     fn axial(matrix: &Matrix3, vector: &Vector3) -> Vector3 {
         matrix.determinant().signum() * (matrix * vector)
     }
@@ -171,7 +179,8 @@ impl View {
         Inertia::new(0.5 * (j + j.transpose())).ok()
     }
 
-    /// Inputs of which the axes are axial vectors (torques) or not (forces), in units of `size`.
+    /// Transforms actuators whose axes are axial vectors (torques) or not (forces), in units of
+    /// `size`.
     fn actuators(&self, set: &ActuatorSet, axial: bool, size: f64) -> Option<ActuatorSet> {
         let matrix = if set.frame() == AxisFrame::Body { &self.body } else { &self.reference };
         let turned = |axis: &Vector3| if axial { Self::axial(matrix, axis) } else { matrix * axis };
@@ -189,7 +198,8 @@ impl View {
         ActuatorSet::new(set.axes().iter().map(turned).collect(), set.frame()).ok()?.with_limits(limits).ok()
     }
 
-    /// A maneuver told this way; `None` where it cannot be, as an orbit's frame in other axes.
+    /// Returns the maneuver in this description; `None` if it has none, such as an orbit's frame
+    /// in other axes.
     fn of(&self, problem: &Problem) -> Option<Problem> {
         let Self { mass, length, time, cost, reference, body } = self;
         let mut told = problem.clone();
@@ -332,22 +342,22 @@ fn in_a_mirror(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(View { reference: mirror, body: mirror, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// Backwards in time, as [`reversed`] has it. Nor is a limit of what the continuous motion misses: torques that are held over the
-/// steps after their nodes miss by another amount backwards.
+/// Backwards in time, as [`reversed`] has it. Nor is a limit of what the continuous motion misses:
+/// torques that are held over the steps after their nodes miss by another amount backwards.
 fn backwards(planned: &Planned, _: &mut Random) -> Option<Related> {
     let judged = planned.settings.continuous_tolerance.is_some();
     if judged { None } else { same(reversed(&planned.problem)?, 1.0) }
 }
 
-/// The ends change places, rates their sign. An orbit run backwards is one seen from the other side of its plane.
-/// Lie–Euler is not symmetric in time, and nobody knows with what momenta the wheels end.
+/// Exchanges the ends and reverses rates. A reversed orbit is one seen from the other side of its
+/// plane. Lie–Euler is not symmetric in time, and the final momenta of wheels are unknown.
 fn reversed(problem: &Problem) -> Option<Problem> {
     if problem.scheme == Scheme::LieEuler || problem.actuation.wheels.is_some() {
         return None;
     }
     let frame_rate = problem.environment.frame_rate();
     let still = frame_rate == Vector3::zeros();
-    // How far the frame turns until the end is not known of a duration that is sought.
+    // For a free duration the rotation of the frame until the end is unknown.
     let duration = problem.duration.known().or(still.then_some(0.0))?;
     let turned = if still { PLAIN.reference } else { lie::exp(&Vector3::new(0.0, 0.0, PI)) };
     let back = |state: &State| State {
@@ -365,7 +375,8 @@ fn reversed(problem: &Problem) -> Option<Problem> {
         // About one axis in body and space: the same vector at both ends.
         Path::AsGiven(turn) => Path::AsGiven(-turn),
         Path::Best => Path::Best,
-        // Senses are counted from the motion without inputs, which is another one backwards where ends move or a field acts.
+        // Senses are counted from the motion without inputs, which is another one backwards where
+        // ends move or a field acts.
         path if is_free_slew(problem) => *path,
         _ => return None,
     };
@@ -420,14 +431,15 @@ fn is_still(problem: &Problem) -> bool {
     still.iter().all(|rate| *rate == Vector3::zeros())
 }
 
-/// A free body that rests at both ends and has no wheels that spin: it knows no scale of time.
+/// Returns a free body that rests at both ends and has no wheels that spin: it knows no scale of
+/// time.
 fn is_free_slew(problem: &Problem) -> bool {
     let free = matches!(problem.environment.describe(), Description::Free);
     free && is_still(problem) && problem.actuation.stored_momentum() == Vector3::zeros()
 }
 
-/// Of slews from rest to rest the short way is that of the shortest rotation. The long way is the cheapest of its sense, and a
-/// long rotation that is given the nearest to it: not the same.
+/// For slews from rest to rest the short way is the shortest rotation. The long way is the
+/// cheapest of its sense, and a given long rotation selects the nearest to it, so the two differ.
 fn way_by_rotation(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();
     let turn = lie::minus(&problem.end.attitude, &problem.start.attitude);
@@ -439,7 +451,7 @@ fn way_by_rotation(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(problem, 1.0)
 }
 
-/// Limits one and a half times as wide as the plan without them needs.
+/// Returns the limits one and a half times as wide as the plan without them needs.
 fn idle_limits(planned: &Planned, _: &mut Random) -> Option<Related> {
     let Planned { problem, plan, .. } = planned;
     let actuation = &problem.actuation;
@@ -460,8 +472,8 @@ fn written_and_read(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(written.read("written", &[]).ok()?.problem, 1.0)
 }
 
-/// In c times the time the same path needs c⁻² of each torque, c⁻³ of the effort and c⁻¹ of the fuel; rates and what torques change
-/// in a second fall too.
+/// In c times the time one path needs c⁻² of each torque, c⁻³ of the effort and c⁻¹ of the fuel;
+/// rates and the changes of torques per second fall too.
 fn more_time(planned: &Planned, random: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();
     let Duration::Given(duration) = problem.duration else { return None };

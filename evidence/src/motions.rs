@@ -7,7 +7,7 @@ use slewkit::propagate::integrator::{System, SystemState};
 use slewkit::{Matrix3, Vector3, lie};
 use std::sync::Arc;
 
-/// Of an asymmetric body, its principal axes tilted [kg·m²].
+/// Returns an asymmetric inertia with tilted principal axes [kg·m²].
 pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }
@@ -20,7 +20,7 @@ pub fn free_body() -> (System, SystemState) {
     (system, state)
 }
 
-/// Rotation about the axis of the largest moment of a body whose axes are tilted.
+/// Returns the rotation about the axis of the largest moment of a body whose axes are tilted.
 pub fn steady_rotation() -> (System, SystemState) {
     let axes = lie::exp(&Vector3::new(0.5, -0.4, 0.3));
     let moments = Matrix3::from_diagonal(&Vector3::new(1.0, 1.7, 2.2));
@@ -31,7 +31,7 @@ pub fn steady_rotation() -> (System, SystemState) {
     (system, state)
 }
 
-/// The two dumbbells of the survey's section 3.4, separation 2.5, in dimensionless units.
+/// Returns the two dumbbells of the survey's section 3.4, separation 2.5, in dimensionless units.
 pub fn dumbbells() -> (System, SystemState) {
     let pair = [(1.0, 0.5), (2.0, 1.0)];
     let pair = pair.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length });

@@ -1,23 +1,25 @@
-//! What Linux tells of a process, and the binary beside an example.
+//! Data that Linux reports of a process, and the path of a binary.
 
 use std::path::PathBuf;
 use std::{env, fs};
 
-/// CPU time of all threads of a process so far \[s\], in hundredths; `None` where it is gone, or where the system does not tell.
+/// Returns the CPU time of all threads of a process so far \[s\], in hundredths; `None` if it has
+/// ended, or if the system does not report it.
 pub fn cpu_seconds(process: &str) -> Option<f64> {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // After the name in parentheses, which may hold anything.
+    // The fields follow the name in parentheses, which may contain anything.
     let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
     let ticks = |at: usize| fields.get(at).and_then(|text| text.parse::<f64>().ok());
     Some((ticks(11)? + ticks(12)?) / 100.0)
 }
 
-/// The same of the example itself; NaN where the system does not tell.
+/// Returns the CPU time of this process; NaN if the system does not report it.
 pub fn own_cpu_seconds() -> f64 {
     cpu_seconds("self").unwrap_or(f64::NAN)
 }
 
-/// The most memory that was resident at any time \[bytes\], of the process `self` or a number; `None` as above.
+/// Returns the most memory that was resident at any time \[bytes\], of the process `self` or a
+/// number; `None` as above.
 pub fn peak_memory(process: &str) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -25,7 +27,7 @@ pub fn peak_memory(process: &str) -> Option<f64> {
     Some(1024.0 * kib)
 }
 
-/// The binary that was built with this example.
+/// Returns the binary that was built with this example.
 pub fn beside_this(name: &str) -> Result<PathBuf, Box<dyn std::error::Error>> {
     let built = env::current_exe()?.parent().map(|folder| folder.join(name));
     built

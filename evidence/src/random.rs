@@ -1,4 +1,5 @@
-//! Random numbers that never change: the cases of every test and count are the same on every machine.
+//! Random numbers that never change: the cases of every test and count are the same on every
+//! machine.
 
 use slewkit::mechanics::Inertia;
 use slewkit::{Matrix3, Vector3, lie};
@@ -8,12 +9,12 @@ use std::f64::consts::PI;
 pub struct Random(u64);
 
 impl Random {
-    /// The stream of a seed.
+    /// Builds the stream of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// The stream of a case among those of a seed.
+    /// Builds the stream of a case among those of a seed.
     pub fn of_case(seed: u64, index: usize) -> Self {
         let mut random = Self::new(seed ^ (index as u64).wrapping_mul(0xD134_2543_DE82_EF95));
         random.unit();
@@ -84,12 +85,13 @@ impl Random {
         }
     }
 
-    /// Uniform on the unit sphere: the direction of three normal numbers. Another stream than [`Self::direction`].
+    /// Uniform on the unit sphere: the direction of three normal numbers. Another stream than
+    /// [`Self::direction`].
     pub fn normal_direction(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.normal()).normalize()
     }
 
-    /// A rotation of any angle about any axis; not uniform on SO(3).
+    /// Returns a rotation of any angle about any axis; not uniform on SO(3).
     pub fn rotation(&mut self) -> Matrix3 {
         lie::exp(&(self.direction() * (PI * self.uniform())))
     }
@@ -101,8 +103,8 @@ impl Random {
         lie::rotation_from_quaternion(&q.map(|value| value / norm))
     }
 
-    /// Principal moments of a body \[kg·m²\]: principal second moments of mass log-uniform over a factor of 40, drawn
-    /// again while the ratio of the moments exceeds `ratio`.
+    /// Returns the principal moments of a body \[kg·m²\]: principal second moments of mass
+    /// log-uniform over a factor of 40, drawn again while the ratio of the moments exceeds `ratio`.
     pub fn moments(&mut self, ratio: f64) -> Vector3 {
         loop {
             let d: [f64; 3] = std::array::from_fn(|_| 40f64.powf(-self.unit()));
@@ -113,13 +115,13 @@ impl Random {
         }
     }
 
-    /// Principal moments with a ratio of at most `ratio`, mean 1 \[kg·m²\].
+    /// Returns the principal moments with a ratio of at most `ratio`, mean 1 \[kg·m²\].
     pub fn mean_moments(&mut self, ratio: f64) -> Vector3 {
         let moments = self.moments(ratio);
         moments * (3.0 / moments.sum())
     }
 
-    /// A body with such moments about axes uniform on SO(3).
+    /// Returns a body with such moments about axes uniform on SO(3).
     pub fn inertia(&mut self, ratio: f64) -> Inertia {
         let moments = self.mean_moments(ratio);
         self.about_any_axes(&moments)

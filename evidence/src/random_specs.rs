@@ -1,8 +1,8 @@
 //! Random maneuvers of every kind, as specs in TOML.
 //!
-//! A spec depends on its index alone. The kinds take turns, so any 26 in a row hold each once; notations of
-//! attitudes, units, schemes, paths and grids are drawn anew for each. All are valid specs of moderate size; a
-//! few have no solution, on purpose.
+//! A spec depends on its index alone. The kinds take turns, so any 26 in a row hold each once;
+//! notations of attitudes, units, schemes, paths and grids are drawn anew for each. All are valid
+//! specs of moderate size; a few have no solution, on purpose.
 
 mod draft;
 mod kinds;
@@ -13,7 +13,7 @@ use kinds::*;
 
 /// A maneuver as the planner reads it.
 pub struct RandomSpec {
-    /// What is special about it, as a file name.
+    /// Its kind, as a file name.
     pub kind: &'static str,
     /// The spec in TOML.
     pub text: String,
@@ -52,7 +52,7 @@ const KINDS: [Kind; 26] = [
     ("infeasible", infeasible),
 ];
 
-/// The spec of this index.
+/// Returns the spec of this index.
 pub fn random_spec(index: u64) -> RandomSpec {
     let (kind, build) = KINDS[(index % KINDS.len() as u64) as usize];
     let mut draft = Draft::new(index);
@@ -73,7 +73,8 @@ const SWITCHING_KINDS: [Kind; 8] = [
     ("minimum_time_thrusters", |draft| switching(draft, "time", Inputs::Thrusters)),
 ];
 
-/// The spec of this index among those of minimum time and fuel: a stream of its own, so that the other stays as it is.
+/// Returns the spec of this index among those of minimum time and fuel. It has its own stream, so
+/// that the other stream does not change.
 pub fn random_switching_spec(index: u64) -> RandomSpec {
     let (kind, build) = SWITCHING_KINDS[(index % SWITCHING_KINDS.len() as u64) as usize];
     let mut draft = Draft::new(index ^ 0x0051_71c4);

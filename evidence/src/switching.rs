@@ -1,14 +1,17 @@
 //! Random maneuvers of least time and fuel of twelve kinds, on a few hundred steps.
 //!
-//! In all of them a body of random principal axes in one of three maneuvers and along the axes of the torques otherwise;
-//! rotation vector of uniform direction, angle up to π; 200 steps; where not said otherwise moments in a ratio up to 5 and rates up
-//! to 0.3 in the unit of time in 40 % of them. `time`: three torques, limits from 0.4 to 1.6. `unequal`: moments in a ratio from 5
-//! to 100, from rest to rest. `fuel`: the duration from 1.05 to 1000 times that of the turn about the axis, uniform in its
-//! logarithm. `price`: a second costs from 2 to 200 % of what all inputs cost at their limits. `thrusters`, `thruster-fuel`:
-//! 6 to 12 one-sided thrusters about random axes that reach every direction, from rest to rest; of fuel in 1.5 to 5 times that
-//! duration. `long`: the long way round in least time, from rest to rest. `given`: rotations of 120 to 840° as written, the same.
-//! `cones`, `cone-fuel`: past one to three cones on 60 steps. `norm-fuel`: one torque that points anywhere, its norm limited, in 1.5 to
-//! 5 times that duration. `pulses`: three torques off or at a limit in the same, with a shortest pulse of 1 to 10 % of it.
+//! In all of them a body of random principal axes in one of three maneuvers and along the axes of
+//! the torques otherwise; rotation vector of uniform direction, angle up to π; 200 steps; where not
+//! said otherwise moments in a ratio up to 5 and rates up to 0.3 in the unit of time in 40 % of
+//! them. `time`: three torques, limits from 0.4 to 1.6. `unequal`: moments in a ratio from 5 to
+//! 100, from rest to rest. `fuel`: the duration from 1.05 to 1000 times that of the turn about the
+//! axis, uniform in its logarithm. `price`: a second costs from 2 to 200 % of what all inputs cost
+//! at their limits. `thrusters`, `thruster-fuel`: 6 to 12 one-sided thrusters about random axes
+//! that reach every direction, from rest to rest; of fuel in 1.5 to 5 times that duration. `long`:
+//! the long way round in least time, from rest to rest. `given`: rotations of 120 to 840° as
+//! written, the same. `cones`, `cone-fuel`: past one to three cones on 60 steps. `norm-fuel`: one
+//! torque that points anywhere, its norm limited, in 1.5 to 5 times that duration. `pulses`: three
+//! torques off or at a limit in the same, with a shortest pulse of 1 to 10 % of it.
 
 use crate::Random;
 use slewkit::maneuver::{Constraint, Direction, Fuel, Objective, Path, Pointing, Problem, Rule, Side, State};
@@ -17,7 +20,7 @@ use slewkit::plan::Plan;
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
-/// The kinds of maneuvers, as they stand above.
+/// The kinds of maneuvers, as described above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     Time,
@@ -49,8 +52,9 @@ pub const KINDS: [(&str, Kind); 12] = [
     ("pulses", Kind::Pulses),
 ];
 
-/// The cost, and what its gap is of it: that of the extremal, as arcs of images are laid on steps in other ways, unless the grid is
-/// dearer by more than a thousandth, which its steps do not account for.
+/// Returns the cost, and its gap relative to the cost: of the extremal, because the arcs of
+/// symmetric maneuvers are placed on steps differently; of the grid, if that costs more by over a
+/// thousandth, which its steps do not explain.
 pub fn cost_and_gap(plan: &Plan) -> (f64, f64) {
     let solution = &plan.solution;
     match &solution.switching {
@@ -61,7 +65,7 @@ pub fn cost_and_gap(plan: &Plan) -> (f64, f64) {
     }
 }
 
-/// The maneuver of this index among those of a kind; `None` where it cannot be built.
+/// Returns the maneuver of this index among those of a kind; `None` where it cannot be built.
 pub fn maneuver(kind: Kind, index: u64) -> Option<Problem> {
     let mut random = Random::of_case(0x1a6e_5000 + kind as u64, index as usize);
     let log_uniform = |random: &mut Random, low: f64, high: f64| low * (high / low).powf(random.unit());

@@ -1,9 +1,9 @@
-//! A field that is none, in a reference frame that turns.
+//! A field of zero, in a reference frame that turns.
 
 use slewkit::Vector3;
 use slewkit::mechanics::environment::{Blocks, Environment, Pose, Wrench};
 
-/// Nothing but a reference frame that turns at this rate, in its own axes [rad/s].
+/// An environment that is only a reference frame turning at this rate, in its own axes [rad/s].
 #[derive(Debug)]
 pub struct Turning(pub Vector3);
 

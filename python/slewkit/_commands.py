@@ -1,4 +1,4 @@
-"""What the package does: plan, check, verify, compare."""
+"""The functions of the package: plan, check, verify, compare."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from ._problem import Problem, SpecLike, maneuver_of
 
 
 class Progress(NamedTuple):
-    """How far the work is."""
+    """The progress of the work."""
 
-    #: The stage at work: ``"newton"``, ``"descent"``, ``"scp"``, ``"witnesses"`` and so on.
+    #: The current stage: ``"newton"``, ``"descent"``, ``"scp"``, ``"witnesses"`` and so on.
     stage: str
-    #: The start that it works on, such as ``"short"``.
+    #: The current start, such as ``"short"``.
     start: str
-    #: Steps of its grid; of a simulation those made.
+    #: Steps of the grid; for a simulation the finished steps.
     steps: int
     #: Seconds since the work began.
     elapsed: float
 
 
-#: Called with the progress of work, at first at once and then twenty times a second at most; what returns ``False`` stops the
-#: work, and an exception does too.
+#: Called with the progress of the work, at once and then at most twenty times a second. A return value of ``False``, or an
+#: exception, stops the work.
 ProgressFunction = Callable[[Progress], Union[bool, None]]
 
-#: What another plan suggests: the plan, the path of a plan file or of attitudes, or 6 (12) costates.
+#: A guess: a plan, the path of a plan file or of attitudes, or 6 (12) costates.
 GuessLike = Union[Plan, str, "os.PathLike[str]", Sequence[float]]
 
 
@@ -44,17 +44,17 @@ def plan(
     overrides: Mapping[str, Any] | None = None,
     strict: bool = True,
 ) -> Plan:
-    """Plans a maneuver and has it verified; the same bits as ``slew plan``.
+    """Plans a maneuver and verifies the plan, with the bits of ``slew plan``.
 
     ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a :class:`Problem`. ``guess`` is a plan of a
-    neighbour to begin from: a :class:`Plan`, a plan file, a file of attitudes, or costates. ``overrides`` sets keys of the
+    neighbouring maneuver: a :class:`Plan`, a plan file, a file of attitudes, or costates. ``overrides`` sets keys of the
     spec: ``{"maneuver.duration_s": 90}``. Other threads run meanwhile; Ctrl-C raises KeyboardInterrupt, with the best iterate in
     its attribute ``plan``.
 
-    Gives a plan that is solved and verified, and raises otherwise: :class:`SpecError`, :class:`FileError`,
-    :class:`Infeasible`, :class:`NotSolved`, :class:`LimitReached`, :class:`VerificationFailed`, :class:`Interrupted`, of
-    which those of a solve hold what was found in ``plan``. With ``strict=False`` the plan is given whatever became of it; its
-    ``status`` says what.
+    Returns a plan that is solved and verified, and raises otherwise: :class:`SpecError`, :class:`FileError`,
+    :class:`Infeasible`, :class:`NotSolved`, :class:`LimitReached`, :class:`VerificationFailed`, :class:`Interrupted`.
+    The exceptions of a solve have the best result in ``plan``. With ``strict=False`` the function returns the plan in every
+    case, with its ``status``.
     """
     maneuver = maneuver_of(spec, overrides)
     planned, raised = _slewkit.plan(maneuver, _suggestion(guess), _told(progress))
@@ -68,7 +68,7 @@ def plan(
 
 
 def _failure(found: Plan) -> PlanError:
-    """The exception that goes with a plan that is not solved."""
+    """Builds the exception for a plan that is not solved."""
     words = [line.strip() for line in found.summary().splitlines()[1:]]
     label = {"infeasible": "because", "verification_failed": "failed"}.get(found.status, "stopped")
     reason = next((line[len(label) :].strip() for line in words if line.startswith(label)), found.status)
@@ -78,10 +78,9 @@ def _failure(found: Plan) -> PlanError:
 
 
 def check(spec: SpecLike, *, overrides: Mapping[str, Any] | None = None) -> list[Diagnostic]:
-    """Everything that is to be said of a spec, of a maneuver or a simulation, errors and warnings; an empty list where it is
-    valid without a word.
+    """Returns all errors and warnings of the spec of a maneuver or a simulation; an empty list for a valid spec.
 
-    Raises :class:`FileError` where a file cannot be read.
+    Raises :class:`FileError` if a file cannot be read.
     """
     try:
         if isinstance(spec, Problem):
@@ -95,24 +94,24 @@ def check(spec: SpecLike, *, overrides: Mapping[str, Any] | None = None) -> list
 
 @dataclass(frozen=True)
 class Verification:
-    """What the witnesses found of a plan."""
+    """The results of the witnesses for a plan."""
 
     #: ``"solved"`` or ``"verification_failed"``.
     status: str
-    #: Steps of the plan; of attitudes one less than rows.
+    #: Steps of the plan; for attitudes one less than the rows.
     steps: int
     #: Errors, orders, margins and checks with the keys of a plan file. Numbers that are not finite are None.
     found: dict[str, Any]
     #: Keys in which the spec of the plan and the one it was judged by differ: ``key``, ``first``, ``second``.
     differences: list[dict[str, str]]
-    #: Keys of the plan file whose record is not what was found: ``key``, ``first`` of the file, ``second`` as found.
+    #: Keys of the plan file whose record differs from the result: ``key``, ``first`` of the file, ``second`` as found.
     recorded: list[dict[str, str]] = field(default_factory=list)
-    #: What was not judged, a sentence each.
+    #: The items that were not judged, a sentence each.
     not_judged: list[str] = field(default_factory=list)
 
     @property
     def passed(self) -> bool:
-        """Whether every check holds."""
+        """Whether every check passes."""
         return self.status == "solved"
 
     @property
@@ -122,12 +121,12 @@ class Verification:
 
     @property
     def margins(self) -> list[dict[str, Any]]:
-        """Every limit and constraint with its smallest margin; none where attitudes alone were judged."""
+        """Every limit and constraint with its smallest margin; empty if only attitudes were judged."""
         return list(self.found.get("margins", []))
 
     @property
     def violations(self) -> list[str]:
-        """Constraints that attitudes violate, in words; of a plan its margins tell."""
+        """Constraints that attitudes violate, in words; a plan has ``margins`` instead."""
         return list(self.found.get("violations", []))
 
 
@@ -139,20 +138,20 @@ def verify(
     progress: ProgressFunction | None = None,
     strict: bool = False,
 ) -> Verification:
-    """Has the independent witnesses judge a plan, a plan file, or the dictionary of one, by its own spec or another, as
-    ``slew verify`` does. Whether the plan is optimal is not judged.
+    """Lets the independent witnesses judge a plan, a plan file, or the dictionary of one, by its own spec or another, as
+    ``slew verify`` does. They do not judge whether the plan is optimal.
 
-    The path may also be that of an AEM or a table of attitudes, with the ``spec`` that they must fulfil: ends, duration, cones
-    and rates are judged then, and ``found`` has ``checks``, ``violations`` in words and ``peak_torque_n_m``.
+    The path may also be that of an AEM or a table of attitudes, with the ``spec`` that they must fulfil. Ends, duration, cones
+    and rates are then judged, and ``found`` has ``checks``, ``violations`` in words and ``peak_torque_n_m``.
 
-    A plan that fails is an answer; with ``strict`` it raises :class:`VerificationFailed`. One whose arrays do not fit the
-    maneuver raises it in any case.
+    A plan that fails is returned; with ``strict`` it raises :class:`VerificationFailed`. A plan whose arrays do not fit the
+    maneuver always raises it.
     """
     if isinstance(plan, (str, os.PathLike)):
         bytes, name = content(plan)
         if not _slewkit.is_plan(bytes):
             if spec is None:
-                raise ValueError("attitudes do not say what they must achieve: give the spec")
+                raise ValueError("a file of attitudes has no targets and limits: give the spec")
             return _judged(_slewkit.verify_attitudes(bytes, name, maneuver_of(spec, overrides)), None, strict)
     try:
         judged = plan if isinstance(plan, Plan) else load(plan)
@@ -191,13 +190,13 @@ def _judged(text: str, judged: Plan | None, strict: bool) -> Verification:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Methods side by side on one maneuver."""
+    """A comparison of methods on one maneuver."""
 
-    #: ``"solved"`` where at least one method solved and those that did agree; else as a plan's.
+    #: ``"solved"`` if at least one method solved and those that did agree; else a status of a plan.
     status: str
-    #: Every method with what it found, with the keys of ``slew compare --format json``.
+    #: Every method with its result, with the keys of ``slew compare --format json``.
     methods: list[dict[str, Any]]
-    #: How near they come to each other.
+    #: The agreement of the methods.
     agreement: dict[str, Any]
 
 
@@ -208,7 +207,7 @@ def compare(
     progress: ProgressFunction | None = None,
 ) -> Comparison:
     """Solves a maneuver by every method that applies, as ``slew compare`` does: Newton shooting, sequential convex programming
-    to its own convergence, and the same ended by Newton."""
+    to its own convergence, and SCP with final Newton iterations."""
     text, raised = _slewkit.compare(maneuver_of(spec, overrides), _told(progress))
     if raised is not None:
         raise raised
@@ -218,15 +217,15 @@ def compare(
 
 @dataclass(frozen=True)
 class IntegratorComparison:
-    """Integrators side by side on one motion: what each needs for the same error."""
+    """A comparison of integrators on one motion: the work of each at equal error."""
 
-    #: Energy that errors are relative to, J.
+    #: The energy to which errors are relative, J.
     energy_scale_j: float
     #: Mean energy errors at which work is compared.
     levels: list[float]
-    #: A row per integrator, step and horizon, with the keys of ``slew compare --format json``.
+    #: A row for each integrator, step and horizon, with the keys of ``slew compare --format json``.
     runs: list[dict[str, Any]]
-    #: A row per horizon, level and integrator: work at the same error.
+    #: A row for each horizon, level and integrator: work at equal error.
     equal_error: list[dict[str, Any]]
     #: The tables that ``slew compare`` prints.
     table: str
@@ -245,12 +244,12 @@ def compare_integrators(
     overrides: Mapping[str, Any] | None = None,
     progress: ProgressFunction | None = None,
 ) -> IntegratorComparison:
-    """Work and precision of integrators on the motion of a simulation spec, as ``slew compare`` shows them.
+    """Compares work and precision of integrators on the motion of a simulation spec, as ``slew compare`` does.
 
-    ``integrators`` are names, the first of which the others are compared with; ``steps`` in seconds, longest first;
+    ``integrators`` are names; the others are compared with the first; ``steps`` in seconds, longest first;
     ``horizons`` in seconds, shortest first, whole numbers of every step; ``errors`` are the mean energy errors at which work is
-    compared, largest first. What is not given is chosen from the spec. Raises ValueError where these do not make a
-    comparison, :class:`Interrupted` where ``progress`` stops it."""
+    compared, largest first. The spec supplies values that are not given. Raises ValueError if the values do not
+    make a comparison, :class:`Interrupted` if ``progress`` stops it."""
     floats = [[float(number) for number in given] for given in (steps, horizons, errors)]
     text, raised = _slewkit.compare_integrators(
         spec, overrides, list(integrators), floats[0], floats[1], floats[2], _told(progress)

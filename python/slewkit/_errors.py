@@ -1,4 +1,4 @@
-"""What can go wrong, one class for each exit code of the program ``slew``."""
+"""The exceptions, one class for each exit code of the program ``slew``."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One finding about a spec: where, what, why, and what to do."""
+    """One finding about a spec: the place, the reason and the remedy."""
 
-    #: Stable code, ``"E0040"`` or ``"W0040"``; ``slew explain CODE`` says more.
+    #: Stable code, ``"E0040"`` or ``"W0040"``; ``slew explain CODE`` explains it.
     code: str
     #: ``"error"`` or ``"warning"``.
     severity: str
-    #: What is wrong, with the numbers.
+    #: The reason, with the numbers.
     reason: str
-    #: The next thing to do.
+    #: The remedy.
     remedy: str
-    #: The file as it was named; ``"dict"`` for a dictionary, of which line and column are those of ``Problem.to_toml``'s
-    #: notation; ``"command line"`` for an override.
+    #: The name of the file; ``"dict"`` for a dictionary, whose line and column refer to the notation of
+    #: ``Problem.to_toml``; ``"command line"`` for an override.
     file: str = ""
-    #: Line, from 1; 0 where the finding has no place.
+    #: Line, from 1; 0 if the finding has no place.
     line: int = 0
-    #: Column in characters, from 1; 0 where the finding has no place.
+    #: Column in characters, from 1; 0 if the finding has no place.
     column: int = 0
-    #: Key path, as in ``"maneuver.steps"``; empty where it concerns no key.
+    #: Key path, as in ``"maneuver.steps"``; empty if it concerns no key.
     key: str = ""
     #: The offending text.
     text: str = ""
@@ -44,11 +44,11 @@ class SlewError(Exception):
 
     #: Exit code of the program for the same failure.
     exit_code: ClassVar[int] = 1
-    #: Stable code of the message, where it has one.
+    #: Stable code of the message, if it has one.
     code: str
-    #: What is wrong.
+    #: The reason.
     reason: str
-    #: The next thing to do.
+    #: The remedy.
     remedy: str
 
     def __init__(self, code: str = "", reason: str = "", remedy: str = "") -> None:
@@ -61,11 +61,11 @@ class SlewError(Exception):
 
 
 class InternalError(SlewError):
-    """A bug; it stands for no mistake of the user (exit code 1)."""
+    """A bug, and not a mistake of the user (exit code 1)."""
 
 
 class SpecError(SlewError, ValueError):
-    """A spec that cannot be used, with everything that is wrong in it (exit code 3)."""
+    """A wrong spec, with all its errors (exit code 3)."""
 
     exit_code = 3
     #: All findings, in the order of the file.
@@ -85,7 +85,7 @@ class SpecError(SlewError, ValueError):
 
 
 class FileError(SlewError, OSError):
-    """A file that cannot be read or written, or is not what it should be (exit code 8)."""
+    """A file that cannot be read or written, or has the wrong contents (exit code 8)."""
 
     exit_code = 8
 
@@ -97,14 +97,14 @@ class FileError(SlewError, OSError):
 
 
 class PlanError(SlewError):
-    """A maneuver without a plan that is solved and verified. What was found is in ``plan``."""
+    """A maneuver without a solved and verified plan. ``plan`` has the best result."""
 
-    #: What became of it, best iterate and ladder included.
+    #: The result, with the best iterate and all attempts.
     plan: Plan | None = None
 
 
 class Infeasible(PlanError):
-    """Proved infeasible: no plan exists, and ``reason`` says why (exit code 4)."""
+    """A proof shows that no plan exists; ``reason`` states it (exit code 4)."""
 
     exit_code = 4
 
@@ -116,7 +116,7 @@ class NotSolved(PlanError):
 
 
 class LimitReached(PlanError):
-    """The time limit came first (exit code 6)."""
+    """The time limit ended the search (exit code 6)."""
 
     exit_code = 6
 
@@ -128,15 +128,15 @@ class VerificationFailed(PlanError):
 
 
 class NotFinite(SlewError):
-    """A simulation left the finite numbers; ``simulation`` has the rows before that (exit code 9)."""
+    """A simulation produced a number that is not finite; ``simulation`` has the rows before it (exit code 9)."""
 
     exit_code = 9
-    #: The rows before that.
+    #: The rows before it.
     simulation: Any = None
 
 
 class Interrupted(PlanError):
-    """The progress function said to stop; ``plan`` is the best iterate (exit code 130)."""
+    """The progress function stopped the work; ``plan`` is the best iterate (exit code 130)."""
 
     exit_code = 130
     #: The rows of a simulation so far.
@@ -144,10 +144,10 @@ class Interrupted(PlanError):
 
 
 class SpecWarning(UserWarning):
-    """What is accepted in a spec but worth a word."""
+    """A warning about an accepted spec."""
 
 
-#: The exception that goes with each status of a plan but ``"solved"``.
+#: The exception for each status of a plan except ``"solved"``.
 OF_STATUS: dict[str, type[PlanError]] = {
     "infeasible": Infeasible,
     "not_converged": NotSolved,

@@ -1,4 +1,4 @@
-"""Plans flown by a craft that differs from them."""
+"""Flights of plans by a craft that differs from the model."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from ._plan import Array, Plan, load
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """Many flights of one plan; SI units, body axes. Rows of arrays are cases; of a case that could not be followed they are NaN."""
+    """Many flights of one plan; SI units, body axes. Rows of arrays are cases; the row of a lost case is NaN."""
 
-    #: What the maneuver is called.
+    #: The name of the maneuver.
     name: str
-    #: Seed of the random numbers: a case depends on it and its number alone.
+    #: Seed of the random numbers: a case depends only on it and its number.
     seed: int
-    #: What all cases say, with the keys of a loop of ``slew fly --format json``: deviations beside the linear ones, quantiles,
-    #: parts of the cases with their intervals of 95 % (Clopper and Pearson).
+    #: Statistics, with the keys of a loop of ``slew fly --format json``: deviations with their linear prediction, quantiles,
+    #: proportions of the cases with their intervals of 95 % (Clopper and Pearson).
     statistics: dict[str, Any]
     #: ``[ζ, δΩ]`` at the end, true minus planned, rad and rad/s, shape (runs, 6).
     end: Array
-    #: What is least left of each constraint along the motion, shape (runs, constraints): rad of cones, of rates a part of the
-    #: limit; negative where it is violated.
+    #: The smallest room to each constraint along the motion, shape (runs, constraints): rad for cones, relative to the limit
+    #: for rates; negative for a violation.
     room: Array
-    #: What commands leave of each limit of the torques along the motion, before they are cut, shape (runs, limits): of the size of each
-    #: input, of the norm, of how fast each input changes, of those there are, SI; negative where it is exceeded.
+    #: The smallest room of commands to each limit of the torques along the motion, before saturation, shape (runs, limits): of
+    #: the size of each input, of the norm, of the rate of each input, for the limits that exist, SI; negative for a violation.
     input_room: Array
-    #: Part of the steps in which a limit cut a command, shape (runs,).
+    #: Part of the steps in which a limit saturated a command, shape (runs,).
     saturated: Array
     #: Constant errors of each case, shape (runs, parameters).
     parameters: Array
@@ -51,12 +51,12 @@ class Flights:
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """Which cases could not be followed: they turn faster than that, or no inertia that was drawn is one."""
+        """The lost cases: they turn too fast to be propagated, or all their drawn inertias are impossible."""
         return np.isnan(self.end[:, 0])
 
     @property
     def violated(self) -> dict[str, dict[str, Any]]:
-        """Of each constraint the cases that violate it at any time: ``count``, ``part``, and ``interval`` of 95 % of it."""
+        """For each constraint the cases that violate it at any time: ``count``, ``part``, and its ``interval`` of 95 %."""
         return {one["name"]: one["violated"] for one in self.statistics["end"]["constraints"]}
 
     @property
@@ -81,16 +81,15 @@ def closed_loop(
     overrides: Mapping[str, Any] | None = None,
     progress: ProgressFunction | None = None,
 ) -> Flights:
-    """Flies a plan ``runs`` times by a craft that differs from it as ``[uncertainty]`` and ``[plant]`` of its spec say, as ``slew fly``
-    does, with the same numbers: under its gains, or open loop with ``gains=False``.
+    """Flies a plan ``runs`` times by a craft that differs from the model as ``[uncertainty]`` and ``[plant]`` of its spec state.
+    The numbers are those of ``slew fly``: with its gains, or in open loop with ``gains=False``.
 
     ``plan`` is a :class:`Plan`, a plan file, or the dictionary of one; ``overrides`` sets keys of its spec, such as
-    ``{"uncertainty.inertia.relative": 0.05}``, while the plan stays. The number of ``threads``, by default that of the machine,
-    changes nothing. Other threads run meanwhile.
+    ``{"uncertainty.inertia.relative": 0.05}``, without a change of the plan. The number of ``threads``, by default that of the machine,
+    does not change the result. Other threads run meanwhile.
 
-    Raises :class:`PlanError` where the plan is not solved, says nothing that is uncertain, or has no gains to fly with,
-    :class:`SpecError`, :class:`FileError`, ValueError for numbers that there cannot be, :class:`Interrupted` where ``progress``
-    stops it."""
+    Raises :class:`PlanError` if the plan is not solved, has no uncertainty, or has no gains; :class:`SpecError`;
+    :class:`FileError`; ValueError for impossible numbers; :class:`Interrupted` if ``progress`` stops it."""
     flown = plan if isinstance(plan, Plan) else load(plan)
     text, arrays, raised = _slewkit.fly(flown._planned, runs, seed, threads, gains, overrides, _told(progress))
     if raised is not None:

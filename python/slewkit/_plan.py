@@ -1,4 +1,4 @@
-"""A plan: trajectory, costates, margins, and what the witnesses found."""
+"""A plan: trajectory, costates, margins, and the results of the witnesses."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from scipy.spatial.transform import Rotation
 
-#: Floats, of the shape that each docstring names.
+#: Floats, with the shape in each docstring.
 Array = NDArray[np.float64]
 
 class Plan:
-    """What a plan is made of; SI units, body and reference axes as stated at each quantity.
+    """A plan; SI units, body and reference axes as stated for each quantity.
 
-    The attitude ``R`` maps body components to those of the reference frame, which is inertial unless the environment turns
-    it. Arrays of nodes have ``N + 1`` rows, for ``N`` steps. Arrays of inputs (``input``, ``torque``, ``force``) have
-    ``N + 1`` rows under Lie–Verlet, ``N`` under Lie–Euler and where time is minimised, then held over steps;
-    ``input_time`` says when each row acts. Arrays are made once, when they are first asked for, and belong to the caller: what is changed
-    in them changes nothing that the plan saves or reports.
+    The attitude ``R`` maps body components to components in the reference frame, which is inertial unless the environment
+    turns it. Arrays of nodes have ``N + 1`` rows, for ``N`` steps. Arrays of inputs (``input``, ``torque``, ``force``) have
+    ``N + 1`` rows for Lie–Verlet. They have ``N`` rows for Lie–Euler and for minimum time, held over steps;
+    ``input_time`` has the time from which each row acts. Arrays are made on first use, and belong to the caller: a change of an
+    array does not change what the plan saves or reports.
 
-    A plan is made by :func:`slewkit.plan` and :func:`slewkit.load`. It can be pickled.
+    :func:`slewkit.plan` and :func:`slewkit.load` make plans. It can be pickled.
     """
 
     def __init__(self, planned: _slewkit.Planned) -> None:
         self._planned = planned
 
-    # What became of it
+    # The result
 
     @property
     def name(self) -> str:
-        """What the maneuver is called."""
+        """The name of the maneuver."""
         return self._planned.name
 
     @property
@@ -52,18 +52,18 @@ class Plan:
 
     @property
     def exit_code(self) -> int:
-        """The exit code of ``slew plan`` for the same plan."""
+        """The exit code of ``slew plan`` for this plan."""
         return self._planned.exit_code
 
     @property
     def cost(self) -> float:
-        """What is minimised: the effort ``∫ ½ uᵀWu dt`` (N²·m²·s with unit weights, on the attitude alone), or the duration
-        in seconds. NaN where there is no plan."""
+        """The cost: the effort ``∫ ½ uᵀWu dt`` (N²·m²·s with unit weights, for the attitude alone), the fuel, or the duration
+        in seconds. NaN without a plan."""
         return self._planned.cost
 
     @property
     def duration(self) -> float:
-        """Duration in seconds. NaN where it was what is minimised and no plan was found."""
+        """Duration in seconds. NaN if it is free and no plan was found."""
         return self._planned.duration
 
     @property
@@ -78,31 +78,31 @@ class Plan:
 
     @property
     def wall_time(self) -> float:
-        """Wall time within the library in seconds, verification included; NaN of a plan that was read."""
+        """Wall time within the library in seconds, verification included; NaN for a plan that was read."""
         return self._planned.wall_time
 
     @property
     def outcome(self) -> str:
-        """How the solver stopped: ``"converged"``, ``"iteration_limit"``, ``"stalled"`` and so on."""
+        """The outcome of the solver: ``"converged"``, ``"iteration_limit"``, ``"stalled"`` and so on."""
         return str(self._head["outcome"])
 
     @property
     def verification(self) -> dict[str, Any] | None:
-        """What the independent witnesses found, with the keys of a plan file; None where there was nothing to judge. Numbers
-        that are not finite are None."""
+        """The results of the independent witnesses, with the keys of a plan file; None without a trajectory. Numbers that are
+        not finite are None."""
         found: dict[str, Any] | None = self._head["verified"]
         return found
 
     @property
     def margins(self) -> list[dict[str, Any]]:
-        """Every limit and constraint with its smallest margin, as the witnesses measure it: ``name``, ``margin`` in
-        ``unit``, negative where violated, ``time_s``, ``at``."""
+        """Every limit and constraint with its smallest margin, from the witnesses: ``name``, ``margin`` in
+        ``unit``, negative if violated, ``time_s``, ``at``."""
         return list((self.verification or {}).get("margins", []))
 
     @property
     def active(self) -> list[dict[str, Any]]:
-        """The limits and constraints that act: ``name``, and arrays ``time_s`` and ``multiplier``, scaled and not
-        negative."""
+        """The active limits and constraints: ``name``, and arrays ``time_s`` and ``multiplier``, scaled and
+        nonnegative."""
         return [
             {"name": one["name"], "time_s": _floats(one["time_s"]), "multiplier": _floats(one["multiplier"])}
             for one in self._head["active"]
@@ -117,7 +117,7 @@ class Plan:
 
     @property
     def switching_times(self) -> Array:
-        """Times in seconds at which inputs switch, of the continuous extremal of minimum time or fuel; empty for other plans."""
+        """Switching times in seconds of the continuous extremal of minimum time or fuel; empty for other plans."""
         arcs = (self.switching or {}).get("arcs", [])
         return _floats([arc["start_s"] for arc in arcs[1:]])
 
@@ -130,7 +130,7 @@ class Plan:
     def optimality(self) -> dict[str, Any]:
         """``stationarity``, ``conjugate_points`` (0: a local minimum), ``rank`` and ``condition`` of the sensitivities.
 
-        Where the spec skips the test, ``tested`` is there and false.
+        If the spec skips the test, ``tested`` is present and false.
         """
         return dict(self._head["optimality"])
 
@@ -141,30 +141,31 @@ class Plan:
 
     @property
     def landing(self) -> dict[str, Any] | None:
-        """How the plan was made to land, so that the true motion under the held torques meets the end: ``corrections`` of the
+        """The corrections of landing, after which the true motion under the held torques meets the end: ``corrections`` of the
         discrete target, ``misses`` before each and after the last (rad, or relative), ``cost_before`` of the discrete optimum,
-        which rivals compare with. None where the discrete motion meets the end (``target = "discrete"``)."""
+        with which rivals compare. None if the discrete motion meets the end (``target = "discrete"``)."""
         found: dict[str, Any] | None = self._head.get("landing")
         return found
 
     @property
     def chosen_steps(self) -> dict[str, Any] | None:
-        """How the number of steps was chosen, where the spec gives none: ``began`` with, whether the plan ``lands``, and
-        ``cost_error``, an estimate of what it costs above the optimum in continuous time, relative. None where steps are
+        """The choice of the number of steps, if the spec gives none: the first number ``began``, whether the plan ``lands``,
+        and ``cost_error``, the estimated relative excess of the cost over the optimum in continuous time. None if steps are
         given."""
         found: dict[str, Any] | None = self._head.get("chosen")
         return found
 
     @property
     def spec(self) -> dict[str, Any] | None:
-        """The maneuver that the plan answers, with the keys of a spec."""
+        """The maneuver of the plan, with the keys of a spec."""
         held: dict[str, Any] | None = self._head["spec"]
         return held
 
     @property
     def accuracy(self) -> dict[str, Any] | None:
-        """Where the true motion under the held torques ends: ``continuous_attitude_deg`` off, ``wanted_deg``, and about how many
-        ``steps`` would reach that (None where these do, or where no number of them will). None without a plan."""
+        """The accuracy of the true motion under the held torques: the miss ``continuous_attitude_deg``, the required
+        ``wanted_deg``, and the approximate number of ``steps`` that would suffice (None if the present number does, or if no
+        number can). None without a plan."""
         found: dict[str, Any] | None = self._head.get("accuracy")
         return found
 
@@ -195,11 +196,11 @@ class Plan:
 
     @cached_property
     def rotation_matrices(self) -> Array:
-        """Attitudes at the nodes as matrices, shape (N + 1, 3, 3); ``R @ v`` takes body components to reference ones."""
+        """Attitudes at the nodes as matrices, shape (N + 1, 3, 3); ``R @ v`` maps body components to reference components."""
         return self._column("rotation_matrix", 3, 3)
 
     def rotation(self) -> Rotation:
-        """Attitudes at the nodes as a SciPy ``Rotation``; ``apply`` takes body components to reference ones."""
+        """Attitudes at the nodes as a SciPy ``Rotation``; ``apply`` maps body components to reference components."""
         from scipy.spatial.transform import Rotation
 
         return Rotation.from_quat(self._xyzw)
@@ -211,7 +212,7 @@ class Plan:
 
     @cached_property
     def angular_momentum(self) -> Array:
-        """Angular momentum of the body ``Π = JΩ`` at the nodes, body axes, N·m·s, shape (N + 1, 3); without that of its
+        """Angular momentum of the body ``Π = JΩ`` at the nodes, body axes, N·m·s, shape (N + 1, 3); without the momentum of its
         wheels."""
         inertia: Array = np.array(self._planned.inertia)
         momentum: Array = self.angular_velocity @ inertia
@@ -219,24 +220,24 @@ class Plan:
 
     @cached_property
     def position(self) -> Array:
-        """Position of the mass center at the nodes, reference axes, m, shape (N + 1, 3); (0, 3) where it does not move."""
+        """Position of the mass center at the nodes, reference axes, m, shape (N + 1, 3); (0, 3) if it does not move."""
         return self._column("position", 3)
 
     @cached_property
     def velocity(self) -> Array:
-        """Velocity of the mass center at the nodes, reference axes, m/s, shape (N + 1, 3); (0, 3) where it does not
+        """Velocity of the mass center at the nodes, reference axes, m/s, shape (N + 1, 3); (0, 3) if it does not
         move."""
         return self._column("velocity", 3)
 
     @cached_property
     def input_time(self) -> Array:
-        """When each row of inputs acts, s: at its node; or from then on over a step, where inputs are held."""
+        """The time of each row of inputs, s: of its node, or of the start of the step over which the row is held."""
         first, held = self._planned.first_input
         return self.time[:-1] if held else self.time[first:]
 
     @property
     def inputs_are_held(self) -> bool:
-        """Whether a row of inputs is held over the step that begins at its time, as where time is minimised."""
+        """Whether a row of inputs is held over the step that begins at its time, as for minimum time."""
         return self._planned.first_input[1]
 
     @cached_property
@@ -251,7 +252,7 @@ class Plan:
 
     @cached_property
     def force(self) -> Array:
-        """Force of all actuators, reference axes, N, shape (rows, 3); (0, 3) where the body only turns."""
+        """Force of all actuators, reference axes, N, shape (rows, 3); (0, 3) if the body only turns."""
         return self._column("force", 3)
 
     @cached_property
@@ -267,27 +268,27 @@ class Plan:
 
     @cached_property
     def gains(self) -> Array:
-        """Gains of each step by input, for the attitude and the rate beside the plan, body axes: ``input = held input - gains[k] @
+        """Gains of each step and input, for the deviation of attitude and rate from the plan, body axes: ``input = held input - gains[k] @
         [ζ, δΩ]``, ``ζ = log(R*ᵀR)`` in rad, rad/s; shape (N, inputs, 6), (0, inputs, 6) without ``[feedback]``. Neighbouring gains of
-        wheels have nine columns, with what the wheels store beside the plan, body axes, N·m·s; gains of bodies that translate twelve,
-        with position and velocity beside the plan before these, m and m/s."""
+        wheels have nine columns, with the deviation of the stored momentum, body axes, N·m·s. Gains of bodies that translate have
+        twelve columns, with the deviation of position and velocity before these, m and m/s."""
         inputs, states = self._planned.gain_shape or (max(self._planned.input_count, 1), 6)
         return self._column("gains", inputs, states)
 
     @cached_property
     def arc_gains(self) -> Array:
-        """How the arcs of inputs that switch answer to the start, of ``[feedback] kind = "switching"``: from ``[ζ, δΩ]`` beside the
-        start of the plan, rad and rad/s, arc ``a`` lasts ``arc_lengths[a] + arc_gains[a] @ [ζ, δΩ]`` seconds; shape (arcs, 6)."""
+        """The derivatives of the lengths of arcs by the start, for ``[feedback] kind = "switching"``: from a start that differs by
+        ``[ζ, δΩ]``, rad and rad/s, arc ``a`` has ``arc_lengths[a] + arc_gains[a] @ [ζ, δΩ]`` seconds; shape (arcs, 6)."""
         return self._column("arc_gains", 6)
 
     @cached_property
     def arc_lengths(self) -> Array:
-        """How long the arcs of :attr:`arc_gains` last in the plan, s."""
+        """The lengths of the arcs of :attr:`arc_gains` in the plan, s."""
         return self._column("arc_lengths")
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of ``[ζ, δΠ]`` at the nodes, rad and N·m·s, shape (N + 1, 6, 6): under the gains where there are some;
+        """Covariance of ``[ζ, δΠ]`` at the nodes, rad and N·m·s, shape (N + 1, 6, 6): with gains if the plan has any;
         (0, 6, 6) without ``[uncertainty]``."""
         upper = self._column("covariance", 21)
         whole = np.zeros((len(upper), 6, 6))
@@ -298,11 +299,11 @@ class Plan:
 
     @cached_property
     def uncertainty(self) -> dict[str, Any] | None:
-        """What the spec assumes to be uncertain, SI units, body axes; None without ``[uncertainty]``.
+        """The uncertainty of the spec, SI units, body axes; None without ``[uncertainty]``.
 
         ``start``: covariance of ``[ζ, δΩ]`` at the start, (6, 6), rad and rad/s. ``parameters``: one standard deviation of each constant
-        error by name, as those of :attr:`Flights.parameters`. ``torque_noise``: intensity of the noise of the torque, (3, 3),
-        (N·m)²·s. ``sensor_noise``: covariance of what is measured of ``[ζ, δΩ]``, fresh at each step, (6, 6)."""
+        error by name, as in :attr:`Flights.parameters`. ``torque_noise``: intensity of the noise of the torque, (3, 3),
+        (N·m)²·s. ``sensor_noise``: covariance of the measurement of ``[ζ, δΩ]``, independent at each step, (6, 6)."""
         parameters = self._planned.uncertain_parameters
         if parameters is None:
             return None
@@ -314,25 +315,25 @@ class Plan:
         }
 
     def _column(self, name: str, *width: int) -> Array:
-        """A quantity, in the memory that the library has filled for it."""
+        """Returns a quantity, in the memory that the library has filled for it."""
         column = self._planned.column(name)
         assert column is not None, name
         return column.reshape(-1, *width) if width else column
 
-    # As other things
+    # Conversions
 
     def to_dict(self) -> dict[str, Any]:
-        """The plan file as a dictionary; ``slewkit.load`` takes it back."""
+        """Returns the plan file as a dictionary; ``slewkit.load`` reads it."""
         document: dict[str, Any] = json.loads(self._planned.text("json"))
         return document
 
     def to_pandas(self, *, margins: bool = False) -> pandas.DataFrame:
-        """One row a node with the columns of ``slew plan -o plan.csv``, by time in seconds. Inputs stand in the row of the node at
-        which they act, NaN where there are none. With ``margins`` also how far the plan stays from every limit and constraint,
-        and at which angle in degrees each boresight is from each direction."""
+        """Returns one row for each node with the columns of ``slew plan -o plan.csv``, indexed by time in seconds. Inputs are in
+        the row of the node at which they act, NaN if the row has none. ``margins`` adds the margin to every limit and
+        constraint, and the angle in degrees between each boresight and each direction."""
         import pandas
 
-        # Later versions read every number to the bit by themselves, and warn of the argument.
+        # Later versions read every number exactly, and warn of the argument.
         exactly: dict[str, Any] = {"float_precision": "round_trip"}
         late = tuple(int(part) for part in pandas.__version__.split(".")[:2]) >= (3, 1)
         text = io.BytesIO(self._planned.text("csv", margins))
@@ -348,25 +349,25 @@ class Plan:
         margins: bool = False,
         overwrite: bool = False,
     ) -> None:
-        """Writes a file, whole or not at all, in the format that its ending means or that is named: those of
+        """Writes a file, completely or not at all, in the format of its ending or in the named format: those of
         ``slew plan -o``, such as ``.json``, ``.csv``, ``.aem``, ``.npz``, ``.mat``. ``tick`` is that of ``.flight``, s;
         ``margins`` is that of :meth:`to_pandas`, for ``.csv``.
 
-        Raises :class:`FileError` where it exists and ``overwrite`` is not given, :class:`SpecError` where the spec lacks
-        what the format needs, such as an epoch."""
+        Raises :class:`FileError` if it exists and ``overwrite`` is not given, :class:`SpecError` if the spec lacks data of
+        the format, such as an epoch."""
         self._planned.save(os.fspath(path), format, tick, margins, overwrite)
 
     def report(self, path: str | os.PathLike[str] | None = None, *, euler: str = "zyx") -> str:
-        """The plan as one HTML page, as ``slew report`` makes it; also written to ``path`` where one is given, over what is
-        there. ``euler`` is the sequence of the Euler angles shown, intrinsic."""
+        """Returns the plan as one HTML page, as ``slew report`` makes it. If ``path`` is given, also writes the page to it and
+        replaces an existing file. ``euler`` is the sequence of the Euler angles, intrinsic."""
         return written(self._planned.page(euler), path)
 
     def summary(self) -> str:
-        """The text that ``slew plan`` prints."""
+        """Returns the text that ``slew plan`` prints."""
         return self._planned.summary()
 
     def plot(self, figure: Figure | None = None) -> Figure:
-        """Attitude, rates, inputs and costates against time, by matplotlib."""
+        """Plots attitude, rates, inputs and costates against time, by matplotlib."""
         from ._plot import of_plan
 
         return of_plan(self, figure)
@@ -389,14 +390,14 @@ def _again(text: bytes) -> Plan:
 def load(plan: str | os.PathLike[str] | Mapping[str, Any]) -> Plan:
     """Reads a plan file, as :meth:`Plan.save` and ``slew plan -o plan.json`` write it, or the dictionary of one.
 
-    Whatever its status: a plan that was not solved is read as well. Raises :class:`FileError` where it is none."""
+    It reads plans of any status. Raises :class:`FileError` if the file is not a plan."""
     if isinstance(plan, Mapping):
         return Plan(_slewkit.read_plan(json.dumps(dict(plan)).encode(), "dict"))
     return Plan(_slewkit.read_plan(*content(plan)))
 
 
 def content(path: str | os.PathLike[str]) -> tuple[bytes, str]:
-    """The bytes of a file, and its name."""
+    """Returns the bytes of a file, and its name."""
     from ._errors import FileError
 
     name = os.fspath(path)
@@ -408,14 +409,14 @@ def content(path: str | os.PathLike[str]) -> tuple[bytes, str]:
 
 
 def written(page: str, path: str | os.PathLike[str] | None) -> str:
-    """A page, also in a file where one is named."""
+    """Returns a page, and writes it to a file if one is named."""
     if path is not None:
         _slewkit.write_page(os.fspath(path), page)
     return page
 
 
 def framed(page: str) -> str:
-    """A page within another, such as a notebook, whose styles and scripts it leaves alone."""
+    """Returns a page within another, such as a notebook, without an effect on its styles and scripts."""
     return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: 900px; border: 0"></iframe>'
 
 

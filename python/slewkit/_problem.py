@@ -18,14 +18,14 @@ SpecLike = Union[Mapping[str, Any], str, "os.PathLike[str]", "Problem"]
 
 
 class Problem:
-    """A maneuver as a spec asks for it, read and checked.
+    """The maneuver of a spec, read and checked.
 
     ``spec`` is a dictionary with the keys of a spec file, or the path of a TOML or JSON file. Values are numbers, text,
-    lists, NumPy arrays; an attitude may be a SciPy ``Rotation``, which maps body to reference components as everywhere here.
-    Units stand in the keys. ``overrides`` sets keys by their path, as ``--set`` does:
+    lists, NumPy arrays; an attitude may be a SciPy ``Rotation``, which maps body to reference components.
+    The keys state the units. ``overrides`` sets keys by their path, as ``--set`` does:
     ``{"maneuver.duration_s": 90, "constraint.0.half_angle_deg": 25}``.
 
-    Raises :class:`SpecError` with everything that is wrong, :class:`FileError` where a file cannot be read.
+    Raises :class:`SpecError` with all errors, :class:`FileError` if a file cannot be read.
     """
 
     __slots__ = ("_maneuver",)
@@ -39,22 +39,22 @@ class Problem:
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | None = None) -> Problem:
-        """Reads a spec file: JSON where its name ends in ``.json``, else TOML."""
+        """Reads a spec file: JSON if its name ends in ``.json``, else TOML."""
         return cls(os.fspath(path), overrides=overrides)
 
     @classmethod
     def from_dict(cls, spec: Mapping[str, Any], *, overrides: Mapping[str, Any] | None = None) -> Problem:
-        """Takes a dictionary with the keys of a spec."""
+        """Reads a dictionary with the keys of a spec."""
         return cls(spec, overrides=overrides)
 
     @property
     def name(self) -> str:
-        """What the maneuver is called."""
+        """The name of the maneuver."""
         return self._maneuver.name
 
     @property
     def duration(self) -> float | None:
-        """Duration in seconds; ``None`` where it is sought."""
+        """Duration in seconds; ``None`` if it is free."""
         return self._maneuver.duration
 
     @property
@@ -69,17 +69,17 @@ class Problem:
 
     @property
     def warnings(self) -> list[Diagnostic]:
-        """What is accepted but worth a word."""
+        """The warnings."""
         return [Diagnostic(**keys) for keys in self._maneuver.warnings()]
 
     def to_dict(self) -> dict[str, Any]:
-        """The maneuver in the keys of a spec, every choice made: SI units, attitudes as matrices. It reads back to the
-        same plan."""
+        """Returns the maneuver in the keys of a spec, with all defaults: SI units, attitudes as matrices. It reads back to an
+        equal plan."""
         document: dict[str, Any] = json.loads(self._maneuver.spec_json())
         return document
 
     def to_toml(self) -> str:
-        """The same as the text of a spec file."""
+        """Returns the maneuver as the text of a spec file."""
         return _slewkit.to_toml(self.to_dict())
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -90,14 +90,14 @@ class Problem:
 
 
 def _again(spec: dict[str, Any]) -> Problem:
-    """A pickled maneuver; what there was to warn of has been said."""
+    """Restores a pickled maneuver, without repeating its warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpecWarning)
         return Problem(spec)
 
 
 def maneuver_of(spec: SpecLike, overrides: Mapping[str, Any] | None) -> _slewkit.Maneuver:
-    """The maneuver that is meant by any of the forms of a spec."""
+    """Returns the maneuver of any form of a spec."""
     if isinstance(spec, Problem):
         if not overrides:
             return spec._maneuver

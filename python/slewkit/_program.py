@@ -1,4 +1,4 @@
-"""The program ``slew``, which the wheel brings along."""
+"""The program ``slew``, which the wheel contains."""
 
 import signal
 import sys
@@ -7,7 +7,7 @@ from ._slewkit import run_program
 
 
 def main() -> int:
-    """Runs ``slew`` with the arguments of this process, and gives its exit code."""
-    # Python would note Ctrl-C and wait for the program to come back: it is to end what does not listen.
+    """Runs ``slew`` with the arguments of this process, and returns its exit code."""
+    # Python would record Ctrl-C and wait for the program to return; the system must end the program instead.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return run_program(["slew", *sys.argv[1:]])

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 class Body:
     """The motion of one body; a row for each time of the simulation."""
 
-    #: What it is called.
+    #: Its name.
     name: str
     #: Whether it has a position.
     moves: bool
     _wxyz: Array = field(repr=False)
     #: Angular velocity, inertial, body axes, rad/s, shape (rows, 3).
     angular_velocity: Array = field(repr=False)
-    #: Position of the mass center, reference axes, m, shape (rows, 3); zero where it does not move.
+    #: Position of the mass center, reference axes, m, shape (rows, 3); zero if it does not move.
     position: Array = field(repr=False)
     #: Its velocity, reference axes, m/s, shape (rows, 3).
     velocity: Array = field(repr=False)
@@ -49,15 +49,15 @@ class Body:
 
 @dataclass(frozen=True)
 class Simulation:
-    """A motion, and what of energy and momentum it keeps; SI units."""
+    """A motion, with the errors of its conserved quantities; SI units."""
 
-    #: What is simulated.
+    #: The name of the simulation.
     name: str
-    #: ``"simulated"``, or how it ended before its time: ``"interrupted"``, ``"not_finite"``.
+    #: ``"simulated"``, or the reason of an early end: ``"interrupted"``, ``"not_finite"``.
     status: str
     #: The method.
     integrator: str
-    #: Duration asked for, s.
+    #: Requested duration, s.
     duration: float
     #: Steps asked for.
     steps: int
@@ -77,7 +77,7 @@ class Simulation:
     orthogonality: Array = field(repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """The document of ``slew simulate --format json``, but for what the method cost."""
+        """Returns the document of ``slew simulate --format json``, without the work of the method."""
         rows: dict[str, Any] = {"time_s": self.time.tolist()}
         each = [_keys(body) for body in self.bodies]
         if len(each) == 1:
@@ -101,7 +101,7 @@ class Simulation:
         }
 
     def report(self, path: str | os.PathLike[str] | None = None, *, euler: str = "zyx") -> str:
-        """The motion as one HTML page, as ``slew report`` makes it; also written to ``path`` where one is given."""
+        """Returns the motion as one HTML page, as ``slew report`` makes it; also writes it to ``path``, if given."""
         return written(_slewkit.simulation_report(json.dumps(self.to_dict()), euler), path)
 
     def _repr_html_(self) -> str:
@@ -109,7 +109,7 @@ class Simulation:
 
 
 def _keys(body: Body) -> dict[str, Any]:
-    """One body with the keys of a file."""
+    """Returns one body with the keys of a file."""
     keys = {
         "quaternion_wxyz": body.quaternions(scalar_first=True).tolist(),
         "angular_velocity_rad_s": body.angular_velocity.tolist(),
@@ -133,7 +133,7 @@ def simulate(
 
     A maneuver is propagated from its start over its duration, under ``inputs`` held throughout (forces before torques), by
     default none. ``steps``, ``stride`` (steps from one row to the next) and ``integrator`` (``"lie_verlet"``, ``"verner98"`` and
-    so on) stand over those of the spec.
+    so on) replace those of the spec.
 
     Raises :class:`SpecError`, :class:`FileError`, :class:`Interrupted` where the progress function says stop,
     :class:`NotFinite`; of the last two ``simulation`` holds the rows so far. Ctrl-C raises KeyboardInterrupt, with the rows so

@@ -1,4 +1,5 @@
-//! Failures of the library as exceptions of the package, which are Python classes (`slewkit/_errors.py`).
+//! Failures of the library as exceptions of the package, which are Python classes
+//! (`slewkit/_errors.py`).
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -9,18 +10,18 @@ use slewkit_files::export::ExportError;
 use slewkit_files::spec::{Diagnostic, Diagnostics};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// An exception of the class `class` made from `arguments`.
+/// Returns an exception of the class `class` made from `arguments`.
 fn raised<'py>(py: Python<'py>, class: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
     let made = py.import("slewkit._errors").and_then(|errors| errors.getattr(class)?.call1(arguments));
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// A failure with a code, a reason and a remedy, of the class `class`.
+/// Returns a failure with a code, a reason and a remedy, of the class `class`.
 pub fn coded(py: Python<'_>, class: &str, code: &str, reason: &str, remedy: &str) -> PyErr {
     raised(py, class, (code, reason, remedy))
 }
 
-/// A spec that cannot be used, or not be read.
+/// Returns a spec that cannot be used, or not be read.
 pub fn spec(py: Python<'_>, found: &Diagnostics) -> PyErr {
     if found.is_io() {
         let first = found.0.first();
@@ -34,7 +35,7 @@ pub fn spec(py: Python<'_>, found: &Diagnostics) -> PyErr {
     }
 }
 
-/// Diagnostics as dictionaries.
+/// Returns the diagnostics as dictionaries.
 pub fn diagnostics<'py>(py: Python<'py>, found: &[Diagnostic]) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let dictionary = |found: &Diagnostic| {
         let keys = PyDict::new(py);
@@ -57,11 +58,11 @@ pub fn diagnostics<'py>(py: Python<'py>, found: &[Diagnostic]) -> PyResult<Vec<B
     found.iter().map(dictionary).collect()
 }
 
-/// A spec that reads well and asks what cannot be.
+/// Builds the exception for a spec that is valid key by key but impossible as a whole.
 pub fn problem(py: Python<'_>, error: &ProblemError) -> PyErr {
     let (code, remedy) = match error {
         ProblemError::StepTooLong { steps, .. } => {
-            ("E0120", format!("raise `maneuver.steps` to {steps} or more"))
+            ("E0120", format!("set `maneuver.steps` to {steps} or more"))
         }
         _ => ("E0121", "change the spec accordingly".into()),
     };
@@ -81,7 +82,7 @@ fn refused(py: Python<'_>, code: &str, reason: &str, remedy: &str) -> PyErr {
     }
 }
 
-/// Why the planner did not even begin.
+/// Builds the exception for a problem that the planner refused.
 pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
     match error {
         PlanError::Problem(error) => problem(py, error),
@@ -92,7 +93,7 @@ pub fn plan(py: Python<'_>, error: &PlanError) -> PyErr {
     }
 }
 
-/// Why chances cannot be kept.
+/// Builds the exception for chances that cannot be kept.
 pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
     match error {
         NotKept::Plan(error) => plan(py, error),
@@ -100,12 +101,12 @@ pub fn kept(py: Python<'_>, error: &NotKept) -> PyErr {
             py,
             "E0172",
             &other.to_string(),
-            "allow a larger chance or more of the limit, or make less uncertain",
+            "allow a larger chance or a larger limit, or reduce the uncertainty",
         ),
     }
 }
 
-/// What could not be written or read; `name` is the file.
+/// Builds the exception for a failed read or write; `name` is the file.
 pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     let (code, reason, remedy) = match error {
         ExportError::File(error @ slewkit_files::export::FileError::Exists { .. }) => {
@@ -123,12 +124,13 @@ pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
     coded(py, "FileError", code, &reason, remedy)
 }
 
-/// What `work` comes to, without the lock of the interpreter. A panic is a bug, and an exception for Python.
+/// Returns the result of `work`, which runs without the lock of the interpreter. A panic is a
+/// bug, and an exception for Python.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|panic| {
         let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let said = said.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
         let reason = format!("the program panicked: {said}");
-        coded(py, "InternalError", "internal", &reason, "this is a bug: please report it with the spec")
+        coded(py, "InternalError", "internal", &reason, "this is a bug: report it with the spec")
     })
 }

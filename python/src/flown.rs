@@ -17,11 +17,12 @@ use slewkit_files::export::ExportError;
 use slewkit_files::flown::{Flight, LoopRecord, Runs};
 use std::time::Instant;
 
-/// Cases between two looks at what the user wants.
+/// The number of cases between two polls of the caller and of signals.
 const CHUNK: usize = 4096;
 
-/// Flies a plan `count` times by a craft that differs from it, with its gains or without. Gives what the cases say as JSON, and each
-/// case as arrays of one dimension by name: of one that was lost NaN; beside it what was raised meanwhile.
+/// Flies a plan `count` times by a craft that differs from the model, with its gains or without.
+/// Returns the statistics as JSON, and each case as arrays of one dimension by name, with NaN for
+/// a lost case; also returns an exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (planned, count, seed, threads = None, gains = true, overrides = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -45,7 +46,7 @@ pub fn fly<'py>(
     let planned = planned.get();
     let refused = |reason: &str, remedy: &str| failure::coded(py, "PlanError", "E0173", reason, remedy);
     if planned.plan.solution.outcome != Outcome::Converged {
-        return Err(refused("this plan did not reach its end", "fly a plan that is solved"));
+        return Err(refused("this plan did not reach its end", "give a solved plan"));
     }
     let file = planned.file();
     let held = file.spec.as_ref().ok_or_else(|| failure::export(py, &ExportError::NoSpec, "plan"))?;
@@ -54,24 +55,25 @@ pub fn fly<'py>(
     let problem = file.on_grid(&loaded.problem).map_err(|error| failure::export(py, &error, "plan"))?;
     let closed_loop = &loaded.closed_loop;
     let Some(uncertainty) = &closed_loop.uncertainty else {
-        let reason = "the plan says nothing that the craft could differ by: it would fly as planned";
+        let reason = "the plan has no uncertainty: the craft would fly as planned";
         let remedy =
-            "give it [uncertainty] in its spec, or as overrides={\"uncertainty.inertia.relative\": 0.02}";
+            "add [uncertainty] to its spec, or pass overrides={\"uncertainty.inertia.relative\": 0.02}";
         return Err(refused(reason, remedy));
     };
     let trajectory = &planned.plan.solution.trajectory;
     let beside =
         Beside::along(&problem, trajectory, closed_loop.feedback, Some(uncertainty)).map_err(|error| {
-            let remedy = "give [feedback] kind = \"tvlqr\", or none";
+            let remedy = "give [feedback] kind = \"tvlqr\", or remove [feedback]";
             failure::coded(py, "PlanError", "E0170", &error.to_string(), remedy)
         })?;
     if gains && beside.gains.is_none() {
-        let remedy = "give it [feedback] in its spec, or as overrides={\"feedback.kind\": \"tvlqr\"}; without gains: gains=False";
+        let remedy = "add [feedback] to its spec, or pass overrides={\"feedback.kind\": \"tvlqr\"}; without \
+         gains: gains=False";
         return Err(refused("the plan has no gains", remedy));
     }
     let runs = Runs { problem: &problem, closed_loop, uncertainty, beside: &beside, seed, threads };
     let Some(mut flight) = runs.flight(gains) else {
-        return Err(refused("the plan has no covariance", "give it [uncertainty]"));
+        return Err(refused("the plan has no covariance", "add [uncertainty]"));
     };
     let (watch, began) = (Watch::new(progress), Instant::now());
     let (record, watch) = detached(py, || {
@@ -98,7 +100,7 @@ pub fn fly<'py>(
     Ok((record, arrays, watch.raised()))
 }
 
-/// The cases as arrays.
+/// Returns the cases as arrays.
 fn arrays<'py>(
     py: Python<'py>,
     flight: &Flight<'_>,

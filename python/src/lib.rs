@@ -1,39 +1,45 @@
 //! The compiled part of the Python package `slewkit`: specs in, plans and arrays out.
 //!
-//! The package itself, with its classes and their documentation, is Python (`slewkit/`); what stands here calls the library
-//! and hands over numbers. Every function that computes lets other threads of Python run meanwhile.
+//! The package itself, with its classes and their documentation, is Python (`slewkit/`); this
+//! crate calls the library and returns numbers. Every function that computes lets other threads
+//! of Python run.
 //!
 //! # Where does the Python package stand?
 //!
-//! Above everything, as the program does: `python/` is a crate of its own in the workspace, and uses public items of the
-//! other crates alone. Plain `cargo` commands leave it out, because nothing else needs Python to be compiled; `.ci/run` names
-//! it. It links the library with the default features. What the program and the package both need stands in the library:
-//! formats (`files/formats`), the words of a plan (`report/summary`), the judgement of a plan file (`files/export/judged`).
+//! The package is above everything, as the program is: `python/` is a crate of its own in the
+//! workspace, and uses public items of the other crates only. Plain `cargo` commands leave it
+//! out, because nothing else needs Python to be compiled; `.ci/run` names it. It links the
+//! library with the default features. Code that the program and the package share is in the
+//! library: formats (`files/formats`), the words of a plan (`report/summary`), the judgement of a
+//! plan file (`files/export/judged`).
 //!
-//! The compiled part is thin: it reads specs, calls the library without the interpreter's lock, and hands numbers over in
-//! memory that becomes the array's. Classes, docstrings and exceptions are Python, where a user reads them and where SciPy,
-//! pandas and matplotlib are. Arrays are made when they are first asked for, and can be written to: SciPy's compiled
-//! functions take no others. A panic would be an exception, `InternalError`.
+//! The compiled part is thin: it reads specs, calls the library without the interpreter's lock,
+//! and passes numbers on in memory that becomes the array's. Classes, docstrings and exceptions
+//! are Python, where a user reads them and where SciPy, pandas and matplotlib are. Arrays are
+//! made on first use, and are writable: SciPy's compiled functions need writable arrays. A panic
+//! would be an exception, `InternalError`.
 //!
 //! # How does the wheel bring the program?
 //!
-//! `slewkit_cli::run` takes arguments and gives an exit code, and is all that `main` of the binary calls. The compiled part
-//! of the package, which has the library anyway, exposes it, and the entry point `slew` of the wheel calls that. So there is
-//! one program, which needs no second binary in the wheel. Before it starts, the entry point gives Ctrl-C back to the system:
-//! Python would only note it.
+//! `slewkit_cli::run` takes arguments, returns an exit code, and is all that `main` of the binary
+//! calls. The compiled part of the package, which contains the library anyway, exposes it, and
+//! the entry point `slew` of the wheel calls it. The wheel therefore needs no second binary.
+//! Before the program starts, the entry point returns Ctrl-C to the system, because Python would
+//! only record it.
 //!
 //! # Why does a dictionary become TOML text?
 //!
-//! So that it goes the one way of all specs: the same reader, checks, codes and remedies, with the key of every mistake. TOML
-//! rather than JSON because it has words for NaN and infinity, which the reader then refuses by key, and because it is what
-//! `to_toml` shows. What writing and reading take is printed by `python/bench/overhead.py`; who plans one maneuver many times
-//! reads a `Problem` once.
+//! A dictionary takes the path of all specs: one reader, one set of checks, codes and remedies,
+//! with the key of every error. TOML is used rather than JSON because it has words for NaN and
+//! infinity, which the reader then refuses by key, and because `to_toml` shows it.
+//! `python/bench/overhead.py` prints the cost of writing and reading; a caller who plans one
+//! maneuver many times reads a `Problem` once.
 //!
 //! # How does Python hear Ctrl-C?
 //!
-//! The observer that the library asks between iterations, and every 4096 steps, looks at Python's signals twenty times a
-//! second at most: to take the lock of a busy interpreter can cost as much as a plan. The caller's function of progress is
-//! called then as well.
+//! The library calls the observer between iterations, and every 4096 steps. The observer checks
+//! Python's signals at most twenty times a second, because taking the lock of a busy interpreter
+//! can cost as much as a plan. It then also calls the caller's function of progress.
 
 #![forbid(unsafe_code)]
 

@@ -7,10 +7,10 @@ use pyo3::types::{PyDict, PyMapping};
 use slewkit_files::spec::{self, Diagnostics, Format, Loaded, Override, Spec, SpecDocument};
 use std::path::{Path, PathBuf};
 
-/// What messages call a spec that is a dictionary.
+/// The name of a dictionary in messages.
 const DICTIONARY: &str = "dict";
 
-/// What a maneuver is called that a dictionary does not name.
+/// The name of a maneuver whose dictionary has none.
 const UNNAMED: &str = "maneuver";
 
 /// Keys set from outside, with their values.
@@ -37,7 +37,7 @@ pub fn load(given: &Bound<'_, PyAny>, overrides: &[Override]) -> PyResult<Result
     Ok(spec::load(&path, Format::of(&path), overrides))
 }
 
-/// Where a spec came from.
+/// The source of a spec.
 #[derive(Clone)]
 enum Origin {
     /// A dictionary, as text.
@@ -46,7 +46,7 @@ enum Origin {
     File(PathBuf),
 }
 
-/// A maneuver as a spec asks for it, read and checked.
+/// The maneuver of a spec, read and checked.
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct Maneuver {
     pub loaded: Loaded,
@@ -56,7 +56,7 @@ pub struct Maneuver {
 
 impl Maneuver {
     fn read(py: Python<'_>, origin: Origin, overrides: Vec<Override>) -> PyResult<Self> {
-        // The reader of maneuvers says of a simulation that it is none.
+        // The reader of maneuvers reports a simulation as an error.
         let loaded = match &origin {
             Origin::Text(text) => spec::from_str(text, DICTIONARY, Format::Toml, &overrides),
             Origin::File(path) => spec::read(path, &overrides),
@@ -73,7 +73,7 @@ impl Maneuver {
 
 #[pymethods]
 impl Maneuver {
-    /// From a dictionary with the keys of a spec, or from a file.
+    /// Reads a dictionary with the keys of a spec, or a file.
     #[new]
     #[pyo3(signature = (spec, overrides = None))]
     fn new(py: Python<'_>, spec: &Bound<'_, PyAny>, overrides: Overrides<'_>) -> PyResult<Self> {
@@ -84,26 +84,26 @@ impl Maneuver {
         Self::read(py, origin, self::overrides(&overrides)?)
     }
 
-    /// The same spec, read once more with further overrides.
+    /// Returns the same spec, read once more with further overrides.
     #[pyo3(signature = (overrides = None))]
     fn again(&self, py: Python<'_>, overrides: Overrides<'_>) -> PyResult<Self> {
         let further = self::overrides(&overrides)?;
         Self::read(py, self.origin.clone(), [&self.overrides[..], &further[..]].concat())
     }
 
-    /// The name of the maneuver.
+    /// Returns the name of the maneuver.
     #[getter]
     fn name(&self) -> &str {
         &self.loaded.problem.name
     }
 
-    /// Duration in seconds; `None` where it is sought.
+    /// Returns the duration in seconds; `None` if it is free.
     #[getter]
     fn duration(&self) -> Option<f64> {
         self.loaded.problem.duration.known()
     }
 
-    /// Number of steps.
+    /// Returns the number of steps.
     #[getter]
     fn steps(&self) -> usize {
         self.loaded.problem.steps
@@ -116,12 +116,12 @@ impl Maneuver {
         (*self.loaded.problem.body.inertia.j()).into()
     }
 
-    /// What is accepted but worth a word.
+    /// Returns the warnings.
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         failure::diagnostics(py, &self.loaded.warnings)
     }
 
-    /// The maneuver in the keys of a spec, SI units, as JSON.
+    /// Returns the maneuver in the keys of a spec, SI units, as JSON.
     fn spec_json(&self) -> PyResult<String> {
         let Loaded { problem, settings, identity, .. } = &self.loaded;
         let document = SpecDocument::new(problem, settings);
@@ -130,7 +130,7 @@ impl Maneuver {
     }
 }
 
-/// Everything that is to be said of a spec of either kind, errors and warnings.
+/// Returns all errors and warnings of a spec of either kind.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None))]
 pub fn diagnose<'py>(

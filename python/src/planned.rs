@@ -1,4 +1,4 @@
-//! Plans: made, read, and what is in them as arrays.
+//! Plans: made, read, and their contents as arrays.
 
 use crate::failure::{self, detached};
 use crate::maneuver::Maneuver;
@@ -22,7 +22,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// A plan with the maneuver that it answers, on its own grid.
+/// A plan with its maneuver, on the grid of the plan.
 #[pyclass(frozen, module = "slewkit._slewkit")]
 pub struct Planned {
     pub problem: Problem,
@@ -30,16 +30,17 @@ pub struct Planned {
     pub identity: Identity,
     pub closed_loop: ClosedLoop,
     pub plan: Plan,
-    /// Gains along it, where the spec asks for some.
+    /// The gains along the plan, if the spec requests them.
     feedback: Option<FeedbackRecord>,
-    /// What is uncertain along it.
+    /// The uncertainty along the plan.
     uncertainty: Option<UncertaintyRecord>,
-    /// Wall time within the library; NaN of one that was read.
+    /// Wall time within the library; NaN for a plan that was read.
     wall_time: f64,
 }
 
-/// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or costates; `progress` is
-/// called with stage, start, steps and seconds. Beside the plan stands what was raised meanwhile.
+/// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or
+/// costates; `progress` is called with stage, start, steps and seconds. Also returns an exception
+/// that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (maneuver, guess = None, progress = None))]
 pub fn plan(
@@ -91,7 +92,7 @@ pub fn plan(
     Ok((planned, watch.raised()))
 }
 
-/// What another plan suggests.
+/// The guess from another plan.
 #[derive(FromPyObject)]
 pub enum Suggestion<'py> {
     /// A plan.
@@ -125,7 +126,7 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
         let file = PlanFile::read(bytes)?;
         let held = file.spec.as_ref().ok_or(ExportError::NoSpec)?;
         let loaded = held.read(&format!("{name}, spec"), &[]).map_err(Failed::Spec)?;
-        // What is proved infeasible has no trajectory.
+        // A plan that is proved infeasible has no trajectory.
         let has_rows = !file.trajectory.0.time.is_empty();
         let problem = if has_rows { file.on_grid(&loaded.problem)? } else { loaded.problem };
         let (settings, identity, closed_loop) = (loaded.settings, loaded.identity, loaded.closed_loop);
@@ -140,7 +141,7 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
     })
 }
 
-/// Writes a page, whole or not at all, over what is there.
+/// Writes a page, completely or not at all, and replaces an existing file.
 #[pyfunction]
 pub fn write_page(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
     let written = detached(py, || {
@@ -150,7 +151,7 @@ pub fn write_page(py: Python<'_>, path: PathBuf, text: &str) -> PyResult<()> {
     written.map_err(|error: ExportError| failure::export(py, &error, &path.to_string_lossy()))
 }
 
-/// Why a plan file cannot be used.
+/// The reason for which a plan file cannot be used.
 enum Failed {
     Export(ExportError),
     Spec(slewkit_files::spec::Diagnostics),
@@ -168,7 +169,7 @@ impl Planned {
         file.with_records(self.feedback.clone(), self.uncertainty.clone(), &self.closed_loop)
     }
 
-    /// Numbers of what is uncertain; none where nothing is.
+    /// Returns numbers of the uncertainty; empty without uncertainty.
     fn assumed(&self, of: impl Fn(&Uncertainty) -> Vec<f64>) -> Vec<f64> {
         self.closed_loop.uncertainty.as_ref().map(of).unwrap_or_default()
     }
@@ -184,49 +185,49 @@ fn flat(vectors: &[Vector3]) -> Vec<f64> {
 
 #[pymethods]
 impl Planned {
-    /// What became of it: `"solved"` and so on.
+    /// Returns the status: `"solved"` and so on.
     #[getter]
     fn status(&self) -> &'static str {
         self.plan.status.name()
     }
 
-    /// The exit code of the program that goes with the status.
+    /// Returns the exit code of the status.
     #[getter]
     fn exit_code(&self) -> u8 {
         self.plan.status.exit_code()
     }
 
-    /// The name of the maneuver.
+    /// Returns the name of the maneuver.
     #[getter]
     fn name(&self) -> &str {
         &self.problem.name
     }
 
-    /// What is minimised: the effort, or the duration in seconds. NaN where there is none.
+    /// Returns the cost: the effort, the fuel, or the duration in seconds. NaN without a plan.
     #[getter]
     fn cost(&self) -> f64 {
         self.plan.solution.cost
     }
 
-    /// Duration in seconds; NaN where time is minimised and no plan was found.
+    /// Returns the duration in seconds; NaN where time is minimised and no plan was found.
     #[getter]
     fn duration(&self) -> f64 {
         self.plan.solution.duration(&self.problem)
     }
 
-    /// Steps of the plan.
+    /// Returns the steps of the plan.
     #[getter]
     fn steps(&self) -> usize {
         self.plan.solution.steps
     }
 
-    /// Wall time of the solve alone, seconds.
+    /// Returns the wall time of the solve alone, seconds.
     #[getter]
     fn solve_time(&self) -> f64 {
         self.plan.solution.solve_time
     }
 
-    /// Wall time within the library, seconds; NaN of a plan that was read.
+    /// Returns the wall time within the library, seconds; NaN of a plan that was read.
     #[getter]
     fn wall_time(&self) -> f64 {
         self.wall_time
@@ -239,19 +240,19 @@ impl Planned {
         (if held { 0 } else { self.problem.scheme.first_input() }, held)
     }
 
-    /// Whether the body moves as well as turns.
+    /// Returns whether the body moves as well as turns.
     #[getter]
     fn moves(&self) -> bool {
         self.problem.motion == Motion::RigidBody
     }
 
-    /// Numbers in a row of inputs.
+    /// Returns the numbers in a row of inputs.
     #[getter]
     fn input_count(&self) -> usize {
         self.trajectory().input_count
     }
 
-    /// Inputs and states of a step of the gains; `None` without gains.
+    /// Returns the inputs and states of a step of the gains; `None` without gains.
     #[getter]
     fn gain_shape(&self) -> Option<(usize, usize)> {
         let step = self.feedback.as_ref()?.gains.first()?;
@@ -265,8 +266,8 @@ impl Planned {
         (*self.problem.body.inertia.j()).into()
     }
 
-    /// A quantity of the trajectory, row after row, in an array of one dimension that owns its numbers; `None` where there
-    /// is no such name.
+    /// Returns a quantity of the trajectory, row after row, in an array of one dimension that
+    /// owns its numbers; `None` for an unknown name.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> Option<Bound<'py, PyArray1<f64>>> {
         let of = self.trajectory();
         let quaternions = |order: fn(&[f64; 4]) -> [f64; 4]| {
@@ -313,14 +314,15 @@ impl Planned {
         Some(PyArray1::from_vec(py, numbers))
     }
 
-    /// Names and deviations of the parameters that are uncertain; `None` where the spec has nothing that is.
+    /// Returns the names and deviations of the parameters that are uncertain; `None` where the spec
+    /// has nothing that is.
     #[getter]
     fn uncertain_parameters(&self) -> Option<Vec<(String, f64)>> {
         let of = self.closed_loop.uncertainty.as_ref()?;
         Some(of.parameters.iter().map(|(name, _, sigma)| (name.clone(), *sigma)).collect())
     }
 
-    /// The plan file without its trajectory, as JSON.
+    /// Returns the plan file without its trajectory, as JSON.
     fn head_json(&self, py: Python<'_>) -> PyResult<String> {
         detached(py, || {
             let mut file = self.file();
@@ -330,7 +332,7 @@ impl Planned {
         .map_err(|error| failure::export(py, &error.into(), "plan"))
     }
 
-    /// The plan as text in a format.
+    /// Returns the plan as text in a format.
     #[pyo3(signature = (format = "json", margins = false))]
     fn text(&self, py: Python<'_>, format: &str, margins: bool) -> PyResult<Vec<u8>> {
         let format = self.format(py, Some(format), "")?;
@@ -342,7 +344,8 @@ impl Planned {
         Ok(text)
     }
 
-    /// Writes the plan to a file, whole or not at all, in the format that is named or that its ending means.
+    /// Writes the plan to a file, completely or not at all, in the named format or in that of its
+    /// ending.
     #[pyo3(signature = (path, format = None, tick = None, margins = false, overwrite = false))]
     fn save(
         &self,
@@ -366,14 +369,14 @@ impl Planned {
         written.map_err(|error| failure::export(py, &error, &name))
     }
 
-    /// The page for a browser.
+    /// Returns the page for a browser.
     fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
         let Self { problem, settings, plan, identity, closed_loop, .. } = self;
         let margins = self.uncertainty.as_ref().and_then(|uncertainty| uncertainty.margins.as_ref());
         detached(py, || plan_page(problem, settings, plan, identity, (closed_loop, margins), euler))
     }
 
-    /// The summary that `slew plan` prints.
+    /// Returns the summary that `slew plan` prints.
     fn summary(&self) -> String {
         summary::plan(false, &self.problem, &self.settings, &self.plan, &self.identity).join("\n")
     }
@@ -393,7 +396,7 @@ impl Planned {
         };
         let format = found.ok_or_else(|| {
             let reason = match named {
-                Some(name) => format!("there is no format {name:?}"),
+                Some(name) => format!("no format is called {name:?}"),
                 None => format!("no format has the ending {ending:?}"),
             };
             failure::coded(py, "FileError", "E0105", &reason, &format!("the formats are {}", known()))

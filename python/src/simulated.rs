@@ -18,7 +18,7 @@ use slewkit_report::simulation_page;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Who propagates.
+/// The propagator.
 enum Carrier {
     /// An integrator.
     Integrator(Box<Simulation>),
@@ -26,7 +26,7 @@ enum Carrier {
     Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
 }
 
-/// What is followed, and how.
+/// The motion and its method.
 struct Motion {
     carrier: Carrier,
     name: String,
@@ -38,7 +38,7 @@ struct Motion {
     stride: u64,
 }
 
-/// How a motion ended before its end.
+/// The reason of an early end of a motion.
 enum Ended {
     NotFinite(String),
     Failed(String),
@@ -64,7 +64,7 @@ impl Motion {
             return Err(PyValueError::new_err("inputs: every input must be finite"));
         }
         let Some(duration) = problem.duration.known() else {
-            let reason = "a maneuver whose duration is sought has none to simulate: plan it first, or set maneuver.duration_s";
+            let reason = "the duration of the maneuver is free: plan it first, or set maneuver.duration_s";
             return Err(PyValueError::new_err(reason));
         };
         if problem.actuation.wheels.is_none() {
@@ -78,7 +78,7 @@ impl Motion {
             Kind::LieVerlet => Propagator::LieVerlet,
             Kind::Verner98 => Propagator::Verner98,
             other => {
-                let reason = format!("integrator {other}: reaction wheels take lie_verlet or verner98");
+                let reason = format!("integrator {other}: reaction wheels need lie_verlet or verner98");
                 return Err(PyValueError::new_err(reason));
             }
         };
@@ -129,7 +129,7 @@ impl Motion {
     }
 }
 
-/// What the caller asks for beyond the spec.
+/// The values of the caller that replace those of the spec.
 struct Asked {
     steps: Option<u64>,
     stride: Option<u64>,
@@ -187,8 +187,8 @@ impl Observer for Rows {
     }
 }
 
-/// Follows the bodies of a spec from their start. Gives the rows and what is known of them as a dictionary, and what was
-/// raised meanwhile.
+/// Propagates the bodies of a spec from their start. Returns the rows and their properties as a
+/// dictionary, and an exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None, steps = None, stride = None, integrator = None, inputs = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of the function of the package")]
@@ -270,7 +270,8 @@ pub fn simulate<'py>(
     Ok((found, rows.watch.raised()))
 }
 
-/// The page of a simulation for a browser, from the document that `slew simulate --format json` writes.
+/// Returns the page of a simulation for a browser, from the document that
+/// `slew simulate --format json` writes.
 #[pyfunction]
 pub fn simulation_report(py: Python<'_>, document: &str, euler: &str) -> PyResult<String> {
     let page =

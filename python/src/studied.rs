@@ -18,8 +18,8 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Has the witnesses judge a plan against its own maneuver, or another. Gives what they found as JSON, and what was raised
-/// meanwhile.
+/// Lets the witnesses judge a plan against its own maneuver, or another. Returns the results as
+/// JSON, and an exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (planned, maneuver = None, progress = None))]
 pub fn verify(
@@ -45,7 +45,7 @@ pub fn verify(
     let judged = judged.map_err(|error| match error {
         // A plan whose arrays do not fit the maneuver has failed.
         ExportError::Trajectory(error) => {
-            let remedy = "give the spec that the plan was made from";
+            let remedy = "give the spec of the plan";
             failure::coded(py, "VerificationFailed", "E0103", &error.to_string(), remedy)
         }
         other => failure::export(py, &other, "plan"),
@@ -70,14 +70,14 @@ pub fn verify(
     Ok((document.to_string(), watch.raised()))
 }
 
-/// Whether bytes are those of a plan file, and not of a message or a table of attitudes.
+/// Returns whether the bytes are a plan file, and not a message or a table of attitudes.
 #[pyfunction]
 pub fn is_plan(bytes: &[u8]) -> bool {
     PlanFile::begins(bytes)
 }
 
-/// Has attitudes and rates judged against a maneuver: the bytes of an AEM or a table, and the name of their file. Gives what
-/// was found as JSON.
+/// Judges attitudes and rates against a maneuver: the bytes of an AEM or a table, and the name of
+/// their file. Returns the results as JSON.
 #[pyfunction]
 pub fn verify_attitudes(
     py: Python<'_>,
@@ -109,8 +109,8 @@ pub fn verify_attitudes(
     Ok(document.to_string())
 }
 
-/// Integrators side by side on the motion of a simulation spec. Gives the study as JSON with its table as text, and what was
-/// raised meanwhile.
+/// Compares integrators on the motion of a simulation spec. Returns the study as JSON with its
+/// table as text, and an exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (spec, overrides = None, integrators = vec![], steps = vec![], horizons = vec![], levels = vec![], progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -127,7 +127,8 @@ pub fn compare_integrators(
     let simulation = match load(spec, &maneuver::overrides(&overrides)?)? {
         Ok(Spec::Simulation(loaded)) => loaded.simulation,
         Ok(Spec::Maneuver(_)) => {
-            let reason = "this is a maneuver: integrators are compared on a simulation, methods of planning by compare()";
+            let reason =
+                "this spec is a maneuver: compare_integrators() needs a simulation, compare() a maneuver";
             return Err(PyValueError::new_err(reason));
         }
         Err(found) => return Err(failure::spec(py, &found)),
@@ -160,7 +161,8 @@ pub fn compare_integrators(
     Ok((document.to_string(), watch.raised()))
 }
 
-/// Solves a maneuver by every method that applies. Gives them side by side as JSON, and what was raised meanwhile.
+/// Solves a maneuver by every method that applies. Returns the comparison as JSON, and an
+/// exception that was raised meanwhile.
 #[pyfunction]
 #[pyo3(signature = (maneuver, progress = None))]
 pub fn compare(

@@ -1,7 +1,8 @@
 //! A spec of Python's own values as TOML text, which the reader of specs reads like any other.
 //!
-//! So a dictionary goes the one way that files go, and what is wrong with it is told with the same codes, keys and remedies.
-//! Every number keeps its bits; NaN and infinity are written as TOML writes them, for the reader to refuse.
+//! A dictionary takes the path of files, and its errors have the codes, keys and remedies of
+//! files. Every number keeps its bits. NaN and infinity are written in the notation of TOML, and
+//! the reader refuses them.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -9,13 +10,13 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, P
 use slewkit_files::spec::MAX_BYTES;
 use std::fmt::Write;
 
-/// Deeper than any spec: what goes on beyond is cut off, and the reader says that it is nested too deep. A dictionary may hold
-/// itself.
+/// A depth beyond that of any spec. Deeper parts are cut off, and the reader reports that the
+/// spec is nested too deeply. A dictionary may contain itself.
 const DEEPEST: usize = 40;
 
-/// The spec as TOML.
+/// Returns the spec as TOML.
 ///
-/// Raises TypeError for what has no notation, such as None.
+/// Raises TypeError for a value without a notation, such as None.
 #[pyfunction]
 pub fn to_toml(spec: &Bound<'_, PyMapping>) -> PyResult<String> {
     let mut text = String::new();
@@ -32,12 +33,12 @@ pub fn value_text(value: &Bound<'_, PyAny>) -> PyResult<String> {
 
 type Items<'py> = Vec<(String, Bound<'py, PyAny>)>;
 
-/// Keys and values of a mapping.
+/// Returns the keys and values of a mapping.
 fn items<'py>(mapping: &Bound<'py, PyMapping>) -> PyResult<Items<'py>> {
     let pair = |item: Bound<'py, PyAny>| {
         let (key, value): (Bound<'py, PyAny>, Bound<'py, PyAny>) = item.extract()?;
         let key = key.cast::<PyString>().map_err(|_| {
-            PyTypeError::new_err(format!("the keys of a spec are text, and {} is none", shown(&key)))
+            PyTypeError::new_err(format!("the keys of a spec are text, and {} is not", shown(&key)))
         })?;
         Ok((key.to_cow()?.into_owned(), plain(value)?))
     };
@@ -52,7 +53,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
         || value.is_instance_of::<PyList>()
         || value.is_instance_of::<PyDict>();
     if own {
-        // A float of NumPy is one of Python, and prints its value all the same.
+        // A NumPy float is a Python float, and prints its value.
         return Ok(value);
     }
     if let Ok(method) = value.getattr("as_quat") {
@@ -66,7 +67,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// A table: its own keys, then the tables in it under headers.
+/// Writes a table: its own keys, then the tables in it under headers.
 fn table(text: &mut String, items: &Items<'_>, path: &str) -> PyResult<()> {
     let own = |value: &Bound<'_, PyAny>| {
         path.is_empty() && (value.cast::<PyMapping>().is_ok() || is_list_of_tables(value))
@@ -139,7 +140,7 @@ fn quoted(text: &mut String, content: &str) {
     text.push('"');
 }
 
-/// A value in one line.
+/// Writes a value in one line.
 fn inline(text: &mut String, value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<()> {
     if depth > DEEPEST {
         text.push('0');
@@ -179,7 +180,7 @@ fn inline(text: &mut String, value: &Bound<'_, PyAny>, path: &str, depth: usize)
     } else {
         let at = if path.is_empty() { String::new() } else { format!("{path}: ") };
         let found = shown(value);
-        let remedy = if value.is_none() { "; leave the key out" } else { "" };
+        let remedy = if value.is_none() { "; remove the key" } else { "" };
         return Err(PyTypeError::new_err(format!("{at}{found} has no notation in a spec{remedy}")));
     }
     Ok(())
@@ -196,12 +197,12 @@ fn number(text: &mut String, value: f64) {
     }
 }
 
-/// Whether the text is beyond the size of any spec: nothing need be added for the reader to say so.
+/// Returns whether the text exceeds the size of any spec, so that the reader will refuse it.
 fn full(text: &str) -> bool {
     text.len() > MAX_BYTES
 }
 
-/// A value for a message.
+/// Returns a value for a message.
 fn shown(value: &Bound<'_, PyAny>) -> String {
     let text = value.repr().map_or_else(|_| "a value".into(), |text| text.to_string());
     text.chars().take(60).collect()

@@ -1,36 +1,38 @@
-//! Progress, and how a computation is stopped: by what the caller's function says, by an exception in it, or by Ctrl-C.
+//! Progress, and the ways to stop a computation: the result of the caller's function, an
+//! exception in it, or Ctrl-C.
 
 use pyo3::prelude::*;
 use slewkit::plan::{Control, Observer, Progress};
 use std::time::{Duration, Instant};
 
-/// How long may pass between two looks at signals, or two calls of the caller's function: taking the lock of a busy
-/// interpreter costs milliseconds.
+/// The interval between two checks of signals, or two calls of the caller's function: taking the
+/// lock of a busy interpreter costs milliseconds.
 const INTERVAL: Duration = Duration::from_millis(50);
 
 /// Listens while the library computes.
 pub struct Watch {
     progress: Option<Py<PyAny>>,
     looked: Option<Instant>,
-    /// What was raised: by the caller's function, or by a signal.
+    /// The exception of the caller's function, or of a signal.
     raised: Option<PyErr>,
     stopped: bool,
 }
 
 impl Watch {
-    /// `progress` is called with what is known of the work, at first at once; what it returns as `False` stops it.
+    /// `progress` is called with the progress of the work, at once and then repeatedly; a return
+    /// value of `False` stops the work.
     pub fn new(progress: Option<Py<PyAny>>) -> Self {
-        // Where nobody asks for progress, work of a few milliseconds is left alone.
+        // Without a progress function, work of a few milliseconds is not interrupted.
         let looked = if progress.is_some() { None } else { Some(Instant::now()) };
         Self { progress, looked, raised: None, stopped: false }
     }
 
-    /// What was raised meanwhile.
+    /// Returns the exception that was raised meanwhile.
     pub fn raised(self) -> Option<PyErr> {
         self.raised
     }
 
-    /// Whether to stop; the caller's function is told which stage the work is at.
+    /// Returns whether to stop, and passes the current stage to the caller's function.
     pub fn stops(&mut self, stage: &str, start: &str, steps: u64, elapsed: f64) -> bool {
         if !self.stopped && self.looked.is_none_or(|looked| looked.elapsed() >= INTERVAL) {
             let asked = Python::attach(|py| -> PyResult<bool> {

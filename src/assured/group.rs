@@ -7,16 +7,20 @@ use crate::maneuver::Problem;
 use crate::uncertainty::Uncertainty;
 use crate::uncertainty::chance::{Quantity, normal_quantile};
 
-/// Seed of the flights that are counted: not that of `slew fly`, which so judges the margin by other cases.
+/// Seed of the flights that are counted: not that of `slew fly`, which so judges the margin by
+/// other cases.
 const SEED: u64 = 0x6368_616e_6365;
 
-/// Margins that were counted and differ by less than this part of a deviation are one: it changes a chance by some hundredths.
+/// Margins that were counted and differ by less than this part of a deviation are one: it changes a
+/// chance by some hundredths.
 const SAME_COUNTED: f64 = 0.01;
 
-/// Reserves that differ by less than this part of a deviation are one: it changes a chance by less than a thousandth.
+/// Reserves that differ by less than this part of a deviation are one: it changes a chance by less
+/// than a thousandth.
 const SAME_RESERVE: f64 = 1e-4;
 
-/// Margins of cones that differ by less are one \[rad\]: a hundredth of what witnesses allow a cone.
+/// Margins of cones that differ by less are one \[rad\]: a hundredth of what witnesses allow a
+/// cone.
 const SAME_MARGIN: f64 = 1e-8;
 
 /// Limits that share a chance.
@@ -24,12 +28,12 @@ pub(super) struct Group {
     pub limits: Vec<Limit>,
     at_most: f64,
     over: Over,
-    /// How many deviations each is to keep.
+    /// The number of deviations that each keeps.
     z: f64,
     pub counted: Option<Proportion>,
 }
 
-/// What a chance takes of a limit, at least what is asked for.
+/// The part of a limit that a chance needs, at least the requested one.
 pub(super) struct Needed {
     pub margins: Vec<f64>,
     /// Margins that differ by less are one.
@@ -37,7 +41,7 @@ pub(super) struct Needed {
 }
 
 impl Needed {
-    /// Whether these are the margins that are held, or where they only grow no more.
+    /// Returns whether these are the margins that are held, or where they only grow no more.
     pub fn is(&self, held: &[f64], grown: bool) -> bool {
         let parts = self.margins.iter().zip(held).zip(&self.same);
         parts.into_iter().all(|((needed, held), same)| {
@@ -71,14 +75,14 @@ impl Group {
     }
 }
 
-/// Deviation of each part of a limit at its worst instant.
+/// Returns the deviation of each part of a limit at its worst instant.
 fn sigmas(limit: &Limit, beside: &Beside, parts: usize) -> Vec<f64> {
     let chance = beside.chances.iter().find(|chance| chance.name == limit.name);
     let sigma = |part: usize| Some(chance?.parts.get(part)?.sigma);
     (0..parts).map(|part| sigma(part).unwrap_or(0.0)).collect()
 }
 
-/// Flights of a plan that count what is left of limits.
+/// The simulated flights of a plan in which the room to the limits is counted.
 pub(super) struct Flights<'a> {
     pub beside: &'a Beside,
     pub planned: &'a Problem,
@@ -90,8 +94,8 @@ impl Flights<'_> {
     /// Cases that are held at once.
     const CHUNK: usize = 8192;
 
-    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how many deviations its limits are to
-    /// keep.
+    /// Counts for each chance of a motion which part of the flights exceed a limit, and sets how
+    /// many deviations its limits are to keep.
     pub fn count(&self, groups: &mut [Group]) {
         for group in groups {
             let Over::Motion(plant) = group.over else { continue };
@@ -102,7 +106,8 @@ impl Flights<'_> {
         }
     }
 
-    /// What flights leave of the limits of a group, the least of them in its deviations, sorted; a case that was lost leaves nothing.
+    /// Returns the least room, in standard deviations, that each flight leaves to the limits of a
+    /// group, sorted. A case that was lost leaves none.
     fn left(&self, group: &Group, plant: Plant) -> Vec<f64> {
         let gains = self.beside.gains.as_ref();
         let mut watched = Vec::new();
@@ -137,7 +142,8 @@ impl Flights<'_> {
     }
 }
 
-/// What is left in deviations; where nothing is uncertain a plan keeps its limits.
+/// Returns the room that is left in standard deviations. Where nothing is uncertain a plan keeps
+/// its limits.
 fn in_deviations(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { room / sigma } else { f64::INFINITY }
 }

@@ -1,4 +1,5 @@
-//! What a chance is of: a constraint or a limit of the torques, by name, and how much of it a plan holds.
+//! A limit that a chance is given for: a constraint or a limit of the torques, by name, and the
+//! reserve that a plan keeps to it.
 
 use super::{Held, NotKept};
 use crate::Vector3;
@@ -24,14 +25,14 @@ enum Which {
     Inputs(LimitKind, usize),
 }
 
-/// The limits of the torques, in the order in which flights tell what is left of them.
+/// Returns the limits of the torques, in the order of their rooms in flights.
 fn of_torques(problem: &Problem) -> impl Iterator<Item = InputLimit<'_>> {
     let counts = [LimitKind::Size, LimitKind::Norm, LimitKind::Rate];
     problem.actuation.limits().filter(move |limit| !limit.of_force && counts.contains(&limit.kind))
 }
 
 impl Limit {
-    /// The one that reports call `name`.
+    /// Builds the limit with the name `name` in reports.
     pub fn named(problem: &Problem, name: &str) -> Option<Self> {
         let named = |which| Self { name: name.into(), which };
         if let Some(index) = problem.constraints.iter().position(|constraint| constraint.name == name) {
@@ -58,7 +59,8 @@ impl Limit {
         }
     }
 
-    /// What the maneuver allows, a number for each part; of a cone nothing that a margin could exceed.
+    /// Returns the bounds that the maneuver sets, one number for each part. A cone has no bound that
+    /// a margin could exceed: infinity.
     pub fn bounds(&self, problem: &Problem) -> Vec<f64> {
         match self.which {
             Which::Constraint(index) => match &problem.constraints[index].rule {
@@ -73,7 +75,8 @@ impl Limit {
         }
     }
 
-    /// What a plan of the maneuver holds of it, a number for each part.
+    /// Returns the reserve that the maneuver keeps to the limit, one number for each part: the margin
+    /// of a cone, or the part of a bound that the plan may not use.
     pub fn held(&self, problem: &Problem) -> Vec<f64> {
         let reserve = &problem.reserve;
         let mut held = match self.which {
@@ -89,7 +92,8 @@ impl Limit {
         held
     }
 
-    /// Has a maneuver hold so much of it, a number for each part, each less than its bound in `craft`.
+    /// Makes a maneuver keep the reserve `held` to the limit: one number for each part, each less
+    /// than its bound in `craft`.
     pub fn hold(&self, problem: &mut Problem, craft: &Problem, held: &[f64]) {
         let parts = self.bounds(craft).into_iter().zip(held);
         let (kept, left): (Vec<f64>, Vec<f64>) = parts.map(|(bound, held)| split(bound, *held)).unzip();
@@ -123,7 +127,7 @@ impl Limit {
         }
     }
 
-    /// Whether the craft has more of it than is to be held.
+    /// Checks that the limit of the craft exceeds the reserve.
     pub fn check(&self, craft: &Problem, held: &[f64]) -> Result<(), NotKept> {
         let bounds = self.bounds(craft);
         let Some(part) = bounds.iter().zip(held).position(|(bound, held)| held >= bound) else {
@@ -145,7 +149,7 @@ impl Limit {
         })
     }
 
-    /// For people: what a plan of `problem` holds.
+    /// Returns the reserve that a plan of `problem` holds, for people.
     pub fn told(&self, problem: &Problem, craft: &Problem) -> Held {
         Held {
             name: self.name.clone(),
@@ -155,7 +159,8 @@ impl Limit {
         }
     }
 
-    /// The constraints of which flights tell the room of each part; none of limits of the torques, of which they tell it anyway.
+    /// Returns the constraints for which flights record the room of each part; empty for limits
+    /// of the torques, which flights always record.
     pub fn watched(&self, craft: &Problem) -> Vec<Constraint> {
         let Which::Constraint(index) = self.which else { return Vec::new() };
         let constraint = &craft.constraints[index];
@@ -167,7 +172,8 @@ impl Limit {
         (0..3).map(alone).collect()
     }
 
-    /// What a flight leaves of each part, SI, where the constraints of this limit begin with `first` among those that it tells.
+    /// Returns the room of each part in a flight, SI; the constraints of this limit begin with
+    /// `first` in the record of the flight.
     pub fn room(&self, craft: &Problem, flown: &Flown, first: usize) -> Vec<f64> {
         let bounds = self.bounds(craft);
         match self.which {

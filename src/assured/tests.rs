@@ -38,7 +38,8 @@ fn maneuver() -> (serde_json::Value, Problem, Uncertainty) {
     (file, problem, uncertainty)
 }
 
-/// The iteration of cl04, with torques at nodes as it has them: margin, chance and deviation of each plan.
+/// The iteration of cl04, with torques at nodes as it has them: margin, chance and deviation of
+/// each plan.
 #[test]
 fn margins_of_torques_at_nodes_are_those_of_the_reference() {
     use crate::optimize::discrete::linear_plan::Timing;
@@ -58,7 +59,8 @@ fn margins_of_torques_at_nodes_are_those_of_the_reference() {
     }
 }
 
-/// Margin and cost of cl04: there torques act at nodes, half a step later than ours that are held, whose loop is a little tighter.
+/// Margin and cost of cl04: there torques act at nodes, half a step later than ours that are held,
+/// whose loop is a little tighter.
 #[test]
 fn a_chance_takes_the_margin_of_the_reference() {
     let (file, problem, uncertainty) = maneuver();
@@ -84,7 +86,8 @@ fn a_chance_takes_the_margin_of_the_reference() {
     assert!(chance <= 0.0101 && chance > 0.005, "{chance}");
 }
 
-/// The chance of a motion is met by flights of other cases, takes more than that of an instant, and less than the sum over the nodes.
+/// The chance of a motion is met by flights of other cases, takes more than that of an instant, and
+/// less than the sum over the nodes.
 #[test]
 fn the_chance_of_a_motion_is_that_of_other_flights() {
     let (_, problem, uncertainty) = maneuver();
@@ -132,7 +135,8 @@ fn an_end_too_near_to_its_cone_is_refused() {
     assert!(matches!(found, Err(NotKept::Plan(PlanError::Problem(_)))), "{:?}", found.map(|found| found.2));
 }
 
-/// The slew of the reference without its cone, with limits that it is at: torques, and rates.
+/// Returns the slew of the reference without its cone, with limits that it is at: torques, and
+/// rates.
 fn limited() -> (Problem, Uncertainty) {
     use crate::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
     let (_, mut problem, mut uncertainty) = maneuver();
@@ -152,7 +156,8 @@ fn limited() -> (Problem, Uncertainty) {
     (problem, uncertainty)
 }
 
-/// Chances of limits at their worst instants: every part that acts keeps its own, and flights have it there.
+/// Chances of limits at their worst instants: every part that acts keeps its own, and flights have
+/// it there.
 #[test]
 fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
     let (problem, uncertainty) = limited();
@@ -204,7 +209,8 @@ fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
     assert!(active >= 3, "{active} of 6: {:?}", beside.chances.iter().map(|c| &c.parts).collect::<Vec<_>>());
 }
 
-/// One chance of several limits over the motion: flights of other cases exceed any of them as often as was asked.
+/// A joint chance of several limits over the motion: other flights exceed any of them with the
+/// requested frequency.
 #[test]
 fn a_chance_that_limits_share_is_that_of_other_flights() {
     let (problem, uncertainty) = limited();

@@ -26,7 +26,7 @@ pub struct Campaign<'a> {
     draws: Draws<'a>,
     /// Threads that share the cases; those there are where none is given.
     threads: Option<usize>,
-    /// The actuators and the constraints of the craft: with what the plan holds of them, and without margins.
+    /// The actuators and the constraints of the craft: with the full limits, and without margins.
     actuators: ActuatorSet,
     constraints: Vec<Constraint>,
     /// The converged nominal motion.
@@ -80,7 +80,7 @@ impl<'a> Campaign<'a> {
         }
     }
 
-    /// Tells what is left of these in place of the constraints of the maneuver.
+    /// Records the room to these constraints instead of those of the maneuver.
     pub(crate) fn with_constraints(self, constraints: Vec<Constraint>) -> Self {
         Self { constraints, ..self }
     }
@@ -115,7 +115,8 @@ impl<'a> Campaign<'a> {
         self.each(first, count, |case| self.fly(case))
     }
 
-    /// Flies the cases `first … first + count` step by step, on several threads; of each what `of` makes of it.
+    /// Flies the cases `first … first + count` step by step, on several threads; of each what `of`
+    /// makes of it.
     pub fn trace_all<R: Clone + Send>(
         &self,
         first: u64,
@@ -231,7 +232,8 @@ impl<'a> Campaign<'a> {
         })
     }
 
-    /// `z` as the controller measures it at node `node`: it multiplies rates by the nominal inertia.
+    /// `z` as the controller measures it at node `node`: it multiplies rates by the nominal
+    /// inertia.
     fn measured(&self, node: usize, state: &State, errors: &Errors, sensors: &mut Stream) -> Vector6 {
         let (planned, planned_rate) = self.plan.node(node);
         let noise = self.draws.sensors * Vector6::from_fn(|_, _| sensors.normal());

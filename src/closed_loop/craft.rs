@@ -46,7 +46,7 @@ impl Errors {
 
 /// Commands on their way to the actuators.
 pub(super) struct DelayLine {
-    /// When each begins to act, and what it is; zero before the first.
+    /// The waiting commands with the time from which each acts; zero before the first.
     waiting: VecDeque<(f64, Vec<f64>)>,
     acting: Vec<f64>,
 }
@@ -73,7 +73,8 @@ impl DelayLine {
 
 /// The limits of the inputs, and what commands leave of each.
 ///
-/// Sizes and norm are cut; how fast a command changes is counted and not cut, because a held command jumps.
+/// Sizes and norm are cut; how fast a command changes is counted and not cut, because a held
+/// command jumps.
 pub(super) struct Limited<'a> {
     set: &'a ActuatorSet,
     /// The capacity of the actuators, as a multiple of the limits of the plan.
@@ -126,7 +127,7 @@ impl<'a> Limited<'a> {
         cut
     }
 
-    /// Counts what a command leaves that is given for `step` \[s\], before it is cut.
+    /// Records the room of a command that is given for `step` \[s\], before saturation.
     pub fn meet(&mut self, step: f64, inputs: &[f64]) {
         let limits = self.set.limits();
         // A one-sided input has no lower limit except zero.

@@ -1,7 +1,7 @@
 //! The draws of each case, and the square roots of the covariances that are drawn at every step.
 //!
-//! Every quantity has a stream of random numbers of its own, from the seed, the case and its purpose: a new sensor does not shift the
-//! numbers of another.
+//! Every quantity has a stream of random numbers of its own, from the seed, the case and its
+//! purpose: a new sensor does not shift the numbers of another.
 
 use super::Lost;
 use crate::Matrix3;
@@ -57,10 +57,10 @@ impl<'a> Draws<'a> {
         }
     }
 
-    /// The craft of a case.
+    /// Returns the craft of a case.
     ///
     /// # Errors
-    /// [`Lost`] where no inertia that is drawn is one.
+    /// Returns [`Lost`] if no drawn matrix is the inertia of a body.
     pub fn craft(&self, case: u64) -> Result<Drawn, Lost> {
         let parameters = &self.uncertainty.parameters;
         let mut stream = Stream::new(self.seed, case, stream::PARAMETERS);
@@ -94,13 +94,13 @@ impl<'a> Draws<'a> {
         self.start * Vector6::from_fn(|_, _| normal.normal())
     }
 
-    /// The streams of a case that are read at every step: of sensors and of the torque.
+    /// Returns the streams of a case that are read at every step: of sensors and of the torque.
     pub fn noise(&self, case: u64) -> [Stream; 2] {
         [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(self.seed, case, of))
     }
 }
 
-/// A square root of a covariance, `root rootᵀ`.
+/// Returns a square root of a covariance, `root rootᵀ`.
 fn root<const N: usize>(covariance: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N>
 where
     Const<N>: DimSub<U1> + ToTypenum,

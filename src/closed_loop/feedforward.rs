@@ -1,8 +1,9 @@
-//! The plan's inputs as they are to be commanded: as they stand, or ahead of a lag and a delay that are known.
+//! The plan's inputs as they are to be commanded: as they stand, or ahead of a lag and a delay that
+//! are known.
 //!
-//! A command is then what the plan gives on average while it acts, a delay after it is given, and ahead of the lag: with `v` what the
-//! actuators have reached before and `m` the mean of `e^{−t/τ}` over the ticks, they give `c + (v − c) m` on average, so
-//! `c = (u* − m v)/(1 − m)`.
+//! A command is then the mean of the plan's inputs while it acts, a delay after it is given, and
+//! compensates the lag. With `v` the output of the actuators before, and `m` the mean of
+//! `e^{−t/τ}` over the ticks, the mean output is `c + (v − c) m`, so `c = (u* − m v)/(1 − m)`.
 
 use super::Plant;
 use crate::optimize::discrete::linear_plan::LinearPlan;
@@ -50,7 +51,7 @@ impl Feedforward<'_> {
         commands
     }
 
-    /// Mean of `q, q², … qⁿ` over the ticks of a step.
+    /// Returns the mean of `q, q², … qⁿ` over the ticks of a step.
     fn mean_kept(&self, kept: f64) -> f64 {
         (1..=self.ticks).map(|tick| kept.powf(tick as f64)).sum::<f64>() / self.ticks as f64
     }

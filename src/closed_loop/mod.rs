@@ -1,7 +1,8 @@
-//! A plan flown: the true craft under the plan's torques and its gains, with all that it differs by.
+//! A plan flown: the true craft under the plan's torques and its gains, with all that it differs
+//! by.
 //!
-//! The plant is not the planner's step: it is the continuous motion of a craft of another inertia, under torques held over a tick
-//! (`flight`). A step of the loop:
+//! The plant is not the planner's step: it is the continuous motion of a craft of another inertia,
+//! under torques held over a tick (`flight`). A step of the loop:
 //!
 //! ```text
 //! measure  R exp S(β) exp S(ν) ,  (1 + g) Ω + c + ν     z = [log(R*ᵀR) ; J (Ω − Ω*)]     u = u* − K z
@@ -67,7 +68,8 @@ pub struct Flown {
     pub saturated: f64,
     /// The number of impossible inertias that were drawn.
     pub rejected: u32,
-    /// The parameters that were drawn, in the order of [`Uncertainty::parameters`](crate::uncertainty::Uncertainty::parameters).
+    /// The parameters that were drawn, in the order of
+    /// [`Uncertainty::parameters`](crate::uncertainty::Uncertainty::parameters).
     pub parameters: Vec<f64>,
 }
 

@@ -9,7 +9,7 @@ use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proportion {
-    /// How many.
+    /// The number.
     pub count: u64,
     /// The number of all cases.
     pub of: u64,
@@ -33,13 +33,13 @@ impl Proportion {
         Self { count, of, low, high }
     }
 
-    /// The part.
+    /// Returns the part.
     pub fn part(&self) -> f64 {
         if self.of == 0 { f64::NAN } else { self.count as f64 / self.of as f64 }
     }
 }
 
-/// The value that the part `level` of sorted values does not exceed.
+/// Returns the value that the part `level` of sorted values does not exceed.
 pub fn quantile(sorted: &[f64], level: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
     let index = (level * sorted.len() as f64).ceil() as usize;
@@ -56,10 +56,10 @@ pub struct Sampled {
     pub mean: Vector6,
     /// Their covariance.
     pub covariance: Matrix6,
-    /// The least and the largest eigenvalue of the sampled covariance over the linear one, in the directions that have one: 1
-    /// where the motion is linear enough.
+    /// The least and the largest eigenvalue of the sampled covariance over the linear one, in the
+    /// directions that have one: 1 where the motion is linear enough.
     pub eigenvalues: Option<[f64; 2]>,
-    /// How many are inside the ellipsoid that holds 99.73 % by the linear covariance.
+    /// The proportion inside of the ellipsoid that holds 99.73 % by the linear covariance.
     pub inside: Proportion,
 }
 
@@ -113,7 +113,7 @@ impl Sampled {
         }
     }
 
-    /// Standard deviations of attitude \[rad\] and rate [rad/s].
+    /// Returns the standard deviations of attitude \[rad\] and rate [rad/s].
     pub fn sigma(&self) -> Vector6 {
         // `max` would make a zero of NaN.
         self.covariance.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })

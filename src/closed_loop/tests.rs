@@ -1,4 +1,4 @@
-//! The loop that is flown against what is linear of it, closed forms, and itself.
+//! Compares the flown loop with its linear model, with closed forms, and with itself.
 
 use super::draws::stream;
 use super::*;
@@ -29,7 +29,7 @@ fn unit(axis: usize) -> Vector3 {
     Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)))
 }
 
-/// One of each kind of parameter about each axis.
+/// Returns one parameter of each kind about each axis.
 fn parameters(sigma: f64) -> Vec<(String, Parameter, f64)> {
     let mut all = Vec::new();
     for axis in 0..3 {
@@ -67,7 +67,7 @@ fn without_errors_the_plan_is_flown_to_its_end() {
     }
 }
 
-/// The inertia of a craft of these parameters.
+/// Returns the inertia of a craft of these parameters.
 fn inertia(problem: &Problem, parameters: &[(String, Parameter, f64)], values: &[f64]) -> Inertia {
     let mut j = *problem.body.inertia.j();
     for (value, (_, parameter, _)) in values.iter().zip(parameters) {
@@ -117,7 +117,8 @@ fn falls_fourfold_with_half_the_step(problem: impl Fn(usize) -> Problem) {
     }
 }
 
-/// The derivative of the flown loop by every parameter is the linear one, to the order of the scheme.
+/// The derivative of the flown loop by every parameter is the linear one, to the order of the
+/// scheme.
 #[test]
 fn the_loop_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(maneuver);
@@ -178,7 +179,8 @@ fn sampled_covariances_are_the_linear_ones() {
     }
 }
 
-/// Every error at a bound of its own, small enough to be linear: no motion leaves the ellipsoids, and one source alone fills its own.
+/// Every error at a bound of its own, small enough to be linear: no motion leaves the ellipsoids,
+/// and one source alone fills its own.
 #[test]
 fn bounded_errors_stay_within_their_ellipsoid() {
     use crate::uncertainty::Bounded;
@@ -230,7 +232,7 @@ fn a_case_is_the_same_alone_and_among_others() {
     assert_ne!(others, alone);
 }
 
-/// A lag and a delay that are known and led cost a fraction of what they do otherwise, open loop too.
+/// A known lag and delay that are compensated have a fraction of their effect, in open loop too.
 #[test]
 fn commands_that_lead_a_lag_and_a_delay_keep_the_end() {
     let problem = maneuver(60);
@@ -255,7 +257,8 @@ fn commands_that_lead_a_lag_and_a_delay_keep_the_end() {
         let (late, led) = (missed(plant, true), missed(Plant { leads: true, ..plant }, true));
         assert!(led < 2.0 * part * late + 1e-4, "{plant:?}: {late:e}, led {led:e}");
     }
-    // A quantum of a thousandth of the torque is corrected to less than it moves the body open loop.
+    // A quantum of a thousandth of the torque is corrected to less than it moves the body open
+    // loop.
     assert!(missed(Plant { quantum: 1e-3, ..Plant::default() }, true) < 1e-3);
 }
 
@@ -368,7 +371,8 @@ fn sampled_rates_and_commands_have_the_linear_deviations() {
     }
 }
 
-/// The derivatives of a loop that acts every fourth step are the linear ones: what is held is what was measured.
+/// The derivatives of a loop that acts every fourth step are the linear ones: it holds the
+/// measured correction.
 #[test]
 fn the_loop_of_a_slower_controller_has_the_derivatives_of_the_linear_model() {
     let neighbouring = Kind::Neighbouring { freeze: Kind::FREEZE };
@@ -433,7 +437,8 @@ fn deviations_about_a_principal_axis_are_those_of_a_double_integrator() {
         let a = Matrix2::new(1.0, h, 0.0, 1.0);
         let b = Vector2::new(h * h / 2.0, h) / j;
         let square = |of: [f64; 2]| Matrix2::new(of[0] * of[0], 0.0, 0.0, of[1] * of[1]);
-        // State and the correction that is held, as one: covariance of both, and what a constant torque makes of them.
+        // State and the correction that is held, as one: covariance of both, and what a constant
+        // torque makes of them.
         let (mut p, mut s) = (square(start), Vector2::zeros());
         let (mut held, mut with_held, mut s_held) = (0.0, Vector2::zeros(), 0.0);
         for k in 0..steps {

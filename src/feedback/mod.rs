@@ -20,10 +20,11 @@
 //!   A torque that is held, or whose axes turn, also enters the second derivatives of its step.
 //!   `A`, `H` and `K` then have the additional terms of `linear_plan::stage`.
 //!
-//!   The gains grow like `4/(T − t)` and `6/(T − t)²`; the last of them would answer the noise of sensors with all the torque
-//!   there is, so they are held from [`Gains::frozen_from`] on.
+//!   The gains grow like `4/(T − t)` and `6/(T − t)²`; the last of them would answer the noise of
+//!   sensors with all the torque there is, so they are held from [`Gains::frozen_from`] on.
 //! - [`Kind::Tvlqr`]: the regulator of given weights, from the Riccati recursion.
-//! - [`Kind::Switching`]: the same behind a correction of the switching times at the start ([`SwitchingGains`]).
+//! - [`Kind::Switching`]: the same behind a correction of the switching times at the start
+//!   ([`SwitchingGains`]).
 //!
 //! The landing law checks signs, orders and the index of every step: the miss of the corrected
 //! motion falls with the square of the initial deviation from the plan (tests).
@@ -46,13 +47,13 @@ use thiserror::Error;
 /// Three by six: torques by states.
 type Matrix3x6 = SMatrix<f64, 3, 6>;
 
-/// How gains are designed.
+/// The design of gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// The neighbouring extremal, held over the last part of the plan.
     Neighbouring {
-        /// Part of the steps over which gains are held, [`Kind::FREEZE`] by default: what less of it gains at the end in rate, it
-        /// loses in torque that answers noise.
+        /// Part of the steps over which gains are held, [`Kind::FREEZE`] by default. A smaller
+        /// part improves the rate at the end, and costs torque due to noise.
         freeze: f64,
     },
     /// The regulator of these weights.
@@ -80,10 +81,11 @@ pub struct RegulatorWeights {
 }
 
 impl RegulatorWeights {
-    /// How many times the duration the end weighs, where that is not given.
+    /// The default weight of the end, relative to the duration.
     pub const END: f64 = 1000.0;
 
-    /// Weights under which a torque that turns the body by a radian in the duration costs what being a radian off does.
+    /// Returns the weights under which a torque that turns the body by a radian in the duration
+    /// costs what being a radian off does.
     fn of<const N: usize, const C: usize>(stages: &[&Stage<N, C>]) -> [SMatrix<f64, N, N>; 2] {
         // In the solver's units the torque weight applies to all four; the weight of the force
         // applies to position and velocity.
@@ -100,7 +102,7 @@ impl RegulatorWeights {
         [running, running * Self::END]
     }
 
-    /// Weights of the state, running and at the end, in the solver's units.
+    /// Returns the weights of the state, running and at the end, in the solver's units.
     fn scaled(&self, units: &Units, momentum_of_rate: &Matrix3) -> [Matrix6; 2] {
         let per = units.time / units.cost;
         let inverse = momentum_of_rate.try_inverse().unwrap_or_else(Matrix3::identity);
@@ -110,7 +112,7 @@ impl RegulatorWeights {
     }
 }
 
-/// Why there are no gains.
+/// The reason for which no gains exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NoGains {
     /// Inputs that switch have no neighbouring extremal of continuous gains.
@@ -141,19 +143,21 @@ pub enum NoGains {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Gains {
-    /// How they were designed.
+    /// The design of the gains.
     pub kind: Kind,
-    /// When a correction acts.
+    /// The time at which a correction acts.
     pub timing: Timing,
     /// Number of inputs m.
     pub inputs: usize,
     /// The first step whose gains repeat those of the step before it, held to the end; the number
     /// of steps if none does.
     pub frozen_from: usize,
-    /// Steps from one measurement to the next; a correction is held over them. The rows of these steps are one.
+    /// Steps from one measurement to the next; a correction is held over them. The rows of these
+    /// steps are one.
     pub every: usize,
-    /// Numbers n of `z`: 6; 9 of neighbouring gains of wheels, `[ζ; δΠ; δμ]` with what the wheels store, body axes; of bodies that
-    /// translate 12, `[δx; δγ; ζ; δΠ]`.
+    /// The number n of components of `z`: 6; 9 for neighbouring gains of wheels, `[ζ; δΠ; δμ]`
+    /// with the momentum of the wheels, body axes; 12 for bodies that translate,
+    /// `[δx; δγ; ζ; δΠ]`.
     pub states: usize,
     /// `K_k`, m×n a step, row-major: SI input for each rad and N·m·s, m and N·s.
     pub rows: Vec<f64>,
@@ -203,10 +207,12 @@ impl Gains {
         Self::new(plan, kind, swept, None)
     }
 
-    /// Designs gains along a plan of a body that translates, or whose torques are fixed in the reference frame.
+    /// Designs gains along a plan of a body that translates, or whose torques are fixed in the
+    /// reference frame.
     ///
     /// # Errors
-    /// [`NoGains`], as of [`Gains::along`]; also where weights of attitude and rate are given for a body that translates.
+    /// [`NoGains`], as of [`Gains::along`]; also where weights of attitude and rate are given for a
+    /// body that translates.
     pub fn along_pose(plan: &PosedPlan, kind: Kind, switches: bool) -> Result<Self, NoGains> {
         match &plan.stages {
             Stages::Attitude(stages) => {
@@ -258,7 +264,8 @@ impl Gains {
         Ok(Self { kind, timing, inputs, states: N, frozen_from, every: 1, rows, first, to_go })
     }
 
-    /// Gains that were designed along ticks of `every` steps for a plan of `count` steps, over which each correction is held.
+    /// Builds the gains that were designed along ticks of `every` steps for a plan of `count`
+    /// steps, over which each correction is held.
     pub(crate) fn held_over(self, every: usize, count: usize) -> Self {
         let rows = (0..count).flat_map(|step| self.row(step / every).iter().copied()).collect();
         Self { every, rows, frozen_from: (self.frozen_from * every).min(count), to_go: Vec::new(), ..self }
@@ -270,14 +277,16 @@ impl Gains {
         &self.rows[step * width..(step + 1) * width]
     }
 
-    /// `K_k z`: what is taken from each input, for a `z` of as many numbers as the gains have [`Gains::states`], SI.
+    /// Returns `K_k z`, which is subtracted from each input, for a `z` with [`Gains::states`]
+    /// numbers, SI.
     pub fn correction<'a>(&'a self, step: usize, z: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         self.row(step)
             .chunks_exact(self.states)
             .map(move |row| row.iter().zip(z.iter()).map(|(k, z)| k * z).sum())
     }
 
-    /// `B K_k` in the solver's units, 3×N: scaled torques for a scaled `z`, of N = 9 with what wheels store.
+    /// `B K_k` in the solver's units, 3×N: scaled torques for a scaled `z`, of N = 9 with what
+    /// wheels store.
     pub(crate) fn torque<const N: usize>(&self, plan: &LinearPlan, step: usize) -> SMatrix<f64, 3, N> {
         let gain = DMatrix::from_row_slice(self.inputs, self.states, self.row(step));
         let si = plan.axes() * gain;
@@ -331,7 +340,8 @@ fn end_of(plan: &LinearPlan) -> Result<(Matrix6, Matrix6), NoGains> {
     Ok((z, Matrix6::identity()))
 }
 
-/// `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`, scaled: 6×6, `z` physical.
+/// `∂λ_{k−1}/∂z` of a motion that begins at node `k` of a plan whose cost to go has `P_k`, scaled:
+/// 6×6, `z` physical.
 ///
 /// ```text
 /// G = A_kᵀ P_k + H_k ,     δλ_{k−1} = (I + G Q/2)⁻¹ G K₊ z ,     K₊ = [[I, 0], [w ∂M/∂R, I]] ,     Q/2 = [0, 0; 0, w S]

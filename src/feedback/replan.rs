@@ -6,12 +6,14 @@
 //! solve     λ ← λ − Ψ₁₂⁻¹ e(λ) ,     on the N − k steps that are left
 //! ```
 //!
-//! `D_k` is the neighbouring extremal's ([`Gains`]): from it the end is missed by the square of `z`, so that Newton, whose own
-//! error is squared by every step, needs two or three. Another end enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear
-//! prediction. All that the plan alone decides is computed once.
+//! `D_k` is the neighbouring extremal's ([`Gains`]): from it the end is missed by the square of
+//! `z`, so that Newton, whose own error is squared by every step, needs two or three. Another end
+//! enters with the first of them: `−Ψ₁₂⁻¹ e` is its linear prediction. All that the plan alone
+//! decides is computed once.
 //!
-//! Between nodes, at `t`, the plan is interpolated, and the time that is left is divided into as many equal steps as are nearest to
-//! the plan's own: the end keeps its time, and of n steps each differs from the plan's by at most 1/2n of it.
+//! Between nodes, at `t`, the plan is interpolated, and the remaining time is divided into equal
+//! steps whose length is nearest to that of the plan. The end keeps its time, and each of n steps
+//! differs from the plan's by at most 1/2n of it.
 //!
 //! A plan that lands has a discrete target near its end. Here each moment has its own target,
 //! which the plan's inputs reach from the true motion at that time. A start on the plan has the
@@ -57,26 +59,27 @@ const AT_NODE: f64 = 1e-9;
 /// The relative difference of numbers of one body: the round-off of notations.
 const SAME: f64 = 1e-9;
 
-/// Why a plan cannot be begun from.
+/// The reason for which replanning from a plan is impossible.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NotReplanned {
-    /// Positions are planned too.
+    /// The plan has positions besides attitudes.
     #[error("the body translates: replanning supports attitudes alone")]
     Translation,
-    /// Its inputs switch, or its duration was free.
+    /// The inputs of the plan switch, or its duration was free.
     #[error(
         "replanning needs a plan of least effort in a given duration: a plan with switching inputs \
         or a free duration has no neighbour on its grid"
     )]
     Form,
-    /// Something that the shooting does not take limits it.
+    /// The maneuver has a limit that the method `shooting` cannot hold.
     #[error("its limits have no continuous costates: {0}")]
     Limited(Obstacle),
-    /// Its end is the plan's to choose.
+    /// The maneuver leaves its end attitude to the plan.
     #[error("its end attitude is free: replanning needs a given attitude and rate at the end")]
     End,
-    /// It has no trajectory with costates, or one that does not lead to its end.
+    /// The plan has no trajectory with costates, or one that does not lead to the end of the
+    /// maneuver.
     #[error("its costates do not lead to its end: it did not converge, or belongs to another maneuver")]
     Trajectory,
     /// It is the plan of something else.
@@ -101,16 +104,16 @@ pub enum NotReplanned {
 pub enum Left {
     /// Newton did not converge in a few steps.
     NotConverged {
-        /// How it ended.
+        /// The outcome.
         outcome: Outcome,
-        /// Its steps.
+        /// The steps that Newton took.
         steps: usize,
         /// The terminal error that it left, scaled; NaN where no sweep came to its end.
         residual: f64,
     },
     /// It converged to an extremal that costs more than a neighbour can.
     Dearer {
-        /// Its cost.
+        /// Cost of the extremal.
         cost: f64,
         /// The expected cost of a neighbour, to second order.
         expected: f64,
@@ -161,7 +164,8 @@ pub struct Replanned {
     pub residual: f64,
     /// Cost from that moment to the end, in the unit of the plan's.
     pub cost: f64,
-    /// `λ_{−1}`, `[λ^R, λ^Π]`, SI units, for both schemes: `u = −W⁻¹Bᵀλ^Π` is the input at its start.
+    /// `λ_{−1}`, `[λ^R, λ^Π]`, SI units, for both schemes: `u = −W⁻¹Bᵀλ^Π` is the input at its
+    /// start.
     pub costates: [f64; 6],
 }
 
@@ -271,12 +275,12 @@ impl Replanner {
         Ok(new)
     }
 
-    /// The maneuver of the plan, on its grid.
+    /// Returns the maneuver of the plan, on its grid.
     pub fn problem(&self) -> &Problem {
         &self.problem
     }
 
-    /// The moment of a node.
+    /// Returns the moment of a node.
     ///
     /// # Errors
     /// [`NotReplanned::Time`] where fewer than two steps are left.
@@ -316,7 +320,8 @@ impl Replanner {
         NotReplanned::Time { at, latest }
     }
 
-    /// State of the plan at a moment: of one that lands, of its true motion; between nodes interpolated.
+    /// Returns the state of the plan at a moment: of one that lands, of its true motion; between
+    /// nodes interpolated.
     pub fn planned(&self, moment: &Moment) -> State {
         let point = self.beginning(moment).point;
         let rate = self.bvp.dynamics.j_inverse * point.momentum.value / self.bvp.dynamics.units.time;
@@ -383,7 +388,8 @@ impl Replanner {
         search::warm(remaining, settings, &replanned.costates, MOST_STEPS, observer)
     }
 
-    /// Whether `problem` is the maneuver of the plan but for its ends, its duration and its steps.
+    /// Checks that `problem` is the maneuver of the plan except for its ends, its duration and its
+    /// steps.
     ///
     /// # Errors
     /// [`NotReplanned::Other`] with what differs.
@@ -404,7 +410,7 @@ impl Replanner {
         same.iter().find(|(same, _)| !same).map_or(Ok(()), |(_, what)| Err(NotReplanned::Other(what)))
     }
 
-    /// The boundary value problem from a moment on, in the plan's units.
+    /// Returns the boundary value problem from a moment on, in the plan's units.
     fn rest(
         &self,
         moment: &Moment,
@@ -447,7 +453,7 @@ impl Replanner {
         costs
     }
 
-    /// The rest of the plan from a moment on.
+    /// Returns the rest of the plan from a moment on.
     fn beginning(&self, moment: &Moment) -> Beginning {
         let (a, share) = (&self.nodes[moment.node], moment.share);
         let Some(b) = self.nodes.get(moment.node + 1).filter(|_| share > 0.0) else { return *a };
@@ -462,7 +468,7 @@ impl Replanner {
         }
     }
 
-    /// A target moved as the end is.
+    /// Returns a target moved as the end is.
     fn moved(&self, target: &Point, end: &State) -> Point {
         let planned = &self.problem.end;
         let dynamics = &self.bvp.dynamics;
@@ -485,7 +491,8 @@ struct Solved {
     newton_steps: usize,
 }
 
-/// Newton from a guess in its basin: every step whole, and every error less than half of the one before.
+/// Newton from a guess in its basin: every step whole, and every error less than half of the one
+/// before.
 ///
 /// After the errors `e₀, e₁` the next error is about `e₁ (e₁/e₀)²`. If that nearly meets the
 /// tolerance, its sweep omits the derivatives, which take longer: the present factor suffices for
@@ -525,7 +532,7 @@ fn solved(bvp: &BoundaryValueProblem<6>, guess: Vector6, tolerance: f64) -> Resu
     Err(failed(Outcome::IterationLimit, MOST_STEPS, residual))
 }
 
-/// Between two states, on the shortest rotation.
+/// Interpolates between two states, on the shortest rotation.
 fn between(a: &Point, b: &Point, share: f64) -> Point {
     let turn = lie::minus(&b.attitude.value, &a.attitude.value) * share;
     Point {

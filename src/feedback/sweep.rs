@@ -57,7 +57,7 @@ pub(super) fn neighbouring<'a, const N: usize, const C: usize>(
     Ok(Swept { duals, to_go, frozen_from })
 }
 
-/// The regulator of the weights of the state, running and at the end.
+/// Returns the regulator of the weights of the state, running and at the end.
 pub(super) fn regulator<'a, const N: usize, const C: usize>(
     count: usize,
     stage: impl Fn(usize) -> &'a Stage<N, C>,

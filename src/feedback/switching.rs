@@ -26,27 +26,28 @@ use crate::optimize::methods::switching::moved::{HeldArc, lengths_by_start};
 use crate::optimize::methods::switching::scaled::scaled;
 use thiserror::Error;
 
-/// Part of a limit within which an input is at it, or off: what is left of impulses in the last digits of recorded times.
+/// The relative distance from a limit, or from zero, within which an input counts as at it: the
+/// round-off of impulses in recorded times.
 const AT_LIMIT: f64 = 1e-6;
 
-/// Part of the longest duration within which a plan takes all of it.
+/// Relative difference within which a duration counts as the longest allowed one.
 const ALL_OF_IT: f64 = 1e-9;
 
 /// An arc of a plan, on which the inputs stay.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Arc {
-    /// The first of its steps.
+    /// Number of the first step of the arc.
     pub first_step: usize,
-    /// How many steps it has.
+    /// Number of steps in the arc.
     pub steps: usize,
-    /// How long it lasts \[s\].
+    /// Length of the arc \[s\].
     pub length: f64,
-    /// Its inputs, SI.
+    /// The inputs on the arc, SI.
     pub inputs: Vec<f64>,
 }
 
-/// How the lengths of the arcs of a plan answer to the start.
+/// The derivatives of the lengths of the arcs of a plan by the start.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SwitchingGains {
@@ -70,7 +71,7 @@ pub struct Reversed {
     pub length: f64,
 }
 
-/// Why a plan is not corrected.
+/// The reason for which a plan is not corrected.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum NotCorrected {
     /// Other arcs are needed.
@@ -129,7 +130,7 @@ impl SwitchingGains {
         suited(problem)
     }
 
-    /// The row of an arc.
+    /// Returns the row of an arc.
     pub fn row(&self, arc: usize) -> &[f64] {
         &self.rows[6 * arc..6 * arc + 6]
     }
@@ -140,7 +141,7 @@ impl SwitchingGains {
         self.row(arc).iter().zip(z.iter()).map(|(gain, z)| gain * z).sum()
     }
 
-    /// How long the arcs last from there \[s\].
+    /// Returns the lengths of the arcs from there \[s\].
     ///
     /// # Errors
     /// Returns [`Reversed`] if an arc would be shorter than zero.
@@ -153,7 +154,8 @@ impl SwitchingGains {
         self.arcs.iter().enumerate().map(length).collect()
     }
 
-    /// For each component of `z` the least error, alone, that leaves an arc no time, and which arc: rad and N·m·s.
+    /// Returns, for each component of `z`, the least error that reduces an arc to length zero when
+    /// all other components are zero, and the number of the arc: rad and N·m·s.
     pub fn reach(&self) -> [(f64, usize); 6] {
         std::array::from_fn(|column| {
             let least = |(index, arc): (usize, &Arc)| (arc.length / self.row(index)[column].abs(), index);
@@ -171,8 +173,8 @@ impl SwitchingGains {
         Some(Vector6::new(turn.x, turn.y, turn.z, momentum.x, momentum.y, momentum.z))
     }
 
-    /// The plan corrected for the start of `problem`: its arcs of other lengths, each with its steps, and the true motion from there
-    /// at the nodes.
+    /// The plan corrected for the start of `problem`: its arcs of other lengths, each with its
+    /// steps, and the true motion from there at the nodes.
     ///
     /// # Errors
     /// [`NotCorrected`].
@@ -217,7 +219,7 @@ fn suited(problem: &Problem) -> Result<(), NoGains> {
     refused.iter().find(|(refused, _)| *refused).map_or(Ok(()), |(_, why)| Err(NoGains::Arcs(why)))
 }
 
-/// The arcs of a plan.
+/// Returns the arcs of a plan.
 fn arcs(problem: &Problem, plan: &Trajectory) -> Result<Vec<Arc>, NoGains> {
     let (steps, limits) = (plan.time.len().saturating_sub(1), problem.actuation.torque.limits());
     let sizes = limits.size.as_deref().unwrap_or_default();

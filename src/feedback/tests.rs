@@ -71,7 +71,8 @@ fn forward(plan: &LinearPlan, of_state: bool) -> Matrix6 {
     plan.last() * z + momenta(authority(plan.count() - 1), plan.half_kick(1)) * costate
 }
 
-/// `δλ_{−1} = −Ψ₁₂⁻¹ Ψ₁₁ z_0` of the sweep forward, another way to the same number; by its gradient in `u_0`.
+/// `δλ_{−1} = −Ψ₁₂⁻¹ Ψ₁₁ z_0` of the sweep forward, another way to the same number; by its gradient
+/// in `u_0`.
 #[test]
 fn the_first_correction_is_that_of_the_forward_sensitivities() {
     for name in ["g01_diag123_100", "g02_full_nonrest", "g03_xte_si"] {
@@ -95,8 +96,8 @@ fn the_first_correction_is_that_of_the_forward_sensitivities() {
     }
 }
 
-/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block, `G_k = A_kᵀP_k + H_k`: the Hessian of the cost to go is symmetric but for the
-/// curvature of the rotations.
+/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block, `G_k = A_kᵀP_k + H_k`: the Hessian of the
+/// cost to go is symmetric but for the curvature of the rotations.
 #[test]
 fn the_cost_to_go_has_a_symmetric_hessian() {
     for name in ["g01_diag123_100", "g02_full_nonrest", "g03_xte_si"] {
@@ -211,7 +212,7 @@ impl<'a> Loop<'a> {
         points
     }
 
-    /// Largest of the scaled error at the physical end.
+    /// Returns the largest of the scaled error at the physical end.
     fn miss(&self, recorded: &Trajectory, z: &Vector6, planned: &[Point]) -> f64 {
         let flown = self.fly(recorded, z, Some(planned));
         let end = |points: &[Point]| *points.last().unwrap();
@@ -219,7 +220,8 @@ impl<'a> Loop<'a> {
     }
 }
 
-/// Random maneuvers of five kinds: both schemes, full inertias, skewed inputs under a full weight, a field, limited torques.
+/// Returns the random maneuvers of five kinds: both schemes, full inertias, skewed inputs under a
+/// full weight, a field, limited torques.
 pub(super) fn maneuver(random: &mut Random, kind: usize) -> Problem {
     use crate::maneuver::objective::Weights;
     use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
@@ -282,7 +284,8 @@ fn neighbouring_gains_land_to_second_order() {
     }
 }
 
-/// The same with a sign of the gains turned, or the gains of the next step: slope 1, so that the law can fail.
+/// The same with a sign of the gains turned, or the gains of the next step: slope 1, so that the
+/// law can fail.
 #[test]
 fn the_landing_law_sees_a_wrong_sign_and_a_wrong_index() {
     let mut random = Random(7);
@@ -307,8 +310,8 @@ fn the_landing_law_sees_a_wrong_sign_and_a_wrong_index() {
     }
 }
 
-/// The held model is the derivative of the motion that is flown, to the order of the scheme: halving the steps makes it four times
-/// as near.
+/// The held model is the derivative of the motion that is flown, to the order of the scheme:
+/// halving the steps makes it four times as near.
 #[test]
 fn the_held_model_is_the_derivative_of_the_true_motion() {
     use crate::flight::Flight;

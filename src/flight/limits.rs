@@ -9,7 +9,8 @@ use crate::{Matrix3, Vector3, lie};
 pub(crate) struct Excess<'a> {
     constraints: &'a [Constraint],
     frame_rate: Vector3,
-    /// For each constraint, \[rad\] of a cone, a part of the limit of a rate; negative: there is room.
+    /// For each constraint, \[rad\] of a cone, a part of the limit of a rate; negative: there is
+    /// room.
     pub worst: Vec<f64>,
 }
 
@@ -23,7 +24,7 @@ impl<'a> Excess<'a> {
         (!constraints.is_empty()).then(|| Self::beside(constraints, problem.environment.frame_rate()))
     }
 
-    /// For constraints of a maneuver in another form, as without their margins.
+    /// Returns limits for the constraints in another form, for example without their margins.
     pub fn beside(constraints: &'a [Constraint], frame_rate: Vector3) -> Self {
         Self { constraints, frame_rate, worst: vec![f64::NEG_INFINITY; constraints.len()] }
     }

@@ -1,20 +1,22 @@
-//! The true motion under the inputs of a plan, held over each step: what the planner lands its plans by.
+//! The true motion under the inputs of a plan, held over each step. The planner lands its plans
+//! by it.
 //!
 //! ```text
 //! Ȧ = A S(Ω) ,   Π̇ = (Π + μ) × Ω + M(R) + τ ,   μ̇ = −τ (wheels) ,   ẋ = γ/m ,   γ̇ = f(x, R) + f_u ,   Ω = J⁻¹Π
 //! R(t) = exp(−t S(n)) A(t)    in a reference frame that turns at n
 //! ```
 //!
-//! with the force and torque that the plan holds over a step: the mean of its rows at both ends for Lie–Verlet, the row
-//! at the end for Lie–Euler, the row of the step where inputs switch.
+//! with the force and torque that the plan holds over a step: the mean of its rows at both ends for
+//! Lie–Verlet, the row at the end for Lie–Euler, the row of the step where inputs switch.
 //!
-//! The flow is an explicit Runge–Kutta method on the Lie group (Munthe-Kaas 1999): over a part of a step
-//! `A = A_0 exp S(u)` with `u̇ = J_r⁻¹(u) Ω`, and `(u, Π, x, γ)` are integrated as vectors (`numerics/tableau`). The witnesses judge
-//! by other flows (`verify::continuous`, `verify::symplectic`); nothing of theirs is used here, and nothing of this there.
+//! The flow is an explicit Runge–Kutta method on the Lie group (Munthe-Kaas 1999): over a part of a
+//! step `A = A_0 exp S(u)` with `u̇ = J_r⁻¹(u) Ω`, and `(u, Π, x, γ)` are integrated as vectors
+//! (`numerics/tableau`). The witnesses judge by other flows (`verify::continuous`,
+//! `verify::symplectic`); nothing of theirs is used here, and nothing of this there.
 //!
-//! A part turns by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a turn of a few radians (a test holds
-//! that). Fields may change faster than the body turns: where there is one, parts are halved until two runs agree
-//! ([`Flight::settle`]).
+//! A part turns by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a turn of a few
+//! radians (a test holds that). Fields may change faster than the body turns: where there is one,
+//! parts are halved until two runs agree ([`Flight::settle`]).
 
 mod limits;
 
@@ -36,7 +38,7 @@ pub(crate) struct Held {
     pub outside: Vector3,
 }
 
-/// A body on its way, SI units.
+/// A body in flight, SI units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
     /// Body → inertial.
@@ -79,8 +81,8 @@ impl<'a> Flight<'a> {
     /// Largest turn in a part of a step \[rad\].
     const PART: f64 = 0.04;
 
-    /// Below this turn of a step \[rad\] the method of fourth order does: what it neglects is of the fifth power, some
-    /// 1e-13 a step.
+    /// The turn of a step \[rad\] below which the method of fourth order suffices: its error is
+    /// of the fifth power, some 1e-13 for each step.
     const SLOW: f64 = 8e-3;
 
     /// The scaled difference below which two ends belong to one motion.
@@ -164,7 +166,7 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// Scaled distance of two ends.
+    /// Returns the scaled distance of two ends.
     fn apart(&self, a: &State, b: &State, steps: &[(Held, f64)]) -> f64 {
         let duration: f64 = steps.iter().map(|(_, step)| step).sum();
         let turn = lie::minus(&a.attitude, &b.attitude).norm();
@@ -174,13 +176,14 @@ impl<'a> Flight<'a> {
         turn.max(rate).max(if self.moves { way / size } else { 0.0 })
     }
 
-    /// Where the body is after `steps`; `None` where a number is not finite. `excess` meets the motion on its way.
+    /// Returns the state of the body after `steps`; `None` if a number is not finite. `excess`
+    /// receives the motion.
     pub fn fly(&self, steps: &[(Held, f64)], excess: Option<&mut Excess>) -> Option<State> {
         self.pass(steps, excess, |_, _| ())
     }
 
-    /// A plan with the true motion at its nodes in place of the discrete one, and torques and forces in the axes of that;
-    /// `None` where it cannot be followed.
+    /// Returns a plan with the true motion at its nodes in place of the discrete one, and torques
+    /// and forces in the axes of that; `None` where it cannot be followed.
     pub fn recorded(problem: &Problem, plan: &Trajectory) -> Option<Trajectory> {
         let steps = Self::of_plan(problem, plan);
         let mut flight = Flight::new(problem);
@@ -199,7 +202,8 @@ impl<'a> Flight<'a> {
                 (flown.position[node], flown.velocity[node]) = (state.position, state.velocity);
             }
         }
-        // Inputs that switch have the row of the step that begins at a node, Lie–Euler none at the first.
+        // Inputs that switch have the row of the step that begins at a node, Lie–Euler none at the
+        // first.
         let first = if problem.switches() { 0 } else { plan.time.len() - plan.torque.len() };
         for row in 0..plan.torque.len() {
             let node = row + first;
@@ -239,7 +243,8 @@ impl<'a> Flight<'a> {
         finite.then_some(state)
     }
 
-    /// Carries a body over a step from `time`, in `least` parts at least; `None` where it turns more than can be followed.
+    /// Carries a body over a step from `time`, in `least` parts at least; `None` where it turns
+    /// more than can be followed.
     pub fn carry(
         &self,
         body: &mut Body,
@@ -252,7 +257,7 @@ impl<'a> Flight<'a> {
         let rate = |body: &Body| self.j_inverse * body.momentum;
         let turn = step * (rate(body).norm() + 0.5 * step * (self.j_inverse * held.torque).norm());
         let needed = (turn / Self::PART).ceil();
-        // Not finite is too many as well.
+        // A number that is not finite counts as too many.
         if needed.is_nan() || needed >= Self::MOST_PARTS as f64 {
             return None;
         }
@@ -302,7 +307,7 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// Rotation inertial → reference at `time`.
+    /// Returns the rotation inertial → reference at `time`.
     fn frame(&self, time: f64) -> Option<Matrix3> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }
@@ -338,7 +343,8 @@ impl<'a> Flight<'a> {
         }
     }
 
-    /// The equations of motion, `since` after the beginning of a part at `time`, where the body has changed by `change`.
+    /// Returns the equations of motion, `since` after the beginning of a part at `time`, where the
+    /// body has changed by `change`.
     #[inline(always)]
     fn slope<const POSED: bool>(
         &self,
@@ -383,7 +389,7 @@ impl<'a> Flight<'a> {
 }
 
 impl Held {
-    /// The mean of two.
+    /// Returns the mean of two outputs.
     pub fn mean(&self, other: &Self) -> Self {
         Self {
             force: 0.5 * (self.force + other.force),
@@ -415,7 +421,8 @@ fn weighted<const POSED: bool, const S: usize>(
     sum
 }
 
-/// `J_r⁻¹(u) Ω = Ω + ½ u × Ω + g u × (u × Ω)`, with the series of `g = (1 − (t/2) cot(t/2))/t²`, `t = |u|` below a tenth.
+/// `J_r⁻¹(u) Ω = Ω + ½ u × Ω + g u × (u × Ω)`, with the series of `g = (1 − (t/2) cot(t/2))/t²`,
+/// `t = |u|` below a tenth.
 #[inline(always)]
 fn of_rate(u: &Vector3, rate: &Vector3) -> Vector3 {
     let t2 = u.norm_squared();

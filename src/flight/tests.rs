@@ -1,4 +1,5 @@
-//! Evidence for the flow: the witness's own, which shares nothing with it, and slopes over shorter and shorter parts.
+//! Evidence for the flow: the witness's own, which shares nothing with it, and slopes over shorter
+//! and shorter parts.
 
 use super::*;
 use crate::maneuver::problem::Problem;
@@ -7,7 +8,7 @@ use crate::propagate::plant::{Output, Plant};
 use crate::testing::{Random, attitude_only, moving_ends};
 use crate::verify::continuous_flow;
 
-/// Random held inputs over steps of unequal lengths.
+/// Returns the random held inputs over steps of unequal lengths.
 fn held(random: &mut Random, problem: &Problem, steps: usize) -> Vec<(Held, f64)> {
     let mean = problem.seconds() / steps as f64;
     let mut vector = || random.vector3();
@@ -17,7 +18,7 @@ fn held(random: &mut Random, problem: &Problem, steps: usize) -> Vec<(Held, f64)
     outputs.into_iter().enumerate().map(|(k, held)| (held, mean * (0.7 + 0.6 * (k % 2) as f64))).collect()
 }
 
-/// Distance from where the witness ends.
+/// Returns the distance from where the witness ends.
 fn apart(problem: &Problem, steps: &[(Held, f64)]) -> f64 {
     let mut flight = Flight::new(problem);
     flight.settle(steps);

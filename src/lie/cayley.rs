@@ -6,15 +6,15 @@ use super::quaternion::shepperd;
 use super::skew::skew_polynomial;
 use crate::{Matrix3, Vector3};
 
-/// Rotation `cay(f)` with Cayley vector `f = tan(θ/2) axis`.
+/// Returns the rotation `cay(f)` with Cayley vector `f = tan(θ/2) axis`.
 pub fn cayley(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + cayley_minus_identity(f)
 }
 
 /// `cay(f) − I = 2 (S(f) + S(f)²)/(1 + |f|²)`, formed without cancellation.
 ///
-/// A step adds this increment to the attitude; forming `cay(f)` first and subtracting `I` would keep
-/// only the absolute accuracy.
+/// A step adds this increment to the attitude; forming `cay(f)` first and subtracting `I` would
+/// keep only the absolute accuracy.
 #[inline]
 pub fn cayley_minus_identity(f: &Vector3) -> Matrix3 {
     let a = 2.0 / (1.0 + f.norm_squared());

@@ -1,4 +1,5 @@
-//! Between two rows of attitudes and rates: a cubic in the rotation vector from the first of them.
+//! Interpolation between two rows of attitudes and rates: a cubic in the rotation vector from the
+//! first row.
 //!
 //! ```text
 //! R(s) = R₀ exp(φ(s)),   φ(0) = 0,  φ'(0) = h Ω₀,  φ(1) = log(R₀ᵀ R₁),  φ'(1) = J_r⁻¹(φ(1)) h Ω₁
@@ -35,14 +36,14 @@ impl Cubic {
         Self { start, curve: 3.0 * turn - 2.0 * start - end, bend: start + end - 2.0 * turn }
     }
 
-    /// The rotation vector at the share `s`, and its slope in `s`.
+    /// Returns the rotation vector at the share `s`, and its slope in `s`.
     pub fn at(&self, s: f64) -> (Vector3, Vector3) {
         let Self { start, curve, bend } = self;
         (s * (start + s * (curve + s * bend)), start + s * (2.0 * curve + 3.0 * s * bend))
     }
 
-    /// The largest slope in `s` that it can have: the coefficients of Bernstein of the slope bound it. No angular velocity times `h`
-    /// is larger, since `‖J_r‖ ≤ 1`.
+    /// Returns the largest slope in `s` that it can have: the coefficients of Bernstein of the
+    /// slope bound it. No angular velocity times `h` is larger, since `‖J_r‖ ≤ 1`.
     pub fn steepest(&self) -> f64 {
         let Self { start, curve, bend } = self;
         [*start, start + curve, start + 2.0 * curve + 3.0 * bend]
@@ -52,18 +53,18 @@ impl Cubic {
     }
 }
 
-/// The cubic at the share `s` of the time `h` between two rows.
+/// Returns the cubic at the share `s` of the time `h` between two rows.
 pub fn cubic(first: &Row, second: &Row, h: f64, s: f64) -> Row {
     let (vector, slope) = Cubic::between(first, second, h).at(s);
     Row { attitude: first.attitude * lie::exp(&vector), rate: lie::right_jacobian(&vector) * slope / h }
 }
 
-/// The rotation about one axis at one rate.
+/// Returns the rotation about one axis at one rate.
 pub fn linear(first: &Row, second: &Row, s: f64) -> Matrix3 {
     first.attitude * lie::exp(&(s * lie::minus(&second.attitude, &first.attitude)))
 }
 
-/// Bounds of what is missed between rows by the rotation at one rate and by the cubic \[rad\].
+/// Returns bounds of the errors between rows of a rotation at one rate and of the cubic \[rad\].
 pub fn missed(rows: &[Row], time: &[f64]) -> (f64, f64) {
     let mut worst = (0.0_f64, 0.0_f64);
     for k in 1..rows.len().saturating_sub(1) {
@@ -82,7 +83,8 @@ mod tests {
     use super::{Row, cubic, missed};
     use crate::{Matrix3, Vector3, lie};
 
-    /// A body that turns about one axis with the angle sin t: attitude and rate in closed form.
+    /// Returns a body that turns about one axis with the angle sin t: attitude and rate in closed
+    /// form.
     fn row(t: f64) -> Row {
         let axis = Vector3::new(1.0, -2.0, 2.0) / 3.0;
         Row { attitude: lie::exp(&(t.sin() * axis)), rate: t.cos() * axis }

@@ -71,7 +71,7 @@ pub(super) fn b(t2: f64) -> f64 {
     0.5 * a(0.25 * t2).powi(2)
 }
 
-/// The series below the switch, the closed form of `t` above.
+/// Returns the series below the switch, the closed form of `t` above.
 fn switched(series: &[f64], t2: f64, closed: impl Fn(f64) -> f64) -> f64 {
     if t2 < SWITCH { horner(series, t2) } else { closed(t2.sqrt()) }
 }
@@ -148,8 +148,8 @@ impl Second {
 mod tests {
     use super::*;
 
-    /// `t²` and A, B, C, A', B', C', g there, from the closed forms at 60 digits (1700 at 1e-300) with
-    /// mpmath 1.3.0.
+    /// `t²` and A, B, C, A', B', C', g there, from the closed forms at 60 digits (1700 at 1e-300)
+    /// with mpmath 1.3.0.
     #[rustfmt::skip]
     const VALUES: [(f64, [f64; 7]); 12] = [
         (0.0, [1.0, 0.5, 0.16666666666666666, -0.16666666666666666, -0.041666666666666664, -0.008333333333333333, 0.08333333333333333]),
@@ -173,7 +173,8 @@ mod tests {
             for ((name, value), reference) in
                 ["A", "B", "C", "A'", "B'", "C'", "g"].iter().zip(computed).zip(expected)
             {
-                // A vanishes at π: there the rounding of t itself, an ulp of π times the slope, is left.
+                // A vanishes at π: there the rounding of t itself, an ulp of π times the slope, is
+                // left.
                 let scale = if *name == "A" { reference.abs().max(1.0) } else { reference.abs() };
                 let ulps = (value - reference).abs() / (scale * f64::EPSILON);
                 assert!(ulps <= 3.0, "{name}({t2}) = {value}, not {reference}: {ulps} ulps");
@@ -208,7 +209,8 @@ mod tests {
     fn second_derivatives_are_accurate_and_agree_with_the_single_coefficients() {
         for (t2, [b_second, c_second]) in SECONDS {
             let all = Second::at(t2);
-            // The closed forms lose a digit or two just above the switch; they steer a Newton iteration.
+            // The closed forms lose a digit or two just above the switch; they steer a Newton
+            // iteration.
             let limit = if t2 < SWITCH { 1e-15 } else { 2e-13 };
             assert!((all.b_second - b_second).abs() <= limit * b_second, "B''({t2}) = {}", all.b_second);
             assert!((all.c_second - c_second).abs() <= limit * c_second, "C''({t2}) = {}", all.c_second);

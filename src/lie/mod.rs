@@ -1,4 +1,5 @@
-//! The rotation group SO(3): exponential, logarithm, their Jacobians, Cayley map, quaternions; [`Rotation`] as one value.
+//! The rotation group SO(3): exponential, logarithm, their Jacobians, Cayley map, quaternions;
+//! [`Rotation`] as one value.
 //!
 //! With `t = |f|` every map of a rotation vector in this module is `I + a S(f) + b S(f)²`:
 //!
@@ -12,7 +13,8 @@
 //! `J_l(f) = J_r(−f) = J_r(f)ᵀ`. SE(3) needs nothing more: positions vary in the reference frame.
 //!
 //! All are accurate to a few ulps, relative to the largest element that moves, for `|f|` from the
-//! smallest normal numbers to π. Arguments that are not finite, or whose square overflows, give NaN.
+//! smallest normal numbers to π. Arguments that are not finite, or whose square overflows, give
+//! NaN.
 
 mod cayley;
 #[doc(hidden)]

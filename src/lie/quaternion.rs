@@ -3,7 +3,7 @@
 use super::skew::{skew_polynomial, twice_vee};
 use crate::{Matrix3, Vector3};
 
-/// Unit quaternion `[w, x, y, z]` of a rotation; its largest component is positive.
+/// Returns the unit quaternion `[w, x, y, z]` of a rotation; its largest component is positive.
 ///
 /// Shepperd's method. `q` and `−q` are one rotation: keep continuity along a trajectory yourself.
 pub fn quaternion_from_rotation(rotation: &Matrix3) -> [f64; 4] {
@@ -12,8 +12,8 @@ pub fn quaternion_from_rotation(rotation: &Matrix3) -> [f64; 4] {
     q.map(|component| component / norm)
 }
 
-/// Quaternion by Shepperd's method: divides by the largest of the four components, whose square is
-/// at least ¼. Unit to round-off when the input is orthogonal to round-off.
+/// Returns the quaternion by Shepperd's method: divides by the largest of the four components,
+/// whose square is at least ¼. Unit to round-off when the input is orthogonal to round-off.
 pub(super) fn shepperd(r: &Matrix3) -> [f64; 4] {
     let skew = twice_vee(r);
     let (d, trace) = (r.diagonal(), r.trace());
@@ -42,7 +42,7 @@ pub(crate) fn continued(before: Option<&[f64; 4]>, quaternion: [f64; 4]) -> [f64
     if before.is_some_and(|before| dot(before) < 0.0) { quaternion.map(|part| -part) } else { quaternion }
 }
 
-/// Rotation of a quaternion `[w, v]`: `I + 2 (w S(v) + S(v)²)/(w² + |v|²)`.
+/// Returns the rotation of a quaternion `[w, v]`: `I + 2 (w S(v) + S(v)²)/(w² + |v|²)`.
 ///
 /// The quaternion need not be unit; zero gives NaN.
 pub fn rotation_from_quaternion(quaternion: &[f64; 4]) -> Matrix3 {
@@ -52,8 +52,8 @@ pub fn rotation_from_quaternion(quaternion: &[f64; 4]) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(w * b, b, &v)
 }
 
-/// Rotation nearest to a nearly orthogonal matrix: its polar factor, by Newton's iteration
-/// `X ← ½ (X + X⁻ᵀ)`.
+/// Returns the rotation nearest to a nearly orthogonal matrix: its polar factor, by Newton's
+/// iteration `X ← ½ (X + X⁻ᵀ)`.
 ///
 /// Use it for input with rounding errors or few digits. It converges for every matrix of positive
 /// determinant that is not nearly singular. A negative determinant gives a reflection, and a

@@ -30,8 +30,8 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
 /// A rotation `R` ∈ SO(3), an orthogonal matrix of determinant 1. As an attitude it maps body
 /// vectors to reference vectors.
 ///
-/// Every constructor of this crate that takes an attitude takes what can be made into one: the unit quaternions and
-/// rotations of nalgebra, and matrices.
+/// Every constructor of this crate that takes an attitude takes what can be made into one: the unit
+/// quaternions and rotations of nalgebra, and matrices.
 ///
 /// ```
 /// use nalgebra::{Rotation3, UnitQuaternion};
@@ -48,15 +48,15 @@ pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
 /// assert!((way.norm() - turn.angle()).abs() < 1e-15);
 /// ```
 ///
-/// A matrix is taken as it is: those that are no rotation are refused where all else is judged, by
-/// [`Problem::check`](crate::maneuver::problem::Problem::check) and
-/// [`System::check`](crate::propagate::integrator::System::check). [`Rotation::new`] judges it at once.
+/// A matrix is accepted unchecked: [`Problem::check`](crate::maneuver::problem::Problem::check)
+/// and [`System::check`](crate::propagate::integrator::System::check) refuse a matrix that is not
+/// a rotation. [`Rotation::new`] checks it at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     matrix: Matrix3,
 }
 
-/// The matrix is no rotation.
+/// The matrix is not a rotation.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("the matrix is no rotation: it misses an orthogonal one of determinant 1 by {defect:.1e}")]
 pub struct NotARotation {
@@ -83,12 +83,12 @@ impl Rotation {
         Self { matrix: Matrix3::identity() }
     }
 
-    /// The turn by a rotation vector \[rad\] of any length.
+    /// Builds the turn by a rotation vector \[rad\] of any length.
     pub fn exp(vector: &Vector3) -> Self {
         Self { matrix: exp(vector) }
     }
 
-    /// Its rotation vector \[rad\], at most π long; see [`log`].
+    /// Returns the rotation vector \[rad\], at most π long; see [`log`].
     pub fn log(&self) -> Vector3 {
         log(&self.matrix)
     }
@@ -99,23 +99,24 @@ impl Rotation {
         Self { matrix: rotation_from_quaternion(quaternion) }
     }
 
-    /// Its unit quaternion `[w, x, y, z]`, of the two the one whose largest component is positive.
+    /// Returns the unit quaternion `[w, x, y, z]`: of the two, the one whose largest component is
+    /// positive.
     pub fn quaternion(&self) -> [f64; 4] {
         quaternion_from_rotation(&self.matrix)
     }
 
-    /// Its matrix, shape (3, 3).
+    /// Returns the matrix, shape (3, 3).
     pub fn matrix(&self) -> &Matrix3 {
         &self.matrix
     }
 
-    /// The turn back, `R⁻¹ = Rᵀ`.
+    /// Returns the inverse rotation, `R⁻¹ = Rᵀ`.
     pub fn inverse(&self) -> Self {
         Self { matrix: self.matrix.transpose() }
     }
 
-    /// `R ⊖ other = log(otherᵀ R)` \[rad\]: the turn that leads from `other` to this one, in the axes of the body that
-    /// `other` is the attitude of.
+    /// `R ⊖ other = log(otherᵀ R)` \[rad\]: the turn that leads from `other` to this one, in the
+    /// axes of the body that `other` is the attitude of.
     pub fn minus(&self, other: &Self) -> Vector3 {
         minus(&self.matrix, &other.matrix)
     }

@@ -7,7 +7,7 @@ pub fn hat(a: &Vector3) -> Matrix3 {
     a.cross_matrix()
 }
 
-/// Inverse of [`hat`], applied to the skew part: `½ [m₃₂ − m₂₃, m₁₃ − m₃₁, m₂₁ − m₁₂]`.
+/// Returns the inverse of [`hat`], applied to the skew part: `½ [m₃₂ − m₂₃, m₁₃ − m₃₁, m₂₁ − m₁₂]`.
 pub fn vee(m: &Matrix3) -> Vector3 {
     0.5 * twice_vee(m)
 }

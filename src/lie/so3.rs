@@ -5,7 +5,7 @@ use super::quaternion::shepperd;
 use super::skew::{hat, skew_polynomial};
 use crate::{Matrix3, Vector3};
 
-/// Rotation by the vector `f` \[rad\]: `exp S(f) = I + A S(f) + B S(f)²`.
+/// Returns the rotation by the vector `f` \[rad\]: `exp S(f) = I + A S(f) + B S(f)²`.
 pub fn exp(f: &Vector3) -> Matrix3 {
     let t2 = f.norm_squared();
     Matrix3::identity() + skew_polynomial(a(t2), b(t2), f)
@@ -17,7 +17,7 @@ pub fn exp_minus_identity(f: &Vector3) -> Matrix3 {
     skew_polynomial(a(t2), b(t2), f)
 }
 
-/// Rotation vector \[rad\] of a rotation, `|f| ≤ π`, the inverse of [`exp`].
+/// Returns the rotation vector \[rad\] of a rotation, `|f| ≤ π`, the inverse of [`exp`].
 ///
 /// The function computes the quaternion with the largest pivot (Shepperd):
 /// `f = 2 atan2(|v|, w) v/|v|`. The usual `θ/(2 sin θ) (R − Rᵀ)` loses every digit near π. At π,
@@ -31,7 +31,8 @@ pub fn log(rotation: &Matrix3) -> Vector3 {
     if norm < 1e-9 {
         return v * (2.0 / w);
     }
-    // Sign of a half turn: w and the components that are zero come out as a few ulps of either sign.
+    // Sign of a half turn: w and the components that are zero come out as a few ulps of either
+    // sign.
     let round_off = 4.0 * f64::EPSILON * norm;
     let negative = if w.abs() <= round_off {
         v.iter().find(|component| component.abs() > round_off).is_some_and(|first| *first < 0.0)
@@ -50,7 +51,8 @@ pub fn right_jacobian(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(-b(t2), c(t2), f)
 }
 
-/// Inverse right Jacobian `J_r⁻¹(f) = I + ½ S(f) + g S(f)²`, the derivative of [`log`] at `exp S(f)`.
+/// Returns the inverse right Jacobian `J_r⁻¹(f) = I + ½ S(f) + g S(f)²`, the derivative of [`log`]
+/// at `exp S(f)`.
 ///
 /// Singular at `|f| = 2π`.
 pub fn right_jacobian_inverse(f: &Vector3) -> Matrix3 {
@@ -65,12 +67,12 @@ pub fn left_jacobian(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(b(t2), c(t2), f)
 }
 
-/// Inverse left Jacobian `J_l⁻¹(f) = I − ½ S(f) + g S(f)²`. Singular at `|f| = 2π`.
+/// Returns the inverse left Jacobian `J_l⁻¹(f) = I − ½ S(f) + g S(f)²`. Singular at `|f| = 2π`.
 pub fn left_jacobian_inverse(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(-0.5, g(f.norm_squared()), f)
 }
 
-/// Derivative `D(f, v)` of `J_r(f) v` with respect to `f`, `v` held fixed.
+/// Returns the derivative `D(f, v)` of `J_r(f) v` with respect to `f`, `v` held fixed.
 ///
 /// `D = B S(v) − 2B' (f×v) fᵀ + 2C' (f×(f×v)) fᵀ + C [(f·v) I + f vᵀ − 2 v fᵀ]`
 pub fn right_jacobian_directional(f: &Vector3, v: &Vector3) -> Matrix3 {

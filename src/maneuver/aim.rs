@@ -1,5 +1,5 @@
-//! An end on a target: a body axis points at it, which may move, and the roll about that axis is the plan's to choose, all of
-//! it or within a band.
+//! An end on a target: a body axis points at it, which may move, and the roll about that axis is
+//! the plan's to choose, all of it or within a band.
 //!
 //! The end states on a target are a family over the roll ρ and the time T. The target has the
 //! direction `d(t)` and a rate, both in inertial axes (the axes of the reference frame at that
@@ -37,7 +37,7 @@ use thiserror::Error;
 pub struct Aim {
     /// The axis, a unit vector in body axes.
     pub boresight: Vector3,
-    /// Where it points, in axes of the reference frame.
+    /// The target direction, in axes of the reference frame.
     pub at: Direction,
     /// The choice of the roll about the boresight.
     pub roll: Roll,
@@ -48,13 +48,14 @@ pub struct Aim {
 /// The roll about the axis that points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Roll {
-    /// Where it costs least.
+    /// The roll of least cost.
     Free,
-    /// A second axis points towards a second direction as well as it can, or up to an angle to either side of that.
+    /// A second axis points towards a second direction as well as it can, or up to an angle to
+    /// either side of that.
     Towards {
         /// The second axis, a unit vector in body axes.
         axis: Vector3,
-        /// Where it points as well as it can.
+        /// The direction to which it points as closely as possible.
         at: Direction,
         /// The angle about the boresight \[rad\], in [0, π]: 0 where the roll is given.
         within: f64,
@@ -67,17 +68,17 @@ pub enum AimRate {
     /// The body turns with the direction: the boresight stays on the target. The rate about the
     /// boresight is zero, or the rate of the aligned frame.
     Matched,
-    /// None.
+    /// The rate is zero.
     Zero,
 }
 
-/// Why an end on a target cannot be used.
+/// The reason for which an end on a target cannot be used.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum AimError {
     /// An axis is not a unit vector.
     #[error("the pointing axis has length {length}: give a vector of length 1")]
     Axis {
-        /// Its length.
+        /// Length of the axis.
         length: f64,
     },
     /// The second axis is the first, or its opposite.
@@ -86,23 +87,25 @@ pub enum AimError {
     /// The band of the roll is not an angle from 0 to 180°.
     #[error("the roll band is {degrees} deg: give a value from 0 to 180")]
     Band {
-        /// Its half width \[deg\].
+        /// Half width of the band \[deg\].
         degrees: f64,
     },
-    /// The two directions are as good as parallel where the maneuver ends: they leave the roll open, and its rate has no bound.
+    /// The two directions are nearly parallel at the end: they leave the roll undetermined, and
+    /// its rate has no bound.
     #[error(
         "at t = {time} s the two directions are {degrees} deg apart: within {LEAST_APART} deg they \
         do not determine the roll"
     )]
     Undefined {
-        /// When \[s\].
+        /// The time \[s\].
         time: f64,
         /// The angle between them, or between one and the opposite of the other \[deg\].
         degrees: f64,
     },
 }
 
-/// Two directions that are less than this from parallel \[deg\] do not define a roll: its rate grows as the inverse of the angle.
+/// Two directions that are less than this from parallel \[deg\] do not define a roll: its rate
+/// grows as the inverse of the angle.
 const LEAST_APART: f64 = 0.6;
 
 /// The states at which a maneuver may end at one time, over the roll.
@@ -111,28 +114,30 @@ pub struct Ends {
     boresight: Vector3,
     /// Attitude without roll.
     attitude: Matrix3,
-    /// How fast the end turns as time goes on, axes of the reference frame \[rad/s\].
+    /// The rate of the end as time passes, axes of the reference frame \[rad/s\].
     turning: Vector3,
-    /// Angular velocity of the body there, and how fast that changes, same axes \[rad/s\], \[rad/s²\]: as the end turns, or none.
+    /// Angular velocity of the body there, and how fast that changes, same axes \[rad/s\],
+    /// \[rad/s²\]: as the end turns, or none.
     rate: Vector3,
     acceleration: Vector3,
     /// The largest deviation of the roll to either side \[rad\].
     within: f64,
 }
 
-/// An end that moves on with the duration that is found: a plan of least time meets its target where that is when it arrives.
+/// An end that moves on with the duration that is found: a plan of least time meets its target
+/// where that is when it arrives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meeting {
     pub(crate) aim: Aim,
-    /// When the target is where the end of the maneuver has it \[s\].
+    /// The time for which the end of the maneuver has the position of the target \[s\].
     pub(crate) time: f64,
     /// The derivative of the delay of a plan by its end time: −1 for a fixed target.
     pub(crate) slope: f64,
 }
 
 impl Meeting {
-    /// Where a plan that takes `duration` \[s\] to where the target is at `time` \[s\] is aimed at next \[s\]: the root of how late it is,
-    /// by its slope.
+    /// Returns the next time \[s\] to aim at, after a plan with `duration` \[s\] to the position
+    /// of the target at `time` \[s\]: the root of the delay, by its slope.
     pub(crate) fn next(&self, time: f64, duration: f64) -> f64 {
         let next = time - (duration - time) / self.slope;
         if next.is_finite() && next > 0.0 { next } else { duration }
@@ -140,12 +145,14 @@ impl Meeting {
 }
 
 impl Aim {
-    /// A body axis that points along a direction, moves with it, and has its roll where it costs least.
+    /// Builds a body axis that points along a direction, moves with it, and has its roll where it
+    /// costs least.
     pub fn new(boresight: Vector3, at: Direction) -> Self {
         Self { boresight, at, roll: Roll::Free, rate: AimRate::Matched }
     }
 
-    /// This end with a second axis towards a second direction, as well as it can or `within` \[rad\] of that.
+    /// This end with a second axis towards a second direction, as well as it can or `within`
+    /// \[rad\] of that.
     pub fn with_roll_towards(self, axis: Vector3, at: Direction, within: f64) -> Self {
         Self { roll: Roll::Towards { axis, at, within }, ..self }
     }
@@ -168,7 +175,7 @@ impl Aim {
             || (self.rate == AimRate::Matched && *frame_rate != Vector3::zeros())
     }
 
-    /// Whether the roll about the boresight, or a part of it, is the plan's to choose.
+    /// Returns whether the plan chooses the roll about the boresight, in full or within a band.
     pub fn has_roll(&self) -> bool {
         match &self.roll {
             Roll::Free => true,
@@ -199,7 +206,8 @@ impl Aim {
         Ok(())
     }
 
-    /// The ends at `time` \[s\] of a body that starts in `start`; the reference frame turns at `frame_rate`, axes of itself.
+    /// The ends at `time` \[s\] of a body that starts in `start`; the reference frame turns at
+    /// `frame_rate`, axes of itself.
     ///
     /// # Errors
     /// [`AimError::Undefined`].
@@ -242,7 +250,7 @@ impl Aim {
 }
 
 impl Ends {
-    /// Whether there is a roll to choose.
+    /// Returns whether there is a roll to choose.
     pub fn has_roll(&self) -> bool {
         self.within > 0.0
     }
@@ -252,13 +260,13 @@ impl Ends {
         self.within
     }
 
-    /// Attitude and angular velocity, body axes \[rad/s\], at a roll \[rad\].
+    /// Returns the attitude and angular velocity, body axes \[rad/s\], at a roll \[rad\].
     pub fn at(&self, roll: f64) -> (Matrix3, Vector3) {
         let attitude = lie::project_to_rotation(&(self.attitude * lie::exp(&(self.boresight * roll))));
         (attitude, attitude.tr_mul(&self.rate))
     }
 
-    /// The roll \[rad\] at which the end comes nearest to an attitude, within the band.
+    /// Returns the roll \[rad\] at which the end comes nearest to an attitude, within the band.
     pub fn nearest(&self, attitude: &Matrix3) -> f64 {
         let turn = self.attitude.tr_mul(attitude);
         // max over ρ of tr(exp(−ρS(b)) Q): the rotation about b alone.
@@ -268,18 +276,20 @@ impl Ends {
         sine.atan2(cosine).clamp(-self.within, self.within)
     }
 
-    /// How a state at a roll moves with the roll: `(ζ, δΩ)` per \[rad\], body axes.
+    /// Returns the derivative of a state by its roll: `(ζ, δΩ)` per \[rad\], body axes.
     pub fn along_roll(&self, rate: &Vector3) -> (Vector3, Vector3) {
         (self.boresight, rate.cross(&self.boresight))
     }
 
-    /// How the end in `attitude` moves with the time, but for a roll: `(ζ, δΩ)` per \[s\], body axes.
+    /// Returns the derivative of the end in `attitude` by the time, up to a roll: `(ζ, δΩ)` per
+    /// \[s\], body axes.
     pub fn along_time(&self, attitude: &Matrix3) -> (Vector3, Vector3) {
         (attitude.tr_mul(&self.turning), attitude.tr_mul(&self.acceleration))
     }
 }
 
-/// An attitude turned the shortest way until the body axis `b` points along `d`; about any axis where that is opposite.
+/// Returns an attitude turned the shortest way until the body axis `b` points along `d`; about any
+/// axis where that is opposite.
 fn onto(attitude: &Matrix3, b: &Vector3, d: &Vector3) -> Matrix3 {
     let from = attitude * b;
     let axis = from.cross(d);

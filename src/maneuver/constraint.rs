@@ -26,7 +26,7 @@ pub const BOUNDARY_ROUNDING: f64 = 1e-9;
 /// A constraint with the name that reports use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint {
-    /// Its name, for people.
+    /// The name for people.
     pub name: String,
     /// The condition on the motion.
     pub rule: Rule,
@@ -50,8 +50,9 @@ pub enum Side {
     KeepOut,
     /// Every boresight stays within the angle of every direction.
     KeepIn,
-    /// Every boresight is held at the angle from every direction: at the nodes exactly, on the arcs between them and at the ends as
-    /// near as is stated. An arc that joins two points of a cone leaves it by a share of the square of its angle.
+    /// Every boresight is held at the angle from every direction: exactly at the nodes, and
+    /// within the stated tolerance on the arcs between them and at the ends. An arc between two
+    /// points of a cone deviates from it by a part of the square of its angle.
     On {
         /// The largest deviation from the cone \[rad\].
         within: f64,
@@ -83,17 +84,17 @@ pub struct Pointing {
     /// The margin \[rad\]. It enlarges a keep-out cone and reduces a keep-in cone. It is 0 if a
     /// boresight is held on the cone.
     pub margin: f64,
-    /// When it acts. Default: always.
+    /// The times of activity. Default: always.
     pub during: During,
 }
 
-/// Why a constraint cannot be used.
+/// The reason for which a constraint cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ConstraintError {
     /// A boresight or direction is not a unit vector.
     #[error("a vector of a pointing constraint has length {length}: it must be 1")]
     Vector {
-        /// Its length.
+        /// Length of the vector.
         length: f64,
     },
     /// There is nothing to point, or nothing to point at.
@@ -126,12 +127,13 @@ pub enum ConstraintError {
 }
 
 impl Pointing {
-    /// Cones of a half angle \[rad\] about directions, for boresights in body axes, both of unit vectors: without a margin, acting always.
+    /// Builds the cones of a half angle \[rad\] about directions, for boresights in body axes, both
+    /// of unit vectors: without a margin, acting always.
     pub fn new(side: Side, boresights: Vec<Vector3>, directions: Vec<Direction>, half_angle: f64) -> Self {
         Self { side, boresights, directions, half_angle, margin: 0.0, during: During::default() }
     }
 
-    /// Half angle of the cone that counts \[rad\]: with the margin.
+    /// Returns the half angle of the cone that counts \[rad\]: with the margin.
     pub fn effective_half_angle(&self) -> f64 {
         match self.side {
             Side::KeepOut => self.half_angle + self.margin,
@@ -178,7 +180,7 @@ impl Pointing {
         met.reduce(|least, next| if next.1 < least.1 || next.1.is_nan() { next } else { least })
     }
 
-    /// Every pair of a boresight and a direction.
+    /// Returns every pair of a boresight and a direction.
     pub fn pairs(&self) -> impl Iterator<Item = (&Vector3, &Direction)> {
         self.boresights.iter().flat_map(|b| self.directions.iter().map(move |w| (b, w)))
     }
@@ -202,7 +204,7 @@ pub fn on_arc(direction: &Direction, time: f64, step: f64, frame_rate: &Vector3)
     }
 }
 
-/// The rotation vector of the shortest turn from one unit vector to another.
+/// Returns the rotation vector of the shortest turn from one unit vector to another.
 pub fn turn_between(from: &Vector3, to: &Vector3) -> Vector3 {
     let axis = from.cross(to);
     let sine = axis.norm();
@@ -251,8 +253,9 @@ impl Constraint {
         }
     }
 
-    /// How a body in `attitude` with angular velocity `rate` [rad/s] at `time` \[s\] violates the constraint,
-    /// in words with the value and the limit; `None` where it holds, also exactly on the limit.
+    /// Returns the violation of the constraint by a body in `attitude` with angular velocity
+    /// `rate` [rad/s] at `time` \[s\], in words with the value and the limit; `None` if the
+    /// constraint holds, also exactly on the limit.
     ///
     /// The reference frame turns at `frame_rate` [rad/s]. If several pairs are violated, the
     /// worst one is reported. If the time is unknown, moving directions are ignored.
@@ -291,7 +294,7 @@ impl Pointing {
         let (mut worst, mut found) = (BOUNDARY_ROUNDING, None);
         for (index, (boresight, direction)) in self.pairs().enumerate() {
             let still = direction.is_still(frame_rate);
-            // Where a direction goes by in a time that is not known, it may be anywhere.
+            // If the time is unknown, a moving direction may be anywhere.
             let always = self.during.given().is_none();
             let Some(time) = time.or((still && always).then_some(0.0)) else { continue };
             if !self.during.contains(time) {
@@ -354,7 +357,7 @@ mod tests {
         Constraint { name: "cone".into(), rule }
     }
 
-    /// The boresight x, turned about −y by `angle`, is 90° − `angle` from z.
+    /// Returns the boresight x, turned about −y by `angle`, is 90° − `angle` from z.
     fn found(constraint: &Constraint, angle: f64) -> Option<String> {
         let attitude = crate::lie::exp(&(Vector3::y() * -angle.to_radians()));
         constraint.violation(&attitude, &Vector3::zeros(), Some(0.0), &Vector3::zeros())

@@ -16,8 +16,8 @@
 pub enum Duration {
     /// `T` \[s\].
     Given(f64),
-    /// The plan's to choose: the least of minimum time, or the best for effort or fuel where a second has a price or the
-    /// duration a bound.
+    /// The plan's to choose: the least of minimum time, or the best for effort or fuel where a
+    /// second has a price or the duration a bound.
     Sought {
         /// The longest duration \[s\]. If time has no price, the best duration up to this bound
         /// is found.
@@ -44,7 +44,8 @@ impl Duration {
         }
     }
 
-    /// The longest duration \[s\] of one that is the plan's to choose, where it has a bound.
+    /// Returns the longest duration \[s\] of one that is the plan's to choose, where it has a
+    /// bound.
     pub fn at_most(self) -> Option<f64> {
         match self {
             Self::Given(_) => None,
@@ -63,7 +64,7 @@ impl Duration {
 }
 
 impl From<f64> for Duration {
-    /// A given duration \[s\].
+    /// Builds a given duration \[s\].
     fn from(duration: f64) -> Self {
         Self::Given(duration)
     }

@@ -1,4 +1,5 @@
-//! The time grid of a discrete maneuver: its nodes, the length of each step, and the weights of its kicks.
+//! The time grid of a discrete maneuver: its nodes, the length of each step, and the weights of its
+//! kicks.
 //!
 //! ```text
 //! t_0 = 0 ,   t_{k+1} = t_k + h_k ,   t_N = T ,      h_k = T f_k ,   Σ f_k = 1
@@ -11,8 +12,9 @@
 //! Lie–Verlet   κ_0 = h_0/2 ,  κ_k = (h_{k−1} + h_k)/2 ,  κ_N = h_{N−1}/2
 //! ```
 //!
-//! The cost is the same sum over the kicks, `Σ κ_k ½ u_kᵀWu_k`. Lie–Verlet is a chain of symmetric steps of half
-//! a kick, a drift and half a kick, so it keeps its second order whatever the lengths.
+//! The cost is the same sum over the kicks, `Σ κ_k ½ u_kᵀWu_k`. Lie–Verlet is a chain of symmetric
+//! steps of half a kick, a drift and half a kick, so it keeps its second order whatever the
+//! lengths.
 //!
 //! # Why does the grid own its steps, and the duration is no unit?
 //!
@@ -31,18 +33,20 @@ use thiserror::Error;
 /// The discretisation: a variational integrator on SO(3) or SE(3). The plan satisfies its
 /// discrete necessary conditions.
 ///
-/// Over a step the body turns by `F = exp S(f)`, which solves the implicit equation `h S(Π) = F J_d − J_d Fᵀ` with the momentum
-/// `Π` after the last kick; a kick adds the impulse of inputs and environment. Lee, Leok and McClamroch 2006.
+/// Over a step the body turns by `F = exp S(f)`, which solves the implicit equation
+/// `h S(Π) = F J_d − J_d Fᵀ` with the momentum `Π` after the last kick; a kick adds the impulse of
+/// inputs and environment. Lee, Leok and McClamroch 2006.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
     /// Lie–Euler (4.5–4.7), first order, input `u_{k+1}` at the end of step k: `N` rows of inputs.
     LieEuler,
-    /// Lie–Verlet, the conjugate of Lie–Euler by half kicks at both ends, trapezoidal cost: second order, `N + 1` rows of inputs.
+    /// Lie–Verlet, the conjugate of Lie–Euler by half kicks at both ends, trapezoidal cost: second
+    /// order, `N + 1` rows of inputs.
     LieVerlet,
 }
 
 impl Scheme {
-    /// Order of convergence.
+    /// Returns the order of convergence.
     pub fn order(self) -> u32 {
         match self {
             Self::LieEuler => 1,
@@ -50,7 +54,7 @@ impl Scheme {
         }
     }
 
-    /// Its name in files.
+    /// Returns the name of the scheme in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::LieEuler => "lie_euler",
@@ -58,12 +62,12 @@ impl Scheme {
         }
     }
 
-    /// Number of rows of inputs and costates that `steps` steps have.
+    /// Returns the number of rows of inputs and costates that `steps` steps have.
     pub fn input_rows(self, steps: usize) -> usize {
         steps + 1 - self.first_input()
     }
 
-    /// The first node that has inputs.
+    /// Returns the first node that has inputs.
     pub fn first_input(self) -> usize {
         match self {
             Self::LieEuler => 1,
@@ -94,16 +98,16 @@ enum Lengths {
 /// Steps and nodes as fractions of the duration.
 #[derive(Debug, PartialEq)]
 struct Fractions {
-    /// `f_k`, N.
+    /// Length of each step, as a fraction: `f_k`, N numbers.
     steps: Vec<f64>,
-    /// `t_k/T`, N+1.
+    /// Time of each node, as a fraction: `t_k/T`, N+1 numbers.
     nodes: Vec<f64>,
 }
 
-/// Why lengths do not make a grid.
+/// The reason for which lengths do not make a grid.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum GridError {
-    /// There is no step.
+    /// The grid has no step.
     #[error("a grid needs at least one step")]
     Empty,
     /// A length is not positive and finite.
@@ -111,7 +115,7 @@ pub enum GridError {
     Length {
         /// The number of the step, from 0.
         index: usize,
-        /// Its length.
+        /// Length of the step \[s\].
         length: f64,
     },
 }
@@ -122,10 +126,10 @@ impl Grid {
         Self { scheme, duration, steps, lengths: Lengths::Equal(duration / steps as f64) }
     }
 
-    /// Steps of the given lengths, whose sum is the duration.
+    /// Builds the steps of the given lengths, whose sum is the duration.
     ///
     /// # Errors
-    /// A [`GridError`] when there is no length, or one that is not positive and finite.
+    /// Returns a [`GridError`] for an empty list, or a length that is not positive and finite.
     pub fn of_lengths(scheme: Scheme, lengths: &[f64]) -> Result<Self, GridError> {
         if lengths.is_empty() {
             return Err(GridError::Empty);
@@ -148,7 +152,7 @@ impl Grid {
         Ok(Self { scheme, duration, steps: count, lengths })
     }
 
-    /// The grid stretched to another duration.
+    /// Builds the grid stretched to another duration.
     pub fn with_duration(&self, duration: f64) -> Self {
         let lengths = match &self.lengths {
             Lengths::Equal(_) => Lengths::Equal(duration / self.steps as f64),
@@ -157,32 +161,32 @@ impl Grid {
         Self { duration, lengths, ..*self }
     }
 
-    /// The discretisation.
+    /// Returns the discretisation.
     pub fn scheme(&self) -> Scheme {
         self.scheme
     }
 
-    /// Whether half kicks open and close the maneuver: Lie–Verlet.
+    /// Returns whether half kicks open and close the maneuver: Lie–Verlet.
     pub fn has_half_kicks(&self) -> bool {
         self.scheme == Scheme::LieVerlet
     }
 
-    /// Duration `T`.
+    /// Returns the duration `T`.
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// Number of steps `N`.
+    /// Returns the number of steps `N`.
     pub fn steps(&self) -> usize {
         self.steps
     }
 
-    /// Whether all steps have the same length.
+    /// Returns whether all steps have the same length.
     pub fn is_uniform(&self) -> bool {
         matches!(self.lengths, Lengths::Equal(_))
     }
 
-    /// Number of different steps: 1 where all have the same length.
+    /// Returns the number of different steps: 1 where all have the same length.
     pub(crate) fn different_steps(&self) -> usize {
         match &self.lengths {
             Lengths::Equal(_) => 1,
@@ -190,7 +194,7 @@ impl Grid {
         }
     }
 
-    /// Length `h_k` of step k, from node k to node k+1.
+    /// Returns the length `h_k` of step k, from node k to node k+1.
     #[inline(always)]
     pub fn step(&self, step: usize) -> f64 {
         match &self.lengths {
@@ -199,17 +203,18 @@ impl Grid {
         }
     }
 
-    /// Time of node k, from 0 to exactly the duration.
+    /// Returns the time of node k, from 0 to exactly the duration.
     pub fn time(&self, node: usize) -> f64 {
         if node == self.steps { self.duration } else { self.after(node) }
     }
 
-    /// Time after `steps` steps as their sum gives it: after all of them it may miss the duration by an ulp.
+    /// Returns the time after `steps` steps as their sum gives it: after all of them it may miss
+    /// the duration by an ulp.
     pub fn after(&self, steps: usize) -> f64 {
         self.between(0, steps)
     }
 
-    /// Time from one node to a later one.
+    /// Returns the time from one node to a later one.
     pub fn between(&self, from: usize, to: usize) -> f64 {
         match &self.lengths {
             Lengths::Equal(length) => (to - from) as f64 * length,
@@ -217,17 +222,17 @@ impl Grid {
         }
     }
 
-    /// Number of rows of inputs and costates.
+    /// Returns the number of rows of inputs and costates.
     pub fn input_rows(&self) -> usize {
         self.scheme.input_rows(self.steps)
     }
 
-    /// The first node that has inputs: 1 for Lie–Euler, 0 for Lie–Verlet.
+    /// Returns the first node that has inputs: 1 for Lie–Euler, 0 for Lie–Verlet.
     pub fn first_input(&self) -> usize {
         self.scheme.first_input()
     }
 
-    /// Weight `κ_k` of the kick at node k.
+    /// Returns the weight `κ_k` of the kick at node k.
     pub fn kick(&self, node: usize) -> f64 {
         if node > 0 && node < self.steps {
             return self.full_kick(node);
@@ -239,7 +244,8 @@ impl Grid {
         }
     }
 
-    /// Weight of the kick at node k as if the grid went on beyond its ends, by steps as long as the outermost.
+    /// Returns the weight of the kick at node k as if the grid continued beyond its ends, with
+    /// the outermost step.
     #[inline(always)]
     pub fn full_kick(&self, node: usize) -> f64 {
         match &self.lengths {
@@ -248,7 +254,7 @@ impl Grid {
         }
     }
 
-    /// Weight of that kick in mean steps: 1 where all steps have the same length.
+    /// Returns the weight of that kick in mean steps: 1 where all steps have the same length.
     #[inline(always)]
     pub fn share(&self, node: usize) -> f64 {
         match &self.lengths {

@@ -1,4 +1,4 @@
-//! The maneuver: what is asked, how to solve it, what came out, and what can be proved impossible.
+//! The maneuver: the problem, the settings, the solution, and proofs that no plan exists.
 
 pub mod aim;
 pub mod constraint;

@@ -46,10 +46,12 @@ pub enum Objective {
 /// The prices of fuel and time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fuel {
-    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1 each. All equal where
-    /// the norm of the torque is limited. None of thrusters that push and turn: these have prices of forces.
+    /// `c_j`, one per torque input, positive, in 1/(N·m·s) up to the user's unit of cost; absent: 1
+    /// each. All equal where the norm of the torque is limited. None of thrusters that push and
+    /// turn: these have prices of forces.
     pub prices: Option<Vec<f64>>,
-    /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost; absent: 1 each.
+    /// Prices of the force inputs, one each, positive, in 1/(N·s) up to the user's unit of cost;
+    /// absent: 1 each.
     pub force_prices: Option<Vec<f64>>,
     /// The price of time for a free duration, in 1/s up to the user's unit of cost. `None` for a
     /// given duration.
@@ -57,12 +59,12 @@ pub struct Fuel {
 }
 
 impl Fuel {
-    /// Price of a torque input.
+    /// Returns the price of a torque input.
     pub fn price(&self, input: usize) -> f64 {
         price_of(self.prices.as_ref(), input)
     }
 
-    /// Price of a force input.
+    /// Returns the price of a force input.
     pub fn force_price(&self, input: usize) -> f64 {
         price_of(self.force_prices.as_ref(), input)
     }
@@ -83,7 +85,8 @@ impl Fuel {
         of_torques + of_forces + self.time_price.unwrap_or(0.0)
     }
 
-    /// Whether fuel is counted by the norm of the torque or force: one motor that points anywhere has such a limit.
+    /// Returns whether fuel is counted by the norm of the torque or force: one motor that points
+    /// anywhere has such a limit.
     pub fn is_of_norm(set: &ActuatorSet) -> bool {
         set.limits().size.is_none() && set.limits().norm.is_some()
     }
@@ -92,7 +95,7 @@ impl Fuel {
 /// Every input of weight 1.
 static ONES: Weights = Weights { torque: None, force: None, time_price: None };
 
-/// Price of an input: 1 where none are given.
+/// Returns the price of an input: 1 where none are given.
 fn price_of(prices: Option<&Vec<f64>>, input: usize) -> f64 {
     prices.map_or(1.0, |prices| prices.get(input).copied().unwrap_or(f64::NAN))
 }
@@ -107,7 +110,7 @@ impl Objective {
         }
     }
 
-    /// Whether inputs switch, and are held over steps of unequal lengths.
+    /// Returns whether inputs switch, and are held over steps of unequal lengths.
     pub fn switches(&self) -> bool {
         matches!(self, Self::Time | Self::Fuel(_))
     }
@@ -140,7 +143,7 @@ impl Objective {
         }
     }
 
-    /// The same effort or fuel with another price of time, or none.
+    /// Replaces the price of time of the effort or the fuel; `None` removes it.
     pub(crate) fn with_time_price(&self, time_price: Option<f64>) -> Self {
         match self {
             Self::Effort(weights) => Self::Effort(Weights { time_price, ..weights.clone() }),
@@ -154,7 +157,7 @@ impl Objective {
         if *self == Self::Time { 1.0 } else { self.given_time_price().unwrap_or(0.0) }
     }
 
-    /// Its name in files.
+    /// Returns the name of the objective in files.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Effort(_) => "effort",
@@ -194,25 +197,25 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// Weights of torque inputs alone.
+    /// Builds the weights of torque inputs alone.
     pub fn of_torques(weight: DMatrix<f64>) -> Self {
         Self { torque: Some(weight), ..Self::default() }
     }
 
-    /// The weights with blocks that are the identity left out.
+    /// Builds the weights with blocks that are the identity left out.
     pub fn simplified(self) -> Self {
         // Exactly: what differs by an ulp is another weight.
         let differs = |weight: &DMatrix<f64>| *weight != DMatrix::identity(weight.nrows(), weight.ncols());
         Self { torque: self.torque.filter(differs), force: self.force.filter(differs), ..self }
     }
 
-    /// The torque inputs under their weight. A weight that [`Weights::check`] refuses becomes NaN, and so does what
-    /// is computed with it.
+    /// Returns the torque inputs under their weight. A weight that [`Weights::check`] refuses
+    /// becomes NaN, and so do all results from it.
     pub fn torque<'a>(&self, actuation: &'a Actuation) -> Weighted<'a> {
         Weighted::or_nan(&actuation.torque, self.torque.as_ref())
     }
 
-    /// The force inputs under their weight, where there are some.
+    /// Returns the force inputs under their weight, where there are some.
     pub fn force<'a>(&self, actuation: &'a Actuation) -> Option<Weighted<'a>> {
         actuation.force.as_ref().map(|force| Weighted::or_nan(force, self.force.as_ref()))
     }
@@ -235,7 +238,7 @@ impl Weights {
     }
 }
 
-/// Why a matrix cannot weigh the effort of a set of actuators.
+/// The reason for which a matrix cannot weigh the effort of a set of actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum WeightError {
     /// The weight is not m×m.
@@ -248,12 +251,14 @@ pub enum WeightError {
         /// Number of inputs.
         count: usize,
     },
-    /// The weight is not symmetric positive definite, or so small or large that nothing can be computed with it.
+    /// The weight is not symmetric positive definite, or so small or large that nothing can be
+    /// computed with it.
     #[error("the effort weight is not symmetric positive definite")]
     Indefinite,
 }
 
-/// A set of m actuators under its effort weight, and what follows for optimal inputs; SI units.
+/// A set of m actuators under its effort weight, with the matrices of its optimal inputs; SI
+/// units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighted<'a> {
     /// The actuators.
@@ -267,7 +272,7 @@ pub struct Weighted<'a> {
 }
 
 impl<'a> Weighted<'a> {
-    /// The actuators under `weight`, m×m, or under the identity.
+    /// Builds the actuators under `weight`, m×m, or under the identity.
     ///
     /// # Errors
     /// A [`WeightError`] when the weight has another shape or is not symmetric positive definite.

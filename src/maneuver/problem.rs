@@ -1,4 +1,5 @@
-//! The maneuver to plan: a plain value in SI units, checked by [`Problem::check`] where it is solved.
+//! The maneuver to plan: a plain value in SI units, checked by [`Problem::check`] where it is
+//! solved.
 
 mod check;
 mod formulation;
@@ -40,7 +41,8 @@ pub struct State {
 }
 
 impl State {
-    /// A state on SO(3): a rotation of nalgebra or a matrix, and the inertial angular velocity `Ω`, body axes [rad/s].
+    /// Builds a state on SO(3): a rotation of nalgebra or a matrix, and the inertial angular
+    /// velocity `Ω`, body axes [rad/s].
     pub fn attitude(attitude: impl Into<Rotation>, angular_velocity: Vector3) -> Self {
         let rotation: Rotation = attitude.into();
         let still = Vector3::zeros();
@@ -74,7 +76,8 @@ pub enum Motion {
 pub enum Path {
     /// Solve every sense and winding, keep the lowest cost.
     Best,
-    /// The rotation sense of the shorter way, counted from the ballistic end point; of this sense the lowest cost that is found.
+    /// The rotation sense of the shorter way, counted from the ballistic end point; of this sense
+    /// the lowest cost that is found.
     Shortest,
     /// The other sense.
     Long,
@@ -129,13 +132,14 @@ pub struct Problem {
     pub body: Body,
     /// The field that acts on the body.
     pub environment: Arc<dyn Environment>,
-    /// Its actuators.
+    /// The actuators of the body.
     pub actuation: Actuation,
     /// The objective.
     pub objective: Objective,
     /// State at `t = 0`.
     pub start: State,
-    /// State at `t = T`. An attitude that is not given ([`Problem::end_condition`]) is a guess until a plan has found it.
+    /// State at `t = T`. An attitude that is not given ([`Problem::end_condition`]) is a guess
+    /// until a plan has found it.
     pub end: State,
     /// The given part of the end state.
     pub end_condition: EndCondition,
@@ -143,7 +147,8 @@ pub struct Problem {
     pub duration: Duration,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
-    /// Whether a plan that lands may take more steps where it needs them: until they are given ([`Problem::with_steps`]).
+    /// Whether a plan that lands may take more steps where it needs them: until they are given
+    /// ([`Problem::with_steps`]).
     pub chooses_steps: bool,
     /// The discretisation.
     pub scheme: Scheme,
@@ -152,7 +157,7 @@ pub struct Problem {
     pub stepping: Stepping,
     /// The homotopy class of the rotation.
     pub path: Path,
-    /// Where the body may point and how fast it may turn.
+    /// The pointing constraints and the limits of the rate.
     pub constraints: Vec<Constraint>,
     /// Sets of these constraints that alternate. A constraint that is in no set holds at all
     /// times.
@@ -161,7 +166,7 @@ pub struct Problem {
     pub reserve: Reserve,
 }
 
-/// Why a maneuver cannot be planned as it stands.
+/// The reason for which a maneuver cannot be planned.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ProblemError {
     /// A number is NaN, infinite or out of range.
@@ -169,7 +174,7 @@ pub enum ProblemError {
     Value {
         /// The name of the quantity.
         what: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
         /// The allowed values.
         reason: &'static str,
@@ -203,9 +208,9 @@ pub enum ProblemError {
     /// A constraint cannot be used.
     #[error("constraint \"{name}\": {error}")]
     Constraint {
-        /// Its name.
+        /// The name of the constraint.
         name: String,
-        /// Why not.
+        /// The reason.
         error: ConstraintError,
     },
     /// The start or the end violates a constraint: no plan can hold it.
@@ -223,7 +228,7 @@ pub enum ProblemError {
     Alternatives {
         /// Their name.
         name: String,
-        /// Why not.
+        /// The reason.
         error: AlternativesError,
     },
     /// Wheels and torque inputs do not fit together.
@@ -240,7 +245,7 @@ pub enum ProblemError {
     Weight {
         /// "torque" or "force".
         inputs: &'static str,
-        /// Why not.
+        /// The reason.
         error: WeightError,
     },
 }
@@ -279,8 +284,8 @@ impl Problem {
         }
     }
 
-    /// A maneuver of position and attitude, with three forces of unit weight along the reference axes added. The body
-    /// needs a mass.
+    /// Builds a maneuver of position and attitude, with three forces of unit weight along the
+    /// reference axes added. The body needs a mass.
     pub fn rigid_body(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         let mut problem = Self::attitude(body, start, end, duration);
         problem.motion = Motion::RigidBody;
@@ -300,13 +305,15 @@ impl Problem {
         self
     }
 
-    /// Replaces what is minimised: an [`Objective`], or the [`Weights`](crate::Weights) of the effort.
+    /// Replaces the objective by an [`Objective`], or by the [`Weights`](crate::Weights) of the
+    /// effort.
     pub fn with_objective(mut self, objective: impl Into<Objective>) -> Self {
         self.objective = objective.into();
         self
     }
 
-    /// Sets the number of steps, [`Problem::MIN_STEPS`] to [`Problem::MAX_STEPS`]: a plan takes neither more nor fewer.
+    /// Sets the number of steps, [`Problem::MIN_STEPS`] to [`Problem::MAX_STEPS`]: a plan takes
+    /// neither more nor fewer.
     pub fn with_steps(mut self, steps: usize) -> Self {
         (self.steps, self.chooses_steps) = (steps, false);
         self
@@ -318,7 +325,8 @@ impl Problem {
         self
     }
 
-    /// The maneuver under the limits of the craft: nothing is held in reserve, and cones have no margins.
+    /// Builds the maneuver under the limits of the craft: nothing is held in reserve, and cones
+    /// have no margins.
     pub fn of_craft(&self) -> Self {
         let mut craft = Self { reserve: Reserve::default(), ..self.clone() };
         craft.actuation.torque = self.reserve.given_back(&self.actuation.torque);
@@ -344,7 +352,7 @@ impl Problem {
         self
     }
 
-    /// The maneuver with the sets of alternatives acting in their shifts alone.
+    /// Builds the maneuver with the sets of alternatives acting in their shifts alone.
     pub(crate) fn in_turns(&self, turns: &[Turns]) -> Self {
         let mut problem = Self { alternatives: Vec::new(), ..self.clone() };
         for Turns { of, shifts } in turns {
@@ -382,7 +390,8 @@ impl Problem {
         Self { end_condition: EndCondition::AnyAttitude, ..self }
     }
 
-    /// Ends with a body axis on a target, in place of the attitude and the rate of [`Problem::end`].
+    /// Ends the maneuver with a body axis on a target, in place of the attitude and the rate of
+    /// [`Problem::end`].
     ///
     /// ```
     /// use slewkit::{Aim, Body, Direction, Inertia, Matrix3, Problem, Settings, Silent, State, Vector3, plan};
@@ -400,7 +409,7 @@ impl Problem {
         Self { end_condition: EndCondition::Aim(aim), ..self }
     }
 
-    /// The target on which it ends, where it ends on one.
+    /// Returns the target on which the maneuver ends, if it ends on one.
     pub fn aim(&self) -> Option<&Aim> {
         match &self.end_condition {
             EndCondition::Aim(aim) => Some(aim),
@@ -439,16 +448,18 @@ impl Problem {
         Ok(Self { end_condition: EndCondition::Met(meeting), ..facing })
     }
 
-    /// The ends on `aim` that it may have at `time` \[s\].
+    /// Returns the ends on `aim` that the maneuver may have at `time` \[s\].
     pub(crate) fn ends_on(&self, aim: &Aim, time: f64) -> Result<Ends, AimError> {
         aim.ends(time, &self.start.attitude, &self.environment.frame_rate())
     }
 
-    /// The end of a plan that takes `duration` \[s\]: where the target is then, of one that it meets.
+    /// The end of a plan that takes `duration` \[s\]: where the target is then, of one that it
+    /// meets.
     pub(crate) fn end_after(&self, duration: f64) -> State {
         let ends = self.met().and_then(|meeting| {
             let ends = self.ends_on(&meeting.aim, duration).ok()?;
-            // The roll is kept in space: that against the shortest way there turns fast where the target is almost behind.
+            // The roll is kept in space: that against the shortest way there turns fast where the
+            // target is almost behind.
             Some(ends.at(ends.nearest(&self.end.attitude)))
         });
         let Some((attitude, angular_velocity)) = ends else { return self.end };
@@ -461,7 +472,7 @@ impl Problem {
         Formulation::of(self) == Formulation::Switching
     }
 
-    /// Whether the attitude at the end is the plan's to choose.
+    /// Returns whether the attitude at the end is the plan's to choose.
     pub fn ends_in_any_attitude(&self) -> bool {
         self.end_condition == EndCondition::AnyAttitude
     }
@@ -473,20 +484,21 @@ impl Problem {
         self.objective.switches() && !self.switches()
     }
 
-    /// The maneuver as `method` plans it: by SCP on equal steps.
+    /// Builds the maneuver as `method` plans it: by SCP on equal steps.
     #[doc(hidden)]
     pub fn planned_by(self, method: Method) -> Self {
         let stepping = if method == Method::Scp { Stepping::Equal } else { self.stepping };
         Self { stepping, ..self }
     }
 
-    /// The maneuver as arcs plan it along which none of its constraints acts.
+    /// Builds the maneuver as arcs plan it along which none of its constraints acts.
     #[doc(hidden)]
     pub fn planned_on_arcs(self) -> Self {
         Self { stepping: Stepping::Arcs, ..self }
     }
 
-    /// Whether more time is never worse: from rest to rest where nothing acts on the body, it can wait.
+    /// Returns whether more time is never worse: from rest to rest where nothing acts on the body,
+    /// it can wait.
     pub(crate) fn can_wait(&self) -> bool {
         let rests = |state: &State| {
             state.angular_velocity.norm() == 0.0
@@ -496,30 +508,34 @@ impl Problem {
         still && self.environment.is_free() && rests(&self.start) && rests(&self.end)
     }
 
-    /// Whether the attitude alone is planned, of a body that nothing acts on but its torques.
+    /// Returns whether the attitude alone is planned, of a body that nothing acts on but its
+    /// torques.
     pub(crate) fn is_free_turn(&self) -> bool {
         let still = self.environment.frame_rate().amax() == 0.0;
         self.motion == Motion::Attitude && still && self.environment.is_free()
     }
 
-    /// Whether it has more than limits of each torque, or of the norm of the torque: what the shooting does not take.
+    /// Returns whether it has more limits than those of each torque, or of the norm of the
+    /// torque. The shooting does not support more.
     pub(crate) fn has_shaping_limits(&self) -> bool {
         self.has_shaping_inputs() || !self.constraints.is_empty()
     }
 
-    /// Whether limits of what the inputs do, or wheels, are more than arcs at the limits take.
+    /// Returns whether limits of the outputs of the inputs, or wheels, need more than arcs at the
+    /// limits.
     pub(crate) fn has_shaping_inputs(&self) -> bool {
         let limits = self.actuation.torque.limits();
         let jumping = limits.rate.is_none() && !(limits.size.is_some() && limits.norm.is_some());
         !jumping || self.actuation.wheels.is_some()
     }
 
-    /// Whether anything limits inputs, rates or pointing.
+    /// Returns whether anything limits inputs, rates or pointing.
     pub fn is_constrained(&self) -> bool {
         !self.constraints.is_empty() || self.actuation.is_limited()
     }
 
-    /// A maneuver of minimum time: of a free body with three body torques of unit weight, which need limits.
+    /// Builds a maneuver of minimum time: of a free body with three body torques of unit weight,
+    /// which need limits.
     ///
     /// ```
     /// use slewkit::{
@@ -543,8 +559,8 @@ impl Problem {
         Self { objective: Objective::Time, ..Self::attitude(body, start, end, Duration::SOUGHT) }
     }
 
-    /// A maneuver of least fuel `∫ Σ |u_j| dt` in a given duration \[s\]: of a free body with three body torques, which
-    /// need limits.
+    /// Builds a maneuver of least fuel `∫ Σ |u_j| dt` in a given duration \[s\]: of a free body
+    /// with three body torques, which need limits.
     pub fn minimum_fuel(body: Body, start: State, end: State, duration: impl Into<Duration>) -> Self {
         Self { objective: Objective::Fuel(Fuel::default()), ..Self::attitude(body, start, end, duration) }
     }
@@ -567,17 +583,17 @@ impl Problem {
         Self { duration: Duration::Sought { at_most: Some(longest) }, ..self }
     }
 
-    /// The shortest pulse \[s\] where inputs are off or at a limit alone.
+    /// Returns the shortest pulse \[s\] where inputs are off or at a limit alone.
     pub fn shortest_pulse(&self) -> Option<f64> {
         self.actuation.torque.limits().shortest_pulse
     }
 
-    /// Whether the duration is the plan's to choose, be it found already.
+    /// Returns whether the duration is the plan's to choose, be it found already.
     pub fn seeks_duration(&self) -> bool {
         !matches!(self.duration, Duration::Given(_))
     }
 
-    /// The duration `T` \[s\], given or found.
+    /// Returns the duration `T` \[s\], given or found.
     ///
     /// # Panics
     /// Panics if the duration is free: solvers and witnesses need a known duration
@@ -586,12 +602,14 @@ impl Problem {
         self.duration.known().expect("the duration is free, and no plan has determined it yet")
     }
 
-    /// Rows of inputs of a plan: one for each node that has inputs, or one for each step where they switch.
+    /// Returns the rows of inputs of a plan: one for each node that has inputs, or one for each
+    /// step where they switch.
     pub fn input_rows(&self) -> usize {
         if self.switches() { self.steps } else { self.scheme.input_rows(self.steps) }
     }
 
-    /// The time grid \[s\]: steps of equal length. A plan whose inputs switch has a grid of its own.
+    /// Returns the time grid \[s\]: steps of equal length. A plan whose inputs switch has a grid of
+    /// its own.
     ///
     /// # Panics
     /// Panics as [`Problem::seconds`] does.
@@ -599,7 +617,7 @@ impl Problem {
         Grid::uniform(self.scheme, self.seconds(), self.steps)
     }
 
-    /// Step `h = T/N` \[s\].
+    /// Returns the step `h = T/N` \[s\].
     ///
     /// # Panics
     /// Panics as [`Problem::seconds`] does.

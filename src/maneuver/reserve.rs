@@ -26,7 +26,7 @@ impl Reserve {
         self.rates.iter().find(|(of, _)| of == name).map_or(&[], |(_, reserve)| reserve)
     }
 
-    /// The torques with the limits of the craft.
+    /// Returns the torques with the limits of the craft.
     pub(super) fn given_back(&self, set: &ActuatorSet) -> ActuatorSet {
         let Limits { size, norm, rate, .. } = set.limits();
         let limits = Limits {
@@ -38,7 +38,7 @@ impl Reserve {
         set.clone().with_limits(limits).unwrap_or_else(|_| set.clone())
     }
 
-    /// A constraint as the craft has it: without what is held of it, and cones without margins.
+    /// Restores a constraint of the craft: without its reserve, and cones without margins.
     pub(super) fn give_back(&self, constraint: &mut Constraint) {
         let held = self.rate(&constraint.name);
         match &mut constraint.rule {

@@ -7,19 +7,19 @@ use thiserror::Error;
 /// The choice of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Shooting with the whole ladder behind it; sequential convex programming, then polish, where
-    /// something is constrained.
+    /// Shooting, followed by the other attempts where it fails. Where something is constrained:
+    /// sequential convex programming, then polish.
     #[default]
     Auto,
     /// Shooting on the costates. Limits on the inputs alone go through the saturated control law.
     Shooting,
-    /// Sequential convex programming, then polish on the active set: on equal steps, also where inputs could switch between
-    /// them.
+    /// Sequential convex programming, then polish on the active set: on equal steps, also where
+    /// inputs could switch between them.
     Scp,
 }
 
 impl Method {
-    /// Its name in files.
+    /// Returns the name of the method in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -43,7 +43,7 @@ pub enum Thoroughness {
 }
 
 impl Thoroughness {
-    /// Its name in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Quick => "quick",
@@ -65,7 +65,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// Its name in files.
+    /// Returns the name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "motion",
@@ -95,23 +95,26 @@ pub struct Settings {
     pub method: Method,
     /// The number of attempts before an answer counts as the best.
     pub search: Thoroughness,
-    /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`. Default 1e-12; round-off
-    /// allows about 4e-15. Loosen it where a hundred thousand steps add up more round-off than that.
+    /// Tolerance of the scaled discrete terminal error: radians, and momenta over `J_mean/T`.
+    /// Default 1e-12; round-off allows about 4e-15. Loosen it where a hundred thousand steps add up
+    /// more round-off than that.
     pub tolerance: f64,
     /// The motion that meets the end: the true motion (the default), or the discrete one, as in
     /// published plans ([`Settings::discrete`]).
     pub target: Target,
-    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called solved. Default: 1e-4°; where
-    /// the discrete motion is the target a quarter of the angle that the body turns, but between 5° and 45°. Constraints hold in
-    /// the true motion to the same limit, of rates relative.
+    /// Limit on the continuous terminal attitude error \[rad\], beyond which a plan is not called
+    /// solved. Default: 1e-4°; where the discrete motion is the target a quarter of the angle that
+    /// the body turns, but between 5° and 45°. Constraints hold in the true motion to the same
+    /// limit, of rates relative.
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
     /// Iteration limit of one Newton run, and of the subproblems of one run of SCP. Default 60.
     pub max_iterations: usize,
-    /// Whether the extremal and its rivals are tested to second order, and the recorded conditions of first order with
-    /// them. Default: yes. Without, an extremal counts whatever it is, a saddle too, and [`Optimality::tested`] is false:
-    /// for many maneuvers of a kind that is known, as of rest to rest by the shortest way.
+    /// Whether the extremal and its rivals are tested to second order, and the recorded conditions
+    /// of first order with them. Default: yes. Without, an extremal counts whatever it is, a saddle
+    /// too, and [`Optimality::tested`] is false: for many maneuvers of a kind that is known, as of
+    /// rest to rest by the shortest way.
     ///
     /// [`Optimality::tested`]: crate::maneuver::Optimality::tested
     pub test_second_order: bool,
@@ -138,7 +141,7 @@ impl Default for Settings {
 pub struct SettingsError {
     /// The name of the setting.
     pub name: &'static str,
-    /// Its value.
+    /// Value of the setting.
     pub value: f64,
     /// The allowed values.
     pub reason: &'static str,

@@ -21,7 +21,7 @@ pub enum Shortfall {
     },
     /// The limits of the inputs are too tight for the continuation of the shooting.
     TightLimits {
-        /// How many times as large the limits are within which it has a plan.
+        /// The factor on the limits with which a plan exists.
         factor: f64,
     },
     /// The conditions of the optimum hold, but the inputs replayed from the start miss the end.
@@ -31,7 +31,7 @@ pub enum Shortfall {
         /// The tolerance, scaled.
         tolerance: f64,
     },
-    /// No optimum goes round as asked.
+    /// No optimum has the requested homotopy class.
     OtherWay {
         /// Whether the nearest goes the short way.
         short: bool,
@@ -42,7 +42,7 @@ pub enum Shortfall {
     NoSmoothedExtremal,
     /// Too few steps for the arcs of the extremal that was found.
     FewSteps {
-        /// Its arcs.
+        /// Number of arcs of the extremal.
         arcs: usize,
         /// The fewest steps.
         steps: usize,
@@ -52,7 +52,7 @@ pub enum Shortfall {
         /// Steps of the grid.
         steps: usize,
     },
-    /// A plan without a shortest pulse, and none with it.
+    /// A plan exists without a shortest pulse, but none was found with it.
     NoPulses {
         /// The shortest pulse \[s\].
         shortest: f64,
@@ -62,7 +62,7 @@ pub enum Shortfall {
         /// The fewest steps.
         steps: usize,
     },
-    /// Pulses in continuous time, and no optimum of them on the grid.
+    /// Pulses were found in continuous time, but no optimum on the grid.
     NoDiscretePulses {
         /// Steps of the grid.
         steps: usize,
@@ -106,7 +106,7 @@ pub enum Shortfall {
 /// A limit or constraint that stays violated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Violation {
-    /// Its name.
+    /// The name of the limit or constraint.
     pub name: String,
     /// The size of the violation.
     pub excess: Excess,

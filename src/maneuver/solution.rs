@@ -11,7 +11,7 @@ use crate::{Vector3, lie};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// How a solve ended. The best iterate is always in the [`Solution`].
+/// The outcome of a solve. The best iterate is always in the [`Solution`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -31,7 +31,7 @@ pub enum Outcome {
     Infeasible,
     /// The time limit was reached.
     TimeLimit,
-    /// The caller asked to stop.
+    /// The caller stopped the solve.
     Interrupted,
 }
 
@@ -63,22 +63,22 @@ pub struct Trajectory {
     pub torque: Vec<Vector3>,
     /// Actuator force, reference frame \[N\].
     pub force: Vec<Vector3>,
-    /// Momenta of the reaction wheels [N·m·s], row after row, one number per wheel, `N + 1` rows; empty
-    /// without wheels.
+    /// Momenta of the reaction wheels [N·m·s], row after row, one number per wheel, `N + 1` rows;
+    /// empty without wheels.
     pub wheel_momentum: Vec<f64>,
     /// Costates, row after row, with 6 or 12 numbers in each row, in the order of the crate's
     /// conventions.
     pub costates: Vec<f64>,
-    /// Where the discrete motion ends, if that is not the end of the maneuver: so shifted that the true motion under the
-    /// inputs, held over the steps, ends there.
+    /// The end of the discrete motion, if that is not the end of the maneuver: shifted so that
+    /// the true motion under the held inputs reaches the end of the maneuver.
     pub target: Option<State>,
 }
 
 impl Trajectory {
-    /// Inputs of row `index`, forces before torques, length `input_count`.
+    /// Returns the inputs of row `index`, forces before torques, length `input_count`.
     ///
     /// # Panics
-    /// If there is no such row.
+    /// Panics if the row does not exist.
     pub fn inputs(&self, index: usize) -> &[f64] {
         &self.input[index * self.input_count..(index + 1) * self.input_count]
     }
@@ -106,11 +106,12 @@ impl Trajectory {
     }
 }
 
-/// How a plan was made to land: its discrete target was shifted by what the true motion missed, and it was solved again.
+/// The corrections of landing: the discrete target was shifted by the miss of the true motion,
+/// and the plan was solved again.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Landing {
-    /// How often.
+    /// The number of corrections.
     pub corrections: usize,
     /// The miss of the true motion before each correction and after the last one: the largest of
     /// the four parts of a [`TerminalError`], scaled. The planner's own flow computes it; the
@@ -120,13 +121,13 @@ pub struct Landing {
     /// Published plans state this cost, and [`Solution::rivals`] compare with it.
     /// [`Solution::cost`] is the cost of the landed plan.
     pub cost_before: f64,
-    /// Constraints that were drawn in because the true motion exceeded them: by how much \[rad\], or of rates which part of the
-    /// limit.
+    /// Constraints that were drawn in because the true motion exceeded them: by how much \[rad\],
+    /// or of rates which part of the limit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drawn_in: Vec<(String, f64)>,
 }
 
-/// How the number of steps was chosen, where none was given.
+/// The choice of the number of steps, if none was given.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ChosenSteps {
@@ -157,7 +158,7 @@ pub struct TerminalError {
 }
 
 impl TerminalError {
-    /// The largest of the four, all in scaled units. NaN if any is NaN.
+    /// Returns the largest of the four, all in scaled units. NaN if any is NaN.
     pub fn largest(&self) -> f64 {
         let parts = [
             self.attitude_rad,
@@ -185,8 +186,8 @@ pub struct Optimality {
     /// [`Settings::test_second_order`]: crate::maneuver::Settings::test_second_order
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub tested: bool,
-    /// Largest residual of the discrete stationarity conditions; with constraints, of all the conditions
-    /// of Karush, Kuhn and Tucker.
+    /// Largest residual of the discrete stationarity conditions; with constraints, of all the
+    /// conditions of Karush, Kuhn and Tucker.
     pub stationarity: f64,
     /// The number of conjugate points inside the maneuver; 0 for a local minimum. For SCP it is
     /// the number of independent directions, within limits and constraints, in which the cost
@@ -231,9 +232,10 @@ impl Optimality {
 pub enum SecondOrder {
     /// A local minimum.
     Minimum,
-    /// The cost decreases in some direction, and nothing cheaper was found by going there, or the rotation was given.
+    /// The cost decreases in some direction, and nothing cheaper was found by going there, or the
+    /// rotation was given.
     Saddle,
-    /// Not decided.
+    /// Undecided.
     Undecided,
     /// Not tested, because the settings do not request it.
     NotTested,
@@ -256,7 +258,7 @@ pub struct ConvexWork {
     pub effort_share: f64,
 }
 
-/// Where a constraint is active, and how hard.
+/// The nodes at which a constraint is active, and its multipliers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ActiveConstraint {
@@ -297,7 +299,7 @@ pub enum Rung {
     Limits,
     /// Sequential convex programming.
     Scp,
-    /// Newton on the active set, from what the convex iteration left.
+    /// Newton on the active set, from the result of the convex iteration.
     Polish,
     /// Smoothed extremals of minimum time or fuel, from a path between the boundary states.
     Smoothed,
@@ -313,7 +315,7 @@ pub enum Rung {
 }
 
 impl Rung {
-    /// Its name in files.
+    /// Returns the name of the rung in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Guess => "guess",
@@ -350,7 +352,7 @@ pub struct RungReport {
     pub start: String,
     /// Steps of the grid it worked on.
     pub steps: usize,
-    /// How it ended.
+    /// The outcome.
     pub outcome: Outcome,
     /// Newton iterations spent.
     pub iterations: usize,
@@ -374,9 +376,9 @@ pub struct Rival {
     pub start: String,
     /// Rotation sense: "short" or "long".
     pub sense: Sense,
-    /// Its cost, as [`Solution::cost`].
+    /// Cost of the extremal, as [`Solution::cost`].
     pub cost: f64,
-    /// Its conjugate points, if counted.
+    /// Conjugate points of the extremal, if counted.
     pub conjugate_points: Option<usize>,
     /// Total angle turned, `∫|Ω|dt` \[deg\].
     pub turned_deg: f64,
@@ -394,17 +396,18 @@ impl Rival {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sense {
-    /// It can.
+    /// The path can be deformed into that motion.
     Short,
-    /// It differs from that by one full turn.
+    /// The path differs from that motion by one full turn.
     Long,
 }
 
-/// A planned maneuver, converged or the best iterate. Where there is no iterate numbers are NaN and lists empty.
+/// A planned maneuver, converged or the best iterate. Without an iterate numbers are NaN and
+/// lists are empty.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Solution {
-    /// How the solve ended.
+    /// The outcome of the solve.
     pub outcome: Outcome,
     /// The method of the result: shooting, or sequential convex programming with polish.
     pub method: Method,
@@ -418,11 +421,13 @@ pub struct Solution {
     pub cost: f64,
     /// The trajectory, its inputs and costates.
     pub trajectory: Trajectory,
-    /// Discrete terminal error, scaled, against [`Trajectory::target`] where there is one; its `largest()` is what the tolerance holds.
+    /// The scaled discrete terminal error, relative to [`Trajectory::target`] if it exists; the
+    /// tolerance limits its `largest()`.
     pub terminal: TerminalError,
-    /// How it was made to land, where that was tried: `corrections` of the discrete target, and what each left to be missed.
+    /// The corrections of landing, if landing was tried: `corrections` of the discrete target,
+    /// and the miss after each.
     pub landing: Option<Landing>,
-    /// How its steps were chosen, where they were not given.
+    /// The choice of its steps, if they were not given.
     pub chosen: Option<ChosenSteps>,
     /// Optimality of the extremal.
     pub optimality: Optimality,
@@ -434,18 +439,20 @@ pub struct Solution {
     pub turned_deg: f64,
     /// Newton iterations of the winning start, all its rungs.
     pub iterations: usize,
-    /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals of each.
+    /// Everything tried, in order: [`Rung`], start, steps, outcome, iterations and scaled residuals
+    /// of each.
     pub ladder: Vec<RungReport>,
     /// The work of SCP, if it ran: subproblems, iterations and time of the cone solver.
     pub convex: Option<ConvexWork>,
     /// The active limits and constraints: name, times \[s\] and multipliers of each.
     pub active: Vec<ActiveConstraint>,
-    /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the continuous extremal, its duration, cost
-    /// and gap.
+    /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the
+    /// continuous extremal, its duration, cost and gap.
     pub switching: Option<Switching>,
     /// The sets of the alternatives and their times, in order.
     pub turns: Vec<Turns>,
-    /// Other extremals found, cheapest first: start, sense, cost, conjugate points and angle turned of each.
+    /// Other extremals found, cheapest first: start, sense, cost, conjugate points and angle turned
+    /// of each.
     pub rivals: Vec<Rival>,
     /// The proof that no plan exists, if one was found: its `reason` in words, and a
     /// `duration_lower_bound` \[s\] if one is known.
@@ -577,7 +584,8 @@ impl Solution {
         self.turns.iter().map(flown).collect()
     }
 
-    /// The costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet, SI.
+    /// Returns the costates that the shooting solves for: `λ_0` for Lie–Euler, `λ_{−1}` for
+    /// Lie–Verlet, SI.
     pub fn costates_0(&self, problem: &Problem) -> &[f64] {
         &self.trajectory.costates[..problem.dimension().min(self.trajectory.costates.len())]
     }

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Switching {
-    /// How the inputs go.
+    /// The structure of the inputs.
     pub structure: Structure,
     /// Duration of the continuous extremal, seconds.
     pub continuous_duration_s: f64,
@@ -53,7 +53,7 @@ pub struct Switching {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Pulses {
-    /// How many there are, of all inputs.
+    /// The number of pulses of all inputs.
     pub count: usize,
     /// The shortest of them on the grid of the plan, seconds.
     pub shortest_s: f64,
@@ -62,7 +62,7 @@ pub struct Pulses {
     pub cost_without: f64,
 }
 
-/// How the inputs of a plan of minimum time or fuel go.
+/// The structure of the inputs of a plan of minimum time or fuel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Structure {
@@ -71,8 +71,8 @@ pub enum Structure {
     /// Every input, or the norm of the torque, is at a limit or off, as the maximum principle
     /// selects: an extremal of fuel.
     BangOffBang,
-    /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc that is singular, cut into arcs at the
-    /// limits, or off.
+    /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc
+    /// that is singular, cut into arcs at the limits, or off.
     TruncatedChattering,
     /// A smoothed law: some input stays within its limits, on a singular arc.
     Singular,
@@ -82,14 +82,15 @@ pub enum Structure {
     AlongLimits,
     /// The norm of the torque is limited and its direction turns smoothly.
     Norm,
-    /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under that condition.
+    /// Every input off or at a limit, in pulses of a shortest length: a local minimum of fuel under
+    /// that condition.
     Pulses,
     /// The body is where it should be.
     Rest,
 }
 
 impl Structure {
-    /// Its name in files.
+    /// Returns the name of the structure in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::BangBang => "bang_bang",
@@ -108,17 +109,17 @@ impl Structure {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SwitchingArc {
-    /// When it starts, seconds.
+    /// The start, seconds.
     pub start_s: f64,
-    /// When it ends, seconds.
+    /// The end, seconds.
     pub end_s: f64,
-    /// The inputs, constant along it; none where the torque has its full norm and turns, and where some input holds a constraint.
-    /// Those that it begins with where they change.
+    /// The inputs, constant along it; none where the torque has its full norm and turns, and where
+    /// some input holds a constraint. Those that it begins with where they change.
     pub input: Vec<f64>,
-    /// How fast the inputs change along it [N·m/s or N/s], constant; none where nothing limits that.
+    /// The constant rate of the inputs along it [N·m/s or N/s]; empty if no limit bounds it.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub change: Vec<f64>,
-    /// Names of the constraints that inputs hold along it.
+    /// Names of the constraints that the inputs hold along the arc.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub holds: Vec<String>,
     /// Names of the constraints that the motion touches where it ends.
@@ -127,7 +128,7 @@ pub struct SwitchingArc {
 }
 
 impl SwitchingArc {
-    /// The inputs at a time \[s\] along it.
+    /// Returns the inputs at a time \[s\] along the arc.
     pub fn input_at(&self, time: f64) -> Vec<f64> {
         let mut inputs = self.input.clone();
         for (input, change) in inputs.iter_mut().zip(&self.change) {
@@ -136,7 +137,8 @@ impl SwitchingArc {
         inputs
     }
 
-    /// How many inputs switch from this arc to the next: they change at another rate, or stay at another value.
+    /// Returns the number of inputs that switch from this arc to the next: their rate, or their
+    /// constant value, changes.
     pub fn switches_to(&self, next: &Self) -> usize {
         let change = |arc: &Self, input: usize| arc.change.get(input).copied().unwrap_or(0.0);
         let switched = |input: &usize| {

@@ -1,4 +1,5 @@
-//! Actuators: the input matrix `B`, its frame and the limits of the inputs, for torques and for forces.
+//! Actuators: the input matrix `B`, its frame and the limits of the inputs, for torques and for
+//! forces.
 
 use crate::numerics::cone;
 use crate::{Matrix3, Vector3};
@@ -16,19 +17,19 @@ pub enum AxisFrame {
 }
 
 impl AxisFrame {
-    /// Vectors (columns) of body axes in these axes, at attitude `r`.
+    /// Returns the vectors (columns) of body axes in these axes, at attitude `r`.
     #[inline(always)]
     pub fn of_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r * vectors }
     }
 
-    /// Vectors of these axes in body axes.
+    /// Returns the vectors of these axes in body axes.
     #[inline(always)]
     pub fn to_body<const C: usize>(self, r: &Matrix3, vectors: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
         if self == Self::Body { *vectors } else { r.tr_mul(vectors) }
     }
 
-    /// Vectors of the reference frame in these axes.
+    /// Returns the vectors of the reference frame in these axes.
     #[inline(always)]
     pub fn of_reference<const C: usize>(
         self,
@@ -38,7 +39,7 @@ impl AxisFrame {
         if self == Self::Reference { *vectors } else { r.tr_mul(vectors) }
     }
 
-    /// Vectors of these axes in the reference frame.
+    /// Returns the vectors of these axes in the reference frame.
     #[inline(always)]
     pub fn to_reference<const C: usize>(
         self,
@@ -82,13 +83,13 @@ impl Limits {
     }
 }
 
-/// Why axes and limits do not make a set of actuators.
+/// The reason for which axes and limits do not make a set of actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuatorSetError {
-    /// There is no axis, or more than [`ActuatorSet::MAX_INPUTS`].
+    /// The number of axes is zero, or more than [`ActuatorSet::MAX_INPUTS`].
     #[error("{count} input axes: give from 1 to {}", ActuatorSet::MAX_INPUTS)]
     Count {
-        /// How many axes were given.
+        /// The number of axes given.
         count: usize,
     },
     /// An axis is zero or not finite.
@@ -100,7 +101,7 @@ pub enum ActuatorSetError {
     /// Thrusters do not each have a position that is finite.
     #[error("{count} positions of thrusters: give one for each, with finite numbers")]
     Position {
-        /// How many were given.
+        /// The number given.
         count: usize,
     },
     /// A limit is not positive and finite, or not one per input.
@@ -117,7 +118,7 @@ impl ActuatorSet {
     /// The most inputs of one kind.
     pub const MAX_INPUTS: usize = 64;
 
-    /// Inputs along `axes` (the columns of `B`), without limits.
+    /// Builds the inputs along `axes` (the columns of `B`), without limits.
     ///
     /// # Errors
     /// A [`ActuatorSetError`] when the axes are unusable.
@@ -164,22 +165,22 @@ impl ActuatorSet {
         Ok(self)
     }
 
-    /// The limits of the inputs.
+    /// Returns the limits of the inputs.
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
 
-    /// Number of inputs m.
+    /// Returns the number of inputs m.
     pub fn count(&self) -> usize {
         self.axes.len()
     }
 
-    /// The columns of `B`.
+    /// Returns the columns of `B`.
     pub fn axes(&self) -> &[Vector3] {
         &self.axes
     }
 
-    /// Where the columns of `B` are fixed.
+    /// Returns the frame in which the columns of `B` are fixed.
     pub fn frame(&self) -> AxisFrame {
         self.frame
     }
@@ -189,13 +190,13 @@ impl ActuatorSet {
         self.axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
     }
 
-    /// The set with `factor` times the output of each input.
+    /// Builds the set with `factor` times the output of each input.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self { axes: self.axes.iter().map(|axis| axis * factor).collect(), ..self.clone() }
     }
 
-    /// Rank of `B`, from 1 to 3, and for rank 2 the unit vector about which (along which, for forces) no input
-    /// acts, else for rank 1 the one about which all act.
+    /// Rank of `B`, from 1 to 3, and for rank 2 the unit vector about which (along which, for
+    /// forces) no input acts, else for rank 1 the one about which all act.
     pub fn rank(&self) -> (usize, Option<Vector3>) {
         let longest = self.axes.iter().map(Vector3::amax).fold(0.0, f64::max);
         let units = self.axes.iter().map(|axis| axis / longest);
@@ -217,18 +218,18 @@ impl ActuatorSet {
 }
 
 impl ActuatorSet {
-    /// Whether the inputs within their limits have an output in every direction: of rank 3, and where they are never
-    /// negative not all on one side of a plane.
+    /// Returns whether the inputs within their limits have an output in every direction: of rank 3,
+    /// and where they are never negative not all on one side of a plane.
     pub fn reaches_every_direction(&self) -> bool {
         self.rank().0 == 3 && (!self.limits.one_sided || cone::is_whole_space(&self.units()))
     }
 
-    /// Whether the inputs within their limits have with every output its opposite.
+    /// Returns whether the inputs within their limits have with every output its opposite.
     pub fn reaches_both_senses(&self) -> bool {
         !self.limits.one_sided || cone::is_subspace(&self.units())
     }
 
-    /// The axes as columns, each in the unit of its largest component.
+    /// Returns the axes as columns, each in the unit of its largest component.
     fn units(&self) -> DMatrix<f64> {
         DMatrix::from_fn(3, self.count(), |row, input| self.axes[input][row] / self.axes[input].amax())
     }
@@ -240,12 +241,12 @@ impl ActuatorSet {
 /// drives both sets, which are fixed to the body and have equal limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thrusters {
-    /// Where each sits, `p_j`, from the mass center, body axes \[m\].
+    /// The position `p_j` of each from the mass center, body axes \[m\].
     pub positions: Vec<Vector3>,
 }
 
-/// Reaction wheels that drive the torque inputs: input i is the torque that wheel i exerts on the body
-/// about its axis, so the momentum of the wheel changes by `ḣ_i = −u_i`.
+/// Reaction wheels that drive the torque inputs: input i is the torque that wheel i exerts on the
+/// body about its axis, so the momentum of the wheel changes by `ḣ_i = −u_i`.
 ///
 /// The spin axes are the axes of the torque inputs, which are fixed to the body. The body's
 /// inertia contains the wheels, but not their spin. The total momentum in body axes is
@@ -282,7 +283,7 @@ pub struct InputLimit<'a> {
     pub of_force: bool,
     /// The inputs.
     pub set: &'a ActuatorSet,
-    /// Where these begin among all inputs.
+    /// The index of the first of these among all inputs.
     pub first: usize,
     /// The bounds, one number for each input or wheel, infinite for no limit; a single number for
     /// the norm.
@@ -290,7 +291,7 @@ pub struct InputLimit<'a> {
 }
 
 impl InputLimit<'_> {
-    /// The unit of the bounds, for people.
+    /// Returns the unit of the bounds, for people.
     pub fn unit(&self) -> &'static str {
         match (self.kind, self.of_force) {
             (LimitKind::WheelMomentum, _) => "N·m·s",
@@ -316,21 +317,23 @@ pub struct Actuation {
 }
 
 impl Actuation {
-    /// Torque inputs alone.
+    /// Builds the torque inputs alone.
     pub fn torques(torque: ActuatorSet) -> Self {
         Self { torque, force: None, wheels: None, thrusters: None }
     }
 
-    /// Torque inputs and force inputs, each of its own.
+    /// Builds the torque inputs and force inputs, each of its own.
     pub fn torques_and_forces(torque: ActuatorSet, force: ActuatorSet) -> Self {
         Self { force: Some(force), ..Self::torques(torque) }
     }
 
-    /// Thrusters at `positions`, from the mass center \[m\], that push the body along `directions`, of length 1, both in body
-    /// axes; an input is a force \[N\]. Least time and fuel take them, with `limits.one_sided`.
+    /// Builds the thrusters at `positions`, from the mass center \[m\], that push the body along
+    /// `directions`, of length 1, both in body axes; an input is a force \[N\]. Least time and fuel
+    /// take them, with `limits.one_sided`.
     ///
     /// # Errors
-    /// An [`ActuatorSetError`] where there are not as many positions as directions, or these or the limits are unusable.
+    /// An [`ActuatorSetError`] where there are not as many positions as directions, or these or the
+    /// limits are unusable.
     pub fn of_thrusters(
         positions: Vec<Vector3>,
         directions: Vec<Vector3>,
@@ -346,8 +349,9 @@ impl Actuation {
         Ok(Self { torque, force: Some(force), wheels: None, thrusters: Some(Thrusters { positions }) })
     }
 
-    /// Reaction wheels about `axes`, of length 1, body axes: wheel i gives up to `torque_limit[i]` [N·m], has stored
-    /// `wheels.momentum[i]` at the start and stores up to `wheels.momentum_limit[i]` [N·m·s].
+    /// Reaction wheels about `axes`, of length 1, body axes: wheel i gives up to `torque_limit[i]`
+    /// [N·m], has stored `wheels.momentum[i]` at the start and stores up to
+    /// `wheels.momentum_limit[i]` [N·m·s].
     ///
     /// ```
     /// use slewkit::mechanics::{Actuation, Wheels};
@@ -371,8 +375,8 @@ impl Actuation {
     /// ```
     ///
     /// # Errors
-    /// An [`ActuatorSetError`] where axes or limits are unusable, or there is not one limit for each axis; that momenta fit is
-    /// checked with the maneuver.
+    /// An [`ActuatorSetError`] where axes or limits are unusable, or there is not one limit for
+    /// each axis; that momenta fit is checked with the maneuver.
     pub fn of_wheels(
         axes: Vec<Vector3>,
         torque_limit: Vec<f64>,
@@ -383,7 +387,7 @@ impl Actuation {
         Ok(Self { wheels: Some(wheels), ..Self::torques(torque) })
     }
 
-    /// Number of inputs, forces first.
+    /// Returns the number of inputs, forces first.
     pub fn count(&self) -> usize {
         self.first_torque() + self.torque.count()
     }
@@ -395,7 +399,8 @@ impl Actuation {
         forces.map_or(0, ActuatorSet::count)
     }
 
-    /// The force inputs and the torque inputs of a row, which are the same ones of thrusters that give both.
+    /// Returns the force inputs and the torque inputs of a row. For thrusters that give both, each
+    /// is the whole row.
     pub fn split<'a>(&self, inputs: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         if self.thrusters.is_some() {
             return (inputs, inputs);
@@ -410,8 +415,8 @@ impl Actuation {
         (forces, if self.thrusters.is_some() { &[] } else { torques })
     }
 
-    /// Whether the inputs within their limits have a torque in every direction and, where `moves`, a force and a torque in
-    /// every direction at once.
+    /// Returns whether the inputs within their limits have a torque in every direction and, where
+    /// `moves`, a force and a torque in every direction at once.
     pub fn reaches_every_direction(&self, moves: bool) -> bool {
         match self.wrenches(moves) {
             Some(wrenches) => cone::is_whole_space(&wrenches),
@@ -419,8 +424,8 @@ impl Actuation {
         }
     }
 
-    /// Whether the inputs within their limits have with every torque its opposite and, where `moves`, with every force and torque at
-    /// once their opposites.
+    /// Returns whether the inputs within their limits have with every torque its opposite and,
+    /// where `moves`, with every force and torque at once their opposites.
     pub fn reaches_both_senses(&self, moves: bool) -> bool {
         match self.wrenches(moves) {
             Some(wrenches) => cone::is_subspace(&wrenches),
@@ -440,8 +445,8 @@ impl Actuation {
         }))
     }
 
-    /// Momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque inputs [N·m·s]; zero
-    /// without wheels.
+    /// Returns the momentum `Σ a_i h_i` that the wheels store at the start, axes of the torque
+    /// inputs [N·m·s]; zero without wheels.
     pub fn stored_momentum(&self) -> Vector3 {
         self.wheels.as_ref().map_or_else(Vector3::zeros, |wheels| self.torque.output(&wheels.momentum))
     }
@@ -488,7 +493,7 @@ impl Actuation {
         }
     }
 
-    /// The actuators without limits, and as if no wheel stored what they give.
+    /// Builds the actuators without limits, and without storage in wheels.
     #[doc(hidden)]
     pub fn without_limits(&self) -> Self {
         let free = |channel: &ActuatorSet| ActuatorSet { limits: Limits::default(), ..channel.clone() };
@@ -507,7 +512,7 @@ impl Actuation {
         Self { torque: jumping(&self.torque), force, wheels: None, thrusters: self.thrusters.clone() }
     }
 
-    /// Whether any input has a limit, or stores its momentum in a wheel.
+    /// Returns whether any input has a limit, or stores its momentum in a wheel.
     pub fn is_limited(&self) -> bool {
         self.wheels.is_some() || self.limits().next().is_some()
     }

@@ -15,7 +15,7 @@ pub struct Inertia {
     principal: Vector3,
 }
 
-/// Why a matrix is not an inertia.
+/// The reason for which a matrix is not an inertia.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InertiaError {
     /// An element is NaN or infinite.
@@ -96,7 +96,8 @@ impl Inertia {
             return Err(InertiaError::IllConditioned { ratio: largest / smallest });
         }
         let j_d = 0.5 * j.trace() * Matrix3::identity() - j;
-        // Scaled first: the determinant of a very large or small inertia would leave the range of f64.
+        // Scaled first: the determinant of a very large or small inertia would leave the range of
+        // f64.
         let j_inverse = (j / largest).try_inverse().ok_or(InertiaError::NotPositive { smallest })? / largest;
         Ok(Self { j, j_d, j_inverse, principal })
     }
@@ -124,7 +125,7 @@ impl Inertia {
         }
     }
 
-    /// A diagonal inertia [kg·m²].
+    /// Builds a diagonal inertia [kg·m²].
     ///
     /// # Errors
     /// Returns the errors of [`Inertia::new`].
@@ -132,7 +133,7 @@ impl Inertia {
         Self::new(Matrix3::from_diagonal(&moments))
     }
 
-    /// Inertia `J` [kg·m²], 3×3, symmetric.
+    /// Returns the inertia `J` [kg·m²], 3×3, symmetric.
     pub fn j(&self) -> &Matrix3 {
         &self.j
     }
@@ -147,17 +148,18 @@ impl Inertia {
         &self.j_inverse
     }
 
-    /// Principal moments, ascending [kg·m²].
+    /// Returns the principal moments, ascending [kg·m²].
     pub fn principal(&self) -> &Vector3 {
         &self.principal
     }
 
-    /// Mean principal moment `tr(J)/3` [kg·m²], the unit of inertia inside the solvers.
+    /// Returns the mean principal moment `tr(J)/3` [kg·m²], the unit of inertia inside the solvers.
     pub fn mean(&self) -> f64 {
         self.j.trace() / 3.0
     }
 
-    /// Whether the body is a flat plate or a rod: an eigenvalue of `J_d` below 1e-3 of the largest.
+    /// Returns whether the body is a flat plate or a rod: an eigenvalue of `J_d` below 1e-3 of the
+    /// largest.
     ///
     /// The implicit equation then needs steps of half the usual bound.
     pub fn is_degenerate(&self) -> bool {
@@ -175,21 +177,23 @@ pub struct Body {
     pub mass: Option<f64>,
 }
 
-/// Eigenvalues of a symmetric 3×3 matrix, ascending, by Jacobi rotations.
+/// Returns the eigenvalues of a symmetric 3×3 matrix, ascending, by Jacobi rotations.
 ///
 /// nalgebra's eigenvalue routines do not terminate on some inputs; a fixed number of sweeps does.
 pub(crate) fn principal_moments(matrix: &Matrix3) -> Vector3 {
     principal_axes(matrix).0
 }
 
-/// Eigenvalues of a symmetric 3×3 matrix, ascending, and the right-handed axes that belong to them, as columns.
+/// Returns the eigenvalues of a symmetric 3×3 matrix, ascending, and the right-handed axes that
+/// belong to them, as columns.
 pub(crate) fn principal_axes(matrix: &Matrix3) -> (Vector3, Matrix3) {
     let scale = matrix.amax();
     if scale == 0.0 || !scale.is_finite() {
         return (Vector3::repeat(if scale == 0.0 { 0.0 } else { f64::NAN }), Matrix3::identity());
     }
     let (mut a, mut axes) = (matrix / scale, Matrix3::identity());
-    // Quadratic convergence: six sweeps reach round-off for any symmetric 3×3 matrix; twelve is slack.
+    // Quadratic convergence: six sweeps reach round-off for any symmetric 3×3 matrix; twelve is
+    // slack.
     for _ in 0..12 {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
             if a[(p, q)].abs() < 1e-300 {

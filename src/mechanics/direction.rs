@@ -1,4 +1,5 @@
-//! Directions as functions of time: fixed, turning with the reference frame, or to something that moves.
+//! Directions as functions of time: fixed, turning with the reference frame, or to something that
+//! moves.
 
 mod aligned;
 mod track;
@@ -48,7 +49,8 @@ impl Direction {
         Track::fitted(from, to, piece, degree, |time| Ok(vector(time))).map(Self::Moving)
     }
 
-    /// Fixed in something that turns at a constant rate \[rad/s\], inertial axes, over `0 … to` \[s\]: along `vector` at time zero.
+    /// Fixed in something that turns at a constant rate \[rad/s\], inertial axes, over `0 … to`
+    /// \[s\]: along `vector` at time zero.
     ///
     /// # Errors
     /// Returns a [`TrackError`] for an invalid vector or span.
@@ -62,7 +64,8 @@ impl Direction {
         Self::along(0.0, to, piece, DEGREE, |time| lie::exp(&(rate * time)) * vector)
     }
 
-    /// The unit vector in axes of the reference frame at `time` \[s\]; the frame turns at `frame_rate` \[rad/s\].
+    /// Returns the unit vector in axes of the reference frame at `time` \[s\]; the frame turns at
+    /// `frame_rate` \[rad/s\].
     pub fn at(&self, time: f64, frame_rate: &Vector3) -> Vector3 {
         match self {
             Self::InFrame(vector) => *vector,
@@ -73,7 +76,8 @@ impl Direction {
         }
     }
 
-    /// The unit vector with its derivatives in inertial space, axes of the reference frame at `t = 0`.
+    /// Returns the unit vector with its derivatives in inertial space, axes of the reference frame
+    /// at `t = 0`.
     pub fn in_space(&self, time: f64, frame_rate: &Vector3) -> LineOfSight {
         let zero = Vector3::zeros();
         match self {
@@ -107,7 +111,8 @@ impl Direction {
         }
     }
 
-    /// Length of the vector that it leads along, in its unit; `None` of one that is only a direction.
+    /// Returns the length of the vector that it leads along, in its unit; `None` of one that is
+    /// only a direction.
     pub fn distance(&self, time: f64) -> Option<f64> {
         match self {
             Self::Moving(track) | Self::Disc { centre: track, .. } => Some(track.at(time)[0].norm()),
@@ -115,7 +120,7 @@ impl Direction {
         }
     }
 
-    /// Whether it stands still in axes of the reference frame, which turns at `frame_rate`.
+    /// Returns whether it stands still in axes of the reference frame, which turns at `frame_rate`.
     pub fn is_still(&self, frame_rate: &Vector3) -> bool {
         match self {
             Self::InFrame(_) => true,
@@ -124,7 +129,7 @@ impl Direction {
         }
     }
 
-    /// The vector where it is one number for all times, in either frame.
+    /// Returns the vector where it is one number for all times, in either frame.
     pub fn constant(&self) -> Option<&Vector3> {
         match self {
             Self::Fixed(vector) | Self::InFrame(vector) => Some(vector),

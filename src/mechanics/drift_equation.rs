@@ -15,15 +15,15 @@ use crate::{Matrix3, Vector3};
 /// `(g·δ₁) δ₂ + (g·δ₂) δ₁ + …`, is then below an ulp of `g`.
 const LEFT: f64 = 5e-17;
 
-/// The plain Newton iteration is quadratic: a correction `Δ` leaves an error of about `|Δ|²`, relative. A
-/// correction below this bound is the last one, with room for ill-conditioned inertias.
+/// The plain Newton iteration is quadratic: a correction `Δ` leaves an error of about `|Δ|²`,
+/// relative. A correction below this bound is the last one, with room for ill-conditioned inertias.
 const LAST_CORRECTION: f64 = 2e-9;
 
 /// The survey needs 2–3 iterations and 6 were measured at 0.99 of the bound; twice that is failure.
 const MAX_ITERATIONS: u32 = 12;
 
-/// Solves for the Cayley vector `c` of one step. `None` when there is no physical solution: the step
-/// is too long for this momentum (or a number is not finite).
+/// Solves for the Cayley vector `c` of one step. Returns `None` if no physical solution exists:
+/// the step is too long for this momentum, or a number is not finite.
 #[inline(always)]
 pub(crate) fn solve(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<Vector3> {
     solve_counting(j, j_inverse, g).map(|(c, _)| c)
@@ -49,9 +49,10 @@ pub(crate) fn solve_from(j: &Matrix3, g: &Vector3, c: Vector3) -> Option<(Vector
     if c.x.is_nan() { None } else { chebyshev(j, g, c) }
 }
 
-/// Newton with the second-order correction of Chebyshev. `G` is quadratic in `c`, so that the residual after a
-/// Newton correction `δ₁` is `(g·δ₁) δ₁` exactly, and `δ₂ = (−∇G)⁻¹ (g·δ₁) δ₁` with the same inverse: third
-/// order for one division, and most of it waits for the division anyway.
+/// Newton with the second-order correction of Chebyshev. `G` is quadratic in `c`, so that the
+/// residual after a Newton correction `δ₁` is `(g·δ₁) δ₁` exactly, and `δ₂ = (−∇G)⁻¹ (g·δ₁) δ₁`
+/// with the same inverse: third order for one division, and most of it waits for the division
+/// anyway.
 #[inline(always)]
 fn chebyshev(j: &Matrix3, g: &Vector3, mut c: Vector3) -> Option<(Vector3, u32)> {
     for iteration in 1..=MAX_ITERATIONS {
@@ -90,8 +91,8 @@ fn equation(j: &Matrix3, g: &Vector3, c: &Vector3) -> (Vector3, Matrix3) {
     (residual, a)
 }
 
-/// Large steps of thin rods and plates make the fixed point diverge, where Newton finds its way from the plain
-/// start. Kept out of line: the common path is short and stays in registers.
+/// Large steps of thin rods and plates make the fixed point diverge, where Newton finds its way
+/// from the plain start. Kept out of line: the common path is short and stays in registers.
 #[cold]
 #[inline(never)]
 fn from_plain_start(j: &Matrix3, j_inverse: &Matrix3, g: &Vector3) -> Option<(Vector3, u32)> {

@@ -3,7 +3,7 @@
 use crate::Vector3;
 use thiserror::Error;
 
-/// Why a number does not describe what it should.
+/// The reason for which a number has a wrong value.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NumberError {
     /// A number is NaN or infinite, or a sum or product of the numbers overflows.
@@ -17,7 +17,7 @@ pub enum NumberError {
     NotPositive {
         /// The name of the number.
         name: &'static str,
-        /// Its value, SI units.
+        /// Value of the quantity, SI units.
         value: f64,
     },
     /// A quantity that may be zero is negative.
@@ -25,7 +25,7 @@ pub enum NumberError {
     Negative {
         /// The name of the number.
         name: &'static str,
-        /// Its value, SI units.
+        /// Value of the quantity, SI units.
         value: f64,
     },
 }

@@ -14,7 +14,7 @@ pub(crate) struct Banded {
 }
 
 impl Banded {
-    /// A zero matrix with `half` diagonals on both sides.
+    /// Builds a zero matrix with `half` diagonals on both sides.
     pub fn new(size: usize, half: usize) -> Self {
         Self { size, half, rows: vec![0.0; size * (3 * half + 1)], ends: (1..=size).collect() }
     }

@@ -7,7 +7,7 @@ const RANK_TOLERANCE: f64 = 1e-6;
 /// The relative size below which a rest of a vector, or a gain, counts as zero.
 const ROUND_OFF: f64 = 1e-10;
 
-/// Whether every vector is `A x` with `x ≥ 0`.
+/// Returns whether every vector is `A x` with `x ≥ 0`.
 ///
 /// This holds if the columns have full rank and `−A 1` is such a combination. Then
 /// `A (x + 1) = 0` with positive weights, which can be added to the weights of any other vector.
@@ -21,7 +21,8 @@ pub(crate) fn is_whole_space(a: &DMatrix<f64>) -> bool {
     sizes.min() > RANK_TOLERANCE * sizes.max() && rest.norm() <= RANK_TOLERANCE * sizes.max()
 }
 
-/// Whether with every vector `A x`, `x ≥ 0`, its opposite is one as well: what the columns reach is a subspace.
+/// Returns whether the opposite of every vector `A x`, `x ≥ 0`, is such a vector too: the columns
+/// then reach a subspace.
 pub(crate) fn is_subspace(a: &DMatrix<f64>) -> bool {
     let svd = a.clone().svd(true, false);
     let least = RANK_TOLERANCE * svd.singular_values.max();
@@ -30,8 +31,8 @@ pub(crate) fn is_subspace(a: &DMatrix<f64>) -> bool {
     svd.u.is_some_and(|u| is_whole_space(&u.select_columns(&kept).tr_mul(a)))
 }
 
-/// The `x ≥ 0` with the least `|A x − b|`, by the active set of Lawson and Hanson (Solving Least Squares Problems, 1974,
-/// chapter 23).
+/// Returns the `x ≥ 0` with the least `|A x − b|`, by the active set of Lawson and Hanson (Solving
+/// Least Squares Problems, 1974, chapter 23).
 fn nonnegative_least_squares(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let count = a.ncols();
     let least = ROUND_OFF * a.amax() * b.norm();

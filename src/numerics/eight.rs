@@ -1,7 +1,8 @@
-//! Eight numbers at once, and what they have in common with one.
+//! Eight numbers at once, with the operations of one number.
 //!
-//! Formulas that are written for a [`Number`] hold for one case as well as for eight cases side by side, each in its lane of
-//! the vector registers (see [`widest`](super::widest)). Every lane has the bits that the number alone would have.
+//! Formulas that are written for a [`Number`] hold for one case as well as for eight cases side by
+//! side, each in its lane of the vector registers (see [`widest`](super::widest)). Every lane has
+//! the bits that the number alone would have.
 //!
 //! # How do sweeps of minimum time become fast without unsafe code?
 //!
@@ -75,7 +76,7 @@ impl Number for f64 {
 pub(crate) struct Eight(pub [f64; 8]);
 
 impl Eight {
-    /// How many they are.
+    /// The number of lanes.
     pub const LANES: usize = 8;
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! One rule for every text that is read: UTF-8, with a byte order mark or without.
 
-/// Why bytes are no text.
+/// The reason for which bytes are not text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoText {
     /// They are UTF-16, as some programs on Windows save it.
@@ -12,7 +12,8 @@ pub enum NoText {
 /// The byte order mark of UTF-8, which has no meaning.
 pub const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Whether a file that begins so is in UTF-16: by its mark, or by every other byte being zero.
+/// Returns whether a file that begins so is in UTF-16: by its mark, or by every other byte being
+/// zero.
 pub fn is_utf16(bytes: &[u8]) -> bool {
     /// Bytes that are looked at.
     const FIRST: usize = 32;
@@ -22,7 +23,7 @@ pub fn is_utf16(bytes: &[u8]) -> bool {
         || (bytes.len() >= 4 && (zeros(0) != zeros(1)))
 }
 
-/// The text of a file, without its byte order mark.
+/// Returns the text of a file, without its byte order mark.
 ///
 /// # Errors
 /// [`NoText`].

@@ -13,8 +13,8 @@ pub(crate) const RANK_TOLERANCE: f64 = 1e-9;
 pub(crate) enum Factor<const N: usize> {
     /// LU with row permutation.
     Lu { lu: Box<SMatrix<f64, N, N>>, order: [usize; N] },
-    /// Minimum-norm inverse of a rank-deficient matrix: deletes the redundant equations and fixes the
-    /// gauge of the unknowns in one projection.
+    /// Minimum-norm inverse of a rank-deficient matrix: deletes the redundant equations and fixes
+    /// the gauge of the unknowns in one projection.
     PseudoInverse(Box<SMatrix<f64, N, N>>),
 }
 
@@ -79,14 +79,14 @@ impl<const N: usize> Factor<N> {
         x
     }
 
-    /// Whether the matrix was singular to the tolerance of [`Factor::new`].
+    /// Returns whether the matrix was singular to the tolerance of [`Factor::new`].
     pub fn is_singular(&self) -> bool {
         matches!(self, Self::PseudoInverse(_))
     }
 }
 
-/// `matrix⁻¹` on the first `count` columns of `right`, in place and in arrays of fixed size; false, and nothing of
-/// use, where the matrix is singular to the tolerance of [`Factor::new`].
+/// `matrix⁻¹` on the first `count` columns of `right`, in place and in arrays of fixed size; false,
+/// and nothing of use, where the matrix is singular to the tolerance of [`Factor::new`].
 #[inline]
 pub(crate) fn eliminate<const N: usize, const M: usize>(
     matrix: &SMatrix<f64, N, N>,
@@ -143,7 +143,8 @@ pub(crate) fn eliminate<const N: usize, const M: usize>(
     true
 }
 
-/// Pseudo-inverse with columns scaled to unit size first, so that the rank does not depend on units.
+/// Pseudo-inverse with columns scaled to unit size first, so that the rank does not depend on
+/// units.
 fn pseudo_inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     let sizes = column_sizes(matrix);
     let scaled = DMatrix::from_fn(N, N, |row, column| matrix[(row, column)] / sizes[column]);
@@ -157,7 +158,8 @@ fn pseudo_inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> SMatrix<f64, N
     SMatrix::from_fn(|row, column| inverse[(row, column)] / sizes[row])
 }
 
-/// The part of a costate that has an effect through `psi`: its component along the row space.
+/// Returns the part of a costate that has an effect through `psi`: its component along the row
+/// space.
 pub(crate) fn effective<const N: usize>(
     psi: &SMatrix<f64, N, N>,
     costate: &SVector<f64, N>,
@@ -168,8 +170,8 @@ pub(crate) fn effective<const N: usize>(
     }
 }
 
-/// Sizes of the columns; one that is nothing but the round-off of the others is not blown up to a
-/// direction of its own.
+/// Returns the sizes of the columns; one that is nothing but the round-off of the others is not
+/// blown up to a direction of its own.
 fn column_sizes<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [f64; N] {
     let size = |column: &[f64; N]| column.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
     let sizes = matrix.data.0.each_ref().map(size);

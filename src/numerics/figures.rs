@@ -1,6 +1,7 @@
-//! Numbers for people, and nowhere else; files have all digits.
+//! Rounded numbers for people. Files have all digits.
 
-/// `value` to `digits` significant digits, plain where that is readable: `12.7`, `1.25e-07`.
+/// Formats `value` to `digits` significant digits, plain where that is readable: `12.7`,
+/// `1.25e-07`.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
@@ -46,7 +47,7 @@ pub fn decimals(value: f64, decimals: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).into()
 }
 
-/// Rounded down to four significant digits, so that "no plan under …" stays true.
+/// Rounded down to four significant digits, so that "no plan is shorter than …" stays true.
 pub fn at_least(value: f64) -> String {
     to_one_side(value, 4, f64::floor)
 }
@@ -61,12 +62,12 @@ pub fn about(value: f64) -> String {
     to_one_side(value, 4, f64::round)
 }
 
-/// The number of four significant digits at or above a positive `value`; 0 of 0.
+/// Returns the number of four significant digits at or above a positive `value`; 0 of 0.
 pub fn rounded_up(value: f64) -> f64 {
     if value == 0.0 {
         return 0.0;
     }
-    // Not by a product with a power of ten, which is seldom exact: by the text that a spec would hold.
+    // A product with a power of ten is seldom exact, so the text of a spec is parsed.
     let unit = 10_f64.powi(value.log10().floor() as i32 - 3);
     let text = format!("{:.3e}", (value / unit).ceil() * unit);
     text.parse().unwrap_or(value)
@@ -103,12 +104,12 @@ pub fn exceeding(needed: f64, possible: f64) -> [String; 2] {
     found
 }
 
-/// An error: two digits and an exponent of two places, `4.0e-13`.
+/// Returns an error: two digits and an exponent of two places, `4.0e-13`.
 pub fn error(value: f64) -> String {
     scientific(value, 1)
 }
 
-/// So many decimals and an exponent of two places: `4.12e-13`.
+/// Formats a number with `decimals` decimals and an exponent of two places: `4.12e-13`.
 pub fn scientific(value: f64, decimals: usize) -> String {
     if value == 0.0 {
         return "0".into();
@@ -119,7 +120,7 @@ pub fn scientific(value: f64, decimals: usize) -> String {
     padded(&format!("{value:.decimals$e}"))
 }
 
-/// A time: `2.4 ms`, `3.2 s`.
+/// Returns a time: `2.4 ms`, `3.2 s`.
 pub fn time(seconds: f64) -> String {
     match seconds {
         s if s < 1e-3 => format!("{:.0} µs", 1e6 * s),
@@ -133,12 +134,13 @@ pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Whether a number reads well without an exponent.
+/// Returns whether a number reads well without an exponent.
 fn plain(value: f64) -> bool {
     value == 0.0 || !value.is_finite() || (1e-4..1e7).contains(&value.abs())
 }
 
-/// Far more than the slack that proofs allow for, far less than what four digits show; of more digits a share of one.
+/// Far more than the slack that proofs allow for, far less than what four digits show; of more
+/// digits a share of one.
 const SLACK: f64 = 3e-6;
 
 fn to_one_side(value: f64, digits: i32, round: fn(f64) -> f64) -> String {

@@ -53,7 +53,8 @@ impl MatrixInertia {
                 let (row, column) = largest;
                 swap(&mut a, at, column);
                 swap(&mut a, at + 1, row);
-                // Its determinant is negative by the choice of the pivot: one eigenvalue of each sign.
+                // Its determinant is negative by the choice of the pivot: one eigenvalue of each
+                // sign.
                 inertia.negative += 1;
                 let (p, q, r) = (a[(at, at)], a[(at + 1, at)], a[(at + 1, at + 1)]);
                 let determinant = p * r - q * q;

@@ -1,5 +1,5 @@
-//! Numerical tools that know nothing of attitude: factors, banded matrices, inertia of a matrix,
-//! figures for people.
+//! Numerical tools without attitudes: factors, banded matrices, inertia of a matrix, figures for
+//! people.
 
 pub(crate) mod banded;
 pub(crate) mod compensated;

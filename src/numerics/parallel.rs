@@ -1,4 +1,5 @@
-//! Work shared among the threads of rayon; without the feature `threads`, done by the calling thread.
+//! Work shared among the threads of rayon; without the feature `threads`, done by the calling
+//! thread.
 //!
 //! # Why two threads for a plan?
 //!
@@ -18,8 +19,9 @@ pub(crate) fn threads() -> usize {
     *THREADS.get_or_init(|| {
         use std::error::Error;
         let more = std::thread::available_parallelism().map_or(1, |threads| threads.get()) > 1;
-        // Asking rayon itself panics where not all of its threads can be started: they are started here. A program that
-        // holds this library may have done it before, and that alone is an error without a source.
+        // Asking rayon itself panics where not all of its threads can be started: they are started
+        // here. A program that holds this library may have done it before, and that alone is an
+        // error without a source.
         let started = || {
             rayon::ThreadPoolBuilder::new()
                 .build_global()
@@ -35,7 +37,8 @@ pub(crate) fn threads() -> usize {
     1
 }
 
-/// Writes `of(item)` of each item into its place in `results`; a thread takes at least `batch` items at once.
+/// Writes `of(item)` of each item into its place in `results`; a thread takes at least `batch`
+/// items at once.
 pub(crate) fn fill<T: Sync, R: Send>(
     items: &[T],
     results: &mut [R],

@@ -1,9 +1,9 @@
-//! Random numbers by counter: Philox 4×32 with ten rounds (Salmon, Moraes, Dror, Shaw, *Parallel Random Numbers: As Easy
-//! as 1, 2, 3*, SC 2011).
+//! Random numbers by counter: Philox 4×32 with ten rounds (Salmon, Moraes, Dror, Shaw, *Parallel
+//! Random Numbers: As Easy as 1, 2, 3*, SC 2011).
 //!
-//! A number is a function of a key and a counter and of nothing else, so any case of a million has its numbers without
-//! those before it, on any machine, in any order. The function is fixed by the paper and checked against the
-//! vectors of its authors: no release will change a stream.
+//! A number is a function of a key and a counter and of nothing else, so any case of a million has
+//! its numbers without those before it, on any machine, in any order. The function is fixed by the
+//! paper and checked against the vectors of its authors: no release will change a stream.
 //!
 //! # Which random numbers?
 //!
@@ -48,7 +48,7 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// The stream of a `seed`, a `case` and one of its quantities.
+    /// Builds the stream of a `seed`, a `case` and one of its quantities.
     pub fn new(seed: u64, case: u64, quantity: u32) -> Self {
         let counter = [0, quantity, case as u32, (case >> 32) as u32];
         Self { key: [seed as u32, (seed >> 32) as u32], counter, words: [0; 4], used: 4, spare: None }
@@ -71,7 +71,7 @@ impl Stream {
         (bits as f64 + 0.5) * 2.0_f64.powi(-52)
     }
 
-    /// Normal with mean 0 and variance 1 (Box, Muller 1958).
+    /// Returns the normal with mean 0 and variance 1 (Box, Muller 1958).
     pub fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
@@ -127,7 +127,8 @@ mod tests {
         // Uniform in (0, 1): E u = 1/2, E u² = 1/3, var u = 1/12, var u² = 1/5 − 1/9.
         within(mean(&mut |s| s.unit()), 0.5, 12.0_f64.recip().sqrt());
         within(mean(&mut |s| s.unit().powi(2)), 1.0 / 3.0, (4.0 / 45.0_f64).sqrt());
-        // Normal: 0, 1, 0, 3 with variances 1, 2, 15, 96; both of a pair, and independent of each other.
+        // Normal: 0, 1, 0, 3 with variances 1, 2, 15, 96; both of a pair, and independent of each
+        // other.
         for skip in 0..2 {
             for (power, expected, variance) in
                 [(1, 0.0, 1.0), (2, 1.0, 2.0), (3, 0.0, 15.0), (4, 3.0, 96.0_f64)]

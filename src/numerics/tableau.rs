@@ -8,7 +8,8 @@ pub(crate) struct Tableau<const S: usize> {
     pub c: [f64; S],
 }
 
-/// Butcher 1964, order 6 in seven stages (On Runge–Kutta processes of high order, J. Austral. Math. Soc. 4).
+/// Butcher 1964, order 6 in seven stages (On Runge–Kutta processes of high order, J. Austral. Math.
+/// Soc. 4).
 pub(crate) const SIXTH: Tableau<7> = Tableau {
     a: [
         [0.0; 7],
@@ -30,7 +31,8 @@ pub(crate) const FOURTH: Tableau<4> = Tableau {
     c: [0.0, 0.5, 0.5, 1.0],
 };
 
-/// Cooper and Verner, *Some explicit Runge–Kutta methods of high order*, 1972: order 8 in eleven stages, `s = √21`.
+/// Cooper and Verner, *Some explicit Runge–Kutta methods of high order*, 1972: order 8 in eleven
+/// stages, `s = √21`.
 #[rustfmt::skip]
 pub(crate) const EIGHTH: Tableau<11> = {
     let s = 4.582_575_694_955_84;

@@ -8,7 +8,7 @@ use super::eight::Number;
 
 /// A vector of numbers of any kind.
 pub(crate) type Vector<T> = nalgebra::Vector3<T>;
-/// A matrix of them.
+/// A 3×3 matrix of numbers of any kind.
 pub(crate) type Matrix<T> = nalgebra::Matrix3<T>;
 
 /// `A v`.
@@ -75,7 +75,7 @@ pub(crate) fn crossed<T: Number>(v: &Vector<T>, a: &Matrix<T>) -> Matrix<T> {
     written(|i, j| columns[j][i])
 }
 
-/// The matrix of these entries.
+/// Returns the matrix of these entries.
 #[inline(always)]
 pub(crate) fn written<T: Number>(at: impl Fn(usize, usize) -> T) -> Matrix<T> {
     Matrix::new(at(0, 0), at(0, 1), at(0, 2), at(1, 0), at(1, 1), at(1, 2), at(2, 0), at(2, 1), at(2, 2))
@@ -88,13 +88,13 @@ pub(crate) fn skew<T: Number>(v: &Vector<T>) -> Matrix<T> {
     Matrix::new(none, -v.z, v.y, v.z, none, -v.x, -v.y, v.x, none)
 }
 
-/// A vector in every lane.
+/// Returns a vector in every lane.
 #[inline(always)]
 pub(crate) fn splat<T: Number>(v: &Vector<f64>) -> Vector<T> {
     Vector::new(T::of(v.x), T::of(v.y), T::of(v.z))
 }
 
-/// A matrix in every lane.
+/// Returns a matrix in every lane.
 #[inline(always)]
 pub(crate) fn splat_matrix<T: Number>(a: &Matrix<f64>) -> Matrix<T> {
     written(|i, j| T::of(a[(i, j)]))

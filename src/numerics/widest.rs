@@ -19,7 +19,8 @@ pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
 mod tests {
     use super::*;
 
-    /// Products and sums over lanes, in which a contraction or another order would show.
+    /// Returns the products and sums over lanes, in which a contraction or another order would
+    /// show.
     #[inline(always)]
     fn chaotic(start: &[f64; 16]) -> [f64; 16] {
         let mut lanes = *start;

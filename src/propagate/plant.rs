@@ -58,7 +58,8 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Rotation inertial → reference at time `t`: `exp(−t S(n))`; `None` while the frame stands.
+    /// Returns the rotation inertial → reference at time `t`: `exp(−t S(n))`; `None` while the
+    /// frame stands.
     ///
     /// `R_{k+1} = exp(−h S(n)) R_k F_k` is `R_k = exp(−kh S(n)) A_k`, `A_{k+1} = A_k F_k`: the
     /// witnesses propagate the inertial attitude A, to which a step adds one small rotation.
@@ -66,12 +67,12 @@ impl<'a> Plant<'a> {
         self.frame_rate.map(|rate| lie::exp(&(-time * rate)))
     }
 
-    /// Whether the reference frame turns.
+    /// Returns whether the reference frame turns.
     pub(crate) fn turns(&self) -> bool {
         self.frame_rate.is_some()
     }
 
-    /// Angular velocity of the reference frame, its own axes [rad/s].
+    /// Returns the angular velocity of the reference frame, its own axes [rad/s].
     pub(crate) fn frame_rate(&self) -> Vector3 {
         self.frame_rate.unwrap_or_else(Vector3::zeros)
     }
@@ -82,12 +83,12 @@ impl<'a> Plant<'a> {
         !self.free || self.torque_frame == AxisFrame::Reference || body_force
     }
 
-    /// Force and moment of the field.
+    /// Returns the force and moment of the field.
     pub(crate) fn field(&self, pose: &Pose) -> Wrench {
         if self.free { Wrench::zero() } else { self.problem.environment.wrench(pose) }
     }
 
-    /// Force (reference frame) and torque (body axes) of the actuators.
+    /// Returns the force (reference frame) and torque (body axes) of the actuators.
     pub(crate) fn actuators(&self, attitude: &Matrix3, output: &Output) -> Wrench {
         Wrench {
             force: self.force_frame.to_reference(attitude, &output.force),
@@ -96,10 +97,11 @@ impl<'a> Plant<'a> {
     }
 }
 
-/// Field and actuators of a maneuver as one load on one body, the output of the actuators held until it is set anew.
+/// Field and actuators of a maneuver as one load on one body; the output of the actuators is held
+/// until it is set again.
 ///
-/// Axes fixed in the reference frame give a torque `Rᵀ B u` that turns with the body, axes fixed in the body a force
-/// `R B u`: evaluated where the field is, such inputs are exact in every method.
+/// Axes fixed in the reference frame give a torque `Rᵀ B u` that turns with the body, axes fixed in
+/// the body a force `R B u`: evaluated where the field is, such inputs are exact in every method.
 #[derive(Debug)]
 pub(crate) struct HeldLoad {
     problem: Problem,

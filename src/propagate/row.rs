@@ -28,12 +28,14 @@ pub struct SimulationRow {
     pub time: f64,
     /// The bodies, in the order of the system.
     pub bodies: Vec<BodyState>,
-    /// Energy, momenta and orthogonality; the momenta in inertial axes, also where the reference frame turns.
+    /// Energy, momenta and orthogonality; the momenta in inertial axes, also where the reference
+    /// frame turns.
     pub invariants: Invariants,
 }
 
 impl SimulationRow {
-    /// Whether all its numbers are finite. Energy and momenta of huge finite states overflow.
+    /// Returns whether all its numbers are finite. Energy and momenta of huge finite states
+    /// overflow.
     pub fn is_finite(&self) -> bool {
         let Invariants { energy, linear_momentum, angular_momentum, orthogonality } = &self.invariants;
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
@@ -47,13 +49,13 @@ impl SimulationRow {
     }
 }
 
-/// Who follows a simulation. A closure that takes rows is one.
+/// The receiver of a simulation. A closure that accepts rows is one.
 pub trait Observer {
-    /// A row. `Break` ends the simulation.
+    /// Receives a row. `Break` ends the simulation.
     fn on_row(&mut self, row: &SimulationRow) -> ControlFlow<()>;
 
-    /// So many steps have been made; called after each, so be quick. `Break` ends the simulation, with a last row of
-    /// the state reached.
+    /// Receives the number of steps after each step, and must be fast. `Break` ends the
+    /// simulation, with a last row of the state reached.
     fn on_step(&mut self, _steps: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }

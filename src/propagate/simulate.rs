@@ -20,8 +20,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of the discrete and the
-//! continuous witness, which propagate too.
+//! [`Simulation::of`] makes one from a maneuver. Reaction wheels are the matter of the discrete and
+//! the continuous witness, which propagate too.
 
 pub use super::row::{BodyState, Observer, SimulationRow};
 
@@ -45,11 +45,11 @@ pub struct Simulation {
     pub bodies: Vec<String>,
     /// The bodies and the forces on them.
     pub system: System,
-    /// Where everything is at `t = 0`.
+    /// The states at `t = 0`.
     pub start: SystemState,
     /// The method.
     pub kind: Kind,
-    /// Its settings.
+    /// The tolerances of a method that chooses its own step.
     pub settings: ErrorControl,
     /// Duration `T` \[s\].
     pub duration: f64,
@@ -66,7 +66,7 @@ pub struct Simulation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Encounter {
-    /// When \[s\].
+    /// The time \[s\].
     pub time: f64,
     /// The indices of the two bodies, from 0.
     pub bodies: [usize; 2],
@@ -86,12 +86,12 @@ pub struct Run {
     pub work: Work,
     /// Time that they took, without the observer's.
     pub stepping: Duration,
-    /// The first step after which two bodies were within [`Simulation::reach`] of one another that had not been so
-    /// at the start.
+    /// The first step after which two bodies were within [`Simulation::reach`] of one another that
+    /// had not been so at the start.
     pub encounter: Option<Encounter>,
 }
 
-/// Why a simulation cannot be run, or not to its end.
+/// The reason for which a simulation cannot run, or not to its end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
     /// System, state and settings do not hold together.
@@ -103,12 +103,12 @@ pub enum SimulationError {
     /// The inputs are not one per actuator, or not finite.
     #[error("{found} inputs are given, and the maneuver has {expected}; each must be finite")]
     Inputs {
-        /// How many were given.
+        /// The number of inputs given.
         found: usize,
-        /// How many there are.
+        /// The number of inputs of the maneuver.
         expected: usize,
     },
-    /// The integrators know no reaction wheels.
+    /// The integrators do not support reaction wheels.
     #[error(
         "the integrators do not support reaction wheels; propagate the maneuver by `verify::propagation`"
     )]
@@ -124,13 +124,13 @@ pub enum SimulationError {
     Step {
         /// Start of the step \[s\].
         time: f64,
-        /// Why.
+        /// The reason.
         error: StepError,
     },
 }
 
 impl Simulation {
-    /// A simulation with a row per step, bodies called "body 1", ….
+    /// Builds a simulation with a row per step, bodies called "body 1", ….
     pub fn new(system: System, start: SystemState, kind: Kind, duration: f64, steps: u64) -> Self {
         let bodies = (1..=system.bodies().len()).map(|number| format!("body {number}")).collect();
         Self {
@@ -147,9 +147,9 @@ impl Simulation {
         }
     }
 
-    /// The motion of a maneuver's body from its start, over its duration in its number of steps, under
-    /// `inputs` that are held throughout: forces before torques, one row in the order of the crate's plans; `None`: no
-    /// actuation. The end of the maneuver plays no part.
+    /// The motion of a maneuver's body from its start, over its duration in its number of steps,
+    /// under `inputs` that are held throughout: forces before torques, one row in the order of the
+    /// crate's plans; `None`: no actuation. The end of the maneuver plays no part.
     ///
     /// # Errors
     /// A [`SimulationError`], also where the maneuver has reaction wheels.
@@ -191,14 +191,14 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// The step `h = T/N` \[s\].
+    /// Returns the step `h = T/N` \[s\].
     pub fn step(&self) -> f64 {
         self.duration / self.steps as f64
     }
 
     /// Propagates and hands rows to `observer`, until the end or until it breaks off.
     ///
-    /// Nothing is kept: memory does not grow with the steps.
+    /// No row is kept: memory does not grow with the steps.
     ///
     /// # Errors
     /// A [`SimulationError`]; rows up to there have been handed out.
@@ -223,7 +223,8 @@ impl Simulation {
                 method.step(&[]).map_err(|error| SimulationError::Step { time, error })?;
                 made += 1;
                 encounter = encounter.or_else(|| self.meeting(&apart, made, method.state()));
-                // Followed step by step, as a turn of more than 180° between rows would lose the sign.
+                // Followed step by step, as a turn of more than 180° between rows would lose the
+                // sign.
                 for (body, pose) in row.bodies.iter_mut().zip(method.state().poses()) {
                     let quaternion = lie::quaternion_from_rotation(&pose.attitude);
                     body.quaternion = lie::continued(Some(&body.quaternion), quaternion);
@@ -239,7 +240,8 @@ impl Simulation {
         Ok(Run { finished, facts: method.facts(), work: method.work(), stepping, encounter })
     }
 
-    /// A row is handed out only if it is finite: a method that only just holds its state hands out no infinite energy.
+    /// Checks that a row is finite before it is output. Near the limits of a method the state can
+    /// be finite when the energy is not.
     fn finite(&self, row: &SimulationRow, made: u64) -> Result<(), SimulationError> {
         let time = self.time(made.saturating_sub(1));
         if row.is_finite() {
@@ -249,7 +251,8 @@ impl Simulation {
         }
     }
 
-    /// The pairs that are out of reach of one another at the start, with the square of that distance.
+    /// Returns the pairs that are out of reach of one another at the start, with the square of that
+    /// distance.
     fn apart(&self) -> Vec<([usize; 2], f64)> {
         let poses = self.start.poses();
         let pairs = (0..self.reach.len()).flat_map(|second| (0..second).map(move |first| [first, second]));
@@ -259,7 +262,7 @@ impl Simulation {
         with_reach.filter(|(pair, reach)| *reach > 0.0 && distance(*pair) >= *reach).collect()
     }
 
-    /// The first of `pairs` within reach.
+    /// Returns the first of `pairs` within reach.
     fn meeting(&self, pairs: &[([usize; 2], f64)], made: u64, state: &SystemState) -> Option<Encounter> {
         let poses = state.poses();
         let distance = |[a, b]: [usize; 2]| (poses[a].position - poses[b].position).norm_squared();
@@ -267,7 +270,7 @@ impl Simulation {
         Some(Encounter { time: self.time(made), bodies: *bodies, distance: distance(*bodies).sqrt() })
     }
 
-    /// The row of a state at `t = 0`, or of one whose signs do not matter.
+    /// Returns the row of a state at `t = 0`, or of one whose signs do not matter.
     pub fn row(&self, time: f64, state: &SystemState) -> SimulationRow {
         let body = |pose: &crate::mechanics::environment::Pose| BodyState {
             quaternion: lie::quaternion_from_rotation(&pose.attitude),
@@ -286,7 +289,7 @@ impl Simulation {
         if steps == self.steps { self.duration } else { steps as f64 * self.step() }
     }
 
-    /// Everything but the quaternions.
+    /// Fills in everything except the quaternions.
     fn fill(&self, row: &mut SimulationRow, time: f64, state: &SystemState) {
         row.time = time;
         row.invariants = self.system.invariants(state);

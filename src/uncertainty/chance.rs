@@ -1,5 +1,6 @@
-//! The chance that a limit is exceeded at an instant of a plan, to first order: that a boresight enters a cone or leaves one, that the
-//! body turns too fast, that a command is beyond what an input gives or changes too fast.
+//! The chance that a limit is exceeded at an instant of a plan, to first order: a boresight
+//! enters a cone or leaves one, the body turns too fast, a command exceeds the limit of an input,
+//! or changes too fast.
 //!
 //! ```text
 //! cone      θ_k = angle(R_k b, w) − α ,   σ² = gᵀ P_ζζ g ,   g = (1/sin θ) wᵀ R_k S(b)          chance Φ(−room/σ)
@@ -30,7 +31,7 @@ pub enum Quantity {
     Rate,
     /// The torque of an input, or the norm of all [N·m].
     Torque,
-    /// How fast the torque of an input changes [N·m/s].
+    /// The rate of the torque of an input [N·m/s].
     TorqueRate,
 }
 
@@ -42,7 +43,8 @@ pub struct Worst {
     pub node: usize,
     /// The chance of exceeding it then.
     pub chance: f64,
-    /// Standard deviation of what is limited then, in the unit of its [`Quantity`].
+    /// The standard deviation of the limited quantity at that time, in the unit of its
+    /// [`Quantity`].
     pub sigma: f64,
     /// The distance of the plan from the limit at that time, without margin.
     pub room: f64,
@@ -52,13 +54,14 @@ pub struct Worst {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Chance {
-    /// Its name.
+    /// The name of the constraint or limit.
     pub name: String,
     /// The limited quantity.
     pub quantity: Quantity,
     /// Chance at each node, or in each step: the largest of its parts.
     pub nodes: Vec<f64>,
-    /// Each of its parts where it is the worst: a cone and a norm have one, components and inputs one each.
+    /// Each of its parts where it is the worst: a cone and a norm have one, components and inputs
+    /// one each.
     pub parts: Vec<Worst>,
 }
 
@@ -189,13 +192,13 @@ impl Chance {
         out
     }
 
-    /// The part of the largest chance, and where it has it.
+    /// Returns the part of the largest chance, and where it has it.
     pub fn worst(&self) -> Worst {
         let none = Worst { node: 0, chance: 0.0, sigma: 0.0, room: f64::INFINITY };
         self.parts.iter().fold(none, |worst, part| if part.is_worse_than(&worst) { *part } else { worst })
     }
 
-    /// The largest of all instants.
+    /// Returns the largest of all instants.
     pub fn largest(&self) -> f64 {
         self.worst().chance
     }
@@ -210,12 +213,12 @@ impl Worst {
     }
 }
 
-/// The chance of being more than `room` off.
+/// Returns the chance of being more than `room` off.
 fn beyond(room: f64, sigma: f64) -> f64 {
     if sigma > 0.0 { normal_cdf(-room / sigma) } else { f64::from(u8::from(room < 0.0)) }
 }
 
-/// Length and direction of a vector; no direction of none.
+/// Returns the length and direction of a vector; no direction of none.
 fn size_of(vector: &Vector3) -> (f64, Vector3) {
     let size = vector.norm();
     (size, if size > 0.0 { vector / size } else { Vector3::zeros() })
@@ -253,7 +256,8 @@ fn beside_cone(
     worst.map_or((f64::INFINITY, 0.0), |(_, room, sigma)| (room, sigma))
 }
 
-/// Angle of a boresight from a direction, and its gradient by `ζ`: `(1/sin θ) wᵀ R S(b)`.
+/// Returns the angle of a boresight from a direction, and its gradient by `ζ`:
+/// `(1/sin θ) wᵀ R S(b)`.
 fn angle_from(attitude: &Matrix3, boresight: &Vector3, direction: &Vector3) -> (f64, Vector3) {
     let seen = attitude.tr_mul(direction);
     let cross = boresight.cross(&seen);

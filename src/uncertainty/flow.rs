@@ -8,7 +8,7 @@ use nalgebra::{Const, Dyn, OMatrix, RowSVector, SMatrix};
 
 type Matrix6x3 = SMatrix<f64, 6, 3>;
 
-/// The ellipsoid of least trace about the sum of ellipsoids; a point where all are points.
+/// Returns the ellipsoid of least trace about the sum of ellipsoids; a point where all are points.
 fn minkowski<const N: usize>(sets: &[Square<N>]) -> Square<N> {
     let roots: Vec<f64> = sets.iter().map(|set| set.trace().max(0.0).sqrt()).collect();
     let all: f64 = roots.iter().sum();
@@ -38,7 +38,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         map
     }
 
-    /// Columns of the state, one for each parameter.
+    /// Returns the columns of the state, one for each parameter.
     fn columns(&self, of: impl Fn(&Parameter) -> Vector6) -> Columns<N> {
         let parameters = &self.uncertainty.parameters;
         let mut columns = Columns::<N>::zeros(parameters.len());
@@ -57,14 +57,14 @@ impl<'a, const N: usize> Flow<'a, N> {
         sum
     }
 
-    /// A matrix of `z` as one of the whole state: nothing else.
+    /// Returns a matrix of `z` as one of the whole state: nothing else.
     fn whole(of: &Matrix6) -> Square<N> {
         let mut out = Square::<N>::zeros();
         out.fixed_view_mut::<6, 6>(0, 0).copy_from(of);
         out
     }
 
-    /// The part of `z`.
+    /// Returns the part of `z`.
     fn part(of: &Square<N>) -> Matrix6 {
         of.fixed_view::<6, 6>(0, 0).into_owned()
     }
@@ -107,13 +107,14 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.uncertainty.torque_noise / (units.torque() * units.torque() * units.time)
     }
 
-    /// Covariance of what is measured, scaled.
+    /// Returns the covariance of the measurement, scaled.
     fn sensors(&self) -> Square<N> {
         let of_rates = self.of_rates();
         Self::whole(&(of_rates * self.uncertainty.sensor_noise * of_rates.transpose()))
     }
 
-    /// `δJ Ω*` of each parameter at a node: what a rate that is known has of momentum in the true body.
+    /// Returns `δJ Ω*` of each parameter at a node: the error of the momentum of the true body at
+    /// a known rate.
     fn of_known_rate(&self, node: usize) -> Columns<N> {
         let rate = *self.plan.node(node).1;
         self.columns(|parameter| match parameter {
@@ -127,7 +128,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.gains.map_or_else(SMatrix::zeros, |gains| gains.torque(self.plan, step))
     }
 
-    /// The tick that begins at a node, with covariance and sensitivities of the state there.
+    /// Returns the tick that begins at a node, with covariance and sensitivities of the state
+    /// there.
     fn tick(&self, node: usize, p: &Square<N>, s: &Columns<N>) -> Tick<N> {
         let measured = self.columns(|parameter| self.plan.measured(node, parameter));
         Tick {
@@ -174,7 +176,8 @@ impl<'a, const N: usize> Flow<'a, N> {
             along.torque.push(corrected * plan.units().torque().powi(2));
             along.inputs.extend(self.gains.map(|gains| self.input_deviations(gains, k, &seen)));
             if self.gains.is_some() && k + 1 == count && plan.half_kick(1) > 0.0 {
-                // The last correction is still in part to come at the end, and belongs to what was seen before it.
+                // The last correction is still in part to come at the end, and belongs to what was
+                // seen before it.
                 let back = Self::whole(&plan.last());
                 let mut half = SMatrix::<f64, N, 3>::zeros();
                 half.fixed_view_mut::<6, 3>(0, 0).copy_from(&(momentum_rows() * plan.half_kick(1)));
@@ -262,7 +265,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         }
     }
 
-    /// Rows of gains, SI inputs by the scaled state.
+    /// Returns the rows of gains, SI inputs by the scaled state.
     fn rows_of(&self, gains: &Gains, step: usize) -> Vec<RowSVector<f64, N>> {
         let entry = |row: &[f64], column: usize| row.get(column).map_or(0.0, |k| k * self.plan.unit(column));
         let row = |row: &[f64]| RowSVector::from_fn(|_, column| entry(row, column));
@@ -274,7 +277,8 @@ impl<'a, const N: usize> Flow<'a, N> {
         self.rows_of(gains, step).iter().map(deviation).collect()
     }
 
-    /// Deviations of how much corrections change from the tick before node `k` to that which begins there:
+    /// Returns the deviations of how much corrections change from the tick before node `k` to that
+    /// which begins there:
     ///
     /// ```text
     /// K (z_0 + ν + C p) − K' (z_j + ν' + C' p) = (K − K'Φ) z_0 + (K + K'Ψ) ν − K'(w + ν') + …
@@ -309,7 +313,7 @@ struct Tick<const N: usize> {
     gain: SMatrix<f64, 3, N>,
     /// Covariance of the state at its beginning, without parameters.
     p: Square<N>,
-    /// `C` and `S + C` there: what parameters do to what is measured.
+    /// `C` and `S + C` there: the effect of parameters on the measurement.
     measured: Columns<N>,
     seen: Columns<N>,
     /// `Φ`, `Ψ`, and the covariance of the noise of the torque since.

@@ -31,7 +31,8 @@
 //! {A_1} ⊕ … ⊕ {A_n} ⊂ {P} ,     P = (Σ √tr A_i) Σ A_i/√tr A_i
 //! ```
 //!
-//! Where covariances of independent noise grow like √k, sets grow like k: nothing averages out.
+//! Covariances of independent noise grow like √k, and sets grow like k, because bounds do not
+//! average out.
 
 pub mod chance;
 mod flow;
@@ -49,11 +50,12 @@ use flow::Flow;
 pub struct Uncertainty {
     /// Covariance of the start, `[ζ; δΩ]`, rad and rad/s: true minus planned.
     pub start: Matrix6,
-    /// Parameters that are the same along the plan, independent of each other: what each is, by name, and its deviation.
+    /// The parameters that are constant along the plan, independent of each other: the name, the
+    /// kind, and the deviation of each.
     pub parameters: Vec<(String, Parameter, f64)>,
     /// Intensity of the noise of the torque, (N·m)²·s.
     pub torque_noise: Matrix3,
-    /// Covariance of the noise of what is measured, `[ζ; δΩ]`, fresh at each step.
+    /// The covariance of the measurement noise of `[ζ; δΩ]`, independent at each step.
     pub sensor_noise: Matrix6,
 }
 
@@ -66,7 +68,7 @@ pub struct Covariance {
     pub states: Vec<Matrix6>,
     /// The covariance of the physical `[ζ; δΩ]` at the end, rad and rad/s: true minus planned.
     pub end: Matrix6,
-    /// The part of it that the parameters make.
+    /// The part of [`Self::end`] that comes from the parameters.
     pub end_of_parameters: Matrix6,
     /// `∂[ζ; δΩ]/∂p` at the end, 6 numbers a parameter.
     pub end_by_parameter: Vec<Vector6>,
@@ -77,13 +79,13 @@ pub struct Covariance {
     pub torque: Vec<Matrix3>,
     /// Standard deviation of the correction of each input, SI, for each step; empty open loop.
     pub inputs: Vec<Vec<f64>>,
-    /// Standard deviation of the change of the correction of each input from a step to the next, SI, one fewer than steps; empty open
-    /// loop.
+    /// Standard deviation of the change of the correction of each input from a step to the next,
+    /// SI, one fewer than steps; empty open loop.
     pub input_changes: Vec<Vec<f64>>,
 }
 
 impl Covariance {
-    /// Carries what is uncertain along a plan; `gains` where the loop is closed.
+    /// Propagates the uncertainty along a plan, with `gains` for the closed loop.
     pub fn along(plan: &LinearPlan, gains: Option<&Gains>, uncertainty: &Uncertainty) -> Self {
         if plan.has_wheels() {
             Flow::<9>::new(plan, gains, uncertainty).carry()
@@ -92,7 +94,7 @@ impl Covariance {
         }
     }
 
-    /// Standard deviations of attitude \[rad\] and rate [rad/s] at the end.
+    /// Returns the standard deviations of attitude \[rad\] and rate [rad/s] at the end.
     pub fn end_sigma(&self) -> Vector6 {
         // `max` would make a zero of NaN.
         self.end.diagonal().map(|variance| if variance < 0.0 { 0.0 } else { variance.sqrt() })

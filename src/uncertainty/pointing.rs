@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 pub struct Radius {
     /// Standard deviations along the two axes of the ellipse on the sky \[rad\], the larger first.
     pub sigma: [f64; 2],
-    /// The angle within which the boresight is with the probability [`Radius::LEVEL`] \[rad\]. Not `3σ`: that holds in one
-    /// dimension, and `3.44σ` for a circle.
+    /// The angle within which the boresight is with the probability [`Radius::LEVEL`] \[rad\]. Not
+    /// `3σ`: that holds in one dimension, and `3.44σ` for a circle.
     pub within: f64,
 }
 
@@ -19,8 +19,8 @@ impl Radius {
     /// The probability of three standard deviations of one normal number.
     pub const LEVEL: f64 = 0.9973;
 
-    /// Directions of the sum over a quarter of the circle. The sum is periodic, and its error falls with the power of their
-    /// number; thin ellipses take the most.
+    /// Directions of the sum over a quarter of the circle. The sum is periodic, and its error falls
+    /// with the power of their number; thin ellipses take the most.
     const DIRECTIONS: usize = 512;
 
     /// Bisections to round-off.
@@ -40,14 +40,15 @@ impl Radius {
         Self { sigma, within: radius(sigma, Self::LEVEL) }
     }
 
-    /// The angle within which the boresight is with the probability `level`, between 0 and 1 \[rad\].
+    /// Returns the angle within which the boresight is with the probability `level`, between 0 and
+    /// 1 \[rad\].
     pub fn at(&self, level: f64) -> f64 {
         radius(self.sigma, level)
     }
 }
 
-/// The radius within which two independent normal numbers of deviations `sigma` are with probability `level`:
-/// `(1/2π) ∫ (1 − exp(−r²/2q(φ))) dφ`, `q = σ₁² cos²φ + σ₂² sin²φ`.
+/// Returns the radius within which two independent normal numbers of deviations `sigma` are with
+/// probability `level`: `(1/2π) ∫ (1 − exp(−r²/2q(φ))) dφ`, `q = σ₁² cos²φ + σ₂² sin²φ`.
 fn radius(sigma: [f64; 2], level: f64) -> f64 {
     if !(sigma[0] > 0.0 && sigma[0].is_finite()) {
         return sigma[0];
@@ -73,7 +74,8 @@ fn radius(sigma: [f64; 2], level: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// One dimension, a circle (`r² = −2 ln(1 − p)`), and in between Monte Carlo would do: the reference files have it.
+    /// One dimension, a circle (`r² = −2 ln(1 − p)`), and in between Monte Carlo would do: the
+    /// reference files have it.
     #[test]
     fn radii_of_a_line_and_of_a_circle_are_those_of_closed_form() {
         let line = radius([2.0, 0.0], Radius::LEVEL);

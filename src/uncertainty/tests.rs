@@ -31,7 +31,7 @@ fn gains(linear: &LinearPlan, key: &str) -> Option<Gains> {
     Some(Gains::along(linear, kind, false).unwrap())
 }
 
-/// The 24 parameters of the files, in their order.
+/// Returns the 24 parameters of the files, in their order.
 pub(crate) fn parameters(sigma: &Value) -> Vec<(String, Parameter, f64)> {
     let unit = |axis: usize| Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)));
     let inertia = |index: usize| {
@@ -53,7 +53,7 @@ pub(crate) fn parameters(sigma: &Value) -> Vec<(String, Parameter, f64)> {
     (0..24).map(|index| (index.to_string(), of(index), sigma[index].as_f64().unwrap())).collect()
 }
 
-/// Covariances of `[ζ; δΠ]` as `[ζ; δΩ]`, for the start and the sensors of the files u.
+/// Returns the covariances of `[ζ; δΠ]` as `[ζ; δΩ]`, for the start and the sensors of the files u.
 fn as_rates(problem: &Problem, covariance: &Matrix6) -> Matrix6 {
     let mut map = Matrix6::identity();
     map.fixed_view_mut::<3, 3>(3, 3).copy_from(problem.body.inertia.j_inverse());

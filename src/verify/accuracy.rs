@@ -25,7 +25,8 @@ impl Accuracy {
     /// The factor on the number of steps, because the order is measured to some percent.
     const RESERVE: f64 = 1.15;
 
-    /// The miss of the plan that was verified; `wanted` \[rad\] is the continuous tolerance, where there is one.
+    /// Computes the miss of a verified plan; `wanted` \[rad\] is the continuous tolerance,
+    /// where there is one.
     ///
     /// Estimates the steps. The miss falls as a power of the step: the measured order of
     /// convergence, or the order of the scheme if none was measured. Steps have two digits.
@@ -41,7 +42,7 @@ impl Accuracy {
     }
 }
 
-/// Rounded up to two digits.
+/// Returns a number of steps, rounded up to two digits.
 fn rounded(steps: f64) -> usize {
     let unit = 10_f64.powf(steps.log10().floor() - 1.0).max(1.0);
     ((steps / unit).ceil() * unit) as usize

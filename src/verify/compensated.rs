@@ -4,8 +4,8 @@ use nalgebra::SMatrix;
 
 /// A running sum in two doubles per element: value and what rounding left out of it.
 ///
-/// A million naive updates lose up to 1e-10 in a steady rotation, where every rounding has the same
-/// sign; this sum loses what the increments themselves lack.
+/// A million naive updates lose up to 1e-10 in a steady rotation, where every rounding has one
+/// sign; this sum loses only the rounding of the increments themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Compensated<const R: usize, const C: usize> {
     value: SMatrix<f64, R, C>,

@@ -1,6 +1,6 @@
-//! The continuous witness: the equations of motion themselves, as a Taylor series where nothing depends on the
-//! pose, integrated by Verner's 9(8) pair where a field, axes fixed in the reference frame or thrusters fixed in the
-//! body do.
+//! The continuous witness: the equations of motion themselves, as a Taylor series where nothing
+//! depends on the pose, integrated by Verner's 9(8) pair where a field, axes fixed in the reference
+//! frame or thrusters fixed in the body do.
 //!
 //! ```text
 //! q̇ = ½ q ∘ (0, Ω) ,   Π̇ = (Π + μ) × Ω + M + τ ,   ẋ = γ/m ,   γ̇ = f + f_u ,   Ω = J⁻¹Π
@@ -39,13 +39,13 @@ const RIGID_BODY: usize = 13;
 
 type Verner98<const D: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; D], 9, 16, 21>;
 
-/// A body on its way, on SO(3) or SE(3).
+/// A body in motion on SO(3) or SE(3).
 pub(crate) struct Continuous<'a> {
     base: Base<'a>,
     road: Road,
 }
 
-/// How the change over a step is found.
+/// The method for the change over a step.
 enum Road {
     /// A series; the number of parts into which the last step was divided.
     Series {
@@ -101,12 +101,12 @@ impl<'a> Continuous<'a> {
         advanced.ok_or(WitnessError::Continuous { time })
     }
 
-    /// Attitude at the end of the last step, body → inertial.
+    /// Returns the attitude at the end of the last step, body → inertial.
     pub(super) fn inertial_attitude(&self) -> Matrix3 {
         lie::rotation_from_quaternion(&self.base.quaternion.value().data.0[0])
     }
 
-    /// The phase at `time` \[s\], which must be the end of the last step.
+    /// Returns the phase at `time` \[s\], which must be the end of the last step.
     pub(crate) fn phase(&self, time: f64) -> Phase {
         self.base.phase(time)
     }
@@ -157,7 +157,8 @@ impl Change<'_> {
         self.base.moment_unit * (t * from + 0.5 * t * t / self.length * (to - from))
     }
 
-    /// Scaled force and moment of field and actuators after a turn `[w, v]` and a change of position.
+    /// Returns the scaled force and moment of field and actuators after a turn `[w, v]` and a
+    /// change of position.
     fn loads(&self, t: f64, w: f64, v: &Vector3, position: &Vector3) -> [Wrench; 2] {
         let Base { plant, scale, moment_unit, force_unit, .. } = self.base;
         let output = Output::between(&self.outputs.0, &self.outputs.1, t / self.length);
@@ -201,7 +202,7 @@ impl<const D: usize> ODE<f64, [f64; D]> for Change<'_> {
 }
 
 impl Change<'_> {
-    /// Sizes of the rates of change, one per component, that rounding is relative to.
+    /// Returns the sizes of the rates of change, one per component, that rounding is relative to.
     fn speeds(&self, dimension: usize) -> impl IntoIterator<Item = f64> {
         let base = self.base;
         let [field, actuators] = self.loads(0.0, 1.0, &Vector3::zeros(), &Vector3::zeros());
@@ -235,7 +236,8 @@ impl<'a> Base<'a> {
         }
     }
 
-    /// Sizes of the angular velocity and of the change of momentum under a torque of norm `torque`.
+    /// Returns the sizes of the angular velocity and of the change of momentum under a torque of
+    /// norm `torque`.
     fn speeds(&self, torque: f64) -> [f64; 2] {
         let momentum = self.momentum.value();
         // Absolute values: with an ill-conditioned inertia the products cancel.
@@ -244,7 +246,7 @@ impl<'a> Base<'a> {
         [rate, (momentum.norm() + stored) * rate + torque]
     }
 
-    /// A step of the plan by Verner's pair; `None` where it gives up.
+    /// Returns a step of the plan by Verner's pair; `None` where it gives up.
     fn integrate<const D: usize>(
         &mut self,
         solver: &mut Verner98<D>,
@@ -270,7 +272,8 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// A step of the plan as a series, or as several in a row; `None` where they do not converge.
+    /// Returns a step of the plan as a series, or as several in a row; `None` where they do not
+    /// converge.
     fn expand(&mut self, parts: &mut u32, step: f64, from: &Output, to: &Output) -> Option<()> {
         let (mut at, mut count) = (0, (*parts / 2).max(1));
         while at < count {
@@ -288,7 +291,8 @@ impl<'a> Base<'a> {
         Some(())
     }
 
-    /// A part of a step over `length`, scaled; nothing and false where the series does not converge.
+    /// Adds a part of a step over `length`, scaled; adds nothing and returns false where the series
+    /// does not converge.
     fn expand_part(&mut self, length: f64, ends: &[Output; 2]) -> bool {
         let [from, to] = ends.map(|end| self.moment_unit * end.torque);
         let speeds = self.speeds(from.norm().max(to.norm())).map(|speed| 1.0 + speed);

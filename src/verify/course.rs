@@ -16,12 +16,13 @@ use crate::{Matrix3, lie};
 /// The way of the witnesses under the inputs of a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Course {
-    /// Angle between the attitudes of the discrete and the continuous motion, the latter under the torque held over
-    /// each step \[rad\]; `N + 1` values.
+    /// Angle between the attitudes of the discrete and the continuous motion, the latter under the
+    /// torque held over each step \[rad\]; `N + 1` values.
     pub apart: Vec<f64>,
     /// Angle that the discrete motion has left to the attitude of the end \[rad\]; `N + 1` values.
     pub discrete_left: Vec<f64>,
-    /// Angle that the continuous motion has left to it \[rad\]; the last one is what the verdict states.
+    /// The remaining angle of the continuous motion to the end \[rad\]; the last one is in the
+    /// verdict.
     pub continuous_left: Vec<f64>,
     /// One for each constraint on pointing, in their order.
     pub clearances: Vec<Clearance>,
@@ -41,7 +42,8 @@ pub struct Clearance {
     pub continuous: Vec<f64>,
 }
 
-/// Follows both motions through the plan of `problem`; what [`super::verify`] keeps the extremes of, step by step.
+/// Follows both motions through the plan of `problem`; what [`super::verify`] keeps the extremes
+/// of, step by step.
 ///
 /// # Errors
 /// A [`WitnessError`] where the rows do not fit, or a motion cannot be followed to its end.
@@ -123,7 +125,7 @@ pub fn course(problem: &Problem, trajectory: &Trajectory) -> Result<Course, Witn
     Ok(course)
 }
 
-/// The smaller of the two; NaN if either is, unlike `f64::min`.
+/// Returns the smaller of the two; NaN if either is, unlike `f64::min`.
 fn smaller(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }

@@ -26,7 +26,7 @@ use crate::maneuver::problem::Scheme;
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::propagate::plant::{Output, Plant};
 
-/// A body on its way, advanced by steps of one length.
+/// A body in motion, advanced by steps of one length.
 #[derive(Clone, Debug)]
 pub(crate) struct Discrete<'a> {
     plant: &'a Plant<'a>,
@@ -57,7 +57,7 @@ impl<'a> Discrete<'a> {
         Self::at(plant, start, scheme, step, 0.0)
     }
 
-    /// The same from the time `began` \[s\].
+    /// Builds the witness from the time `began` \[s\].
     pub(super) fn at(plant: &'a Plant<'a>, start: &Phase, scheme: Scheme, step: f64, began: f64) -> Self {
         let pose = Pose { position: start.position, attitude: start.attitude };
         Self {
@@ -82,7 +82,7 @@ impl<'a> Discrete<'a> {
         }
     }
 
-    /// Time of the node reached \[s\].
+    /// Returns the time of the node reached \[s\].
     pub(crate) fn time(&self) -> f64 {
         self.began + self.steps as f64 * self.step
     }
@@ -148,17 +148,17 @@ impl<'a> Discrete<'a> {
         Ok(())
     }
 
-    /// Momentum in the wheels, body axes.
+    /// Returns the momentum in the wheels, body axes.
     fn stored(&self) -> Vector3 {
         self.stored.as_ref().map_or_else(Vector3::zeros, |stored| *stored.value())
     }
 
-    /// The arc that led to the node reached, inertial axes; none before the first step.
+    /// Returns the arc that led to the node reached, inertial axes; none before the first step.
     pub(crate) fn arc(&self) -> Option<&Arc> {
         self.arc.as_ref()
     }
 
-    /// The phase at the node reached.
+    /// Returns the phase at the node reached.
     pub(crate) fn phase(&self) -> Phase {
         Phase {
             position: self.pose.position,

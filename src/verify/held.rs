@@ -1,4 +1,5 @@
-//! The continuous witness under the torque that is held over each step of the plan, and those that start from where it has been.
+//! The continuous witness under the torque that is held over each step of the plan, and those that
+//! start from where it has been.
 
 use super::continuous::Continuous;
 use super::margins::{Margin, Meter};
@@ -20,7 +21,8 @@ pub(super) struct Held {
     pub end: Phase,
     /// Margins of rates and cones of the continuous motion, where there are constraints.
     pub margins: Vec<Margin>,
-    /// Largest scaled difference between what a plan that lands has on record and this motion; NaN if any is.
+    /// The largest scaled difference between the record of a plan that lands and this motion; NaN
+    /// if any number is NaN.
     pub recorded: f64,
     pub windows: Result<OnWindows, WitnessError>,
 }
@@ -30,7 +32,7 @@ pub(super) struct OnWindows {
     /// Steps of the plan, and number of windows.
     pub steps: usize,
     pub windows: usize,
-    /// Or why that witness does not judge.
+    /// The result, or the reason for which that witness does not judge.
     pub symplectic: Result<Symplectic, &'static str>,
     pub order: order::Comparison,
 }
@@ -44,7 +46,8 @@ pub(super) struct Symplectic {
     pub limit: f64,
 }
 
-/// The continuous witness under the held torque, and those that start from where it has been.
+/// Returns the continuous witness under the held torque, and those that start from where it has
+/// been.
 ///
 /// `flown` is a plan that has the true motion on record.
 pub(super) fn held_witnesses(
@@ -84,8 +87,9 @@ pub(super) fn held_witnesses(
     Ok(Held { method, end, margins, recorded, windows })
 }
 
-/// Pieces of a step between which the continuous motion is taken for a rotation about one axis: it strays from
-/// that by the square of their length, a small part of what the discrete motion strays by (`tests/it/witnesses/margins.rs`).
+/// The number of pieces of a step on which the continuous motion is taken as a rotation about one
+/// axis. The error is the square of their length, a small part of the error of the discrete
+/// motion (`tests/it/witnesses/margins.rs`).
 pub(super) const PIECES: usize = 8;
 
 /// The data that the continuous witness records along the plan.
@@ -97,8 +101,8 @@ struct Passage {
     windows: Vec<Window>,
 }
 
-/// End of the continuous motion under the held torque and its method, its margins of rates and cones where there are
-/// constraints, and where it was at the ends of each window.
+/// Returns the end of the continuous motion under the held torque and its method, its margins of
+/// rates and cones where there are constraints, and where it was at the ends of each window.
 fn held_end(
     plant: &Plant,
     inputs: &Inputs,
@@ -151,7 +155,8 @@ fn held_end(
     Ok(Passage { end, method, margins, recorded, windows: marks.windows() })
 }
 
-/// End of the continuous motion under the torque that is linear between the rows of the plan.
+/// Returns the end of the continuous motion under the torque that is linear between the rows of the
+/// plan.
 pub(super) fn continuous_end(
     plant: &Plant,
     start: &Phase,

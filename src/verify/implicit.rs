@@ -6,8 +6,8 @@
 //! A = sin t/t,  B = (1 − cos t)/t²,  t = |f|,  primes: d/d(t²)
 //! ```
 //!
-//! Wheels that store the momentum μ add the right side's share of the discrete Lagrangian `2 c·μ`, with
-//! `c = K f`, `K = tan(t/2)/t = B/A` the Cayley vector of `F`:
+//! Wheels that store the momentum μ add the right side's share of the discrete Lagrangian `2 c·μ`,
+//! with `c = K f`, `K = tan(t/2)/t = B/A` the Cayley vector of `F`:
 //!
 //! ```text
 //! h S(Π + μ − (I + S(c) + c cᵀ) μ) = F J_d − J_d Fᵀ   ⇔   G(f) + K f×hμ + K² f (f·hμ) = hΠ
@@ -15,8 +15,8 @@
 //! ```
 //!
 //! The planner solves the same equation through the Cayley map; nothing is shared with it. The
-//! physical root is the one with a rotation below 90° in a step (theory: `tr F > 1`), so any other is
-//! refused.
+//! physical root is the one with a rotation below 90° in a step (theory: `tr F > 1`), so any other
+//! is refused.
 
 use crate::lie::hat;
 use crate::mechanics::body::Inertia;
@@ -26,7 +26,8 @@ use std::f64::consts::FRAC_PI_2;
 /// Newton iterations; 2 to 4 suffice below 0.6 rad, more only near the limit of existence.
 const MAX_ITERATIONS: usize = 40;
 
-/// Terms of the series: the first one left out is below 1e-19 at `t = 1.7`, beyond the physical root.
+/// Terms of the series: the first one left out is below 1e-19 at `t = 1.7`, beyond the physical
+/// root.
 const TERMS: usize = 12;
 
 /// `Σ (−1)ᵏ xᵏ/(2k + offset)!`: `A` for offset 1, `B` for offset 2.
@@ -53,7 +54,7 @@ const BOUNDED: f64 = 0.3;
 const A: [f64; TERMS] = series(1);
 const B: [f64; TERMS] = series(2);
 
-/// A series and its derivative at `x`, in as many terms as it takes there.
+/// Returns a series and its derivative at `x`, in as many terms as it takes there.
 #[inline(always)]
 fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     match terms.first_chunk::<FEW>() {
@@ -62,7 +63,8 @@ fn horner(terms: &[f64; TERMS], x: f64) -> (f64, f64) {
     }
 }
 
-/// A polynomial and its derivative at `x`. The number of terms is fixed, so that no loop is left of it.
+/// Returns a polynomial and its derivative at `x`. The number of terms is fixed, so that no loop is
+/// left of it.
 #[inline(always)]
 fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
     let (mut value, mut slope) = (0.0, 0.0);
@@ -87,7 +89,7 @@ pub(crate) struct Implicit {
     j: Matrix3,
     j_inverse: Matrix3,
     mean: f64,
-    /// A bound on its condition.
+    /// A bound on the condition of the equation.
     condition: f64,
 }
 
@@ -98,8 +100,8 @@ impl Implicit {
         Self { j: inertia.j() / mean, j_inverse: inertia.j_inverse() * mean, mean, condition }
     }
 
-    /// The rotation vector `f` of a step with `g = hΠ` and wheels of `spin = hμ`; `None` where there is no
-    /// physical one.
+    /// Returns the rotation vector `f` of a step with `g = hΠ` and wheels of `spin = hμ`; `None`
+    /// if no physical one exists.
     pub(crate) fn solve(&self, g: &Vector3, spin: &Vector3) -> Option<Vector3> {
         let (g, spin) = (g / self.mean, spin / self.mean);
         let spins = spin != Vector3::zeros();
@@ -201,7 +203,7 @@ mod tests {
         }
     }
 
-    /// Only the root below 90° is physical; asking for more momentum than any step carries is an error.
+    /// Only the root below 90° is physical; more momentum than a step can carry is an error.
     #[test]
     fn beyond_the_limit_of_existence_there_is_no_rotation() {
         let implicit = Implicit::new(&Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap());

@@ -25,20 +25,20 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Margin {
-    /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel torque
-    /// limit", "wheel momentum limit" and the like.
+    /// Name of the constraint, or "torque limit", "torque norm limit", "torque rate limit", "wheel
+    /// torque limit", "wheel momentum limit" and the like.
     pub name: String,
     /// The smallest distance to the limit, in `unit`; negative: violated.
     pub margin: f64,
-    /// The smallest distance of the continuous motion under the held torque, in `unit`, for rates and cones: it differs by the error
-    /// of the discretisation.
+    /// The smallest distance of the continuous motion under the held torque, in `unit`, for rates
+    /// and cones: it differs by the error of the discretisation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous_margin: Option<f64>,
     /// "deg", "deg/s", "N·m", "N·m/s", "N·m·s", "N", "N/s".
     pub unit: String,
     /// The margin relative to the limit, or in \[rad\] for a cone.
     pub scaled: f64,
-    /// When \[s\].
+    /// The time \[s\].
     pub time_s: f64,
     /// The input, the axis, the wheel, or the pair of boresight and direction, in words; empty if
     /// only one exists.
@@ -46,12 +46,12 @@ pub struct Margin {
 }
 
 impl Margin {
-    /// Whether the limit holds, to round-off ([`Margin::ROUND_OFF`]).
+    /// Returns whether the limit holds, to round-off ([`Margin::ROUND_OFF`]).
     pub fn holds(&self) -> bool {
         self.scaled >= -Self::ROUND_OFF
     }
 
-    /// The number of the input that it is of, forces first, where it is of one.
+    /// Returns the number of the input that it is of, forces first, where it is of one.
     pub fn input(&self, problem: &Problem) -> Option<usize> {
         let number = ["wheel ", "input "].iter().find_map(|kind| self.at.strip_prefix(kind))?;
         let index = number.parse::<usize>().ok()?.checked_sub(1)?;
@@ -77,7 +77,7 @@ impl fmt::Display for Margin {
     }
 }
 
-/// The worst scaled violation among margins; 0 where all hold, NaN where one is NaN.
+/// Returns the worst scaled violation among margins; 0 where all hold, NaN where one is NaN.
 pub fn worst_violation(margins: &[Margin]) -> f64 {
     margins.iter().fold(0.0, |worst: f64, margin| {
         let violation = -margin.scaled;
@@ -109,14 +109,14 @@ struct Smallest {
 }
 
 impl Smallest {
-    /// Takes a smaller margin, or one that is NaN, for good.
+    /// Stores a smaller margin, or one that is NaN, which then stays.
     fn meet(&mut self, other: Self) {
         if !self.scaled.is_nan() && (other.scaled < self.scaled || other.scaled.is_nan()) {
             *self = other;
         }
     }
 
-    /// Each value of what has a limit to one side against zero.
+    /// Compares each value of a one-sided limit with zero.
     fn meet_none_negative(&mut self, values: impl IntoIterator<Item = (f64, f64)>, time: f64) {
         for (index, (value, limit)) in values.into_iter().enumerate() {
             self.meet(Self { margin: value, scaled: value / limit, time, index });
@@ -200,7 +200,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// One `step` \[s\] from `time` along `arc`, at its one rate.
+    /// Measures the margins of one `step` \[s\] from `time` along `arc`, which has a constant rate.
     pub(crate) fn arc(&mut self, time: f64, step: f64, arc: &Arc) {
         let frame_rate = self.frame_rate;
         self.rate(time + 0.5 * step, &(arc.turn / step));

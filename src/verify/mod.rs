@@ -1,19 +1,22 @@
-//! Independent witnesses of a plan. They share no solver, sweep or derivative code with the planner.
+//! Independent witnesses of a plan. They share no solver, sweep or derivative code with the
+//! planner.
 //!
-//! - The **discrete witness** propagates the plan's inputs through its own difference equations, the
-//!   implicit one solved in another form than the planner's. It must meet the terminal conditions.
-//! - The **continuous witness** follows the equations of motion, the torque held over each step of the plan: as a
-//!   Taylor series, or with a method from another crate where forces depend on the pose. It notes where it is at the
-//!   ends of a few windows of the plan.
-//! - The **symplectic witness** propagates the same held torque over the windows with a Galerkin variational
-//!   integrator of high order, and must end where the continuous one does, to round-off.
-//! - The first two must describe one motion: over the windows, with that held torque and ever shorter steps, the first
-//!   converges to the second at the order of the scheme, or to round-off.
+//! - The **discrete witness** propagates the plan's inputs through its own difference equations,
+//!   the implicit one solved in another form than the planner's. It must meet the terminal
+//!   conditions.
+//! - The **continuous witness** follows the equations of motion, the torque held over each step of
+//!   the plan: as a Taylor series, or with a method from another crate where forces depend on the
+//!   pose. It notes where it is at the ends of a few windows of the plan.
+//! - The **symplectic witness** propagates the same held torque over the windows with a Galerkin
+//!   variational integrator of high order, and must end where the continuous one does, to
+//!   round-off.
+//! - The first two must describe one motion: over the windows, with that held torque and ever
+//!   shorter steps, the first converges to the second at the order of the scheme, or to round-off.
 //!
 //! [`Verification::witnesses`] states over how many steps each witness ran.
 //!
-//! The witnesses start from the problem and the recorded inputs alone. The recorded attitudes, rates
-//! and torques are compared with what they find.
+//! The witnesses start from the problem and the recorded inputs alone. They compare the recorded
+//! attitudes, rates and torques with their own results.
 
 mod accuracy;
 mod attitudes;
@@ -134,7 +137,8 @@ pub fn verify_until(
         apart_limit,
     } = judged;
     found.at_most("finite", rows::not_finite(trajectory) as f64, 0.0);
-    // The target of a plan that lands is where its discrete motion came to: one more state on record.
+    // The target of a plan that lands is where its discrete motion came to: one more state on
+    // record.
     let on_record = RECORDED.max(10.0 * tolerance);
     let terminal = if trajectory.target.is_some() { on_record } else { tolerance };
     found.at_most("discrete terminal", found.discrete().largest(), terminal);
@@ -244,8 +248,9 @@ fn at_rest(problem: &Problem, trajectory: &Trajectory, tolerance: f64) -> Verifi
 /// tolerance.
 const MISSED: f64 = 0.25;
 
-/// The least and the largest allowed miss \[deg\].
+/// The least allowed miss \[deg\].
 const MISSED_LEAST_DEG: f64 = 5.0;
+/// The largest allowed miss \[deg\].
 const MISSED_MOST_DEG: f64 = 45.0;
 
 /// Returns the attitude error at the end \[rad\] that the continuous motion may have without a
@@ -254,8 +259,8 @@ fn miss_allowed(turned: f64) -> f64 {
     (MISSED * turned).clamp(MISSED_LEAST_DEG.to_radians(), MISSED_MOST_DEG.to_radians())
 }
 
-/// Scaled difference that recorded and re-propagated states may have: far above rounding, far below
-/// what anyone would want to know.
+/// The scaled difference between recorded and propagated states that is accepted: far above
+/// rounding, far below any relevant error.
 const RECORDED: f64 = 1e-9;
 
 /// The scaled difference of two flows of the true motion after many turns that a plan that lands
@@ -271,7 +276,8 @@ struct Judged {
     flown: Option<f64>,
     /// The largest error of the continuous motion at the end, apart from the attitude, scaled.
     continuous_state: f64,
-    /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the body.
+    /// Drift of the total momentum in the recorded states, where wheels and nothing else turn the
+    /// body.
     momentum_drift: Option<f64>,
     /// Whether the path has the requested homotopy class, if one is requested.
     goes_as_asked: Option<bool>,
@@ -286,7 +292,7 @@ struct Judged {
 }
 
 impl Verification {
-    /// The witnesses, two at a time; the findings of those that came to an end stay.
+    /// Runs the witnesses, two at a time, and keeps the findings of those that finished.
     fn witness(
         &mut self,
         problem: &Problem,
@@ -392,8 +398,8 @@ impl Verification {
 /// The number of steps from which on a second thread saves more time than it costs.
 const WORTH_A_THREAD: usize = 400;
 
-/// Where the continuous witness ends from the start of the maneuver, under outputs held over steps of given lengths: what tests hold
-/// other flows against.
+/// Returns the end of the continuous witness from the start of the maneuver, under outputs held
+/// over steps of given lengths. Tests compare other flows with it.
 #[cfg(test)]
 pub(crate) fn continuous_flow(
     plant: &crate::propagate::plant::Plant,

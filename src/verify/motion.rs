@@ -1,4 +1,4 @@
-//! Where the body is, and the inputs of a plan step by step, as all witnesses see them.
+//! The state of the body, and the inputs of a plan step by step, as all witnesses use them.
 
 use super::verification::WitnessError;
 use crate::maneuver::grid::Grid;
@@ -7,7 +7,7 @@ use crate::maneuver::solution::TerminalError;
 use crate::propagate::plant::{Output, Plant};
 use crate::{Matrix3, Vector3, lie};
 
-/// Where the body is and how it moves, with momenta instead of velocities.
+/// The state of the body, with momenta instead of velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phase {
     /// Position `x`, reference frame \[m\].
@@ -23,7 +23,7 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// The phase of a boundary state of `problem`, with the wheels as they are at the start.
+    /// Builds the phase of a boundary state of `problem`, with the wheels as they are at the start.
     pub fn of(problem: &Problem, state: &State) -> Self {
         Self {
             position: state.position,
@@ -34,13 +34,13 @@ impl Phase {
         }
     }
 
-    /// Angular velocity `Ω = J⁻¹Π`, body axes [rad/s].
+    /// Returns the angular velocity `Ω = J⁻¹Π`, body axes [rad/s].
     pub fn angular_velocity(&self, problem: &Problem) -> Vector3 {
         let inertia = &problem.body.inertia;
         angular_velocity(inertia.j(), inertia.j_inverse(), &self.momentum)
     }
 
-    /// Velocity `γ/m`, reference frame [m/s]; zero without a mass.
+    /// Returns the velocity `γ/m`, reference frame [m/s]; zero without a mass.
     pub fn velocity(&self, problem: &Problem) -> Vector3 {
         problem.body.mass.map_or_else(Vector3::zeros, |mass| self.linear_momentum / mass)
     }
@@ -83,13 +83,13 @@ impl Scale {
         }
     }
 
-    /// Units of torque and force [N·m, N].
+    /// Returns the units of torque and force [N·m, N].
     pub(crate) fn loads(&self) -> (f64, f64) {
         let per_time = 1.0 / self.time;
         (self.inertia * per_time * per_time, self.mass * self.length * per_time * per_time)
     }
 
-    /// Distance between two phases in scaled units.
+    /// Returns the distance between two phases in scaled units.
     pub(crate) fn distance(&self, a: &Phase, b: &Phase, motion: Motion) -> TerminalError {
         let moves = motion == Motion::RigidBody;
         let linear = self.mass * self.length / self.time;
@@ -102,8 +102,8 @@ impl Scale {
     }
 }
 
-/// The plant of `problem`, unless its duration is not known yet or the body moves in a turning frame: the scheme then lacks the
-/// Coriolis force.
+/// Returns the plant of `problem`, unless its duration is not known yet or the body moves in a
+/// turning frame: the scheme then lacks the Coriolis force.
 pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
     if problem.duration.known().is_none() {
         return Err(ProblemError::Missing(
@@ -117,13 +117,13 @@ pub(super) fn judgeable(problem: &Problem) -> Result<Plant<'_>, WitnessError> {
 
 /// The plan's inputs as the steps use them, and the steps.
 ///
-/// Where minimum time or fuel is planned there is one row for each step, held over it; elsewhere rows belong to nodes.
+/// For minimum time or fuel each step has one row, held over it; otherwise rows belong to nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs<'a> {
     pub(super) problem: &'a Problem,
     pub(super) grid: Grid,
     rows: &'a [f64],
-    /// [`Problem::switches`], asked once for all steps.
+    /// The value of [`Problem::switches`] for all steps.
     switches: bool,
 }
 
@@ -133,7 +133,7 @@ impl<'a> Inputs<'a> {
         Self::on(problem, problem.grid(), rows)
     }
 
-    /// The same on a grid of another kind.
+    /// Builds the same on a grid of another kind.
     pub(super) fn on(problem: &'a Problem, grid: Grid, rows: &'a [f64]) -> Self {
         Self { problem, grid, rows, switches: problem.switches() }
     }
@@ -147,7 +147,7 @@ impl<'a> Inputs<'a> {
         Ok(Self::new(problem, rows))
     }
 
-    /// The numbers of a row.
+    /// Returns the numbers of a row.
     pub(crate) fn numbers(&self, index: usize) -> &'a [f64] {
         let count = self.problem.actuation.count();
         &self.rows[index * count..(index + 1) * count]
@@ -172,7 +172,7 @@ impl<'a> Inputs<'a> {
         (self.row(from), self.row(to))
     }
 
-    /// The rows of these.
+    /// Returns the rows of these.
     fn end_rows(&self, k: usize) -> (usize, usize) {
         if self.switches {
             return (k, k);
@@ -190,7 +190,8 @@ impl<'a> Inputs<'a> {
         (k, k + 1 - self.problem.scheme.first_input())
     }
 
-    /// The output that the plan holds over step k: `B u_{k+1}`, or `½ B (u_k + u_{k+1})` for Verlet.
+    /// Returns the output that the plan holds over step k: `B u_{k+1}`, or `½ B (u_k + u_{k+1})`
+    /// for Verlet.
     pub(crate) fn held(&self, k: usize) -> Output {
         let (from, to) = self.held_rows(k);
         Output::between(&self.row(from), &self.row(to), 0.5)

@@ -42,7 +42,8 @@ const MAX_STEPS: usize = 4_000_000;
 /// The deficit to the full order with which the check still passes.
 pub(super) const SLACK: f64 = 0.5;
 
-/// Agreement over a window, scaled and relative to the size of the motion, that counts as round-off.
+/// Agreement over a window, scaled and relative to the size of the motion, that counts as
+/// round-off.
 const ROUND_OFF: f64 = 2e-14;
 
 /// Agreement that amplified round-off can excuse at most.
@@ -51,10 +52,11 @@ const AMPLIFIED: f64 = 1e-6;
 /// Round-off of the propagations over a window, before the dynamics amplify it.
 const START_ROUND_OFF: f64 = 4e-15;
 
-/// How the discrete and the continuous witness compare.
+/// The comparison of the discrete and the continuous witness.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Comparison {
-    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN where a step was too long.
+    /// Scaled distance of the ends at h, h/2, h/4, …, over all windows; NaN where a step was too
+    /// long.
     pub(super) errors: Vec<f64>,
     /// Order observed between the finest two levels; `None` at round-off.
     pub(super) order: Option<f64>,
@@ -87,12 +89,12 @@ impl Stage<'_> {
         self.plant.problem
     }
 
-    /// Steps of the plan that the windows have.
+    /// Returns the steps of the plan that the windows have.
     pub(super) fn steps(&self) -> usize {
         self.windows.iter().map(|window| window.steps.len()).sum()
     }
 
-    /// Size of the motion, scaled, which rounding is relative to.
+    /// Returns the size of the motion, scaled, which rounding is relative to.
     fn size(&self) -> f64 {
         let scale = Scale::of(self.problem());
         let size = |phase: &Phase| phase.momentum.norm() + phase.stored.norm();
@@ -111,7 +113,7 @@ impl Stage<'_> {
         Ok(sum.sqrt())
     }
 
-    /// End of a window of the held plan by the discrete witness at `h/refinement`.
+    /// Returns the end of a window of the held plan by the discrete witness at `h/refinement`.
     fn held_end(&self, window: &Window, start: &Phase, refinement: usize) -> Result<Phase, WitnessError> {
         let grid = &self.inputs.grid;
         let part = |k: usize| grid.step(k) / refinement as f64;
@@ -133,7 +135,7 @@ impl Stage<'_> {
         self.compare_with(|window, refinement| self.held_end(window, &window.start, refinement))
     }
 
-    /// The same for any propagation at `h/refinement`.
+    /// Returns the same for any propagation at `h/refinement`.
     fn compare_with(
         &self,
         run: impl Fn(&Window, usize) -> Result<Phase, WitnessError>,
@@ -178,7 +180,8 @@ impl Stage<'_> {
         Ok(found)
     }
 
-    /// Scaled distance of the ends of another exact witness, window by window, and what it may be.
+    /// Returns the scaled distance of the ends of another exact witness, window by window, and
+    /// its limit.
     pub(super) fn agreement(&self, ends: &[Phase]) -> Result<(f64, f64), WitnessError> {
         let (problem, size) = (self.problem(), self.size());
         let scale = Scale::of(problem);
@@ -228,8 +231,8 @@ impl Stage<'_> {
     }
 }
 
-/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses may have over a whole
-/// maneuver; over a part of it, its share.
+/// Distance, scaled and relative to the size of the motion, that the ends of two exact witnesses
+/// may have over a whole maneuver; over a part of it, its share.
 const EXACT: f64 = 1e-9;
 
 #[cfg(test)]
@@ -243,7 +246,8 @@ mod tests {
     use crate::verify::window::Marks;
     use std::sync::atomic::AtomicBool;
 
-    /// A scheme for one step of length h from a phase under a torque; right, or with a fault planted in it.
+    /// A scheme for one step of length h from a phase under a torque; right, or with a fault
+    /// planted in it.
     type Step = fn(&Plant, &Phase, f64, &Vector3) -> Phase;
 
     /// Applies half kick, drift, half kick, as in the theory.
@@ -325,7 +329,8 @@ mod tests {
         stage.compare_with(run).unwrap()
     }
 
-    /// Few windows find what a scheme has wrong in every step, on any grid, from rest to rest and in full motion.
+    /// A few windows find a fault that a scheme has in every step, on any grid, from rest to rest
+    /// and in full motion.
     #[test]
     fn a_fault_planted_in_the_scheme_is_found_on_the_windows() {
         let moments = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();

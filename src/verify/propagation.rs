@@ -30,7 +30,7 @@ pub enum Propagator {
     Continuous,
 }
 
-/// Propagation of a propagation over the duration of its problem.
+/// A propagation over the duration of its problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Propagation<'a> {
     /// How to propagate.
@@ -39,7 +39,8 @@ pub struct Propagation<'a> {
     pub steps: u64,
     /// The number of steps for each row; the start and the end always have a row. Default 1.
     pub stride: u64,
-    /// Inputs held throughout, one row in the order of the crate's plans; none: no actuation. Default.
+    /// Inputs held throughout, one row in the order of the crate's plans; none: no actuation.
+    /// Default.
     pub inputs: Option<&'a [f64]>,
 }
 
@@ -49,14 +50,16 @@ impl Default for Propagation<'_> {
     }
 }
 
-/// Propagates the start of `problem` and hands rows to `observer`, until the end (true) or until it breaks off.
+/// Propagates the start of `problem` and hands rows to `observer`, until the end (true) or until it
+/// breaks off.
 ///
-/// Nothing is kept: memory does not grow with the steps. The end state of the problem, its scheme and
-/// its own number of steps play no part. The momenta of the rows count the wheels', the energy does not.
+/// Nothing is kept: memory does not grow with the steps. The end state of the problem, its scheme
+/// and its own number of steps play no part. The momenta of the rows count the wheels', the energy
+/// does not.
 ///
 /// # Errors
-/// A [`WitnessError`] when the problem is unusable or the motion cannot be propagated further; rows up
-/// to there have been handed out.
+/// A [`WitnessError`] when the problem is unusable or the motion cannot be propagated further; rows
+/// up to there have been handed out.
 pub fn propagate(
     problem: &Problem,
     settings: &Propagation,

@@ -8,7 +8,8 @@ use crate::maneuver::solution::Trajectory;
 /// An input this near to a limit or to none, relative to the limit, is there.
 pub(super) const AT_LIMIT: f64 = 1e-12;
 
-/// A pulse may be so much shorter than asked, relative to that: the times of its ends are sums of steps.
+/// A pulse may be so much shorter than asked, relative to that: the times of its ends are sums of
+/// steps.
 pub(super) const ROUND_OFF: f64 = 1e-9;
 
 /// The deviation of the inputs of a plan from pulses.

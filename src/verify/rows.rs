@@ -23,7 +23,8 @@ pub(super) fn not_finite(trajectory: &Trajectory) -> usize {
     vectors.chain(quaternions).chain(scalars).filter(|value| !value.is_finite()).count()
 }
 
-/// The angle that the body turns by on its recorded way \[rad\]: the sum over its steps, in which it may also turn back.
+/// Returns the angle that the body turns by on its recorded way \[rad\]: the sum over its steps, in
+/// which it may also turn back.
 pub(super) fn turned(trajectory: &Trajectory) -> f64 {
     let angle = |pair: &[[f64; 4]]| {
         let apart =
@@ -45,7 +46,7 @@ pub fn swept(trajectory: &Trajectory) -> f64 {
         .sum()
 }
 
-/// Whether every row is there, and no other.
+/// Checks that every row is present, and no other.
 pub(super) fn fit(problem: &Problem, trajectory: &Trajectory) -> Result<(), WitnessError> {
     let nodes = problem.steps + 1;
     let outputs = problem.input_rows();
@@ -101,12 +102,12 @@ pub(super) struct Reached<'a> {
 }
 
 impl Reached<'_> {
-    /// The row of inputs of this node, if it has one.
+    /// Returns the row of inputs of this node, if it has one.
     fn row(&self) -> Option<usize> {
         self.inputs.row_at(self.index)
     }
 
-    /// Attitude of the body here.
+    /// Returns the attitude of the body here.
     pub(super) fn attitude(&self) -> Matrix3 {
         self.body.phase().attitude
     }
@@ -204,7 +205,7 @@ pub(super) fn compare(
     Ok(Finding { end, recorded, peak_torque, peak_rate, margins: meter.margins() })
 }
 
-/// The recorded momenta of `count` wheels at a node.
+/// Returns the recorded momenta of `count` wheels at a node.
 fn row_of(trajectory: &Trajectory, node: usize, count: usize) -> &[f64] {
     &trajectory.wheel_momentum[node * count..(node + 1) * count]
 }
@@ -230,8 +231,8 @@ pub(super) fn momentum_drift(plant: &Plant, trajectory: &Trajectory) -> f64 {
     (0..=problem.steps).fold(0.0, |drift, node| larger(drift, (total(node) - start).norm() / unit))
 }
 
-/// Scaled difference of what is recorded at a node from where the body is: its state, and what its actuators exert by the row
-/// of inputs that the node has.
+/// Scaled difference of what is recorded at a node from where the body is: its state, and what its
+/// actuators exert by the row of inputs that the node has.
 pub(super) fn node_difference(
     plant: &Plant,
     trajectory: &Trajectory,
@@ -251,7 +252,7 @@ pub(super) fn node_difference(
     larger(torque, (trajectory.force[row] - acting.force).norm() / force_unit)
 }
 
-/// Scaled difference of the recorded state from `phase`.
+/// Returns the scaled difference of the recorded state from `phase`.
 fn state_difference(
     plant: &Plant,
     trajectory: &Trajectory,
@@ -276,12 +277,14 @@ fn state_difference(
     larger(scale.distance(&recorded, phase, problem.motion).largest(), (size - 1.0).abs())
 }
 
-/// The trajectory that the discrete witness finds for the inputs of a plan, without costates.
+/// Returns the trajectory that the discrete witness finds for the inputs of a plan, without
+/// costates.
 ///
 /// `inputs` are the rows of [`Trajectory::input`], one after the other.
 ///
 /// # Errors
-/// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no solution.
+/// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no
+/// solution.
 pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessError> {
     problem.check_numbers()?;
     let plant = judgeable(problem)?;
@@ -316,13 +319,15 @@ pub fn replay(problem: &Problem, inputs: &[f64]) -> Result<Trajectory, WitnessEr
     Ok(found)
 }
 
-/// The margins of the motion that the discrete witness finds for the inputs of a plan: every limit and
-/// constraint of `problem`, torque inputs first, then wheels, forces, and the constraints in their order.
+/// Returns the margins of the motion that the discrete witness finds for the inputs of a plan:
+/// every limit and constraint of `problem`, torque inputs first, then wheels, forces, and the
+/// constraints in their order.
 ///
 /// `inputs` are the rows of [`Trajectory::input`], one after the other.
 ///
 /// # Errors
-/// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no solution.
+/// A [`WitnessError`] when the problem is unusable, the rows do not fit it, or a step has no
+/// solution.
 pub fn margins(problem: &Problem, inputs: &[f64]) -> Result<Vec<Margin>, WitnessError> {
     problem.check_numbers()?;
     let plant = judgeable(problem)?;
@@ -356,8 +361,8 @@ pub fn cost(problem: &Problem, trajectory: &Trajectory) -> f64 {
     }
 }
 
-/// The effort of the inputs of a plan, `Σ (h/2) uᵀWu`, for Lie–Verlet with half of both end rows. Rows and problem
-/// must fit, and the steps be equal.
+/// Returns the effort of the inputs of a plan, `Σ (h/2) uᵀWu`, for Lie–Verlet with half of both end
+/// rows. Rows and problem must fit, and the steps be equal.
 pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     let weights = problem.objective.weights();
     let (torque, force) = (weights.torque(&problem.actuation), weights.force(&problem.actuation));

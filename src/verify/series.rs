@@ -3,14 +3,15 @@
 //! ```text
 //! Π̇ = (Π + μ) × Ω + τ ,   μ̇ = −τ (wheels) ,   Ω = J⁻¹Π ,   q̇ = ½ q ∘ (0, Ω) ,   τ = τ₀ + s τ₁ ,   t = sh
 //! ```
-//! Right sides that are products have coefficients that are sums of products (Leibniz), so each power of `s` follows
-//! from those below it:
+//! Right sides that are products have coefficients that are sums of products (Leibniz), so each
+//! power of `s` follows from those below it:
 //!
 //! ```text
 //! (k+1) Π_{k+1} = h Σ (Π + μ)_i × Ω_{k−i} + h τ_k ,   (k+1) q_{k+1} = (h/2) Σ q_i ∘ (0, Ω_{k−i})
 //! ```
-//! Powers are added until they no longer change the sum: three for the steps of a plan of a million, twenty for half
-//! a radian. No step of a tableau, no implicit equation, nothing of the planner's.
+//! Powers are added until they no longer change the sum: three for the steps of a plan of a
+//! million, twenty for half a radian. No step of a tableau, no implicit equation, nothing of the
+//! planner's.
 //!
 //! # Why is the continuous witness a Taylor series?
 //!
@@ -33,7 +34,7 @@ const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
 /// Where a stretch begins and what torque acts on it, scaled.
 pub(super) struct Stretch {
-    /// Its length h.
+    /// Length h of the stretch.
     pub(super) length: f64,
     /// `Π`.
     pub(super) momentum: Vector3,
@@ -45,7 +46,8 @@ pub(super) struct Stretch {
     pub(super) speeds: [f64; 2],
 }
 
-/// `q − 1` (scalar first) and the change of `Π` over a stretch from `q = 1`; `None` where the powers do not suffice.
+/// `q − 1` (scalar first) and the change of `Π` over a stretch from `q = 1`; `None` where the
+/// powers do not suffice.
 pub(super) fn change(j: &Matrix3, j_inverse: &Matrix3, stretch: &Stretch) -> Option<([f64; 4], Vector3)> {
     let Stretch { length: h, momentum, stored, torque, speeds } = stretch;
     let zero = Vector3::zeros();
@@ -96,8 +98,8 @@ mod tests {
     use crate::verify::motion::{Phase, Scale};
     use crate::{Vector3, lie};
 
-    /// The same stretches by Verner's pair: full and thin inertias, torques and forces that change, with wheels and
-    /// without, from a thousandth of a radian to steps that are divided.
+    /// The same stretches by Verner's pair: full and thin inertias, torques and forces that change,
+    /// with wheels and without, from a thousandth of a radian to steps that are divided.
     #[test]
     fn the_series_is_the_motion_that_the_adaptive_integrator_finds() {
         let mut random = Random(71);
@@ -109,7 +111,8 @@ mod tests {
                 // Verner's pair gives up on wheels that turn the body by many radians in a step.
                 for stores in if length > 1.0 { vec![false] } else { vec![false, true] } {
                     let mut state = State::attitude(lie::exp(&random.vector3()), random.vector3());
-                    // Slowly about the thin axis, about which a torque would make it spin beyond all measure.
+                    // Slowly about the thin axis, about which a torque would make it spin beyond
+                    // all measure.
                     state.angular_velocity.x *= 0.1;
                     state.velocity = random.vector3();
                     let body = Body { inertia: inertia.clone(), mass: Some(1.3) };

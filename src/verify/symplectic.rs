@@ -1,4 +1,5 @@
-//! The symplectic witness: the held torque through a variational integrator of order 6 to 12, window by window.
+//! The symplectic witness: the held torque through a variational integrator of order 6 to 12,
+//! window by window.
 //!
 //! ```text
 //! curves of degree s in the natural chart, action at s Gauss points, steps of at most 0.2 rad
@@ -31,7 +32,7 @@ const MOST_STEPS: f64 = 4e6;
 /// for free bodies from a needle to a disc.
 const DEGREES: [(usize, f64); 4] = [(3, 5e-3), (4, 4e-2), (5, 0.1), (6, LARGEST_TURN)];
 
-/// The lowest degree that does for steps of this turn.
+/// Returns the lowest degree that does for steps of this turn.
 fn degree(turn: f64) -> usize {
     let does = |(_, most): &&(usize, f64)| turn <= *most;
     DEGREES.iter().find(does).map_or(6, |(degree, _)| *degree)
@@ -42,12 +43,12 @@ pub(super) const WHEELS: &str = "does not judge reaction wheels";
 const TOO_LONG: &str = "would need too many steps";
 pub(super) const NO_CONVERGENCE: &str = "its equations do not converge";
 
-/// Where it ends in each window, and its order; or why it cannot judge: wheels, steps too many, or a field so stiff
-/// that its iteration does not converge.
+/// Where it ends in each window, and its order; or why it cannot judge: wheels, steps too many, or
+/// a field so stiff that its iteration does not converge.
 pub(super) type Ends = Result<(Vec<Phase>, usize), &'static str>;
 
-/// How many times finer its own steps may be taken where it misses the continuous witness: a field or a torque that
-/// changes the rate within a long step of the plan makes its first steps too long.
+/// How many times finer its own steps may be taken where it misses the continuous witness: a field
+/// or a torque that changes the rate within a long step of the plan makes its first steps too long.
 pub(super) const FINER: [usize; 3] = [1, 4, 16];
 
 /// Returns the ends of the held plan over `windows`, each from the state of the continuous
@@ -148,7 +149,8 @@ mod tests {
     use crate::testing::Random;
     use crate::{Matrix3, Vector3};
 
-    /// Momentum and attitude after a turn of `turn` in `steps` steps from the angular velocity `rate`, of length 1.
+    /// Returns the momentum and attitude after a turn of `turn` in `steps` steps from the angular
+    /// velocity `rate`, of length 1.
     fn end(inertia: &Inertia, degree: usize, rate: &Vector3, turn: f64, steps: usize) -> (Vector3, Matrix3) {
         let step = turn / steps as f64;
         let mut body = EulerPoincare::new(inertia, degree, Quadrature::Gauss, step).unwrap();

@@ -25,7 +25,8 @@ pub struct Verification {
     pub continuous_attitude_rad: f64,
     /// Continuous equations of motion, torque held: rate error [rad/s].
     pub continuous_rate_rad_s: f64,
-    /// Continuous equations of motion, torque interpolated linearly over each step: attitude error \[rad\].
+    /// Continuous equations of motion, torque interpolated linearly over each step: attitude error
+    /// \[rad\].
     pub interpolated_attitude_rad: f64,
     /// Continuous equations of motion, torque interpolated: rate error [rad/s].
     pub interpolated_rate_rad_s: f64,
@@ -49,11 +50,13 @@ pub struct Verification {
     /// The symplectic witness, SE(3) only: velocity error [m/s].
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_velocity_m_s: Option<f64>,
-    /// Largest scaled distance between the ends of the symplectic and the continuous witness in a window.
+    /// Largest scaled distance between the ends of the symplectic and the continuous witness in a
+    /// window.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub symplectic_to_continuous: Option<f64>,
-    /// Observed order at which the discrete witness, with the held torque at h, h/2, h/4, converges to
-    /// the continuous one over the windows; `None` at round-off, or where it could not be computed.
+    /// Observed order at which the discrete witness, with the held torque at h, h/2, h/4, converges
+    /// to the continuous one over the windows; `None` at round-off, or where it could not be
+    /// computed.
     pub order: Option<f64>,
     /// Largest norm of the actuator torque at the nodes [N·m].
     pub peak_torque_n_m: f64,
@@ -78,7 +81,7 @@ pub struct Verification {
 pub struct Testimony {
     /// "discrete", "continuous, held torque", "continuous, linear torque", "order", "symplectic".
     pub witness: String,
-    /// Its method; or why it does not judge.
+    /// The method of the witness, or the reason why it does not judge.
     pub method: String,
     /// The number of steps of the plan over which it ran: all, or those of the windows.
     pub steps: usize,
@@ -125,7 +128,7 @@ pub enum WitnessError {
     StepTooLong {
         /// Start of that step \[s\].
         time: f64,
-        /// Its length \[s\].
+        /// Length of the step \[s\].
         step: f64,
     },
     /// The times of the nodes do not rise.
@@ -133,7 +136,7 @@ pub enum WitnessError {
     Step {
         /// Start of that step \[s\].
         time: f64,
-        /// Its length \[s\].
+        /// Length of the step \[s\].
         step: f64,
     },
     /// The adaptive integrator gave up.
@@ -154,12 +157,12 @@ pub enum WitnessError {
 }
 
 impl Verification {
-    /// Whether every check holds.
+    /// Returns whether every check holds.
     pub fn passed(&self) -> bool {
         !self.checks.is_empty() && self.checks.iter().all(|check| check.passed)
     }
 
-    /// Whether the witnesses were stopped before they had finished.
+    /// Returns whether the witnesses were stopped before they had finished.
     pub fn was_stopped(&self) -> bool {
         self.failure.as_ref().is_some_and(|failure| *failure == WitnessError::Stopped.to_string())
     }

@@ -1,7 +1,8 @@
 //! The sense of a recorded path, determined on the double cover of the rotations.
 //!
-//! A path of rotations lifts to a continuous path of unit quaternions. Two paths with equal ends are of one class if
-//! their lifts, begun equal, end equal; if not, they end at opposite quaternions.
+//! A path of rotations lifts to a continuous path of unit quaternions. Two paths with equal ends
+//! are of one class if their lifts, begun equal, end equal; if not, they end at opposite
+//! quaternions.
 
 use super::motion::Inputs;
 use super::rows::walk;
@@ -13,7 +14,8 @@ use crate::maneuver::solution::{Sense, Trajectory};
 use crate::propagate::plant::Plant;
 use crate::{Matrix3, Vector3};
 
-/// Where the motion without inputs ends this close to opposite to the end of the path \[rad\], both ways are short.
+/// Where the motion without inputs ends this close to opposite to the end of the path \[rad\], both
+/// ways are short.
 const OPPOSITE: f64 = 1e-2;
 /// Largest angle between neighbours of a lift \[rad\].
 const PART: f64 = 0.1;
@@ -71,7 +73,7 @@ fn lifted(problem: &Problem, trajectory: &Trajectory) -> Option<[f64; 4]> {
     Some(trajectory.quaternion.iter().fold(from, |lift, quaternion| continued(Some(&lift), *quaternion)))
 }
 
-/// The lift that begins with `lift` at `from` and goes on with `rotation` (body axes).
+/// Returns the lift that begins with `lift` at `from` and goes on with `rotation` (body axes).
 fn turned(lift: [f64; 4], from: &Matrix3, rotation: &Vector3) -> [f64; 4] {
     let parts = (rotation.norm() / PART).ceil().max(1.0);
     (1..=parts as usize).fold(lift, |lift, part| {

@@ -34,7 +34,7 @@ impl Wheels {
         }
     }
 
-    /// Momentum of each wheel at the node reached [N·m·s].
+    /// Returns the momentum of each wheel at the node reached [N·m·s].
     pub(super) fn momenta(&self) -> &[f64] {
         &self.momenta
     }

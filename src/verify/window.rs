@@ -12,7 +12,7 @@ use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use std::ops::Range;
 
-/// Number of windows; first and last step of the plan are in one.
+/// Number of windows. The first and the last step of the plan are in a window.
 const WINDOWS: usize = 8;
 
 /// A window has one of this many steps of the plan, and at least two.
@@ -22,7 +22,7 @@ const SHORTEST: usize = 2;
 /// A stretch of a plan, and the motion of the continuous witness at its ends.
 #[derive(Clone, Debug)]
 pub(super) struct Window {
-    /// Its steps of the plan.
+    /// The steps of the plan in the window.
     pub(super) steps: Range<usize>,
     pub(super) start: Phase,
     pub(super) end: Phase,
@@ -30,7 +30,8 @@ pub(super) struct Window {
     pub(super) peak_rate: f64,
 }
 
-/// The steps of each window of a plan of `steps`: all in one where windows would cover the plan.
+/// Returns the steps of each window of a plan of `steps`: all in one where windows would cover the
+/// plan.
 pub(super) fn spread(steps: usize) -> Vec<Range<usize>> {
     let length = steps.div_ceil(ONE_OF).max(SHORTEST);
     if WINDOWS * length >= steps {

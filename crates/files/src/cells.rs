@@ -1,5 +1,5 @@
-//! One rule for the cells of every table (RFC 4180, but a quoted cell ends on its line): commas, semicolons or tabs between them,
-//! quotes around them where a program likes to put some.
+//! One rule for the cells of every table (RFC 4180, but a quoted cell ends on its line): commas,
+//! semicolons or tabs between them, quotes around them where a program likes to put some.
 
 use std::borrow::Cow;
 
@@ -19,7 +19,7 @@ pub(crate) fn separator(head: &str) -> Option<char> {
     [',', ';', '\t'].into_iter().find(|sign| outside(*sign))
 }
 
-/// The cells of a line; blanks alone part them where there is no sign.
+/// Returns the cells of a line; without a separator blanks separate them.
 ///
 /// # Errors
 /// Returns a description of wrong quotes.
@@ -59,7 +59,7 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
     }
 }
 
-/// Where the quote that closes a cell stands: doubled ones are of its text.
+/// Returns the position of the quote that closes a cell; doubled quotes belong to its text.
 fn closing(quoted: &str) -> Option<usize> {
     let bytes = quoted.as_bytes();
     let mut at = 0;

@@ -35,7 +35,7 @@ pub enum Scale {
 impl Scale {
     const ALL: [Self; 5] = [Self::Utc, Self::Tai, Self::Tt, Self::Tdb, Self::Gps];
 
-    /// Its name in specs and in CCSDS messages.
+    /// Returns its name in specs and in CCSDS messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Utc => "UTC",
@@ -46,7 +46,7 @@ impl Scale {
         }
     }
 
-    /// The scale of this name, in upper or lower case.
+    /// Returns the scale of this name, in upper or lower case.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|scale| scale.name().eq_ignore_ascii_case(name))
     }
@@ -62,7 +62,7 @@ impl Scale {
     }
 }
 
-/// Why a text is no epoch.
+/// The reason for which a text is not an epoch.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum EpochError {
     /// The time scale is missing.
@@ -77,7 +77,7 @@ pub enum EpochError {
     /// No date and time of day as ISO 8601 writes them.
     #[error("this is not a date with a time of day, such as 2026-11-21T07:00:00.25")]
     Form,
-    /// There is no such day, or no such second.
+    /// The day or the second does not exist.
     #[error("this date does not exist")]
     Calendar,
 }
@@ -85,7 +85,8 @@ pub enum EpochError {
 /// A moment of calendar time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Epoch {
-    /// The second that it falls into: whole seconds of its own scale, kept as TAI (as TDB where that is the scale).
+    /// The second that it falls into: whole seconds of its own scale, kept as TAI (as TDB where
+    /// that is the scale).
     second: Instant,
     /// The fraction of the second \[s\], from 0 to below 1.
     fraction: f64,
@@ -100,10 +101,12 @@ impl Epoch {
     /// means UTC. A blank may replace the `T`, and may be omitted before the scale.
     ///
     /// # Errors
-    /// A missing or unknown scale, a text that is no moment, or a moment that the calendar does not have.
+    /// Returns an error for a missing or unknown scale, a text that is not a date, or a date that
+    /// does not exist.
     pub fn parse(text: &str) -> Result<Self, EpochError> {
         let text = text.trim();
-        // The scale is the last word; with no blank before it, it begins with what is of no time of day and of no offset.
+        // The scale is the last word; with no blank before it, it begins with what is of no time of
+        // day and of no offset.
         let clock = text.find(':').unwrap_or(text.len());
         let end = text[clock..]
             .find(|sign: char| !(sign.is_ascii_digit() || sign.is_whitespace() || ".:+-".contains(sign)))
@@ -134,8 +137,8 @@ impl Epoch {
         }
     }
 
-    /// Reads `2026-11-21T07:00:00.25`, or `2026-325T07:00:00.25` by the day of the year, in the given scale; a `Z` at
-    /// its end is ignored.
+    /// Reads `2026-11-21T07:00:00.25`, or `2026-325T07:00:00.25` by the day of the year, in the
+    /// given scale; a `Z` at its end is ignored.
     ///
     /// # Errors
     /// Returns the errors of [`Epoch::parse`].
@@ -183,7 +186,7 @@ impl Epoch {
         Ok(Self { second: moment, fraction, scale })
     }
 
-    /// The moment that many seconds after 1970 began, in UTC, as computers count them.
+    /// Builds the moment that many seconds after 1970 began, in UTC, as computers count them.
     pub fn of_unix(seconds: u64) -> Self {
         let second = Instant::from_unix_seconds(seconds as f64).to_time_scale(TimeScale::TAI);
         Self { second, fraction: 0.0, scale: Scale::Utc }
@@ -199,17 +202,18 @@ impl Epoch {
         whole.after(self.fraction + past as f64 * 1e-9)
     }
 
-    /// TDB runs unevenly against all others: its seconds are counted in itself.
+    /// Returns the time scale in which seconds are counted. TDB runs unevenly against all others,
+    /// so its own seconds count.
     fn counted_in(scale: Scale) -> TimeScale {
         if scale == Scale::Tdb { TimeScale::TDB } else { TimeScale::TAI }
     }
 
-    /// Its time scale.
+    /// Returns the time scale of the epoch.
     pub fn scale(&self) -> Scale {
         self.scale
     }
 
-    /// The moment `seconds` later.
+    /// Builds the moment `seconds` later.
     pub fn after(&self, seconds: f64) -> Self {
         let (mut whole, mut fraction) = (seconds.floor(), seconds - seconds.floor() + self.fraction);
         if fraction >= 1.0 {
@@ -218,25 +222,26 @@ impl Epoch {
         Self { second: self.second + Unit::Second * whole, fraction, scale: self.scale }
     }
 
-    /// Seconds from `other` to this moment.
+    /// Returns the seconds from `other` to this moment.
     pub fn since(&self, other: &Self) -> f64 {
         let whole: Duration = self.second.to_time_scale(other.second.time_scale) - other.second;
         whole.to_seconds() + (self.fraction - other.fraction)
     }
 
-    /// The clock that starts at it, for where things are in the sky.
+    /// Returns the clock that starts at it, for where things are in the sky.
     pub(crate) fn clock(&self) -> slewkit_sky::Clock {
         let nanoseconds = self.second.to_tai_duration().total_nanoseconds();
         let (whole, rest) = (nanoseconds.div_euclid(1_000_000_000), nanoseconds.rem_euclid(1_000_000_000));
         slewkit_sky::Clock::of_tai(i64::try_from(whole).unwrap_or(0), rest as f64 * 1e-9 + self.fraction)
     }
 
-    /// Terrestrial time past J2000, seconds: what the clock kernels of SPICE count in.
+    /// Returns terrestrial time since J2000, seconds, as in the clock kernels of SPICE.
     pub fn terrestrial_past_j2000(&self) -> f64 {
         self.second.to_tt_since_j2k().to_seconds() + self.fraction
     }
 
-    /// Date and time of day in its scale, as CCSDS messages write it; to the picosecond.
+    /// Returns the date and time of day in its scale, as CCSDS messages write it; to the
+    /// picosecond.
     pub fn calendar_text(&self) -> String {
         let mut digits = format!("{:.*}", DECIMALS, self.fraction);
         let mut second = self.second;
@@ -253,7 +258,7 @@ impl Epoch {
         format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}{digits}")
     }
 
-    /// Date and time of day of a whole second.
+    /// Returns the date and time of day of a whole second.
     fn calendar(&self, second: Instant) -> (i32, u8, u8, u8, u8, u8) {
         let scale = self.scale.of_hifitime();
         let of = |moment: Instant| {
@@ -305,7 +310,7 @@ fn numbers<const N: usize>(text: &str, sign: char, digits: [usize; N]) -> Option
     Some(values)
 }
 
-/// The digits behind the point of a second.
+/// Returns the digits behind the point of a second.
 fn fraction(digits: &str) -> Option<f64> {
     if digits.is_empty() || digits.len() > 30 || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;

@@ -50,7 +50,7 @@ impl Format {
         ]
     };
 
-    /// Its name, and the endings of the names of files that may hold it.
+    /// Returns the name of the format, and the endings of the names of files that may hold it.
     fn terms(self) -> (&'static str, &'static [&'static str]) {
         use exchange::Format as Other;
         match self {
@@ -74,22 +74,22 @@ impl Format {
         }
     }
 
-    /// Its name on a command line.
+    /// Returns the name of the format on a command line.
     pub fn name(self) -> &'static str {
         self.terms().0
     }
 
-    /// The endings of the names of files that may hold it.
+    /// Returns the endings of the names of files that may hold it.
     pub fn endings(self) -> &'static [&'static str] {
         self.terms().1
     }
 
-    /// The format of that name.
+    /// Returns the format of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// The format that the ending of a file name means, as in `json`.
+    /// Returns the format that the ending of a file name selects, as in `json`.
     pub fn of_ending(ending: &str) -> Option<Self> {
         let ending = ending.to_ascii_lowercase();
         Self::ALL.into_iter().find(|format| format.endings().contains(&&*ending))
@@ -169,11 +169,12 @@ fn record<'a>(
     }
 }
 
-/// The nodes at which inputs of a plan switch, where it consists of arcs.
+/// Returns the nodes at which inputs of a plan switch, where it consists of arcs.
 fn switches(file: &PlanFile<'_>) -> Vec<usize> {
     let trajectory = &*file.trajectory.0;
     let arcs = file.switching.as_ref().map_or(&[][..], |switching| &switching.arcs);
-    // A torque of full norm that turns is another one on every step: it switches where it is turned on and off.
+    // A torque of full norm that turns is another one on every step: it switches where it is turned
+    // on and off.
     let turns = arcs.iter().any(|arc| arc.input.is_empty());
     let is_off = |k: usize| trajectory.inputs(k).iter().all(|input| *input == 0.0);
     let switches = |k: &usize| {

@@ -11,7 +11,7 @@ pub struct Identity {
     pub epoch: Option<Epoch>,
     /// The object that turns.
     pub object: Option<String>,
-    /// Its international designator, or another identifier.
+    /// International designator of the spacecraft, or another identifier.
     pub object_id: Option<String>,
     /// The central body: a planet.
     pub center: Option<String>,
@@ -19,7 +19,7 @@ pub struct Identity {
     pub reference_frame: Option<String>,
     /// The body frame, from which attitudes map.
     pub body_frame: Option<String>,
-    /// Who issues the files.
+    /// The issuer of the files.
     pub originator: Option<String>,
     /// The NAIF number of the object, negative for spacecraft.
     pub spice_id: Option<i32>,
@@ -35,18 +35,18 @@ pub struct Identity {
 /// A thruster as in the spec.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nozzle {
-    /// Where it sits, from the mass center, body axes \[m\].
+    /// The position from the mass center, body axes \[m\].
     pub position: Vector3,
     /// The way in which it pushes the body, of length 1.
     pub direction: Vector3,
-    /// Its largest force \[N\].
+    /// Largest force of the thruster \[N\].
     pub force_limit: f64,
-    /// The price of its impulse [1/(N·s)].
+    /// Price of the impulse of the thruster [1/(N·s)].
     pub price: f64,
 }
 
 impl Nozzle {
-    /// Its lever about the mass center \[m\]: torque over force.
+    /// Returns the lever about the mass center \[m\]: torque over force.
     pub fn lever(&self) -> f64 {
         self.position.cross(&self.direction).norm()
     }
@@ -58,7 +58,7 @@ impl Identity {
     /// The reference frame where none is named.
     pub const REFERENCE_FRAME: &'static str = "ICRF";
 
-    /// The body frame.
+    /// Returns the body frame.
     pub fn body_frame(&self) -> &str {
         self.body_frame.as_deref().unwrap_or(Self::BODY_FRAME)
     }
@@ -77,7 +77,7 @@ impl Identity {
         self.inputs.get(index).map(String::as_str)
     }
 
-    /// The reference frame.
+    /// Returns the reference frame.
     pub fn reference_frame(&self) -> &str {
         self.reference_frame.as_deref().unwrap_or(Self::REFERENCE_FRAME)
     }

@@ -1,5 +1,5 @@
-//! Files of [`slewkit`]: maneuver specs, plan files, trajectories in the formats of other programs, and batches of
-//! maneuvers.
+//! Files of [`slewkit`]: maneuver specs, plan files, trajectories in the formats of other programs,
+//! and batches of maneuvers.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -1,8 +1,8 @@
 //! The surroundings of a spacecraft while it turns: the Earth below, Sun, Moon, and the target of
 //! the end.
 //!
-//! Nothing in it changes a plan: pictures and summaries show it. A plan file holds it as coefficients, so that a report needs no orbit
-//! and no ephemeris.
+//! The scenery does not change a plan: pictures and summaries show it. A plan file holds it as
+//! coefficients, so that a report needs no orbit and no ephemeris.
 
 use slewkit::mechanics::direction::Track;
 use slewkit::{Matrix3, Vector3};
@@ -36,7 +36,8 @@ pub struct TargetShown {
     pub name: String,
     /// Geodetic latitude, east longitude \[deg\] and height \[m\] of a station.
     pub station: Option<[f64; 3]>,
-    /// Metres in the unit of the vector that the end points along; `None` of what is no place.
+    /// Metres in the unit of the vector that the end points along; `None` for a direction without
+    /// a distance.
     pub unit_m: Option<f64>,
 }
 
@@ -52,7 +53,7 @@ pub struct Disc {
 }
 
 impl Scenery {
-    /// Earth, Moon and Sun as they are seen at `time` \[s\], what is nearest first.
+    /// Returns Earth, Moon and Sun as seen at `time` \[s\], the nearest first.
     pub fn discs(&self, time: f64) -> Vec<Disc> {
         let disc = |name, to: Vector3, radius: f64| Disc {
             name,
@@ -65,20 +66,21 @@ impl Scenery {
         earth.into_iter().chain([moon, sun]).collect()
     }
 
-    /// Components along the axes that turn with the Earth.
+    /// Returns the components along the axes that turn with the Earth.
     fn earth_fixed(&self, vector: &Vector3, time: f64) -> Vector3 {
         let (sin, cos) = (EARTH_RATE_RAD_S * time).sin_cos();
         let v = self.earth * vector;
         Vector3::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z)
     }
 
-    /// Geodetic latitude and east longitude below the spacecraft \[deg\].
+    /// Returns the geodetic latitude and east longitude below the spacecraft \[deg\].
     pub fn below(&self, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         Some(geodetic(&self.earth_fixed(&place, time)))
     }
 
-    /// Geodetic latitude and east longitude \[deg\] of where a line of sight, GCRS, meets the ground; `None` where it passes the Earth.
+    /// Returns the geodetic latitude and east longitude \[deg\] of where a line of sight, GCRS,
+    /// meets the ground; `None` where it passes the Earth.
     pub fn on_ground(&self, direction: &Vector3, time: f64) -> Option<[f64; 2]> {
         let place = self.spacecraft.as_ref()?.at(time)[0];
         let along = self.earth_fixed(direction, time);

@@ -1,4 +1,4 @@
-//! The arcs of plans of minimum time and fuel, and what inputs do on them.
+//! The arcs of plans of minimum time and fuel, and the inputs on them.
 
 use super::Subject;
 use crate::draw::Span;

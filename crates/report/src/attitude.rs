@@ -45,7 +45,7 @@ fn unwrapped(mut angles: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     angles
 }
 
-/// The four components.
+/// Returns the four components.
 pub(super) fn quaternion_chart(time: &[f64], quaternions: &[[f64; 4]]) -> Shown {
     let curve = |index: usize| {
         let values = quaternions.iter().map(move |quaternion| quaternion[index]);

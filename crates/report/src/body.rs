@@ -1,4 +1,5 @@
-//! The body that a page turns: a box with the proportions of the inertia, and where it is at the times of a trajectory.
+//! The body that a page turns: a box with the proportions of the inertia, and where it is at the
+//! times of a trajectory.
 
 use super::boresight::{Boresight, body_axes, boresights};
 use super::document::{cone, disc, numbers, vector};
@@ -11,7 +12,7 @@ use slewkit::maneuver::Motion;
 /// Thinnest edge of the box, relative to its longest.
 const THINNEST: f64 = 0.04;
 
-/// The body and its way; `null` where there is no trajectory.
+/// Returns the body and its motion; `null` without a trajectory.
 pub(super) fn body(subject: &Subject) -> Value {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     if trajectory.time.is_empty() {
@@ -30,7 +31,8 @@ fn named(boresight: &Boresight) -> Value {
     json!({ "name": boresight.name, "vector": vector(&boresight.vector) })
 }
 
-/// A body of some corners, body axes, on its way, with its axes for boresights; positions where it moves.
+/// Returns a body of some corners, body axes, on its way, with its axes for boresights; positions
+/// where it moves.
 pub(super) fn motion(
     time: &[f64],
     quaternions: &[[f64; 4]],
@@ -55,7 +57,8 @@ pub(super) fn motion(
     })
 }
 
-/// Corners of the homogeneous box of the same principal moments, body axes, the longest half edge 1.
+/// Returns the corners of the homogeneous box of the same principal moments, body axes, the longest
+/// half edge 1.
 ///
 /// `J₁ = m (b² + c²)/3` and so on for half edges a, b, c, hence `a² ∝ J₂ + J₃ − J₁`.
 fn corners(subject: &Subject) -> [Vector3; 8] {

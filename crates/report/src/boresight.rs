@@ -36,13 +36,13 @@ pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     found
 }
 
-/// The axes of the body, where nothing else is to be followed.
+/// Returns the axes of the body, where nothing else is to be followed.
 pub(super) fn body_axes() -> [Boresight; 3] {
     let axes = [("body x", Vector3::x()), ("body y", Vector3::y()), ("body z", Vector3::z())];
     axes.map(|(name, vector)| Boresight { name: name.into(), vector })
 }
 
-/// Constraints on pointing.
+/// Returns the constraints on pointing.
 pub(super) fn cones<'a>(subject: &Subject<'a>) -> impl Iterator<Item = (&'a str, &'a Pointing)> {
     subject.problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
         Rule::Pointing(pointing) => Some((constraint.name.as_str(), pointing)),

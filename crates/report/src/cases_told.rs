@@ -79,7 +79,7 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
     lines
 }
 
-/// A case by its number, its name and a few of its keys.
+/// Returns a case by its number, its name and a few of its keys.
 fn named(worst: &Worst) -> String {
     const SHOWN: usize = 3;
     let mut text = format!("case {}", worst.case);
@@ -94,7 +94,7 @@ fn named(worst: &Worst) -> String {
     text
 }
 
-/// A key and its value with no more digits than people read.
+/// Returns a key and its value with no more digits than people read.
 fn brief(set: &str) -> String {
     let (key, value) = set.split_once('=').unwrap_or(("", set));
     let part = |part: &str| {

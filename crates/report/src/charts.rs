@@ -1,4 +1,5 @@
-//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they act.
+//! Inputs, rates, wheels, positions, clearance and costates over time, with limits and where they
+//! act.
 
 use super::summary::firings::{self, firings};
 use super::summary::inputs::scale;
@@ -97,7 +98,7 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
     torques.into_iter().chain((forces > 0).then(|| channel(true))).collect()
 }
 
-/// When each thruster is on, one above the other.
+/// Returns the chart of the on-times of all thrusters, one above the other.
 pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
     let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
     let found = firings(problem, solution);
@@ -131,7 +132,7 @@ pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
     Some(shown("firings", chart, firings::told(problem, solution, identity).join("; ")))
 }
 
-/// Curves of three components and, if asked, of their norm.
+/// Returns the curves of three components and, if requested, of their norm.
 pub(super) fn components(
     time: &[f64],
     vectors: &[Vector3],
@@ -276,7 +277,8 @@ pub(super) fn within(chart: &mut Chart, bounds: &[(&str, &[f64])], unit: &str) {
     chart.subtitle = far.join(", ");
 }
 
-/// Where the limit or constraint `name` acts: nodes in a row as one span.
+/// Returns the times at which the limit or constraint `name` is active; consecutive nodes form
+/// one span.
 fn active(subject: &Subject, name: &str, label: &str) -> Vec<Span> {
     let solution = &subject.plan.solution;
     let Some(active) = solution.active.iter().find(|active| active.name == name) else {

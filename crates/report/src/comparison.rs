@@ -30,7 +30,7 @@ pub struct ComparisonFile {
     status: String,
     #[serde(flatten)]
     compared: Compared,
-    /// The motions by the names of what was compared, of those that have one.
+    /// The motions by the names of the compared methods, for those that have one.
     #[serde(skip)]
     pub motions: Vec<Motion>,
     /// The names of the inputs of the motions, in their order; empty for numbers.
@@ -41,7 +41,7 @@ pub struct ComparisonFile {
     pub histories: Vec<History>,
 }
 
-/// The motion of one of those that are compared.
+/// The motion of one compared method.
 #[derive(Clone, Debug)]
 pub struct Motion {
     /// The name of the motion.
@@ -115,7 +115,7 @@ impl ComparisonFile {
     /// Reads a document.
     ///
     /// # Errors
-    /// The stream, or a text that is no comparison.
+    /// Returns an error of the stream, or of a text that is not a comparison.
     pub fn read(input: impl Read) -> Result<Self, ExportError> {
         Ok(serde_json::from_reader(BufReader::new(input))?)
     }
@@ -123,13 +123,13 @@ impl ComparisonFile {
     /// Builds the page from the document itself.
     ///
     /// # Errors
-    /// One that is no comparison.
+    /// Returns an error for a document that is not a comparison.
     pub fn of(document: Value) -> Result<Self, ExportError> {
         Ok(serde_json::from_value(document)?)
     }
 }
 
-/// The page of a comparison.
+/// Returns the page of a comparison.
 pub fn comparison_page(file: &ComparisonFile) -> String {
     let shown = comparison_pictures(file);
     let nodes = file.motions.iter().map(|motion| motion.trajectory.time.len()).max().unwrap_or(0);
@@ -168,7 +168,7 @@ pub fn comparison_pictures(file: &ComparisonFile) -> Vec<Shown> {
     all
 }
 
-/// The inputs of one motion.
+/// Returns the inputs of one motion.
 fn inputs(key: &'static str, motion: &Motion, names: &[String]) -> Shown {
     let trajectory = &motion.trajectory;
     let count = trajectory.input_count;
@@ -188,7 +188,7 @@ fn inputs(key: &'static str, motion: &Motion, names: &[String]) -> Shown {
     shown(key, Chart::new(title, time_axis(), Axis::linear("input, SI"), (0..count).map(curve).collect()), "")
 }
 
-/// How fast the body turns in each.
+/// Returns the chart of the angular rate in each motion.
 fn turning(motions: &[Motion]) -> Shown {
     let degrees = 1.0_f64.to_degrees();
     let curve = |(style, motion): (usize, &Motion)| {

@@ -1,4 +1,5 @@
-//! How the solver converged: the residuals of the runs that led to the plan, or that came nearest.
+//! The convergence of the solver: the residuals of the runs that led to the plan, or of the
+//! nearest runs.
 
 use super::charts::shown;
 use super::{Shown, Subject};
@@ -8,7 +9,7 @@ use slewkit::maneuver::{Outcome, RungReport};
 /// The most runs that are drawn.
 const RUNS: usize = 6;
 
-/// The chart; none where no iteration was made.
+/// Returns the chart; none where no iteration was made.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let solution = &subject.plan.solution;
     let drawable = |rung: &&RungReport| rung.residuals.iter().any(|residual| *residual > 0.0);

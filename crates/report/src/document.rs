@@ -1,11 +1,12 @@
-//! The pictures and the body of a page as one JSON document, with no more digits than a screen shows.
+//! The pictures and the body of a page as one JSON document, with no more digits than a screen
+//! shows.
 
 use super::Shown;
 use crate::draw::{Axis, Chart, Curve, Picture, Scale, Shape, Sky, SkyCone, SkyDisc};
 use serde_json::{Value, json};
 use slewkit::Vector3;
 
-/// Everything that the script of a page draws.
+/// Returns everything that the script of a page draws.
 pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
     let mut grids = Vec::new();
     let charts: Vec<Value> = shown
@@ -27,7 +28,7 @@ pub(super) fn numbers(values: impl Iterator<Item = f64>, digits: usize) -> Value
     values.map(|value| json!(rounded(value).filter(|value| value.is_finite()))).collect()
 }
 
-/// Three components to six digits.
+/// Writes three components to six digits.
 pub(super) fn vector(vector: &Vector3) -> Value {
     numbers(vector.iter().copied(), 6)
 }
@@ -103,7 +104,7 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
     })
 }
 
-/// A cone about a direction.
+/// Returns a cone about a direction.
 pub(super) fn cone(cone: &SkyCone) -> Value {
     json!({
         "name": cone.name, "axis": vector(&cone.axis), "half_angle": cone.half_angle,
@@ -111,12 +112,12 @@ pub(super) fn cone(cone: &SkyCone) -> Value {
     })
 }
 
-/// A disc that moves.
+/// Returns a disc that moves.
 pub(super) fn disc(disc: &SkyDisc) -> Value {
     json!({ "name": disc.name, "kind": disc.kind.word(), "way": way(&disc.way) })
 }
 
-/// Directions and angles at equal steps of time, four numbers each.
+/// Returns the directions and angles at equal steps of time, four numbers each.
 fn way(way: &[(Vector3, f64)]) -> Value {
     way.iter().map(|(at, angle)| numbers(at.iter().chain([angle]).copied(), 6)).collect()
 }

@@ -1,4 +1,5 @@
-//! The plan in flight: how far from it a craft is that differs, open loop and under the gains, to first order.
+//! The plan in flight: how far a craft that differs from the model is from the plan, in open loop
+//! and with the gains, to first order.
 
 mod bands;
 
@@ -26,16 +27,16 @@ const RINGS: usize = 12;
 /// Points around an ellipse.
 const AROUND: usize = 48;
 
-/// Probabilities of the radii in the chart, with what they are called.
+/// Probabilities of the radii in the chart, with their names.
 const LEVELS: [(f64, &str); 3] = [(Radius::LEVEL, "99.73 %"), (0.9, "90 %"), (0.5, "50 %")];
 
 /// Ellipses are enlarged until the largest is so large \[rad\], by a power of ten.
 const SEEN: f64 = 0.02;
 
-/// The largest power of ten of it.
+/// Largest power of ten by which ellipses are enlarged.
 const MOST_ENLARGED: i32 = 3;
 
-/// Covariances by the name of the loop, the closed one first.
+/// Returns the covariances by the name of the loop, the closed one first.
 fn loops<'a>(subject: &'a Subject) -> Vec<(&'static str, &'a Covariance)> {
     let Some(beside) = subject.beside() else { return Vec::new() };
     let closed = beside.closed.as_ref().map(|covariance| ("closed loop", covariance));
@@ -43,19 +44,19 @@ fn loops<'a>(subject: &'a Subject) -> Vec<(&'static str, &'a Covariance)> {
     closed.into_iter().chain(open).collect()
 }
 
-/// Numbers of nodes, at most about `most`, both ends included.
+/// Returns the numbers of nodes, at most about `most`, both ends included.
 fn some_nodes(count: usize, most: usize) -> impl Iterator<Item = usize> {
     let last = count.saturating_sub(1);
     let parts = last.min(most).max(1);
     (0..=parts).map(move |part| part * last / parts).take(count)
 }
 
-/// Covariance of the attitude, body axes \[rad²\].
+/// Returns the covariance of the attitude, body axes \[rad²\].
 fn of_attitude(state: &Matrix6) -> Matrix3 {
     state.fixed_view::<3, 3>(0, 0).into_owned()
 }
 
-/// The charts.
+/// Returns the charts.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let linear = pointing(subject).into_iter().chain(corrections(subject));
     linear.chain(bands::charts(subject)).collect()
@@ -116,7 +117,8 @@ fn corrections(subject: &Subject) -> Option<Shown> {
         })
         .collect();
     let all = curves.iter().flat_map(|curve| curve.shape.points()).map(|point| point.1);
-    // Where nothing is left the curve runs along the bottom: a logarithm has no place for it.
+    // If no room is left, the curve runs along the bottom, because a logarithm has no position
+    // for it.
     let least = 0.1 * all.filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
     if !least.is_finite() {
         return None;
@@ -211,7 +213,7 @@ pub(super) fn told_of_rings(rings: &[SkyRing], factor: i32) -> String {
     if factor > 1 { format!("{what}; {factor} times enlarged") } else { what.into() }
 }
 
-/// The axes of the ellipse of one standard deviation of a boresight, body axes \[rad\].
+/// Returns the axes of the ellipse of one standard deviation of a boresight, body axes \[rad\].
 fn axes(boresight: &Vector3, covariance: &Matrix3) -> [Vector3; 2] {
     let lever = slewkit::lie::hat(boresight);
     let eigen = (lever * covariance * lever.transpose()).symmetric_eigen();
@@ -287,7 +289,8 @@ pub(super) fn table(subject: &Subject) -> Option<Table> {
     Some(Table { title: "In flight", head, rows, remark })
 }
 
-/// The parameter that makes most of three variances at the end, which begin with the row `first`.
+/// Returns the parameter that makes most of three variances at the end, which begin with the row
+/// `first`.
 fn largest_share(covariance: &Covariance, uncertainty: &Uncertainty, first: usize) -> String {
     let all: f64 = (first..first + 3).map(|row| covariance.end[(row, row)]).sum();
     let squares =

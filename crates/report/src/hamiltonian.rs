@@ -10,8 +10,8 @@
 //! discrete conditions belong to the middle of a kick up to half of it; with them H is constant
 //! up to the error of the discretisation. The chart shows that error.
 //!
-//! Wheels store momenta h, `ḣ = −u`, and Π is the total momentum. Their costate is not in a plan; where no limit of theirs
-//! acts it is `Wu`, and
+//! Wheels store momenta h, `ḣ = −u`, and Π is the total momentum. Their costate is not in a plan;
+//! where no limit of theirs acts it is `Wu`, and
 //!
 //! ```text
 //! H = ½ uᵀWu + λ^ζ·Ω + λ^Π·(Π × Ω) − uᵀWu

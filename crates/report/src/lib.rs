@@ -6,7 +6,8 @@
 //! [`Plan`], which a plan file both holds. The witnesses supply values between the nodes
 //! ([`slewkit::verify::course()`]).
 //!
-//! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data have all rows.
+//! Long trajectories are thinned for the eye, with every peak kept ([`MOST_POINTS`]); files of data
+//! have all rows.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -82,13 +83,14 @@ pub const KEYS: [&str; 25] = [
 pub const SIMULATION_KEYS: [&str; 8] =
     ["sky", "rates", "position", "euler", "quaternion", "energy", "angular_momentum", "orthogonality"];
 
-/// The names of the pictures of inputs, one for each of those compared.
+/// The names of the pictures of inputs, one for each compared plan.
 const INPUT_KEYS: [&str; 3] = ["inputs_1", "inputs_2", "inputs_3"];
 
 /// The names of all pictures that a comparison of motions may have, in their order.
 pub const COMPARISON_KEYS: [&str; 5] = [INPUT_KEYS[0], INPUT_KEYS[1], INPUT_KEYS[2], "turning", "difference"];
 
-/// The names of all pictures that a comparison of integrators may have: its figures but the trajectories.
+/// The names of all pictures that a comparison of integrators may have: its figures but the
+/// trajectories.
 pub const INTEGRATOR_KEYS: &[&str] = FIGURES.as_slice().split_at(1).1;
 
 /// The names of all pictures that a file of results may have.
@@ -97,7 +99,7 @@ pub const CASE_KEYS: [&str; 4] = ["cost", "map", "distribution", "miss"];
 /// The most points of a curve.
 pub const MOST_POINTS: usize = 2000;
 
-/// A plan, and what is found on the way to its pictures.
+/// A plan, with the data for its pictures.
 pub struct Subject<'a> {
     /// The maneuver on the grid of the plan.
     pub problem: &'a Problem,
@@ -112,7 +114,7 @@ pub struct Subject<'a> {
     flight: Option<(&'a ClosedLoop, Result<Beside, NotKnown>)>,
 }
 
-/// A picture with its name in files, and what else is to be said of it.
+/// A picture with its name in files, and a remark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
     /// "sky", "inputs", "rates" and so on.
@@ -124,8 +126,8 @@ pub struct Shown {
 }
 
 impl<'a> Subject<'a> {
-    /// The witnesses propagate the plan once. If they cannot, their results are not shown, and
-    /// the page states the reason.
+    /// The witnesses propagate the plan once. If they cannot, their results are not shown,
+    /// and the page states the reason.
     pub fn new(problem: &'a Problem, plan: &'a Plan, identity: &'a Identity, sequence: &'a str) -> Self {
         let trajectory = &plan.solution.trajectory;
         let course = (!trajectory.time.is_empty()).then(|| course(problem, trajectory));
@@ -156,7 +158,7 @@ impl<'a> Subject<'a> {
         self.flight.as_ref().map(|(closed_loop, _)| *closed_loop)
     }
 
-    /// The way of the witnesses, where they could follow it.
+    /// Returns the way of the witnesses, where they could follow it.
     fn course(&self) -> Option<&Course> {
         self.course.as_ref()?.as_ref().ok()
     }
@@ -199,7 +201,8 @@ impl<'a> Subject<'a> {
         &time[self.problem.scheme.first_input().min(time.len())..]
     }
 
-    /// A line of values of the inputs, one a row: with corners where the plan holds them over its steps.
+    /// Returns a line of values of the inputs, one a row: with corners where the plan holds them
+    /// over its steps.
     fn input_line(&self, name: impl Into<String>, style: usize, values: Vec<f64>) -> Curve {
         if !self.problem.switches() {
             return line(name, style, self.input_times(), values.into_iter());
@@ -230,7 +233,7 @@ pub fn pictures(subject: &Subject) -> Vec<Shown> {
     shown
 }
 
-/// A line through values at times, thinned.
+/// Returns a line through values at times, thinned.
 fn line(name: impl Into<String>, style: usize, time: &[f64], values: impl Iterator<Item = f64>) -> Curve {
     let points: Vec<(f64, f64)> = time.iter().copied().zip(values).collect();
     Curve { name: name.into(), style, shape: Shape::Line(thinned(&points, MOST_POINTS)) }

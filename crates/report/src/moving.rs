@@ -7,7 +7,7 @@ use slewkit::maneuver::{Direction, Pointing, Side};
 use slewkit::numerics::figures::significant;
 use slewkit::{Vector3, lie};
 
-/// How many times of a maneuver a moving disc is shown at; pages look between them.
+/// The number of times at which a moving disc is given; pages interpolate between them.
 const TIMES: usize = 61;
 
 /// Equal steps of time over a trajectory.
@@ -16,7 +16,7 @@ fn times(subject: &Subject) -> Vec<f64> {
     (0..TIMES).map(|k| last * k as f64 / (TIMES - 1) as f64).collect()
 }
 
-/// Earth, Moon and Sun, and what the maneuver ends on.
+/// Returns Earth, Moon and Sun, and the target of the maneuver.
 pub(super) fn discs(subject: &Subject) -> Vec<SkyDisc> {
     let frame_rate = subject.problem.environment.frame_rate();
     let times = times(subject);
@@ -81,7 +81,7 @@ pub(super) fn cone(subject: &Subject, name: &str, pointing: &Pointing, direction
     }
 }
 
-/// When a cone acts, in words; empty: always.
+/// Describes the times of activity of a cone; empty for always.
 fn when(pointing: &Pointing) -> String {
     let Some(intervals) = pointing.during.given() else { return String::new() };
     let told = |[from, to]: &[f64; 2]| format!("from {} to {} s", significant(*from, 4), significant(*to, 4));
@@ -92,7 +92,7 @@ fn when(pointing: &Pointing) -> String {
     }
 }
 
-/// All cones.
+/// Returns all cones.
 pub(super) fn all_cones(subject: &Subject) -> Vec<SkyCone> {
     let each = |(name, pointing): (&str, &Pointing)| -> Vec<SkyCone> {
         pointing.directions.iter().map(|direction| cone(subject, name, pointing, direction)).collect()
@@ -100,7 +100,7 @@ pub(super) fn all_cones(subject: &Subject) -> Vec<SkyCone> {
     cones(subject).flat_map(each).collect()
 }
 
-/// The ways of the spacecraft and of its boresights on the ground, where they meet it.
+/// Returns the ways of the spacecraft and of its boresights on the ground, where they meet it.
 pub(super) fn ground(subject: &Subject) -> Option<Shown> {
     let scenery = subject.identity.scenery.as_ref()?;
     scenery.spacecraft.as_ref()?;

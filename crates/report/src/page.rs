@@ -44,7 +44,7 @@ pub(super) struct Words {
     pub verdict: String,
     /// The meaning of the verdict.
     pub tone: Tone,
-    /// The summary: labels and texts; one without a label goes on from the one before.
+    /// The summary: labels and texts; a text without a label continues the one before.
     pub summary: Vec<(String, String)>,
     /// The folded details: how the plan was found.
     pub details: Vec<(String, String)>,
@@ -101,7 +101,7 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
 pub(super) struct Content<'a> {
     pub name: &'a str,
     pub words: &'a Words,
-    /// Sentences about what is proved.
+    /// Sentences about the proofs.
     pub proved: Vec<String>,
     pub shown: Vec<Shown>,
     /// The missing picture of a group, named by its section, and the reason.
@@ -151,7 +151,7 @@ pub fn plan_page(
     })
 }
 
-/// Why the page has no Hamiltonian, where it has a motion and none of it.
+/// Returns the reason for which the page has no Hamiltonian, if it has a motion.
 fn hamiltonian_missing(subject: &Subject) -> Option<(&'static str, String)> {
     let reason = hamiltonian::missing(subject).filter(|_| !subject.trajectory().time.is_empty())?;
     Some(("costates", format!("No Hamiltonian: {reason}.")))
@@ -199,7 +199,7 @@ fn named(identity: &Identity) -> Vec<(String, String)> {
     told.into_iter().filter_map(|(label, text)| Some((label.to_string(), text?))).collect()
 }
 
-/// The text of a page.
+/// Returns the text of a page.
 pub(super) fn written(content: &Content) -> String {
     let Content { name, words, proved, shown, missing: _, grouped: _, tables, body, nodes } = content;
     let name = if name.is_empty() { "Without a name" } else { name };
@@ -279,7 +279,7 @@ fn section(html: &mut String, id: &str, heading: &str, content: impl FnOnce(&mut
     html.push_str("</section>\n");
 }
 
-/// The pictures of a group, and what it lacks.
+/// Writes the pictures of a group, and the reason of a missing picture.
 fn group(html: &mut String, content: &Content, id: &str, heading: &str, keys: &[&str]) {
     let shown: Vec<&Shown> = content.shown.iter().filter(|shown| keys.contains(&shown.key)).collect();
     let missing: Vec<&String> =

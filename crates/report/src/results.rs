@@ -33,7 +33,7 @@ pub struct Cases {
 }
 
 impl Cases {
-    /// Nothing yet.
+    /// Builds an empty record.
     pub fn new(header: &Header) -> Self {
         Self {
             header: header.clone(),
@@ -68,12 +68,12 @@ impl Cases {
         &self.tally
     }
 
-    /// Name of the spec.
+    /// Returns the name of the spec.
     pub fn name(&self) -> &str {
         &self.header.spec
     }
 
-    /// Pictures with their names in files.
+    /// Returns the pictures with their names in files.
     pub fn pictures(&self) -> Vec<Shown> {
         let mut shown = Vec::new();
         // Costs of effort, time and fuel are in different units, and have no picture together.
@@ -89,7 +89,7 @@ impl Cases {
         shown
     }
 
-    /// The cost over one key that holds numbers.
+    /// Returns the cost over one key that holds numbers.
     fn over_one(&self) -> Option<Shown> {
         let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.points.len());
         for (values, cost) in &self.points {
@@ -121,7 +121,7 @@ impl Cases {
         Some(Shown { key: "cost", picture: Picture::Chart(chart), remark: String::new() })
     }
 
-    /// The cost over two keys.
+    /// Returns the cost over two keys.
     fn over_two(&self) -> Option<Shown> {
         let values = |index: usize| {
             let mut seen: Vec<&str> = Vec::new();
@@ -203,7 +203,7 @@ impl Cases {
     }
 }
 
-/// How often values fall into equal parts of their range, and the part of them below each.
+/// Returns the histogram of the values, and the cumulative distribution.
 fn distribution(key: &'static str, title: &str, label: &str, values: &[f64]) -> Option<Shown> {
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
@@ -242,7 +242,7 @@ fn distribution(key: &'static str, title: &str, label: &str, values: &[f64]) -> 
     Some(Shown { key, picture: Picture::Chart(chart), remark: String::new() })
 }
 
-/// The page of a file of results.
+/// Returns the page of a file of results.
 pub fn results_page(cases: &Cases) -> String {
     let tally = cases.tally();
     let shard = cases.header.shard.unwrap_or(Shard::ALL);

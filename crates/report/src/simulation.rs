@@ -109,7 +109,7 @@ pub fn simulation_pictures(file: &SimulationFile, sequence: &str) -> Vec<Shown> 
     all
 }
 
-/// Energy and angular momentum against where they began, and `RᵀR`.
+/// Returns the energy and angular momentum against where they began, and `RᵀR`.
 fn kept(file: &SimulationFile) -> [Shown; 3] {
     let rows = &file.trajectory;
     let time = &rows.time_s;

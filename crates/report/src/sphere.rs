@@ -5,14 +5,14 @@ use super::{MOST_POINTS, Shown, Subject, flight, moving};
 use crate::draw::{Picture, Sky, SkyMark, SkyTrack};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// The attitudes of some nodes, at most [`MOST_POINTS`], both ends included.
+/// Returns the attitudes of some nodes, at most [`MOST_POINTS`], both ends included.
 fn attitudes(quaternions: &[[f64; 4]]) -> Vec<Matrix3> {
     let stride = quaternions.len().div_ceil(MOST_POINTS).max(1);
     let last = quaternions.last().filter(|_| !(quaternions.len() - 1).is_multiple_of(stride));
     quaternions.iter().step_by(stride).chain(last).map(lie::rotation_from_quaternion).collect()
 }
 
-/// The map.
+/// Returns the map.
 pub(super) fn sky(subject: &Subject) -> Shown {
     let frame_rate = subject.problem.environment.frame_rate();
     let tracks = tracks(boresights(subject), &subject.trajectory().quaternion);
@@ -57,7 +57,7 @@ pub(super) fn sky(subject: &Subject) -> Shown {
     Shown { key: "sky", picture: Picture::Sky(sky), remark }
 }
 
-/// The whole sphere with what stands around the spacecraft, where that is known.
+/// Returns the whole sphere with the surroundings of the spacecraft, if they are known.
 pub(super) fn around(subject: &Subject) -> Option<Shown> {
     subject.identity.scenery.as_ref()?;
     let Shown { picture: Picture::Sky(sky), .. } = sky(subject) else { return None };
@@ -67,7 +67,7 @@ pub(super) fn around(subject: &Subject) -> Option<Shown> {
     Some(Shown { key: "around", picture: Picture::Sky(whole), remark: remark.into() })
 }
 
-/// The ways of some directions of a body.
+/// Returns the ways of some directions of a body.
 fn tracks(boresights: impl IntoIterator<Item = Boresight>, quaternions: &[[f64; 4]]) -> Vec<SkyTrack> {
     let attitudes = attitudes(quaternions);
     let track = |(style, boresight): (usize, Boresight)| SkyTrack {
@@ -78,7 +78,7 @@ fn tracks(boresights: impl IntoIterator<Item = Boresight>, quaternions: &[[f64; 
     boresights.into_iter().enumerate().map(track).collect()
 }
 
-/// The ways of the axes of a body that nothing is asked of.
+/// Returns the tracks of the axes of a body without constraints.
 pub(super) fn axes_on_sphere(quaternions: &[[f64; 4]]) -> Shown {
     let sky = Sky {
         title: "Body axes on the sphere of directions".into(),

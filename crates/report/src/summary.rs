@@ -26,7 +26,7 @@ use slewkit_files::identity::Identity;
 use slewkit_files::spec::escape;
 use stopped::{best, ladder, stopped};
 
-/// The summary of a plan, solved or not: headline and lines.
+/// Returns the summary of a plan, solved or not: headline and lines.
 pub fn plan(
     colour: bool,
     problem: &Problem,
@@ -59,12 +59,12 @@ pub fn verdict(plan: &Plan) -> (&'static str, Tone) {
     }
 }
 
-/// The lines of a summary below its headline, but for what to type next.
+/// Returns the lines of a summary below its headline, but for what to type next.
 pub fn told(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
     brief::brief(problem, settings, plan, identity)
 }
 
-/// How it was found, and what the witnesses measured.
+/// Returns the details of the search, and the results of the witnesses.
 pub fn details(
     colour: bool,
     problem: &Problem,

@@ -1,6 +1,7 @@
 //! Switching functions and arcs of plans of minimum time and fuel.
 //!
-//! The Hamiltonian is least where an input is at the limit opposite to its switching function, or off:
+//! The Hamiltonian is least where an input is at the limit opposite to its switching function, or
+//! off:
 //!
 //! ```text
 //! time            σ_j = ū_j b_j·λ^Π        u_j = −ū_j sign σ_j ,   a thruster ū_j where σ_j < 0
@@ -9,7 +10,8 @@
 //! norm, fuel      σ   = |λ^Π| / c          the same where σ > 1 , else 0
 //! ```
 //!
-//! with axes b, limits ū and U, and prices c. The first and the third are what a second of the input is worth \[s/s\].
+//! with axes b, limits ū and U, and prices c. The first and the third are the value of a second
+//! of the input \[s/s\].
 
 use super::arcs::arcs;
 use super::charts::{shown, time_axis};
@@ -17,7 +19,7 @@ use super::{Shown, Subject, line};
 use crate::draw::{Axis, Chart, Level};
 use slewkit::Vector3;
 
-/// The chart; none of plans whose inputs do not switch.
+/// Returns the chart; none of plans whose inputs do not switch.
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     subject.plan.solution.switching.as_ref()?;
@@ -66,7 +68,8 @@ pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let remark =
         if pulses { "a pulse longer than the shortest begins and ends at the level" } else { remark };
     let mut chart = Chart::new("Switching functions", time_axis(), Axis::linear(label), curves);
-    // A pulse that is as short as it may be is on below the level too, and none stands everywhere beyond it.
+    // A pulse that is as short as it may be is on below the level too, and none stands everywhere
+    // beyond it.
     let level = |(value, label): (f64, &str)| Level { value, label: if pulses { "" } else { label }.into() };
     chart.levels = levels.into_iter().map(level).collect();
     chart.spans = arcs(subject);

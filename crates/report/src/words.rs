@@ -18,7 +18,7 @@ pub(super) struct Table {
     pub remark: &'static str,
 }
 
-/// Sentences about what the plan proves, most important first.
+/// Returns sentences about the proofs of the plan, the most important first.
 pub(super) fn proved(subject: &Subject) -> Vec<String> {
     let solution = &subject.plan.solution;
     let mut told = Vec::new();
@@ -159,7 +159,7 @@ pub(super) fn tables(subject: &Subject) -> Vec<Table> {
     tables
 }
 
-/// When each thruster is on.
+/// Returns the table of the on-times of each thruster.
 fn firings_told(subject: &Subject) -> Table {
     let found = firings(subject.problem, &subject.plan.solution);
     let row = |firings: &[Firing]| {

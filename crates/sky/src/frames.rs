@@ -4,8 +4,8 @@
 //! r_ITRF = W R₃(ERA) C r_GCRS ,      r_GCRS = Cᵀ R₃(GMST82 − ERA) r_TEME ,      R₃(θ) = [[c, s, 0], [−s, c, 0], [0, 0, 1]]
 //! ```
 //!
-//! with C from the celestial intermediate pole (X, Y) and its origin s, the Earth rotation angle ERA of UT1, and W of the motion of the
-//! pole. Neither UT1 nor that motion enters the second.
+//! with C from the celestial intermediate pole (X, Y) and its origin s, the Earth rotation angle
+//! ERA of UT1, and W of the motion of the pole. Neither UT1 nor that motion enters the second.
 
 use crate::time::Clock;
 use slewkit::{Matrix3, Vector3};
@@ -16,7 +16,7 @@ pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
 /// Its flattening.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 
-/// How fast the Earth turns against the stars \[rad/s\].
+/// The rotation rate of the Earth relative to the stars \[rad/s\].
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115_146_7e-5;
 
 /// A second of arc \[rad\].
@@ -46,7 +46,8 @@ fn about_z(angle: f64) -> Matrix3 {
     Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
-/// X and Y of the pole and s of the origin \[rad\], T in Julian centuries of TT: IAU 2006 and the largest terms of 2000A.
+/// X and Y of the pole and s of the origin \[rad\], T in Julian centuries of TT: IAU 2006 and the
+/// largest terms of 2000A.
 fn pole(t: f64) -> (f64, f64, f64) {
     let degrees = |at_zero: f64, rate: f64| ((at_zero + rate * t) % 360.0).to_radians();
     let node = degrees(125.044_555_01, -1_934.136_261_9);
@@ -90,7 +91,7 @@ pub(crate) fn intermediate(clock: &Clock, time: f64, theory: Theory) -> Matrix3 
     about_z(-s) * turned
 }
 
-/// The Earth rotation angle \[rad\].
+/// Returns the Earth rotation angle \[rad\].
 fn rotation_angle(clock: &Clock, time: f64, rotation: &EarthRotation) -> f64 {
     let (days, part) = clock.days_of_ut1(time, rotation.ut1_minus_utc_s);
     // The angle is in turns; whole turns are dropped before the multiplication.
@@ -130,7 +131,7 @@ pub fn teme_to_gcrs(clock: &Clock, time: f64) -> Matrix3 {
     from_teme(clock, time, Theory::Series)
 }
 
-/// The frame of two-line elements (true equator, mean equinox) to GCRS.
+/// Returns the frame of two-line elements (true equator, mean equinox) to GCRS.
 pub(crate) fn from_teme(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
     let t = clock.centuries(time);
     // GMST82 − ERA of one moment: it does not turn with the Earth.
@@ -138,7 +139,8 @@ pub(crate) fn from_teme(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
     intermediate(clock, time, theory).transpose() * about_z(apart)
 }
 
-/// A point on the ground, Earth-fixed axes \[m\]: geodetic latitude and east longitude \[deg\], height above the ellipsoid of WGS 84 \[m\].
+/// Returns a point on the ground, Earth-fixed axes \[m\]: geodetic latitude and east longitude
+/// \[deg\], height above the ellipsoid of WGS 84 \[m\].
 pub fn station(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Vector3 {
     let ((sin, cos), (sl, cl)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
     let squared = FLATTENING * (2.0 - FLATTENING);
@@ -150,13 +152,14 @@ pub fn station(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Vector3 
     )
 }
 
-/// The direction away from the ellipsoid at a latitude and longitude \[deg\], Earth-fixed axes: up.
+/// Returns the direction away from the ellipsoid at a latitude and longitude \[deg\], Earth-fixed
+/// axes: up.
 pub(crate) fn up(latitude_deg: f64, longitude_deg: f64) -> Vector3 {
     let ((sin, cos), (sl, cl)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
     Vector3::new(cos * cl, cos * sl, sin)
 }
 
-/// Geodetic latitude and east longitude \[deg\] of a point, Earth-fixed axes \[m\].
+/// Returns the geodetic latitude and east longitude \[deg\] of a point, Earth-fixed axes \[m\].
 pub fn geodetic(position: &Vector3) -> [f64; 2] {
     let squared = FLATTENING * (2.0 - FLATTENING);
     let longitude = position.y.atan2(position.x);
@@ -170,14 +173,14 @@ pub fn geodetic(position: &Vector3) -> [f64; 2] {
     [latitude.to_degrees(), longitude.to_degrees()]
 }
 
-/// The normal of the ellipsoid through a point, outward, Earth-fixed axes.
+/// Returns the normal of the ellipsoid through a point, outward, Earth-fixed axes.
 pub(crate) fn geodetic_up(position: &Vector3) -> Vector3 {
     let [latitude, longitude] = geodetic(position);
     up(latitude, longitude)
 }
 
-/// Where a line of sight first meets the ellipsoid of WGS 84: from a point, along a direction, Earth-fixed axes \[m\]; `None` where it
-/// passes by.
+/// Returns the point at which a line of sight first meets the ellipsoid of WGS 84: from a point,
+/// along a direction, Earth-fixed axes \[m\]; `None` if it misses the ellipsoid.
 pub fn meets_ground(from: &Vector3, along: &Vector3) -> Option<Vector3> {
     // A stretch of the polar axis turns the ellipsoid into a sphere.
     let stretched = |v: &Vector3| Vector3::new(v.x, v.y, v.z / (1.0 - FLATTENING)) / EARTH_RADIUS_M;

@@ -1,4 +1,4 @@
-//! Where targets are: orbits, Sun and Moon, stations on the ground, frames and time scales.
+//! Directions of targets: orbits, Sun and Moon, stations on the ground, frames and time scales.
 //!
 //! Axes are those of the GCRS, the origin is the centre of the Earth, time is elapsed seconds
 //! since the epoch of a [`Clock`], and lengths are metres. A [`Sky`] is a spacecraft on its orbit

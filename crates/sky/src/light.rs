@@ -9,7 +9,8 @@
 //! ρ = x(t − τ) − r(t) ,  cτ = |ρ| ;        d' ∥ d + v/c        (d/γ + (1 + γ/(γ+1) d·v/c) v/c, by the witness)
 //! ```
 //!
-//! with v the velocity of the spacecraft in that frame. Taken so, what is left out of a planetary theory is `(v/c)²`, 2 mas.
+//! with v the velocity of the spacecraft in that frame. The neglected terms of a planetary theory
+//! are then `(v/c)²`, 2 mas.
 
 use slewkit::Vector3;
 
@@ -30,13 +31,13 @@ impl Light {
     pub const APPARENT: Self = Self { takes_time: true, aberrates: true };
 }
 
-/// The vector of the same length from where light comes, to the first order in v/c.
+/// Returns the vector of the same length from where light comes, to the first order in v/c.
 pub(crate) fn aberrated(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let length = vector.norm();
     (vector / length + velocity / C).normalize() * length
 }
 
-/// The same by the theory of relativity.
+/// Returns the same by the theory of relativity.
 pub(crate) fn aberrated_fully(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let (length, beta) = (vector.norm(), velocity / C);
     let (direction, inverse) = (vector / length, (1.0 - beta.norm_squared()).sqrt());
@@ -45,7 +46,8 @@ pub(crate) fn aberrated_fully(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     seen.normalize() * length
 }
 
-/// How long light takes from where something was, by a difference of places: the root of `|x(t − τ) − r| = cτ` by secants.
+/// Returns the light time from an object, by a difference of positions: the root of
+/// `|x(t − τ) − r| = cτ` by secants.
 pub(crate) fn delay<E>(mut range_at: impl FnMut(f64) -> Result<f64, E>) -> Result<f64, E> {
     let mut before = (0.0, range_at(0.0)? / C);
     let mut delay = before.1;
@@ -67,7 +69,7 @@ pub(crate) fn delay<E>(mut range_at: impl FnMut(f64) -> Result<f64, E>) -> Resul
 mod tests {
     use super::*;
 
-    /// Against the routine `ab` of SOFA.
+    /// Compares with the routine `ab` of SOFA.
     #[test]
     fn aberration_is_that_of_sofa() {
         let velocity = Vector3::new(-2.1e4, 1.7e4, 9.0e3);

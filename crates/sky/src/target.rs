@@ -15,26 +15,26 @@ use thiserror::Error;
 pub enum Target {
     /// The centre of the Sun.
     Sun,
-    /// Away from it.
+    /// The direction opposite to the Sun.
     AntiSun,
     /// The centre of the Moon.
     Moon,
     /// The centre of the Earth.
     Nadir,
-    /// Away from it.
+    /// The direction away from the centre of the Earth.
     Zenith,
     /// Down along the normal of the ellipsoid of WGS 84.
     GeodeticNadir,
     /// The velocity of the satellite relative to the stars; or against it.
     Velocity {
-        /// Against it.
+        /// Whether the direction is reversed.
         reversed: bool,
     },
     /// Normal to nadir and orbit normal, forward.
     AlongTrack,
     /// The normal of the orbit `r × v`; or against it.
     OrbitNormal {
-        /// Against it.
+        /// Whether the direction is reversed.
         reversed: bool,
     },
     /// A station on the ground.
@@ -61,11 +61,11 @@ pub enum Target {
     Satellite(Box<Orbit>),
 }
 
-/// Why a direction is not known.
+/// The reason for which a direction is unknown.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SkyError {
     /// It depends on where the satellite is.
-    #[error("the direction depends on the position of the satellite: [orbit] is missing")]
+    #[error("it depends on the position of the satellite: [orbit] is missing")]
     NoOrbit,
     /// No line of sight touches a sphere from within.
     #[error("{0:.1} s after the epoch the satellite is below that limb, at a height of {1:.0} km")]
@@ -92,7 +92,7 @@ const PIECE: f64 = 600.0;
 const DEGREE: usize = 14;
 
 impl Target {
-    /// Whether it is a place, at a distance, and not only a direction.
+    /// Returns whether it is a place, at a distance, and not only a direction.
     pub fn is_place(&self) -> bool {
         matches!(
             self,
@@ -123,27 +123,28 @@ impl Sky {
         self.light
     }
 
-    /// The clock, whose epoch is time zero.
+    /// Returns the clock, whose epoch is time zero.
     pub(crate) fn clock(&self) -> &Clock {
         &self.clock
     }
 
-    /// The orbit.
+    /// Returns the orbit.
     pub fn orbit(&self) -> Option<&Orbit> {
         self.orbit.as_ref()
     }
 
-    /// Where the spacecraft is, GCRS \[m\].
+    /// Returns the position of the spacecraft, GCRS \[m\].
     pub(crate) fn place(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         Ok(self.orbit.as_ref().ok_or(SkyError::NoOrbit)?.position_by(time, theory)?)
     }
 
-    /// The velocity about the Earth.
+    /// Returns the velocity about the Earth.
     fn velocity(&self, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         self.rate_of(time, &|time| self.place(time, theory))
     }
 
-    /// The rate of a position by differences: to both sides, and where a table of them begins or ends to one.
+    /// Returns the rate of a position by differences: to both sides, and where a table of them
+    /// begins or ends to one.
     fn rate_of(
         &self,
         time: f64,
@@ -168,7 +169,7 @@ impl Sky {
         }
     }
 
-    /// The axes of the orbit, columns: along the track, its normal, outward.
+    /// Returns the axes of the orbit, columns: along the track, its normal, outward.
     fn orbit_axes(&self, time: f64, theory: Theory) -> Result<Matrix3, SkyError> {
         let (r, v) = (self.place(time, theory)?, self.velocity(time, theory)?);
         let outward = r.normalize();
@@ -199,7 +200,8 @@ impl Sky {
         })
     }
 
-    /// Where a thing is that belongs to the Earth and moves by itself, GCRS \[m\]; `None` of all others.
+    /// Returns the position of an object of the Earth that moves by itself, GCRS \[m\]; `None`
+    /// for all others.
     fn of_earth(&self, target: &Target, time: f64, theory: Theory) -> Result<Option<Vector3>, SkyError> {
         Ok(match target {
             Target::Moon => Some(bodies::moon(&self.clock, time)),
@@ -212,7 +214,8 @@ impl Sky {
         })
     }
 
-    /// The vector to where a thing was that is `there` now: by its velocity, or, for a witness, where it was indeed.
+    /// Returns the vector to where a thing was that is `there` now: by its velocity, or, for a
+    /// witness, where it was indeed.
     fn by_old_light(
         &self,
         target: &Target,
@@ -271,7 +274,7 @@ impl Sky {
         Ok(plain.cross(&seen).norm().atan2(plain.dot(&seen)))
     }
 
-    /// The vector to a target \[m\], or along a direction, of any length.
+    /// Returns the vector to a target \[m\], or along a direction, of any length.
     pub(crate) fn geometric(&self, target: &Target, time: f64, theory: Theory) -> Result<Vector3, SkyError> {
         let from = |far: Vector3| match &self.orbit {
             Some(_) => Ok::<_, SkyError>(far - self.place(time, theory)?),
@@ -325,7 +328,7 @@ impl Sky {
         })
     }
 
-    /// The direction to a target over `from … to` \[s\] after the epoch, for plans.
+    /// Returns the direction to a target over `from … to` \[s\] after the epoch, for plans.
     ///
     /// # Errors
     /// A [`SkyError`]: no orbit, or none that reaches so far.
@@ -336,7 +339,7 @@ impl Sky {
         Ok(Direction::Moving(self.track(target, from, to)?))
     }
 
-    /// The disc of the Earth over `from … to` \[s\]: cones about it begin at its limb.
+    /// Returns the disc of the Earth over `from … to` \[s\]: cones about it begin at its limb.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -344,7 +347,7 @@ impl Sky {
         Ok(Direction::Disc { centre: self.track(&Target::Nadir, from, to)?, radius: EARTH_RADIUS_M })
     }
 
-    /// The geometric vector to a target \[m\] over `from … to` \[s\] after the epoch.
+    /// Returns the geometric vector to a target \[m\] over `from … to` \[s\] after the epoch.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -352,7 +355,8 @@ impl Sky {
         Track::fitted(from, to, PIECE, DEGREE, |time| self.geometric(target, time, Theory::Series))
     }
 
-    /// The axes of the Earth (ITRF), `time` \[s\] after the epoch: from components in GCRS to those.
+    /// Returns the axes of the Earth (ITRF), `time` \[s\] after the epoch: from components in GCRS
+    /// to those.
     pub fn earth_axes(&self, time: f64) -> Matrix3 {
         frames::to_earth(&self.clock, time, &self.rotation, Theory::Series)
     }
@@ -365,7 +369,7 @@ impl Sky {
             .map(|track| if matches!(target, Target::Nadir) { track.scaled(scale) } else { track })
     }
 
-    /// The unit vector to a target, for a witness: not fitted, and by the full theories.
+    /// Returns the unit vector to a target, for a witness: not fitted, and by the full theories.
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -373,7 +377,7 @@ impl Sky {
         Ok(self.vector(target, time, Theory::Full)?.normalize())
     }
 
-    /// Distance to a target \[m\].
+    /// Returns the distance to a target \[m\].
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].

@@ -45,7 +45,8 @@ fn apart(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// Against ERFA, DE421: `seven arguments` to 0.063″ = 3.1e-7, the full theory to the constants; Sun 3.8″, Moon 9.6″.
+/// Compares with ERFA and DE421: `seven arguments` to 0.063″ = 3.1e-7, the full theory to the
+/// constants; Sun 3.8″, Moon 9.6″.
 #[test]
 fn frames_sun_and_moon_are_those_of_the_standards() {
     for epoch in reference()["epochs"].as_array().unwrap() {
@@ -104,7 +105,8 @@ fn satellites_and_what_they_see_are_where_they_were_computed() {
             let kepler = of(Model::TwoBody).position(0.0).unwrap();
             let wanted = vector(&case["two_body_r_gcrs_km"]) * 1e3;
             assert!((kepler - wanted).norm() < 1e-3, "{}", (kepler - wanted).norm());
-            // The pole of seven arguments is 0.06″ off: of what the flattening does some centimetres in an hour.
+            // The pole of seven arguments is 0.06″ off: of what the flattening does some
+            // centimetres in an hour.
             (of(Model::J2), 1e-8)
         };
         let full = orbit.position_by(0.0, Theory::Full).unwrap();
@@ -176,7 +178,8 @@ fn light_moves_what_is_seen() {
         let [by_series, by_full] =
             [planned(&apparent) - planned(&geometric), full(&apparent) - full(&geometric)];
         let off = (by_series - by_full).norm();
-        // The Sun of the series stands still, which about the barycentre goes at up to 16 m/s: 5e-8 of Sun and stars.
+        // The Sun of the series stands still, which about the barycentre goes at up to 16 m/s: 5e-8
+        // of Sun and stars.
         let within = if matches!(target, Target::Sun | Target::Fixed(_)) { 6e-8 } else { 2e-8 };
         assert!(off < within, "{target:?} {off:.1e}");
         let told = geometric.moved_by_light(target, 30.0).unwrap();

@@ -1,7 +1,7 @@
 //! A moment, and the moments that follow it by seconds.
 //!
-//! A Julian date in one double has 40 µs, 0.3 m of a satellite; so days and seconds are kept apart, and elapsed SI seconds are added
-//! to the latter.
+//! A Julian date in one double has 40 µs, 0.3 m of a satellite; so days and seconds are kept apart,
+//! and elapsed SI seconds are added to the latter.
 
 use hifitime::{Duration, Epoch, TimeScale};
 
@@ -13,7 +13,7 @@ const DAY: f64 = 86_400.0;
 /// The epoch of a maneuver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    /// Whole days of TT since J2000.0, noon.
+    /// The whole days of TT since J2000.0, noon.
     days: f64,
     /// Seconds of TT into that day.
     seconds: f64,
@@ -22,10 +22,11 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// That of a moment: whole seconds of TAI since 1900-01-01, midnight, and a fraction of one.
+    /// Builds the clock of a moment: whole seconds of TAI since 1900-01-01, midnight, and a
+    /// fraction of one.
     pub fn of_tai(seconds: i64, fraction: f64) -> Self {
         let whole = Epoch::from_tai_duration(Duration::from_seconds(seconds as f64));
-        // From 1900-01-01, midnight, to 2000-01-01, noon; TT is 32.184 s ahead.
+        // The seconds from 1900-01-01, midnight, to 2000-01-01, noon; TT is 32.184 s ahead.
         const CENTURY: i64 = 36_524 * 86_400 + 43_200;
         let since = seconds - CENTURY;
         let days = since.div_euclid(86_400);
@@ -33,7 +34,7 @@ impl Clock {
         Self { days: days as f64, seconds, leap: whole.leap_seconds(true).unwrap_or(0.0) }
     }
 
-    /// That of a moment of UTC.
+    /// Builds the clock of a moment of UTC.
     ///
     /// `None` where the calendar has no such moment.
     pub fn of_utc(date: [i32; 3], hours: u8, minutes: u8, seconds: u8, nanoseconds: u32) -> Option<Self> {
@@ -61,7 +62,7 @@ impl Clock {
         Self { seconds: self.seconds + seconds, ..*self }
     }
 
-    /// Seconds from another epoch to this one.
+    /// Returns the seconds from another epoch to this one.
     pub fn since(&self, other: &Self) -> f64 {
         (self.days - other.days) * DAY + (self.seconds - other.seconds)
     }
@@ -71,7 +72,7 @@ impl Clock {
         (self.days + (self.seconds + time) / DAY) / 36_525.0
     }
 
-    /// A two-part Julian date of TT.
+    /// Returns a two-part Julian date of TT.
     pub(crate) fn julian_tt(&self, time: f64) -> (f64, f64) {
         (2_451_545.0 + self.days, (self.seconds + time) / DAY)
     }
@@ -95,7 +96,7 @@ mod tests {
         assert_eq!(later.leap, 37.0);
         let next = Clock::of_utc([2026, 11, 22], 7, 0, 0, 0).unwrap();
         assert!((next.since(&later) - 86_399.75).abs() < 1e-9);
-        // Over a leap second a day has one more.
+        // Across a leap second a day has one more second.
         let [before, after] =
             [[2016, 12, 31], [2017, 1, 1]].map(|day| Clock::of_utc(day, 12, 0, 0, 0).unwrap());
         assert_eq!(after.since(&before), 86_401.0);

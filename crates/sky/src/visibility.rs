@@ -1,7 +1,8 @@
 //! The times at which a target is visible: a station above its horizon, the Sun past the Earth.
 //!
-//! The Earth is a sphere of its equatorial radius. With r the place of the satellite, φ the angle at it between the centres of the Earth
-//! and of the Sun, and the angles under which their radii are seen, `sin α = R/r` and `sin σ = R_S/d`,
+//! The Earth is a sphere of its equatorial radius. With r the place of the satellite, φ the angle
+//! at it between the centres of the Earth and of the Sun, and the angles under which their radii
+//! are seen, `sin α = R/r` and `sin σ = R_S/d`,
 //!
 //! ```text
 //! φ < α − σ : umbra, nothing of the Sun is seen        φ < α + σ : a part of it is hidden
@@ -23,7 +24,7 @@ const SUN_RADIUS_M: f64 = 6.957e8;
 /// shadow lasts minutes.
 const LOOK: f64 = 20.0;
 
-/// When something holds \[s\] after the epoch.
+/// The window of time \[s\] after the epoch in which a condition holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// It begins: a station rises.
@@ -44,7 +45,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// When it holds, from `from` on to `to` \[s\].
+    /// Returns the windows in which it holds, from `from` on to `to` \[s\].
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -52,7 +53,7 @@ impl Condition {
         intervals(from, to, &|time| self.holds(sky, time))
     }
 
-    /// Whether it holds at `time` \[s\].
+    /// Returns whether it holds at `time` \[s\].
     ///
     /// # Errors
     /// Returns the errors of [`Sky::direction`].
@@ -107,7 +108,7 @@ fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// When something holds, its borders to a millisecond.
+/// Returns the windows in which a condition holds, with borders to a millisecond.
 fn intervals(
     from: f64,
     to: f64,

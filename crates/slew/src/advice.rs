@@ -22,7 +22,7 @@ fn again(args: &SpecArgs, key: &str, value: impl std::fmt::Display, why: &str) -
     format!("{}   # {why}", words.join(" "))
 }
 
-/// A word of a command line, in quotes where the shell would read more into it.
+/// Returns a word of a command line, in quotes where the shell would read more into it.
 pub fn word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=:,+%@".contains(c);
     let text = slewkit_files::spec::escape(text);
@@ -59,7 +59,7 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         let why = format!("ends within {} deg", short(found.wanted_deg));
         found.steps.map(|steps| again(args, "maneuver.steps", steps, &why))
     });
-    // So close that only round-off can be in the way.
+    // The error is so small that only round-off can be the obstacle.
     let reached = solution.terminal.largest();
     let nearly = reached.is_finite() && reached < NEARLY * solution.tolerance;
     match (plan.status, solution.outcome) {

@@ -25,7 +25,7 @@ pub struct SpecArgs {
     pub reading: Reading,
 }
 
-/// How a spec is read.
+/// The options for reading a spec.
 #[derive(Debug, clap::Args)]
 pub struct Reading {
     /// Override a key of the spec, as in `--set maneuver.steps=2000`; may be repeated
@@ -76,7 +76,7 @@ pub enum ReportFormat {
 }
 
 impl ReportArgs {
-    /// Whether the report is a document on stdout.
+    /// Returns whether the report is a document on stdout.
     pub fn json(&self) -> bool {
         self.format == ReportFormat::Json
     }
@@ -89,7 +89,7 @@ impl ReportArgs {
         Ok(())
     }
 
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: self.json() }
     }

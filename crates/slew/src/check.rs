@@ -35,7 +35,7 @@ fn verdict(warnings: &[Diagnostic]) -> (String, Tone) {
 #[derive(Serialize)]
 struct BodyReport<'a> {
     name: &'a str,
-    /// None: it only turns.
+    /// The mass; `None` for a body that only turns.
     #[serde(skip_serializing_if = "Option::is_none")]
     mass_kg: Option<f64>,
     principal_moments_kg_m2: [f64; 3],

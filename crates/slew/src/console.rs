@@ -1,4 +1,4 @@
-//! The two streams: text for people on stderr, data on stdout. A closed stream is no error.
+//! The two streams: text for people on stderr, data on stdout. A closed stream is not an error.
 
 use slewkit_files::export::ExportError;
 pub use slewkit_report::summary::Tone;
@@ -15,12 +15,12 @@ pub struct Console {
     terminal: bool,
     /// Whether a progress line is on the screen.
     progress: bool,
-    /// When it was shown last.
+    /// The time of the last display.
     shown: Instant,
 }
 
 impl Console {
-    /// A console on stderr; `quiet` keeps all but errors.
+    /// Builds a console on stderr; `quiet` keeps all but errors.
     pub fn new(quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();
         let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
@@ -62,12 +62,13 @@ impl Console {
         let _ = writeln!(io::stderr().lock(), "{}", text.trim_end_matches('\n'));
     }
 
-    /// Whether anybody sees progress.
+    /// Returns whether anybody sees progress.
     pub fn shows_progress(&self) -> bool {
         self.terminal && !self.quiet
     }
 
-    /// Whether it is time for another progress line: ten a second, and none in the first tenth.
+    /// Returns whether it is time for another progress line: ten a second, and none in the first
+    /// tenth.
     pub fn is_due(&self) -> bool {
         self.shows_progress() && self.shown.elapsed() >= Duration::from_millis(100)
     }
@@ -90,7 +91,8 @@ impl Console {
     }
 }
 
-/// Writes data to stdout. A reader that has gone, as `head` does, ends the writing and is no error.
+/// Writes data to stdout. If the reader closes the stream, as `head` does, writing ends without
+/// an error.
 pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>) -> Result<(), ExportError> {
     // Locked and buffered: stdout itself flushes at every newline.
     let mut output = BufWriter::new(io::stdout().lock());

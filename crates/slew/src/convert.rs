@@ -64,7 +64,7 @@ const REST: [&str; 4] = [
     "maneuver.duration_s=1",
 ];
 
-/// Line of the attitude in the spec made of it.
+/// Line of the attitude in the spec that is made from it.
 const LINE: usize = 2;
 
 /// Reads the attitude as the start of a spec, so that notations, checks and messages are those of
@@ -84,7 +84,7 @@ fn read(text: &str, console: &mut Console) -> Result<slewkit::Matrix3, Failure> 
     };
     let loaded = spec::from_str(&spec, "attitude", Format::Toml, &rest).map_err(shift)?;
     for warning in shift(Diagnostics(loaded.warnings)).0 {
-        // Nothing is to be planned: that start and end agree is no news.
+        // No maneuver is planned, so the equality of start and end is not reported.
         if warning.code != "W0059" {
             console.say(&warning.render(console.colour));
         }

@@ -1,7 +1,7 @@
 //! Reports as JSON documents: keys in the order in which they are written down.
 
-/// A document from its keys and values; one whose key is followed by `if some` has an [`Option`], and no key where
-/// that is [`None`].
+/// A document from its keys and values; one whose key is followed by `if some` has an [`Option`],
+/// and no key where that is [`None`].
 macro_rules! document {
     (@type $key:ident) => { $key };
     (@type $key:ident $some:ident) => { Option<$key> };

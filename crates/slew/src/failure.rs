@@ -32,7 +32,7 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// The code.
+    /// Returns the code.
     pub fn code(self) -> u8 {
         match self {
             Self::Solved => 0,
@@ -60,7 +60,7 @@ impl Exit {
     }
 }
 
-/// Why a command could not do its work.
+/// The reason for which a command failed.
 #[derive(Debug)]
 pub enum Failure {
     /// The spec is wrong.
@@ -97,14 +97,14 @@ impl Message {
 }
 
 impl Failure {
-    /// An input that cannot be opened or read.
+    /// Builds the failure of an input that cannot be opened or read.
     pub fn unreadable(path: &Path, error: &std::io::Error) -> Self {
         let path = path.to_string_lossy();
         let reason = format!("cannot read {}: {error}", escape(&path));
         Self::File(Message::new("E0090", reason, "check the path"))
     }
 
-    /// An input that is not what it should be.
+    /// Builds the failure of an input with the wrong contents.
     pub fn unusable(path: &Path, error: &ExportError) -> Self {
         if let ExportError::Io(error) = error {
             return Self::unreadable(path, error);
@@ -125,7 +125,7 @@ impl Failure {
         }
     }
 
-    /// Tells the user, as text and if asked as a document, and gives the exit code.
+    /// Reports to the user, as text and, if requested, as a document, and returns the exit code.
     pub fn report(&self, console: &mut Console, json: bool) -> Exit {
         let exit = self.exit();
         match self {

@@ -1,4 +1,4 @@
-//! `slew fly`: a plan flown by a craft that differs from it, again and again.
+//! `slew fly`: flies a plan many times, each time with a craft that differs from the model.
 
 use super::batch::checked_threads;
 use super::batch::merge::checked_ending;
@@ -48,7 +48,8 @@ pub struct Args {
     /// Seed of the random numbers
     #[arg(long, value_name = "NUMBER", default_value = "1")]
     pub seed: u64,
-    /// Keep every case in FILE.jsonl, a JSON object a line; a file that has some of them is continued
+    /// Keep every case in FILE.jsonl, a JSON object a line; a file that has some of them is
+    /// continued
     #[arg(long, value_name = "FILE")]
     pub keep: Option<PathBuf>,
     /// Number of threads; by default the number of the machine. It does not change the results

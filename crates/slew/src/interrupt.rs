@@ -16,7 +16,8 @@ static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 static KEEPING: AtomicBool = AtomicBool::new(false);
 static WRITING: AtomicBool = AtomicBool::new(false);
 
-/// How long the work may go on in silence: a step of large polyhedra, or a subproblem, takes its time.
+/// The time that work may take without a poll: a step of large polyhedra, or a subproblem, is
+/// slow.
 const PATIENCE: Duration = Duration::from_millis(700);
 
 /// Takes Ctrl-C over from here on.
@@ -43,7 +44,7 @@ pub fn watch_kept() {
     watch();
 }
 
-/// Whether Ctrl-C was pressed.
+/// Returns whether Ctrl-C was pressed.
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::SeqCst)
 }
@@ -58,7 +59,8 @@ pub fn writing() {
     WRITING.store(true, Ordering::SeqCst);
 }
 
-/// Takes Ctrl-C over for work that is all writing: it ends at once, and leaves nothing half-written.
+/// Handles Ctrl-C for a command that only writes files: the program ends at once and leaves no
+/// incomplete file.
 pub fn end_at_once() {
     writing();
     watch();
@@ -94,7 +96,7 @@ mod unix {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    /// Linux and most others; the library lists no constant for it.
+    /// Number of the signal on Linux and most other systems; the library has no constant for it.
     const SIGXFSZ: i32 = 25;
 
     /// Handles the signals that end a process.
@@ -107,7 +109,8 @@ mod unix {
         }
     }
 
-    /// Has the system refuse what is written beyond the limit of file sizes, and not kill the program for it.
+    /// Makes the system refuse output beyond the limit of file sizes, instead of killing the
+    /// program.
     pub fn survive_file_limit() {
         let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     }

@@ -107,12 +107,14 @@ enum Command {
     Convert(convert::Args),
     /// Print the JSON Schema of specs or of plan files
     Schema(texts::SchemaArgs),
-    /// Explain a command, or a topic: `replay` (how a plan is integrated), `glossary`, `conventions`
+    /// Explain a command, or a topic: `replay` (how a plan is integrated), `glossary`,
+    /// `conventions`
     Help {
         /// A command, or replay, glossary, conventions
         topic: Vec<String>,
     },
-    /// Explain the code of an error or a warning, as in `slew explain E0123`; without a code, list them all
+    /// Explain the code of an error or a warning, as in `slew explain E0123`; without a code, list
+    /// them all
     Explain {
         /// The code
         code: Option<String>,
@@ -195,15 +197,17 @@ impl Command {
     }
 }
 
-/// Text on stdout.
+/// Prints text on stdout.
 fn print(text: &[u8]) -> Result<Exit, Failure> {
     console::to_stdout(|output| Ok(output.write_all(text)?))?;
     Ok(Exit::Solved)
 }
 
-/// Runs the program: `arguments` as a shell gives them, the name of the program first. Gives its exit code.
+/// Runs the program: `arguments` as a shell gives them, the name of the program first. Gives its
+/// exit code.
 ///
-/// It writes to the streams of the process and takes over its signals, and is meant to be all that the process does.
+/// It writes to the streams of the process and takes over its signals, and is meant to be all that
+/// the process does.
 ///
 /// ```
 /// assert_eq!(slewkit_cli::run(["slew", "explain", "E0123"]), 0);
@@ -229,7 +233,7 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
     exit.code()
 }
 
-/// Help and version to stdout with 0, usage errors to stderr with 2.
+/// Writes help and version to stdout with exit code 0, and usage errors to stderr with 2.
 fn tell(said: &clap::Error) -> Exit {
     let words = said.to_string();
     let shown = escape_lines(&words);

@@ -29,7 +29,8 @@ pub fn told(PeakMemory { likely, most }: PeakMemory) -> String {
     format!("about {}{up_to}, to plan it", size(likely))
 }
 
-/// Why a plan may not fit into what is available, what helps, and whether it is as good as sure.
+/// Returns the reason for which a plan may not fit into the available memory, the remedy, and
+/// whether the lack is nearly certain.
 fn concern(problem: &Problem, settings: &Settings, available: Option<f64>) -> Option<(String, String, bool)> {
     let (room, peak) = (available?, PeakMemory::of(problem, settings));
     let sure = peak.likely > room;
@@ -54,7 +55,7 @@ fn concern(problem: &Problem, settings: &Settings, available: Option<f64>) -> Op
     Some((reason, remedy, sure))
 }
 
-/// Bytes for people.
+/// Returns the bytes for people.
 fn size(bytes: f64) -> String {
     if bytes < 1e9 { format!("{:.0} MB", bytes / 1e6) } else { format!("{} GB", significant(bytes / 1e9, 2)) }
 }

@@ -1,4 +1,4 @@
-//! Where the data of a command go, and in which format.
+//! The destination of the data of a command, and their format.
 
 use super::{Common, Console, Failure, Message, console, summary};
 use clap::ValueEnum;
@@ -81,7 +81,7 @@ impl Format {
         self.of_data().map_or(&[], formats::Format::endings)
     }
 
-    /// Its name on the command line.
+    /// Returns the name of the format on the command line.
     fn name(self) -> String {
         self.to_possible_value().map_or(String::new(), |value| value.get_name().into())
     }
@@ -96,7 +96,7 @@ impl Destination {
         Ok(())
     }
 
-    /// The format, where there are data.
+    /// Returns the format, where there are data.
     pub fn format(&self) -> Option<Format> {
         match self {
             Self::None => None,
@@ -122,7 +122,7 @@ impl Destination {
     }
 }
 
-/// Where data go.
+/// The destination of data.
 #[derive(Debug)]
 pub enum Destination {
     /// Nowhere: text only.
@@ -134,14 +134,14 @@ pub enum Destination {
 }
 
 impl OutputArgs {
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         let json = matches!(self.format, Some(Format::Json | Format::Jsonl));
         Common { quiet: self.quiet, json }
     }
 
-    /// Where the data go, checked before any work: in one of the `formats` of the command, and not over one of its
-    /// `inputs`.
+    /// Returns the destination of the data, checked before any work: in one of the `formats` of
+    /// the command, and not over one of its `inputs`.
     pub fn destination(&self, formats: &[Format], inputs: &[&Path]) -> Result<Destination, Failure> {
         if let Some(format) = self.format.filter(|format| !formats.contains(format)) {
             let reason = format!("this command does not write {}", format.name());
@@ -202,7 +202,7 @@ fn of_file(path: &Path, asked: Option<Format>, formats: &[Format]) -> Result<For
     }
 }
 
-/// All formats with their endings.
+/// Returns all formats with their endings.
 fn known(formats: &[Format]) -> String {
     let mut text = "the endings are".to_string();
     for format in formats.iter().filter(|format| !format.endings().is_empty()) {

@@ -14,7 +14,7 @@ use std::path::Path;
 /// The default sequence of the Euler angles.
 pub const EULER: &str = "zyx";
 
-/// How pictures are made.
+/// The options of pictures.
 #[derive(Debug, clap::Args)]
 pub struct Drawing {
     /// Sequence of the Euler angles, intrinsic: zyx is R = Rz Ry Rx
@@ -38,7 +38,8 @@ pub enum Kind {
 /// The number of bytes that identify a file: its identifying keys come before all lists.
 const HEAD: u64 = 4096;
 
-/// The file at `path`, or stdin for `-`, from its beginning, and what it is of.
+/// Opens the file at `path`, or stdin for `-`, from its beginning, and returns the kind of its
+/// contents.
 pub fn open(path: &Path) -> Result<(Kind, Box<dyn Read>), Failure> {
     let mut input = spec_file::open_plan(path)?;
     let mut head = Vec::new();
@@ -71,7 +72,8 @@ pub fn results(path: &Path) -> Result<Cases, Failure> {
     Ok(cases)
 }
 
-/// The spec that the plan file `input`, read from `path`, holds, its maneuver on the grid of the plan, the plan, and what chances took.
+/// Returns the spec that the plan file `input`, read from `path`, holds, its maneuver on the grid
+/// of the plan, the plan, and what chances took.
 pub fn read(
     path: &Path,
     input: impl Read,

@@ -37,13 +37,14 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub output: OutputArgs,
-    /// Tell how the plan was found too: method, iterations, residuals, optimality, and what each witness measured
+    /// Also report how the plan was found: method, iterations, residuals, optimality, and the
+    /// results of each witness
     #[arg(short, long)]
     pub verbose: bool,
     #[command(flatten)]
     pub tables: export::TableArgs,
-    /// Begin from another plan: its costates, or its path where limits act; or from the path of an AEM or a table of
-    /// attitudes. `-` reads stdin
+    /// Begin from another plan: its costates, or its path where limits act; or from the path of an
+    /// AEM or a table of attitudes. `-` reads stdin
     #[arg(long, value_name = "FILE")]
     pub guess: Option<PathBuf>,
     /// Replan the rest of a plan: from the start of SPEC, which is the state of the craft at the
@@ -52,7 +53,8 @@ pub struct Args {
     /// reports it. `-` reads stdin
     #[arg(long, value_name = "PLAN.json", conflicts_with = "guess")]
     pub warm: Option<PathBuf>,
-    /// Time of that plan at which the craft is at the start of SPEC, from its beginning; 0 by default
+    /// Time of that plan at which the craft is at the start of SPEC, from its beginning; 0 by
+    /// default
     #[arg(long, value_name = "SECONDS", requires = "warm", allow_negative_numbers = true)]
     pub at: Option<f64>,
     /// Show the plan as one page for a browser, as `slew report` does
@@ -141,7 +143,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     })
 }
 
-/// Plans a maneuver; where constraints are to keep chances, with the margins that this takes.
+/// Plans a maneuver; for chance constraints it also returns their margins.
 fn planned(
     problem: &Problem,
     settings: &Settings,
@@ -221,7 +223,7 @@ fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess,
     Ok(guess)
 }
 
-/// Why the planner did not even begin.
+/// Builds the failure of a plan that the planner refused.
 pub fn refusal(error: PlanError) -> Failure {
     match error {
         PlanError::Problem(error) => invalid(error),

@@ -1,4 +1,5 @@
-//! `slew plot`: the pictures of a plan, a simulation, a comparison or the results of a batch as SVG files.
+//! `slew plot`: the pictures of a plan, a simulation, a comparison or the results of a batch as SVG
+//! files.
 
 use super::pictured::{self, Drawing, Kind};
 use super::{Common, Console, Exit, Failure, Message, interrupt, summary};
@@ -36,8 +37,8 @@ Examples:
   slew plot plan.json -o figures
   slew plot plan.json -o figure.svg --charts sky,inputs,rates,clearance")]
 pub struct Args {
-    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads stdin; or results of a
-    /// batch, JSON lines
+    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads
+    /// stdin; or results of a batch, JSON lines
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
     /// An SVG, PNG or PDF file, or a folder for one SVG file a picture
@@ -65,7 +66,7 @@ enum Format {
 }
 
 impl Format {
-    /// The bytes of a file.
+    /// Returns the bytes of a file.
     #[cfg(feature = "paper")]
     fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
         use slewkit_report::draw::paper::{PaperError, pdf, png};
@@ -87,14 +88,14 @@ impl Format {
         })
     }
 
-    /// The bytes of a file: of SVG, others have been refused.
+    /// Returns the bytes of a file: of SVG, others have been refused.
     #[cfg(not(feature = "paper"))]
     fn bytes(self, svg: String) -> Result<Vec<u8>, Failure> {
         Ok(svg.into_bytes())
     }
 }
 
-/// The names of all pictures, each once.
+/// Returns the names of all pictures, each once.
 fn keys() -> Vec<&'static str> {
     let mut keys = Vec::new();
     let compared = COMPARISON_KEYS.into_iter().chain(INTEGRATOR_KEYS.iter().copied());
@@ -110,12 +111,12 @@ fn keys() -> Vec<&'static str> {
 const PANEL: usize = 4;
 
 impl Args {
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }
 
-    /// The format of the one file into which all go; none for a folder.
+    /// Returns the format of the one file into which all go; none for a folder.
     fn one_file(&self) -> Result<Option<Format>, Failure> {
         let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let format = match ending.as_deref() {

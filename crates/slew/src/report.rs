@@ -29,8 +29,8 @@ Examples:
   slew sweep maneuver.toml --over maneuver.duration_s=20:200:37 -o sweep.jsonl
   slew report sweep.jsonl -o sweep.html")]
 pub struct Args {
-    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads stdin; a comparison, JSON;
-    /// or results of a batch, JSON lines
+    /// File that `slew plan SPEC -o FILE` or `slew simulate SPEC -o FILE` wrote, JSON, `-` reads
+    /// stdin; a comparison, JSON; or results of a batch, JSON lines
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
     /// The page; `-` is stdout
@@ -47,7 +47,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }

@@ -36,7 +36,7 @@ struct Line {
     time_s: [f64; 2],
     /// Right ascension and declination \[deg\].
     ra_dec_deg: [[f64; 2]; 2],
-    /// How fast the direction turns \[deg/s\].
+    /// The rate of the direction \[deg/s\].
     rate_deg_s: [f64; 2],
     /// The distance; absent for a direction without one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -61,7 +61,8 @@ struct Told {
     /// Age of the elements at the epoch \[s\]; absent of a table of positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     age_s: Option<f64>,
-    /// When the spacecraft is in the shadow of the Earth, penumbra and umbra, of the maneuver \[s\].
+    /// The times of the maneuver \[s\] at which the spacecraft is in the shadow of the Earth,
+    /// penumbra and umbra.
     eclipses_s: Vec<[f64; 2]>,
     /// Whether directions have the effect of light time, and of aberration.
     light_time: bool,

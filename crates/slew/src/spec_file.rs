@@ -52,7 +52,7 @@ fn tell(warnings: &[Diagnostic], console: &mut Console) {
     }
 }
 
-/// The overrides and the notation.
+/// Returns the overrides and the notation.
 pub fn arguments(path: &Path, reading: &Reading) -> Result<(Vec<Override>, Format), Failure> {
     let overrides = reading
         .set

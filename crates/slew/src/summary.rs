@@ -15,7 +15,7 @@ use slewkit_report::summary;
 pub use slewkit_report::summary::{Judged, Lines, line, scheme};
 use std::path::Path;
 
-/// The first line: name to the left, verdict to the right.
+/// Returns the first line: name to the left, verdict to the right.
 pub fn headline(console: &Console, name: &str, verdict: &str, tone: Tone) -> String {
     summary::headline(console.colour, name, verdict, tone)
 }
@@ -31,7 +31,7 @@ pub struct Told<'a> {
     pub settings: &'a Settings,
     pub plan: &'a Plan,
     pub identity: &'a Identity,
-    /// How it was found as well.
+    /// Whether the details of the search are included.
     pub verbose: bool,
     /// The plan file that will be written.
     pub file: Option<&'a Path>,
@@ -42,11 +42,11 @@ pub struct Told<'a> {
     /// The margins of chance constraints, if the spec has any; also for a plan that is not
     /// solved.
     pub margins: Option<&'a MarginsRecord>,
-    /// How it was begun from another plan, or why that was left.
+    /// The start from another plan, or the reason for which that plan was not used.
     pub warm: Option<&'a str>,
 }
 
-/// The summary of a plan, solved or not, with what to type next.
+/// Returns the summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
     let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, warm } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
@@ -96,7 +96,8 @@ fn next(args: &SpecArgs, file: Option<&Path>, verbose: bool, uncertain: bool) ->
     }
 }
 
-/// A command to try. Where it is too long for a line it goes on in the next, as a shell reads it, and so does why.
+/// Returns a command to try. A long command, and its reason, continue on the next line in the
+/// notation of a shell.
 fn tried(text: &str) -> Vec<String> {
     let mut lines = Vec::new();
     if text.chars().count() <= summary::TEXT {
@@ -133,7 +134,7 @@ fn tried(text: &str) -> Vec<String> {
     lines
 }
 
-/// Limits and verdicts of the witnesses, and every check that fails.
+/// Returns the limits and verdicts of the witnesses, and every check that fails.
 pub fn verified(console: &Console, judged: &Judged, verification: &Verification) -> Vec<String> {
     summary::verified(console.colour, judged, verification)
 }

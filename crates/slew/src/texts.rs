@@ -60,7 +60,7 @@ pub enum SchemaOf {
     Plan,
 }
 
-/// The JSON Schema of specs or of plan files.
+/// Returns the JSON Schema of specs or of plan files.
 pub fn schema(of: SchemaOf) -> String {
     match of {
         SchemaOf::Spec => format!("{:#}\n", slewkit_files::spec::schema()),
@@ -79,20 +79,20 @@ const TOPICS: [(&str, &str); 3] = [
 /// The explanation of each code: a line with code and title, then a paragraph, then a blank line.
 const EXPLANATIONS: &str = include_str!("explanations.txt");
 
-/// The explanation of a code, with its title; the code is taken in any case.
+/// Returns the explanation of a code, with its title; the code is taken in any case.
 pub fn explanation(code: &str) -> Option<String> {
     let code = code.trim().to_ascii_uppercase();
     let found = EXPLANATIONS.split("\n\n").find(|entry| entry.split(' ').next() == Some(&code))?;
     Some(format!("{}\n", found.trim_end()))
 }
 
-/// All codes with their titles, a line each.
+/// Returns all codes with their titles, a line each.
 pub fn codes() -> String {
     let titles = EXPLANATIONS.split("\n\n").filter_map(|entry| entry.trim().lines().next());
     titles.map(|title| format!("{title}\n")).collect()
 }
 
-/// The page of the manual of the program, or of one of its commands.
+/// Returns the page of the manual of the program, or of one of its commands.
 pub fn manual(program: clap::Command, command: Option<&str>) -> Result<Vec<u8>, Failure> {
     let page = match command {
         None => program,
@@ -135,7 +135,7 @@ pub fn help(mut program: clap::Command, topic: &[String]) -> Result<String, Fail
     }
 }
 
-/// A commented spec.
+/// Returns a commented spec.
 pub fn template(args: &InitArgs) -> String {
     match args.purpose {
         Some(Purpose::Wheels) => include_str!("templates/wheels.toml"),

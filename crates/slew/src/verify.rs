@@ -77,7 +77,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         name: &problem.name,
         steps: problem.steps,
         verified: &verification,
-        // Where the spec that the plan holds is not the one that it is judged by: plan first.
+        // The keys in which the plan's spec differs from the spec of the judgement: plan first.
         differences: &differences,
         // Recorded figures that differ from the results: the recorded value first.
         recorded: &recorded,
@@ -140,7 +140,7 @@ fn attitudes(
     Ok(exit)
 }
 
-/// A check in words, with the line of the file that it is of.
+/// Returns a check in words, with the line of the file that it is of.
 fn told(check: &Check, found: &Attitudes, file: &str) -> String {
     let Check { name, value, limit, passed } = check;
     let unit = match name.as_str() {
@@ -166,7 +166,7 @@ fn told(check: &Check, found: &Attitudes, file: &str) -> String {
     text
 }
 
-/// A plan whose arrays do not fit the maneuver of the spec has failed.
+/// Returns a plan whose arrays do not fit the maneuver of the spec has failed.
 fn misfit(args: &Args, error: &ExportError) -> Failure {
     match Failure::unusable(&args.plan, error) {
         Failure::File(Message { code: code @ "E0103", reason, .. }) => {

@@ -3,7 +3,7 @@
 use super::{Kind, Notation, Row, Style, date, number, numbers};
 use std::fmt::Write as _;
 
-/// The file.
+/// Returns the file.
 pub fn file(style: &Style, rows: &[Row]) -> Vec<u8> {
     let text = match style.notation {
         Notation::Keywords => keywords(style, rows),
@@ -15,7 +15,7 @@ pub fn file(style: &Style, rows: &[Row]) -> Vec<u8> {
     format!("{mark}{text}").into_bytes()
 }
 
-/// The first row of every block and its last.
+/// Returns the first row of every block and its last.
 fn blocks(style: &Style, rows: &[Row]) -> Vec<(usize, usize)> {
     let last = rows.len() - 1;
     let inner: Vec<usize> = style.blocks.iter().copied().filter(|at| *at > 0 && *at < last).collect();
@@ -29,7 +29,7 @@ fn sequence_name(axes: [usize; 3], first_version: bool) -> String {
         .collect()
 }
 
-/// Keys of a block and their values, in the order of the standard.
+/// Returns the keys of a block and their values, in the order of the standard.
 fn metadata(style: &Style, rows: &[Row]) -> Vec<(&'static str, String)> {
     let (a, b) = if style.body_is_a { (style.body, style.reference) } else { (style.reference, style.body) };
     let mut keys: Vec<(&'static str, String)> =
@@ -140,7 +140,7 @@ fn keywords(style: &Style, rows: &[Row]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// The element of a state, and of each of its parts with the names of its numbers.
+/// Returns the element of a state, and of each of its parts with the names of its numbers.
 fn elements(kind: Kind, first_version: bool) -> (&'static str, Vec<(&'static str, Vec<&'static str>)>) {
     let quaternion = ("quaternion", vec!["Q1", "Q2", "Q3", "QC"]);
     let velocity = ("angVel", vec!["ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z"]);
@@ -166,7 +166,7 @@ fn elements(kind: Kind, first_version: bool) -> (&'static str, Vec<(&'static str
     }
 }
 
-/// The unit of a number by its name.
+/// Returns the unit of a number by its name.
 fn unit(name: &str) -> Option<&'static str> {
     match name {
         "QC" | "Q1" | "Q2" | "Q3" => None,

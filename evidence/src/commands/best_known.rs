@@ -1,11 +1,13 @@
-//! Maneuvers that searches have missed, each against the best cost that is known of it, on grids of several sizes.
+//! Maneuvers that searches have missed, each against the best cost that is known of it, on grids of
+//! several sizes.
 //!
-//! `cargo run --release -p evidence -- best_known [WORD [STEPS …]]`: those whose file names hold WORD (all without one), on their
-//! own steps and on these. The first line of each file of `evidence/best_known` tells the cost and where it comes from: closed forms,
-//! published values, other programs, an image of the maneuver.
+//! `cargo run --release -p evidence -- best_known [WORD [STEPS …]]` plans those whose file
+//! names contain WORD (all without one), on their own steps and on these. The first line of each
+//! file of `evidence/best_known` has the cost and its source: closed forms, published values,
+//! other programs, a symmetric maneuver.
 //!
-//! A line tells the cost of the discrete optimum and by how much it is above what is known. Ends with 1 where one is by more than 0.1 %
-//! or has no plan.
+//! A line has the cost of the discrete optimum and its excess over the known cost. It ends with 1
+//! if an excess is more than 0.1 %, or a maneuver has no plan.
 
 use crate::words::{Misuse, Words};
 use slewkit::maneuver::{Settings, Target};
@@ -16,7 +18,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-/// A cost that is dearer by more than this part is not the best known.
+/// The relative excess over the best known cost that is accepted.
 const NEAR: f64 = 1e-3;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {

@@ -1,20 +1,24 @@
 //! Whether the planner gives the same answer to the same question, asked in other ways.
 //!
-//! `cargo run --release -p evidence -- consistency [COUNT [SEED] [PART …]]`, 500 by default; the parts are `mirrors`, `F1`, `F2`, `F3`,
-//! `F5`, `F6` and `turns`, all by default.
+//! `cargo run --release -p evidence -- consistency [COUNT [SEED] [PART …]]`, 500 by default;
+//! the parts are `mirrors`, `F1`, `F2`, `F3`, `F5`, `F6` and `turns`, all by default.
 //!
-//! - Mirrors: a box turns by θ and by −θ about a principal axis, from rest to rest, one in ten times by 180° less a millionth of a
-//!   radian: equal costs to 1e-9, by symmetry.
-//! - Grids: maneuvers of the families F1, F2, F3, F5 and F6 on 100, 200 and 400 steps. Costs of one extremal converge at second order:
-//!   the second difference is a quarter of the first. Where it is not within a third, and they differ by more than 1e-6, each answer is
-//!   carried to the grid beside it: by Newton from its costates, at once or over grids between, or by SCP along its path. It is there if
-//!   its nodes move by less than 0.2 rad. That is the answer of that grid, or it is dearer than that: then the costs of two extremals
-//!   cross between the grids, and each is the cheaper on its own. Where it is cheaper, or neither can be carried, a search has missed
+//! - Mirrors: a box turns by θ and by −θ about a principal axis, from rest to rest, one in ten
+//!   times by 180° less a millionth of a radian: equal costs to 1e-9, by symmetry.
+//! - Grids: maneuvers of the families F1, F2, F3, F5 and F6 on 100, 200 and 400 steps. Costs of one
+//!   extremal converge at second order: the second difference is a quarter of the first. Where it
+//!   is not within a third, and they differ by more than 1e-6, each answer is carried to the grid
+//!   beside it: by Newton from its costates, at once or over grids between, or by SCP along its
+//!   path. It is there if its nodes move by less than 0.2 rad. That is the answer of that grid, or
+//!   it is dearer than that: then the costs of two extremals cross between the grids, and each is
+//!   the cheaper on its own. Where it is cheaper, or neither can be carried, a search has missed
 //!   it: another answer.
-//! - Turns as given: 200° to 700° about any axis between rates up to 2 rad/T. A plan that is called solved and verified ends on the
-//!   lift of the turn that was asked for (the double cover of the rotations), which is counted here once more.
+//! - Turns as given: 200° to 700° about any axis between rates up to 2 rad/T. A plan that is called
+//!   solved and verified ends on the lift of the turn that was asked for (the double cover of the
+//!   rotations), which is counted here once more.
 //!
-//! Ends with 1 where a mirror image costs something else, or a turn is called solved that is another.
+//! Ends with 1 where a mirror image costs something else, or a turn is called solved that is
+//! another.
 
 use crate::words::{Misuse, Words};
 use evidence::families::{self, FAMILIES};
@@ -25,7 +29,8 @@ use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
-/// Relative difference that costs of mirror images may have, and that other extremals have at least.
+/// Relative difference that costs of mirror images may have, and that other extremals have at
+/// least.
 const SAME: f64 = 1e-9;
 const OTHER: f64 = 1e-6;
 /// Nodes of one extremal on two grids are nearer than this \[rad\].
@@ -34,7 +39,8 @@ const NEAR: f64 = 0.2;
 const GRIDS_BETWEEN: i32 = 12;
 /// Families that are planned on several grids.
 const ON_GRIDS: [usize; 5] = [0, 1, 2, 4, 5];
-/// Steps of the coarsest grid; an even number of streams for random numbers beside those of the families.
+/// Steps of the coarsest grid; an even number of streams for random numbers beside those of the
+/// families.
 const STEPS: usize = 100;
 const STREAMS: [usize; 2] = [100, 101];
 
@@ -96,7 +102,7 @@ fn planned(problem: &Problem) -> Option<Plan> {
     plan(problem, &Settings::discrete(), None, &mut Silent).ok()
 }
 
-/// The cost of a plan that is solved; NaN where it is not.
+/// Returns the cost of a plan that is solved; NaN where it is not.
 fn cost(problem: &Problem) -> f64 {
     planned(problem).filter(|plan| plan.status == Status::Solved).map_or(f64::NAN, |plan| plan.solution.cost)
 }
@@ -129,7 +135,7 @@ enum Agreement {
 
 fn grids(problem: &Problem, name: &str, index: usize) -> Agreement {
     let grids = [1, 2, 4].map(|finer| problem.clone().with_steps(finer * STEPS));
-    // What the witness says of so few steps is another question.
+    // The verdict of the witness on so few steps is not considered.
     let answers = grids.each_ref().map(|problem| planned(problem).map(|plan| plan.solution));
     let costs =
         answers.each_ref().map(|answer| answer.as_ref().filter(|a| is_found(a)).map_or(f64::NAN, |a| a.cost));
@@ -166,7 +172,8 @@ fn is_found(solution: &Solution) -> bool {
     solution.outcome == Outcome::Converged
 }
 
-/// What an answer, carried to another grid, says of the answer there; `None` where it cannot be carried.
+/// Compares an answer, continued to another grid, with the answer there; `None` if it cannot be
+/// continued.
 fn compared(answer: &Solution, on: &Problem, other: &Solution, on_other: &Problem) -> Option<Agreement> {
     if !is_found(answer) || !is_found(other) {
         return Some(Agreement::Other);
@@ -180,7 +187,8 @@ fn compared(answer: &Solution, on: &Problem, other: &Solution, on_other: &Proble
     })
 }
 
-/// The extremal on another grid whose path is that of an answer: by Newton at once, by Newton grid by grid, or by SCP.
+/// Returns the extremal on another grid whose path is that of an answer: by Newton at once, by
+/// Newton grid by grid, or by SCP.
 fn carried(answer: &Solution, on: &Problem, to: &Problem) -> Option<Solution> {
     let settings = Settings::discrete();
     let newton = |steps: usize, costates: &[f64]| {
@@ -207,7 +215,7 @@ fn carried(answer: &Solution, on: &Problem, to: &Problem) -> Option<Solution> {
     at_once().filter(is_near).or_else(|| by_and_by().filter(is_near)).or_else(|| by_path().filter(is_near))
 }
 
-/// The largest angle between the nodes that the grids of two solutions share \[rad\].
+/// Returns the largest angle between the nodes that the grids of two solutions share \[rad\].
 fn distance(a: &Solution, b: &Solution) -> f64 {
     let [a, b] = [a, b].map(|solution| &solution.trajectory.quaternion);
     let (few, many) = if a.len() < b.len() { (a, b) } else { (b, a) };

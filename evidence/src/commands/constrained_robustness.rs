@@ -1,9 +1,10 @@
 //! How often a slew under a torque limit and keep-out cones is solved from a cold start.
 //!
-//! `cargo run --release -p evidence -- constrained_robustness [CASES [FOLDER]]`, 2 000 cases by default, counts
-//! over the law of `evidence::constrained`. What is neither solved nor proved infeasible is told with
-//! all that was tried, and with what becomes of it without the cones; with a folder, as one JSON plan file a case. Of these
-//! it counts for how many a shortest duration is found, and how much longer that is.
+//! `cargo run --release -p evidence -- constrained_robustness [CASES [FOLDER]]`, 2 000
+//! cases by default, counts over the law of `evidence::constrained`. A case that is neither
+//! solved nor proved infeasible is printed with all attempts, and with the result without its
+//! cones; with a folder, as one JSON plan file for each case. For these it counts how often a
+//! shortest duration is found, and how much longer it is.
 
 use crate::words::Words;
 use slewkit::maneuver::{Problem, Rung, Settings};

@@ -1,13 +1,18 @@
-//! Whether a change of the search makes plans of least time and fuel dearer, one by one: what its numbers are measured by.
+//! Whether a change of the search raises the cost of plans of least time and fuel, one by one.
+//! Changes of its constants are measured by this program.
 //!
-//! `cargo run --release -p evidence -- dearer COUNT FILE [KIND ...]` plans COUNT maneuvers of each kind without cones, or of those
-//! that are named, by the laws of `evidence::switching`, one after the other. Where FILE is not there yet it keeps their costs. Otherwise
-//! each plan is compared with the one that is kept there: how many are dearer or cheaper by more than 1e-5 and the gaps that both tell,
-//! the worst of each, how many are not solved any more or now are, the gaps beyond 1e-4 of the cost, and the time over what it took.
+//! `cargo run --release -p evidence -- dearer COUNT FILE [KIND ...]` plans COUNT maneuvers
+//! of each kind without cones, or of the named kinds, by the laws of `evidence::switching`. If
+//! FILE does not exist, it stores their costs. Otherwise it compares each plan with the stored
+//! one. It prints how many cost more or less by over 1e-5 and the reported gaps, the worst of
+//! each, how many are no longer or newly solved, the gaps beyond 1e-4 of the cost, and the ratio
+//! of the times.
 //!
-//! `… -- dearer thorough COUNT FILE [KIND ...]` does so by the thorough search: kept so, FILE tells what the default one misses.
+//! `… -- dearer thorough COUNT FILE [KIND ...]` uses the thorough search: FILE then shows
+//! which plans the default search misses.
 //!
-//! `cargo run --release -p evidence -- dearer spec KIND INDEX` writes one of the maneuvers as a spec in JSON.
+//! `cargo run --release -p evidence -- dearer spec KIND INDEX` writes one of the maneuvers as
+//! a spec in JSON.
 
 use crate::words::{Misuse, Words};
 use evidence::median;
@@ -21,11 +26,11 @@ use std::fmt::Write as _;
 use std::fs;
 use std::time::Instant;
 
-/// Costs that differ by this part are those of two plans; a gap of that many of them is large.
+/// The relative difference of the costs of two plans; a gap of that many of them is large.
 const SAME: f64 = 1e-5;
 const LARGE: f64 = 1e-4;
 
-/// A plan: its cost and its gap as a part of that, infinite where there is none; and its time \[ms\].
+/// A plan: its cost and its relative gap, infinite without a plan; and its time \[ms\].
 #[derive(Clone, Copy)]
 struct Found {
     cost: f64,

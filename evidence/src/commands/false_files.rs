@@ -1,7 +1,9 @@
-//! False and right attitude files before `verify`: faults of every kind planted into right ones, and one attitude in every legal style.
+//! False and right attitude files before `verify`: faults of every kind planted into right ones,
+//! and one attitude in every legal style.
 //!
-//! `cargo run --release -p evidence -- false_files [COUNT [SEED]]`, 1,000 of each by default. Wrong is a false file that agrees, unless
-//! what is false stands under "not judged" for that file; and a right one that is refused or does not agree.
+//! `cargo run --release -p evidence -- false_files [COUNT [SEED]]`, 1,000 of each by default.
+//! Wrong is a false file that agrees, unless what is false stands under "not judged" for that file;
+//! and a right one that is refused or does not agree.
 //!
 //! Ends with 1 where anything was wrong.
 
@@ -14,7 +16,7 @@ use slewkit_files::exchange::{FileReport, judge_file, read_attitudes};
 use slewkit_files::spec::{self, Format, Loaded};
 use std::collections::BTreeMap;
 
-/// What is planted.
+/// The planted fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fault {
     Frame,
@@ -40,11 +42,11 @@ const FAULTS: [Fault; 9] = [
     Fault::ConeBetweenRows,
 ];
 
-/// What became of a file.
+/// The verdict on a file.
 enum Verdict {
     /// Why.
     Refused(String),
-    /// What speaks against it.
+    /// The finding against it.
     Told(String),
     /// And what is not judged.
     Agrees(Vec<String>),
@@ -99,7 +101,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 || right < count { Err("see above".into()) } else { Ok(()) }
 }
 
-/// The beginning of a case, for people.
+/// Returns the beginning of a case, for people.
 fn shown(case: &Case) -> String {
     let text = String::from_utf8_lossy(&case.file);
     let head: Vec<&str> = text.lines().take(24).collect();
@@ -126,10 +128,10 @@ fn against(found: &FileReport) -> String {
     checks.chain(found.attitudes.violations.iter().cloned()).collect::<Vec<_>>().join("; ")
 }
 
-/// The maneuver that a motion is of.
+/// Returns the maneuver that a motion is of.
 fn spec_of(motion: &Motion, frame: Frame, named: bool, more: &str) -> String {
     let orbital_rate = if frame == Frame::Orbit { 1.1e-3 } else { 0.0 };
-    // At rest in its frame the body turns with it; rates of a spec are those against inertial space.
+    // A body at rest in its frame turns with it; rates of a spec are inertial.
     let attitude = |time: f64| {
         let (attitude, _) = motion.at(time);
         let [w, x, y, z] = lie::quaternion_from_rotation(&attitude);
@@ -164,7 +166,8 @@ fn keep_out(direction: &Vector3, half_angle: f64) -> String {
     )
 }
 
-/// A direction in inertial axes and how far the boresight x stays from it over the whole motion \[rad\].
+/// A direction in inertial axes and how far the boresight x stays from it over the whole motion
+/// \[rad\].
 fn far_direction(random: &mut Random, motion: &Motion) -> (Vector3, f64) {
     let away = |direction: &Vector3| {
         let angle = |k: usize| motion.at(motion.duration * k as f64 / 400.0).0.column(0).angle(direction);
@@ -174,7 +177,7 @@ fn far_direction(random: &mut Random, motion: &Motion) -> (Vector3, f64) {
     tried.fold((Vector3::x(), 0.0), |best, next| if next.1 > best.1 { next } else { best })
 }
 
-/// A right file in any style.
+/// Returns a right file in any style.
 fn styled(random: &mut Random) -> Case {
     let motion = Motion::random(random);
     let frame = if random.unit() < 0.2 { Frame::Orbit } else { Frame::Inertial };
@@ -189,7 +192,7 @@ fn styled(random: &mut Random) -> Case {
     Case { spec: spec_of(&motion, frame, random.unit() < 0.9, &more), file, open: &[] }
 }
 
-/// A right file with a fault.
+/// Returns a right file with a fault.
 fn planted(fault: Fault, random: &mut Random) -> Case {
     let motion = Motion::random(random);
     let inertial = !matches!(fault, Fault::Frame | Fault::Direction | Fault::Sign) || random.unit() < 0.7;
@@ -208,7 +211,8 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
                 Frame::Orbit => &["ICRF", "EME2000", "ITRF97", "TEME", "PLANEFRAME", "RSW_INERTIAL", "SEZ"],
             };
             style.reference = random.pick(other);
-            // Axes of the orbit are turned by `rows` where their name has any: they are those of the old name.
+            // The axes of the orbit are turned by `rows` if their name has any: they are those of
+            // the old name.
             let mut kept = style.clone();
             kept.reference = if inertial { "ICRF" } else { "VNC" };
             let all = rows(&motion, &kept);
@@ -228,9 +232,9 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
             } else {
                 velocity(&mut style, random)
             };
-            open = &["whether the rates are those"];
+            open = &["whether the rates are the derivatives"];
         }
-        Fault::Sign | Fault::SwappedColumns => open = &["whether the rates are those"],
+        Fault::Sign | Fault::SwappedColumns => open = &["whether the rates are the derivatives"],
         Fault::Gap => to_message(&mut style, random),
         _ => {}
     }
@@ -282,7 +286,7 @@ fn to_message(style: &mut Style, random: &mut Random) {
     }
 }
 
-/// A kind of message with components of the angular velocity.
+/// Returns a kind of message with components of the angular velocity.
 fn velocity(style: &mut Style, random: &mut Random) -> Kind {
     (style.first_version, style.a_to_b, style.scalar_first) = (false, true, false);
     random.pick(&[Kind::QuaternionAngvel, Kind::EulerAngvel([2, 1, 0]), Kind::EulerAngvel([0, 2, 0])])
@@ -297,7 +301,7 @@ fn renamed(text: &str, from: &str, to: &str, lower: bool) -> String {
         .fold(text.to_string(), |text, key| text.replace(&format!("{key}{from}"), &format!("{key}{to}")))
 }
 
-/// How many numbers of the attitude a row has, and of which kind.
+/// Returns how many numbers of the attitude a row has, and their kind.
 fn attitude_numbers(kind: Kind) -> usize {
     match kind {
         Kind::Quaternion | Kind::QuaternionAngvel | Kind::QuaternionDerivative => 4,
@@ -356,7 +360,8 @@ fn gap(style: &mut Style, all: &mut Vec<Row>, random: &mut Random) {
     }
 }
 
-/// A cone in which the boresight is between two rows only, however one goes from the one to the other.
+/// Returns a cone in which the boresight is between two rows only, however one goes from the one to
+/// the other.
 fn cone_between(motion: &Motion, style: &mut Style, all: &mut Vec<Row>, random: &mut Random) -> String {
     // Rows at least a degree of the boresight apart: some of them.
     let keep = 1 + random.below(4);
@@ -375,7 +380,7 @@ fn cone_between(motion: &Motion, style: &mut Style, all: &mut Vec<Row>, random: 
         let (from, to) = (all[k].time, all[k + 1].time);
         let axis = boresight(0.5 * (from + to));
         let nearest = all.iter().map(|row| boresight(row.time).angle(&axis)).fold(f64::INFINITY, f64::min);
-        // At one rate from row to row the boresight goes elsewhere.
+        // With a constant rate from row to row the boresight takes another path.
         let [first, second] = [from, to].map(|time| motion.at(time).0);
         let middle = first * lie::exp(&(0.5 * lie::minus(&second, &first)));
         let off = middle.column(0).angle(&axis);

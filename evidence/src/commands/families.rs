@@ -1,8 +1,9 @@
 //! How often the default answer is the best known, counted over families of maneuvers.
 //!
-//! `cargo run --release -p evidence -- families [FAMILY … [--cases COUNT] [--seed SEED] [--search quick] [--case N]]` draws random
-//! maneuvers of every family, plans them by default, and compares the cost with the lowest that a thorough search of
-//! two hundred starts and more meets. A hit is within 1e-6. Every case depends on the seed and its number alone.
+//! `cargo run --release -p evidence -- families [FAMILY … [--cases COUNT] [--seed SEED] [--search quick] [--case N]]`
+//! draws random maneuvers of every family, plans them by default, and compares the cost with the
+//! lowest of a thorough search of two hundred starts and more. A hit is within 1e-6. Every case
+//! depends on the seed and its number alone.
 
 use crate::words::{Misuse, Words};
 use evidence::families::{self, FAMILIES};
@@ -20,7 +21,7 @@ const STEPS: usize = 100;
 /// A default answer within this of the best known, relative, is a hit.
 const HIT: f64 = 1e-6;
 
-/// What a case came to.
+/// The result of a case.
 struct Case {
     index: usize,
     /// Cost of the default answer over the best known.
@@ -35,7 +36,8 @@ fn cost(solution: &Solution) -> f64 {
     if solution.outcome == Outcome::Converged { solution.cost } else { f64::INFINITY }
 }
 
-/// What the thorough search finds; of limited maneuvers by SCP too, which starts from other paths than the shooting.
+/// Returns the result of the thorough search; for limited maneuvers also of SCP, which starts
+/// from other paths than the shooting.
 fn best_known(problem: &Problem) -> Solution {
     let by = |method| {
         let settings = Settings { search: Thoroughness::Thorough, method, ..Settings::discrete() };

@@ -1,16 +1,24 @@
 //! Plans that are flown: gains, covariances and chances against flights of the true motion.
 //!
-//! `cargo run --release -p evidence -- flies [COUNT [CASES]]`: COUNT (20 by default) random maneuvers, CASES (20 000) flights each.
+//! `cargo run --release -p evidence -- flies [COUNT [CASES]]`: COUNT (20 by default) random
+//! maneuvers, CASES (20 000) flights each.
 //!
-//! The law: bodies with moments in ratios to 5 about any axes, turns uniform on the sphere, from rest to rest in 60 s, torques of least
-//! effort on default steps; a cone whose edge the free slew would pass 4° inside of, for one body axis; start off by 0.3° and
-//! 0.005 deg/s, moments of inertia by 2 %, scale of the torques by 2 %, actuators turned by 0.3°, sensors by 0.02° and their noise 0.003°
-//! and 1e-4 deg/s; neighbouring gains.
+//! The law: bodies with moments in ratios to 5 about any axes, turns uniform on the sphere, from
+//! rest to rest in 60 s, torques of least effort on default steps; a cone whose edge the free slew
+//! would pass 4° inside of, for one body axis; start off by 0.3° and 0.005 deg/s, moments of
+//! inertia by 2 %, scale of the torques by 2 %, actuators turned by 0.3°, sensors by 0.02° and
+//! their noise 0.003° and 1e-4 deg/s; neighbouring gains.
 //!
-//! It prints: of the chance of 1e-2 that the cone is to keep at its worst instant, what the flights have at the instant of the largest
-//! chance; the same of the torque of each input and of each component of the rate, limited to what the free slew has
-//! of one or the other, of a fifth of the maneuvers, and of one chance of 5e-2 that any of these is exceeded at any time, what flights of other cases have; sampled over linear deviations; the time that gains, covariances and a flight take beside the solve alone; and a table of a
-//! published CubeSat and of an effort slew of it with 2 % of error in the inertia, open and closed loop.
+//! It prints these figures:
+//! - For the chance of 1e-2 at the worst instant of the cone: the proportion of flights at that
+//!   instant.
+//! - For a fifth of the maneuvers also for the torque of each input and each component of the
+//!   rate, limited to a part of the free slew, and for a joint chance of 5e-2 at any time: the
+//!   proportion in other flights.
+//! - Sampled deviations over linear ones.
+//! - The time of gains, covariances and a flight, next to the solve alone.
+//! - A table of a published CubeSat and of an effort slew of it with an error of 2 % in the
+//!   inertia, in open and closed loop.
 
 use crate::words::Words;
 use evidence::Random;
@@ -33,20 +41,20 @@ use std::time::Instant;
 const NEIGHBOURING: Kind = Kind::Neighbouring { freeze: Kind::FREEZE };
 /// The chance that is asked.
 const ASKED: f64 = 1e-2;
-/// By which the flown chance may differ from it.
+/// The factor by which the flown chance may differ.
 const FACTOR: f64 = 1.5;
 
 fn unit(axis: usize) -> Vector3 {
     Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)))
 }
 
-/// Covariance of attitude \[deg\] and rate [deg/s].
+/// Returns the covariance of attitude \[deg\] and rate [deg/s].
 fn variances(attitude: f64, rate: f64) -> Matrix6 {
     let [attitude, rate] = [attitude, rate].map(|sigma| sigma.to_radians().powi(2));
     Matrix6::from_diagonal(&Vector6::new(attitude, attitude, attitude, rate, rate, rate))
 }
 
-/// The moments of an inertia, off by a part.
+/// Returns the moments of an inertia, off by a part.
 fn moments(problem: &Problem, part: f64) -> Vec<(String, Parameter, f64)> {
     let of = |axis: usize| {
         let delta = unit(axis) * unit(axis).transpose();
@@ -78,7 +86,8 @@ fn maneuver(random: &mut Random) -> Problem {
     Problem::attitude(body, State::at_rest(start), State::at_rest(end), 60.0)
 }
 
-/// The maneuver with a cone that the free slew enters by 4° in its middle; `None` where an end would be within 8° of it.
+/// Returns the maneuver with a cone that the free slew enters by 4° in its middle; `None` where an
+/// end would be within 8° of it.
 fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?;
     let path = &free.solution.trajectory;
@@ -103,7 +112,7 @@ fn past_a_cone(problem: Problem) -> Result<Option<Problem>, Box<dyn Error>> {
     Ok(clear.then(|| problem.with_constraint(constraint)))
 }
 
-/// Ends of all cases, and how many of them are within the cone at the node `node`.
+/// Returns the ends of all cases, and how many of them are within the cone at the node `node`.
 fn flown(
     campaign: &Campaign<'_>,
     problem: &Problem,
@@ -194,7 +203,8 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     Ok(kept == count)
 }
 
-/// The maneuver with the largest torques of the free slew as limits, or the largest rates; a reserve then acts.
+/// Returns the maneuver with the largest torques of the free slew as limits, or the largest rates;
+/// a reserve then acts.
 fn within_limits(problem: Problem, of_rates: bool) -> Result<Problem, Box<dyn Error>> {
     let free = plan(&problem, &Settings::default(), None, &mut Silent)?.solution.trajectory;
     let most = |of: &dyn Fn(usize) -> f64| (0..free.torque.len()).map(of).fold(0.0, f64::max);
@@ -209,10 +219,10 @@ fn within_limits(problem: Problem, of_rates: bool) -> Result<Problem, Box<dyn Er
     Ok(problem.with_actuation(Actuation::torques(torques)))
 }
 
-/// Names of the limit of the torques and of that of the rates.
+/// The names of the limit of the torques and of the limit of the rates.
 const LIMITS: [&str; 2] = ["torque limit", "rates"];
 
-/// Of each part of each chance whether a flight exceeds it at its worst instant.
+/// Returns for each part of each chance whether a flight exceeds it at its worst instant.
 fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
     let rates = craft.constraints.first().map(|constraint| &constraint.rule);
     let sizes = craft.actuation.torque.limits().size.as_deref();
@@ -229,11 +239,11 @@ fn exceeded(craft: &Problem, beside: &Beside, moments: &[Moment]) -> Vec<bool> {
     beside.chances.iter().flat_map(of).collect()
 }
 
-/// Chances of limits: at their worst instants, and one of all of them over the motion.
+/// Returns the chances of limits: at their worst instants, and one of all of them over the motion.
 fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     /// The chance that they share.
     const SHARED: f64 = 5e-2;
-    /// Part of the deviation by which a margin that acts may be beside what is needed.
+    /// The part of the deviation by which an active margin may differ from the required one.
     const ACTS: f64 = 0.02;
     let (mut index, mut done, mut parts, mut kept, mut refused) = (0, 0, 0, 0, 0);
     let (mut factors, mut shared, mut dearer) = (Vec::new(), Vec::new(), Vec::new());
@@ -260,7 +270,7 @@ fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         dearer.push(found.solution.cost / margins.cost_without - 1.0);
         let on_grid = found.solution.on_grid(&with);
         let beside = Beside::along(&on_grid, &found.solution.trajectory, kind, Some(&uncertainty))?;
-        // Nothing is cut, so that commands tell what is asked for.
+        // Nothing is saturated, so that commands show the requests.
         let plant = Plant { authority: 1e3, ..Plant::default() };
         let campaign = Campaign::new(&on_grid, &beside.linear, beside.gains.as_ref(), &uncertainty, plant, 3);
         let told = |_, moments: Vec<Moment>| exceeded(&problem, &beside, &moments);
@@ -299,7 +309,8 @@ fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     Ok(kept == parts && done == count)
 }
 
-/// What gains and covariance take beside the solve of a slew that nothing limits: medians of 200 random ones.
+/// Prints the time of gains and covariance next to the solve of a slew without limits: medians of
+/// 200 random ones.
 fn speed() -> Result<(), Box<dyn Error>> {
     let mut times: [Vec<f64>; 3] = Default::default();
     for index in 0..200 {
@@ -326,7 +337,8 @@ fn speed() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine tenths of its torque, and in least effort.
+/// Flies a published CubeSat (Miller, Akella: J, MRP, norm of the torque) in least time within nine
+/// tenths of its torque, and in least effort.
 fn cubesats() -> Result<(), Box<dyn Error>> {
     println!(
         "2 % of error in each moment of the inertia, 2000 flights: deviation of the attitude about its worst axis at the end, deg"

@@ -1,17 +1,20 @@
-//! How many random maneuvers of least fuel and time that move the body or go on in a field are solved, and what they save.
+//! Random maneuvers of least fuel and of least time with a body that translates or is in a field:
+//! how many are solved and verified, the saving, and the time.
 //!
-//! Told are how many are verified too, and how long they take.
+//! `cargo run --release -p evidence -- fuel_of_forces [COUNT [FAMILY]]`, 100 cases of each
+//! family by default.
 //!
-//! `cargo run --release -p evidence -- fuel_of_forces [COUNT [FAMILY]]`, 100 cases of each family by default.
-//!
-//! The law: principal moments of a random triangle in [1, 10] about random axes; a turn of uniform direction and an angle up
-//! to π, from rest to rest. Every maneuver has a plan by its making: each torque and force is limited to 1 to 3 times the most that
-//! the plan of least effort without limits asks of it, which is therefore feasible: its fuel and its duration are not to be
-//! less than the least. Least time is sought where the spec may ask for it: not on an orbit.
-//! `flight`: forces along reference axes, a shift by up to 3 m; `thrust`: the same along body axes; `thrusters`: the same by
-//! twelve of them, whose couples of 1 m turn the body, and each of which does its share of the plan of least effort; `gravity gradient`: a turn
-//! on a circular orbit, up to a quarter of it; `orbit`: a transfer in central gravity up to a tenth off a circle, up to a
-//! quarter of it; `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center, in up to a swing.
+//! The law: principal moments of a random triangle in [1, 10] about random axes; a turn of uniform
+//! direction and an angle up to π, from rest to rest. Every maneuver has a plan by its making: each
+//! torque and force is limited to 1 to 3 times the most that the plan of least effort without
+//! limits asks of it, which is therefore feasible: its fuel and its duration are not to be less
+//! than the least. Least time is sought where the spec may ask for it: not on an orbit. `flight`:
+//! forces along reference axes, a shift by up to 3 m; `thrust`: the same along body axes;
+//! `thrusters`: the same by twelve of them, whose couples of 1 m turn the body, and each of which
+//! does its share of the plan of least effort; `gravity gradient`: a turn on a circular orbit, up
+//! to a quarter of it; `orbit`: a transfer in central gravity up to a tenth off a circle, up to a
+//! quarter of it; `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center,
+//! in up to a swing.
 
 use crate::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State};
@@ -101,7 +104,7 @@ fn flight(random: &mut Random, frame: AxisFrame) -> Drawn {
     Ok(problem)
 }
 
-/// At rest against the orbit at both ends.
+/// Builds a maneuver that is at rest relative to the orbit at both ends.
 fn on_orbit(random: &mut Random) -> Drawn {
     let body = Body { mass: None, ..body(random)? };
     let rate = 1e-3;
@@ -143,11 +146,12 @@ fn pendulum(random: &mut Random) -> Drawn {
 /// Half the distance of the two thrusters that push along one axis the same way \[m\].
 const ARM: f64 = 0.5;
 
-/// What twelve thrusters do that give a force and a torque, body axes: for each axis two that push along it and two against it,
-/// beside each other along the next axis.
+/// Returns the outputs of twelve thrusters for a force and a torque, body axes: for each axis two
+/// push along it and two against it, side by side along the next axis.
 fn shared(force: &Vector3, torque: &Vector3) -> Vec<f64> {
     let of_axis = |axis: usize| {
-        // About the third axis those at the one side turn one way, those at the other side the other way.
+        // About the third axis those at the one side turn one way, those at the other side the
+        // other way.
         let (push, couple) = (0.5 * force[axis], 0.5 * torque[(axis + 2) % 3] / ARM);
         [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
             .map(|(way, beside)| (way * push).max(0.0) + (-way * beside * couple).max(0.0))
@@ -165,7 +169,8 @@ fn thrusters(limits: Limits) -> Result<Actuation, Box<dyn Error>> {
     Ok(Actuation::of_thrusters(positions.collect(), directions.collect(), limits)?)
 }
 
-/// A maneuver of least fuel under limits that its plan of least effort keeps, and the fuel of that plan.
+/// Returns a maneuver of least fuel under limits that its plan of least effort keeps, and the fuel
+/// of that plan.
 fn limited(
     problem: Problem,
     by_thrusters: bool,

@@ -1,4 +1,5 @@
-//! How far plans on coarse grids are above proved lower bounds of the cost of every maneuver, whichever way round.
+//! Is the plan the best there is? Slews of a tilted body from rest to rest on coarse grids, each
+//! with a proved lower bound of the cost of every maneuver, whichever way round.
 //!
 //! `cargo run --release -p evidence --features sdp -- global_bound [STEPS]`: slews of a tilted body from rest to rest on grids of at
 //! most STEPS (4), up to 16. The bounds take the feature `sdp`, which links OpenBLAS.
@@ -39,7 +40,7 @@ fn bounds(most: usize) -> Result<(), Box<dyn Error>> {
                     .with_scheme(scheme)
                     .with_steps(steps);
                 let plan = search::solve(&problem, &Settings::discrete(), None, &mut Silent)?;
-                // No plan, no known cost: the bound stands alone.
+                // Without a plan no cost is known, and only the bound is printed.
                 let known_cost = plan.cost.is_finite().then_some(plan.cost);
                 let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() })?;
                 let largest = bound.step_angles.iter().copied().fold(0.0, f64::max).to_degrees();

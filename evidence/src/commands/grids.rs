@@ -1,13 +1,15 @@
-//! Whether the answer of time and fuel within limits depends on the grid: each maneuver on 50, 100, 200, 400 and 800 steps.
+//! Whether the answer of time and fuel within limits depends on the grid: each maneuver on 50, 100,
+//! 200, 400 and 800 steps.
 //!
-//! `cargo run --release -p evidence -- grids [COUNT [KIND [FIRST]]]`, 75 of each kind by default (`all`), each grid planned
-//! afresh. The law is printed before the figures.
+//! `cargo run --release -p evidence -- grids [COUNT [KIND [FIRST]]]`, 75 of each kind by
+//! default (`all`), each grid planned afresh. The law is printed before the figures.
 //!
-//! A grid of `N` equal steps costs more or less than continuous time by `O(1/N²)`: inputs jump at nodes, and limits hold there.
-//! An answer depends on its grid where it is dearer than that of another by more than both errors. A line for each of these, and
-//! each that is not solved on every grid, tells all costs, with the share of effort left in them and a cheaper rival that the
-//! plan itself tells of; the summary tells of how many, and the median error of each grid beside the finest, by which the
-//! constants of that rule are judged. Times are of the processor.
+//! A grid of `N` equal steps has a cost that differs from continuous time by `O(1/N²)`: inputs
+//! jump at nodes, and limits hold there. An answer depends on its grid if it costs more than that
+//! of another grid by more than both errors. The program prints a line for each of these, and for
+//! each that is not solved on every grid: all costs, the remaining effort term, and a cheaper
+//! rival of the plan. The summary counts them, and gives the median error of each grid next to
+//! the finest, which determines the constants of that rule. Times are CPU times.
 
 use crate::words::{Misuse, Words};
 use evidence::process::own_cpu_seconds;
@@ -66,18 +68,18 @@ const KINDS: [(&str, Limited, bool); 8] = [
     ("fuel-wheels", Limited::Wheels, true),
 ];
 
-/// What the grids of one maneuver came to.
+/// The results of the grids of one maneuver.
 struct Compared {
     index: usize,
     costs: [Option<f64>; GRIDS.len()],
-    /// What is left of the effort in the cost, and the cheapest rival that a plan tells of.
+    /// The remaining effort terms, and the cheapest rival of a plan.
     shares: [f64; GRIDS.len()],
     rivals: [f64; GRIDS.len()],
     seconds: [f64; GRIDS.len()],
 }
 
 impl Compared {
-    /// By how much the worst of the answers is dearer than another, beyond what both grids account for.
+    /// Returns the largest excess of an answer over another, beyond the errors of both grids.
     fn beyond(&self) -> f64 {
         let error = |steps: usize| ERROR.0 + (ERROR.1 / steps as f64).powi(2);
         let solved =
@@ -184,7 +186,7 @@ fn compared(index: usize, problem: &Problem) -> Compared {
     Compared { index, costs, shares, rivals, seconds }
 }
 
-/// The maneuver of this index among those of a kind; `None` where it cannot be built.
+/// Returns the maneuver of this index among those of a kind; `None` where it cannot be built.
 fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Problem> {
     let mut random = Random::of_case(0x6a1d_5000 + limited as u64 + 16 * u64::from(fuel), index);
     let moments = random.mean_moments(5.0);
@@ -194,7 +196,8 @@ fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Problem> {
     let (axis, angle) = (random.direction(), random.within(30.0, 180.0).to_radians());
     let turn = axis * angle;
     let end = start * lie::exp(&turn);
-    // The turn about its axis: the acceleration that every torque can give, the torques that hold the axis left out.
+    // The turn about its axis: the acceleration that every torque can give, the torques that hold
+    // the axis left out.
     let momentum = moments.component_mul(&axis);
     let acceleration = sizes.component_div(&momentum.abs()).min();
     let (mut lasts, peak) = (2.0 * (angle / acceleration).sqrt(), (angle * acceleration).sqrt());
@@ -240,7 +243,7 @@ fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Problem> {
     Some(constraints.into_iter().fold(problem, Problem::with_constraint))
 }
 
-/// A cone that holds neither end: on the way of the turn, or one that may be beside it.
+/// Returns a cone that contains neither end: on the path of the turn, or near it.
 fn cone(start: &Matrix3, turn: &Vector3, number: usize, random: &mut Random) -> Pointing {
     let beside = number > 0 && random.coin();
     loop {

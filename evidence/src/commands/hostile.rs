@@ -1,8 +1,10 @@
-//! Hostile inputs of every kind that is read: specs in TOML and JSON, overrides, plan files, surfaces, cases, attitudes.
+//! Hostile inputs of every kind that is read: specs in TOML and JSON, overrides, plan files,
+//! surfaces, cases, attitudes.
 //!
-//! `cargo run --release -p evidence -- hostile [COUNT [SEED]]`, 100,000 by default. Every input is a good one with up to three
-//! changes: bytes, numbers, words, lines of its own or of another. Counted as wrong: a panic; a refusal without a place, a reason
-//! or a remedy; more than a second of CPU time, on Linux.
+//! `cargo run --release -p evidence -- hostile [COUNT [SEED]]`, 100,000 by default. Every
+//! input is a good one with up to three changes: bytes, numbers, words, lines of its own or of
+//! another. Counted as wrong: a panic; a refusal without a place, a reason or a remedy; more than a
+//! second of CPU time, on Linux.
 //!
 //! Ends with 1 where anything was wrong.
 
@@ -19,7 +21,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let (count, seed) = (words.number("number of inputs", 100_000)?, words.number::<u64>("seed", 1)?);
     words.end()?;
     let corpus = Corpus::new()?;
-    // What is wrong is told below, with the input that it belongs to.
+    // Errors are printed below, with their input.
     std::panic::set_hook(Box::new(|_| {}));
     let mut counts = [[0_u64; 2]; READERS.len()];
     let (mut panics, mut hangs, mut silent) = (0, 0, 0);

@@ -1,9 +1,11 @@
-//! Whether a maneuver and its images have one answer: backwards, in three mirrors, in permuted body axes.
+//! Whether a maneuver and its images have one answer: backwards, in three mirrors, in permuted body
+//! axes.
 //!
-//! `cargo run --release -p evidence -- images [COUNT [KIND [FIRST]]]`, 100 of each kind by default. Nothing but the words
-//! differs between images, so their costs should not. Each line tells of how many the costs lie within 1e-4 (or the gaps), of how
-//! many the first is the best, by how much the worst of all is dearer than an image of it, how often some images are solved and
-//! others are not, and how long plans take. The laws stand in `evidence::switching`.
+//! `cargo run --release -p evidence -- images [COUNT [KIND [FIRST]]]`, 100 of each kind by
+//! default. Symmetric maneuvers differ only in their description, so their costs should be equal.
+//! Each line gives the number of maneuvers whose costs agree to 1e-4 (or the gaps), for how many
+//! the first is the best, the largest excess over a symmetric maneuver, how often some are solved
+//! and others are not, and the time of plans. `evidence::switching` has the laws.
 
 use crate::words::Words;
 use evidence::metamorphic::images;
@@ -16,10 +18,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Instant;
 
-/// Costs that differ by this part are those of two answers.
+/// The relative difference of the costs of two answers.
 const SAME: f64 = 1e-4;
 
-/// What images of one maneuver came to.
+/// The results of the symmetric maneuvers of one maneuver.
 struct Compared {
     index: u64,
     costs: Vec<(&'static str, Option<f64>)>,

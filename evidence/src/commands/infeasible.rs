@@ -1,10 +1,12 @@
-//! Which slews are called infeasible: 200 random bodies and rotations under a limit on the norm of the torque.
+//! The slews that are reported as infeasible: 200 random bodies and rotations with a limit on the
+//! norm of the torque.
 //!
-//! `cargo run --release -p evidence -- infeasible [CASES]`. No rest-to-rest slew through θ takes less than
-//! `T₁ = 2 √(θ J_min/ū)`; about its eigenaxis e the body can do it in `T_e = 2 √(θ √(|Je|² + θ²|e×Je|²)/ū)`.
-//! Each pair is planned at 0.3, 0.9 and 0.999 T₁, where all must be infeasible, and the shortest duration named
-//! between T₁ and T_e: bounds on the ways of the body's own axes make it sharper than T₁. At three durations in
-//! between a plan may be infeasible only where that bound says so; at 1.3 T_e none may be.
+//! `cargo run --release -p evidence -- infeasible [CASES]`. No rest-to-rest slew through θ
+//! takes less than `T₁ = 2 √(θ J_min/ū)`; about its eigenaxis e the body can do it in
+//! `T_e = 2 √(θ √(|Je|² + θ²|e×Je|²)/ū)`. Each pair is planned at 0.3, 0.9 and 0.999 T₁, where all
+//! must be infeasible, and the shortest duration named between T₁ and T_e: bounds on the ways of
+//! the body's own axes make it sharper than T₁. At three durations in between a plan may be
+//! infeasible only where that bound says so; at 1.3 T_e none may be.
 
 use crate::words::Words;
 use slewkit::maneuver::{Problem, Settings, State};
@@ -27,7 +29,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
             (random_body(&mut random)?, 3.1 * random.unit().max(0.01) * random.direction());
         let (theta, axis) = (rotation.norm(), rotation.normalize());
         let (j, smallest) = (body.inertia.j(), body.inertia.principal()[0]);
-        // In units that make the torque one.
+        // The units make the torque one.
         let least = 2.0 * (theta * smallest).sqrt();
         let along = j * axis;
         let eigenaxis = 2.0 * (theta * along.norm().hypot(theta * axis.cross(&along).norm())).sqrt();
@@ -73,7 +75,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 { Err("infeasible where it must not be, or the reverse".into()) } else { Ok(()) }
 }
 
-/// Principal moments up to a factor of twenty apart, axes askew.
+/// Returns the principal moments up to a factor of twenty apart, axes askew.
 fn random_body(random: &mut Random) -> Result<Body, Box<dyn std::error::Error>> {
     let spread = Vector3::from_fn(|_, _| 10.0_f64.powf(1.5 * random.unit()));
     let moments = Vector3::new(spread.y + spread.z, spread.z + spread.x, spread.x + spread.y);

@@ -1,9 +1,11 @@
-//! How many plans land, counted over random maneuvers of every kind whose specs give no number of steps.
+//! How many plans land, counted over random maneuvers of every kind whose specs give no number of
+//! steps.
 //!
-//! `cargo run --release -p evidence -- landing [CASES [FIRST]]`, 1,000 of each of seven kinds by default. Each plan is
-//! flown by plain equations of motion (`evidence::held`), which share nothing with planner and witnesses but the field of the
-//! maneuver: a plan lands where its attitude and its rate, over a radian in the duration, are met to 1e-6, and keeps its
-//! constraints where it exceeds none by 1e-6 of the limit, or rad.
+//! `cargo run --release -p evidence -- landing [CASES [FIRST]]`, 1,000 of each of seven
+//! kinds by default. Each plan is flown by plain equations of motion (`evidence::held`), which
+//! share only the field of the maneuver with planner and witnesses. A plan lands if its attitude
+//! and its rate, over a radian in the duration, meet the end to 1e-6. It keeps its constraints if
+//! it exceeds none by 1e-6 of the limit, or rad.
 //!
 //! Ends with 1 where a plan that is called solved does not land, or exceeds a constraint.
 
@@ -14,7 +16,7 @@ use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
 use std::time::Instant;
 
-/// What a plan that lands may miss.
+/// The largest miss of a plan that lands.
 const MISSED: f64 = 1e-6;
 
 /// A kind of maneuvers: its name, who draws, and the kinds of specs.
@@ -96,7 +98,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
             let took = began.elapsed().as_secs_f64();
             let has_plan = matches!(found.status, Status::Solved | Status::VerificationFailed);
             if !has_plan {
-                // What has no plan cannot land: counted by `robustness`, `infeasible` and others.
+                // A maneuver without a plan cannot land; `robustness`, `infeasible` and others
+                // count them.
                 continue;
             }
             plans += 1;

@@ -1,8 +1,11 @@
-//! How many plans of least time and fuel that more than limits of the torques shapes end as arcs, and whether these depend on the grid.
+//! How many plans of least time and fuel that more than limits of the torques shapes end as arcs,
+//! and whether these depend on the grid.
 //!
-//! `cargo run --release -p evidence -- limited_arcs [CASES [FIRST [KIND]]]`, 300 cases by default. Every case is planned on 100
-//! and on 400 steps. Kinds are `axis-rates`, `rate-norm`, `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and
-//! of least fuel, and `torque-rates` of least time alone; all in turns without one. The law is printed before the figures.
+//! `cargo run --release -p evidence -- limited_arcs [CASES [FIRST [KIND]]]`, 300 cases by
+//! default. Every case is planned on 100 and on 400 steps. Kinds are `axis-rates`, `rate-norm`,
+//! `cones`, `moving-cone`, `wheels`, `orbit` and `flight`, each of least time and of least fuel,
+//! and `torque-rates` of least time alone; all in turns without one. The law is printed before the
+//! figures.
 //!
 //! `… -- limited_arcs spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 
@@ -35,7 +38,7 @@ const SAME: f64 = 1e-6;
 const KINDS: [&str; 8] =
     ["axis-rates", "rate-norm", "cones", "moving-cone", "wheels", "orbit", "flight", "torque-rates"];
 
-/// A maneuver of a kind, by its number.
+/// Returns a maneuver of a kind, by its number.
 fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
     let mut random = Random::of_case(39, seed);
     let moments = loop {
@@ -124,7 +127,8 @@ fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
     Some(limited.with_objective(Objective::Fuel(fuel)).with_duration(duration))
 }
 
-/// With a cone about a direction that turns at `rate`, in the way of a turn if it is the first.
+/// Adds a cone about a direction that turns at `rate`, in the way of the turn if it is the first
+/// cone.
 fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random, rate: Vector3) -> Problem {
     let (start, end) = (problem.start.attitude, problem.end.attitude);
     loop {
@@ -145,13 +149,13 @@ fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random
     }
 }
 
-/// Cost of the continuous plan, where the plan has arcs.
+/// Returns the cost of the continuous plan, where the plan has arcs.
 fn arcs(found: &Plan) -> Option<(f64, f64)> {
     let told = found.solution.switching.as_ref()?;
     Some((told.continuous_cost, told.gap))
 }
 
-/// The kind of a case, among all of them or of one alone, and whether it is of least fuel.
+/// Returns the kind of a case, among all of them or of one alone, and whether it is of least fuel.
 fn kind_of(seed: usize, only: Option<&str>) -> (&str, bool) {
     let kind = only.unwrap_or(KINDS[seed / 2 % KINDS.len()]);
     (kind, seed % 2 == 1 && kind != "torque-rates")

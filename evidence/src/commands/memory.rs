@@ -1,10 +1,12 @@
-//! The estimate of `slew check` beside the memory that plans take.
+//! Compares the estimate of `slew check` with the memory of plans.
 //!
-//! `cargo run --release -p evidence -- memory [STEPS…]`, 1,000 and 10,000 by default, on Linux. Each plan of the table is
-//! made by a process of its own, which tells its peak. `likely` is compared with a plan as the user gets it, `most` with the
-//! convex iteration to its own end on the requested grid, which `slew compare` runs.
+//! `cargo run --release -p evidence -- memory [STEPS…]`, 1,000 and 10,000 by default, on
+//! Linux. A process of its own makes each plan of the table and reports its peak. `likely` is
+//! compared with a plan of the user, `most` with the convex iteration to its own end on the
+//! requested grid, which `slew compare` runs.
 //!
-//! Ends with 1 where a plan takes more than the larger figure, or the smaller figure is more than three times what it takes.
+//! Ends with 1 where a plan takes more than the larger figure, or the smaller figure is more than
+//! three times what it takes.
 
 use crate::words::{Misuse, Words};
 use evidence::process::peak_memory;
@@ -56,7 +58,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
                 Ok(String::from_utf8(output.stdout)?.trim().parse()?)
             };
             let planned = peak("plan")?;
-            // Where nothing is limited there is nothing to iterate on, and beyond some thousand steps it takes minutes.
+            // Where nothing is limited there is nothing to iterate on, and beyond some thousand
+            // steps it takes minutes.
             let convex = if most > likely && steps <= 2_000 { Some(peak("compare")?) } else { None };
             let shown = |bytes: f64| format!("{:.1}", bytes / 1e6);
             println!(

@@ -1,8 +1,11 @@
-//! Laws that hold between plans, over thousands of random maneuvers: other units, other axes, backwards in time, …
+//! Laws that hold between plans, over thousands of random maneuvers: other units, other axes,
+//! backwards in time, …
 //!
-//! `cargo run --release -p evidence -- metamorphic [COUNT [FIRST [switching]]]`, 1,000 by default. Every case takes one of 26 kinds of
-//! random maneuvers, or of 8 of minimum time and fuel, and draws one of the laws of `evidence::metamorphic` that speak of it, plans
-//! the maneuver and the one that the law makes of it, and compares: equal status, and costs equal to 1e-9, or not above.
+//! `cargo run --release -p evidence -- metamorphic [COUNT [FIRST [switching]]]`, 1,000 by
+//! default. Every case takes one of 26 kinds of random maneuvers, or of 8 of minimum time and
+//! fuel, and draws one of the laws of `evidence::metamorphic` that apply. It plans the maneuver
+//! and the one that the law makes of it, and compares: equal status, and costs equal to 1e-9, or
+//! not above.
 //!
 //! Ends with 1 where a law is broken.
 
@@ -26,7 +29,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         let Ok(loaded) = from_str(&text, "case", Format::Toml, &[]) else { continue };
         let Some(planned) = Planned::new(loaded.problem, loaded.settings) else { continue };
         let mut random = Random::new(index);
-        // Laws that say nothing of this maneuver are passed over, in an order that favours none.
+        // Laws that do not apply are skipped, in an order without preference.
         let (start, stride) = (random.below(LAWS.len()), random.pick(&[1, 5, 7, 11]));
         for turn in 0..LAWS.len() {
             let law = (start + stride * turn) % LAWS.len();

@@ -1,18 +1,19 @@
-//! How many random maneuvers of least fuel are solved and verified, and how large their gaps are.
+//! Random maneuvers of least fuel: how many are solved and verified, how large their gaps are, how
+//! often the default search finds what the thorough one finds, and how long it takes.
 //!
-//! Told are how often the default search finds what the thorough one finds, and how long it takes.
+//! `cargo run --release -p evidence -- minimum_fuel [COUNT [FAMILY [alone]]]`; `alone` leaves
+//! out the thorough search, which takes most of the time.
 //!
-//! `cargo run --release -p evidence -- minimum_fuel [COUNT [FAMILY [alone]]]`; `alone` leaves out the thorough search, which takes
-//! most of the time.
-//!
-//! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector of uniform direction and
-//! an angle up to π; from rest to rest for even cases, for odd ones with rates up to 0.3 rad in the unit of time; limits
-//! from 1 to 5; a duration from 1.3 to 4 times the shortest that is found. `box`: three torques of both signs along the
-//! body axes; `thrusters`: eight of random canted directions, one in each octant; `norm`: one torque that points anywhere.
-//! `box-sought` and `thruster-sought`: the same inputs in the best duration, where a second costs from 2 to 50 % of all inputs at
-//! their limits, uniform in its logarithm; every fourth maneuver has no such price but the duration for a bound.
-//! `box-pulses` and `thruster-pulses`: the same inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration,
-//! uniform in its logarithm; how much dearer they are than the same maneuvers without it.
+//! The law: principal moments of a random triangle in [1, 10] about random axes; a rotation vector
+//! of uniform direction and an angle up to π; from rest to rest for even cases, for odd ones with
+//! rates up to 0.3 rad in the unit of time; limits from 1 to 5; a duration from 1.3 to 4 times the
+//! shortest that is found. `box`: three torques of both signs along the body axes; `thrusters`:
+//! eight of random canted directions, one in each octant; `norm`: one torque that points anywhere.
+//! `box-sought` and `thruster-sought`: the same inputs in the best duration, where a second costs
+//! from 2 to 50 % of all inputs at their limits, uniform in its logarithm; every fourth maneuver
+//! has no such price but the duration for a bound. `box-pulses` and `thruster-pulses`: the same
+//! inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration, uniform in its
+//! logarithm; how much dearer they are than the same maneuvers without it.
 
 use crate::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
@@ -31,7 +32,7 @@ const SMALL: f64 = 1e-4;
 /// Maneuvers with a shortest pulse that are searched thoroughly too.
 const COMPARED: usize = 20;
 
-/// What limits the torque, and is counted.
+/// The limited and counted quantity.
 #[derive(Clone, Copy, PartialEq)]
 enum Family {
     Box,
@@ -120,7 +121,7 @@ fn direction(random: &mut Random) -> Vector3 {
     }
 }
 
-/// A maneuver and its duration \[s\]; `None` where no shortest one is found.
+/// Returns a maneuver and its duration \[s\]; `None` where no shortest one is found.
 fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Problem, f64)>, Box<dyn Error>> {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 10.0), random.within(1.0, 10.0));
@@ -160,7 +161,8 @@ fn case(random: &mut Random, family: Family, moving: bool) -> Result<Option<(Pro
     Ok(duration.is_finite().then_some((problem, duration)))
 }
 
-/// The maneuver in the best duration: up to the longest \[s\], or where a second has a price.
+/// Returns the maneuver in the best duration: up to the longest \[s\], or where a second has a
+/// price.
 fn sought(random: &mut Random, problem: Problem, longest: Option<f64>) -> Problem {
     let price = 0.02 * 25.0_f64.powf(random.unit());
     if let Some(longest) = longest {
@@ -171,14 +173,15 @@ fn sought(random: &mut Random, problem: Problem, longest: Option<f64>) -> Proble
     problem.with_duration(Duration::SOUGHT).with_objective(Objective::Fuel(fuel))
 }
 
-/// The maneuver with a shortest pulse \[s\].
+/// Returns the maneuver with a shortest pulse \[s\].
 fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
     let torque = problem.actuation.torque.clone();
     let limits = Limits { shortest_pulse: Some(shortest), ..torque.limits().clone() };
     Ok(problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits)?)))
 }
 
-/// How many maneuvers with a shortest pulse are solved and verified, how much dearer they are, and how long it takes.
+/// Prints how many maneuvers with a shortest pulse are solved and verified, their additional
+/// cost, and their time.
 fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<dyn Error>> {
     let (mut solved, mut matched, mut above, mut dearer) = (0, 0, Vec::new(), Vec::new());
     let (mut solve_ms, mut pulses) = (Vec::new(), Vec::new());
@@ -234,7 +237,7 @@ fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<d
 
 #[derive(Default)]
 struct Tally {
-    /// Without the thorough search.
+    /// Whether the thorough search is omitted.
     alone: bool,
     cases: usize,
     solved: usize,
@@ -246,7 +249,7 @@ struct Tally {
     whole_ms: Vec<f64>,
 }
 
-/// Cost of the continuous extremal.
+/// Returns the cost of the continuous extremal.
 fn cost(plan: &Plan) -> Option<f64> {
     let solved = plan.status == Status::Solved;
     plan.solution.switching.as_ref().filter(|_| solved).map(|switching| switching.continuous_cost)

@@ -1,17 +1,19 @@
-//! How many maneuvers of least time of a published set are solved and verified, in what durations beside the published ones.
+//! Minimum time on a published set: how many are solved and verified, their durations compared
+//! with the best published ones, their structure, and their time.
 //!
-//! Told are what plans are made of, too, and how long they take.
+//! `cargo run --release -p evidence -- minimum_time [COUNT [FILE]]`; a FILE has the columns
+//! of `evidence/public_set/*.csv` and is taken with the inertia diag(1, 2, 3) if its name starts
+//! with "asymmetric", with the identity otherwise.
 //!
-//! `cargo run --release -p evidence -- minimum_time [COUNT [FILE]]`; a FILE has the columns of `evidence/public_set/*.csv` and is
-//! taken with the inertia diag(1, 2, 3) if its name starts with "asymmetric", with the identity otherwise.
+//! `cargo run --release -p evidence -- minimum_time plain [EVERY]`: the cases that people try
+//! first, from rest to rest about the axes of boxes by 60 to 180°, with limits alike and not. The
+//! default answer beside the best of a thorough search in these axes of the body and in others,
+//! which are the same maneuver.
 //!
-//! `cargo run --release -p evidence -- minimum_time plain [EVERY]`: the cases that people try first, from rest to rest about
-//! the axes of boxes by 60 to 180°, with limits alike and not. The default answer beside the best of a thorough search in these
-//! axes of the body and in others, which are the same maneuver.
-//!
-//! `cargo run --release -p evidence -- minimum_time random [COUNT [FIRST]]`: full inertias of random triangles, ratio at most 10, about random
-//! axes; limits within a factor of 5; uniform attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan,
-//! when there is one, has passed the witnesses.
+//! `cargo run --release -p evidence -- minimum_time random [COUNT [FIRST]]`: full inertias of
+//! random triangles, ratio at most 10, about random axes; limits within a factor of 5; uniform
+//! attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan, when there
+//! is one, has passed the witnesses.
 
 use crate::words::Words;
 use evidence::Random;
@@ -37,7 +39,7 @@ struct Tally {
     exact: usize,
     chattering: usize,
     singular: usize,
-    /// Of plans with singular arcs [s].
+    /// The gaps of plans with singular arcs [s].
     gaps: Vec<f64>,
     solve_ms: Vec<f64>,
     whole_ms: Vec<f64>,
@@ -142,7 +144,8 @@ fn report(name: &str, tally: Tally) {
     }
 }
 
-/// Boxes, limits, axes and angles that people try first, all of them with each other; every so many.
+/// Plans all combinations of simple boxes, limits, axes and angles; with `every`, each such
+/// number of them.
 fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     const BODIES: [[f64; 3]; 5] =
         [[1.0, 1.0, 1.0], [1.0, 2.0, 2.5], [5.0, 5.0, 2.0], [120.0, 100.0, 80.0], [1.0, 1.6, 2.3]];
@@ -265,7 +268,7 @@ fn drawn(random: &mut Random) -> Result<Problem, Box<dyn Error>> {
     Ok(Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)))
 }
 
-/// The median, what nine tenths and 99 % are below, and the largest; NaN of nothing.
+/// Returns the median, what nine tenths and 99 % are below, and the largest; NaN of nothing.
 fn parts(mut values: Vec<f64>) -> [f64; 4] {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);

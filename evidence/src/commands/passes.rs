@@ -1,16 +1,21 @@
-//! Passes over a station on the ground: plans from nadir to a station that is in view, and then followed at its rate.
+//! Passes over a station on the ground: plans from nadir to a station that is in view, and then
+//! followed at its rate.
 //!
-//! `cargo run --release -p evidence -- passes [COUNT [FIRST]]`: COUNT (100 by default) random passes from the one of index FIRST
-//! (0) on, each planned with least effort in a given duration and in least time, on 100 steps. The law of the random numbers
-//! (`Random::of_case(43, index)`, in this order): circular orbits about a point mass, altitude uniform in 450 … 900 km, node and
-//! argument of latitude uniform, cosine of the inclination uniform in −1 … 1, from 2026-11-21T07:00 UTC; a body with moments in ratios to 10 and of mean 100 kg·m² about any axes; a duration uniform in 60 … 150 s; a station whose distance
-//! from the point below the satellite at the end of that duration is uniform up to where it sees the satellite 20° high, on a sphere,
-//! in any azimuth, at 0 m. The start points z to nadir and x along the track and turns with the orbit; z ends on the station, the roll
-//! is free. Least time is under one limit of the torques about the body axes, by which the largest moment turns by 90° from rest to
-//! rest in 40 s.
+//! `cargo run --release -p evidence -- passes [COUNT [FIRST]]`: COUNT (100 by default) random
+//! passes from the one of index FIRST (0) on, each planned with least effort in a given duration
+//! and in least time, on 100 steps. The law of the random numbers (`Random::of_case(43, index)`, in
+//! this order): circular orbits about a point mass, altitude uniform in 450 … 900 km, node and
+//! argument of latitude uniform, cosine of the inclination uniform in −1 … 1, from 2026-11-21T07:00
+//! UTC; a body with moments in ratios to 10 and of mean 100 kg·m² about any axes; a duration
+//! uniform in 60 … 150 s; a station whose distance from the point below the satellite at the end of
+//! that duration is uniform up to where it sees the satellite 20° high, on a sphere, in any
+//! azimuth, at 0 m. The start points z to nadir and x along the track and turns with the orbit; z
+//! ends on the station, the roll is free. Least time is under one limit of the torques about the
+//! body axes, by which the largest moment turns by 90° from rest to rest in 40 s.
 //!
-//! It prints how many are solved, how far the end of the plan is from the model of the sky that the planner does not use (full theories,
-//! not fitted, rates by differences), and how long a plan takes. Ends with 1 where a plan is not solved, or is off by more than 1″.
+//! It prints how many are solved, the distance of the end of the plan from the model of the sky
+//! that the planner does not use (full theories, not fitted, rates by differences), and the time
+//! of a plan. It ends with 1 if a plan is not solved, or misses by more than 1″.
 
 use crate::words::Words;
 use evidence::{Random, median};
@@ -27,7 +32,7 @@ use std::time::Instant;
 
 /// How high a station sees the satellite at least, on a sphere \[deg\].
 const LOWEST: f64 = 20.0;
-/// How far ahead targets are known \[s\].
+/// The time for which targets are computed \[s\].
 const AHEAD: f64 = 600.0;
 /// Intervals of a plan.
 const STEPS: usize = 100;
@@ -64,7 +69,8 @@ impl Pass {
         let duration = random.within(60.0, 150.0);
         let rotation = EarthRotation::default();
         let below = earth_to_gcrs(&clock, duration, &rotation).tr_mul(&orbit.position(duration)?);
-        // Seen under an elevation e the satellite is acos(R/r cos e) − e from the zenith of the station, from the centre.
+        // Seen under an elevation e the satellite is acos(R/r cos e) − e from the zenith of the
+        // station, from the centre.
         let least = LOWEST.to_radians();
         let farthest = (EARTH_RADIUS_M / below.norm() * least.cos()).acos() - least;
         let (apart, azimuth) = (farthest * random.unit(), random.within(0.0, TAU));
@@ -77,13 +83,13 @@ impl Pass {
             longitude_deg: there.y.atan2(there.x).to_degrees(),
             height_m: 0.0,
         };
-        // From rest to rest by a quarter of a turn in 40 s: θ = u T² / 4 J.
+        // The turn is from rest to rest by a quarter of a turn in 40 s: θ = u T² / 4 J.
         let torque = 4.0 * FRAC_PI_2 * moments.max() / 40.0_f64.powi(2);
         let body = Body { inertia, mass: None };
         Ok(Self { sky: Sky::new(clock, Some(orbit), rotation), station, body, duration, torque })
     }
 
-    /// Of least effort in the given duration, and of least time.
+    /// Returns the maneuvers of least effort in the given duration, and of least time.
     fn maneuvers(&self) -> Result<[Problem; 2], Box<dyn Error>> {
         let direction = |target: &Target| self.sky.direction(target, 0.0, AHEAD);
         let nadir = Aim::new(Vector3::z(), direction(&Target::Nadir)?);
@@ -100,7 +106,8 @@ impl Pass {
         Ok([effort, time].map(|problem| problem.with_aim_at_end(aim.clone()).with_steps(STEPS)))
     }
 
-    /// How far the boresight is from the station \[rad\], and how much faster or slower it turns across itself [rad/s].
+    /// Returns the distance of the boresight from the station \[rad\], and the difference of
+    /// their transverse rates [rad/s].
     fn off(&self, found: &Plan) -> Result<[f64; 2], Box<dyn Error>> {
         const H: f64 = 0.5;
         let rows = &found.solution.trajectory;
@@ -116,7 +123,7 @@ impl Pass {
     }
 }
 
-/// The checks of the witnesses that do not hold, each with its value and its limit.
+/// Returns the checks of the witnesses that do not hold, each with its value and its limit.
 fn failed(found: &Plan) -> String {
     let checks = found.verification.iter().flat_map(|verification| &verification.checks);
     let failed = checks.filter(|check| !check.passed);

@@ -1,8 +1,9 @@
 //! How often a cold start with default settings is solved, counted over random maneuvers.
 //!
-//! `cargo run --release -p evidence -- robustness [CASES [SEED]]` prints the laws it draws from and what
-//! came out; 10 000 of each kind by default, a tenth of that under torque limits, by the shooting alone and
-//! by the default method. Every case depends on the seed and its number alone.
+//! `cargo run --release -p evidence -- robustness [CASES [SEED]]` prints the laws it draws
+//! from and what came out; 10 000 of each kind by default, a tenth of that under torque limits, by
+//! the shooting alone and by the default method. Every case depends on the seed and its number
+//! alone.
 
 use crate::words::Words;
 use evidence::Random;
@@ -20,7 +21,7 @@ use std::time::Instant;
 const STEPS: usize = 200;
 const TERMINAL_LIMIT: f64 = 1e-12;
 
-/// A body whose principal moments have a ratio of up to 20, about any axes.
+/// Returns a body whose principal moments have a ratio of up to 20, about any axes.
 fn inertia(random: &mut Random) -> Inertia {
     let moments = random.moments(20.0);
     random.about_any_axes(&moments)
@@ -68,8 +69,8 @@ fn problem(kind: Kind, seed: u64, index: usize) -> Problem {
     within_limits(kind, problem.with_scheme(scheme), random.within(0.6, 0.95))
 }
 
-/// The same with every torque, or their norm, limited to a part of the largest that the maneuver takes
-/// without limits.
+/// Returns the same with every torque, or their norm, limited to a part of the largest that the
+/// maneuver takes without limits.
 fn within_limits(kind: Kind, mut problem: Problem, part: f64) -> Problem {
     let free = solve(&problem, &Settings::discrete(), None, &mut Silent).expect("a valid problem");
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, f64::max);
@@ -86,7 +87,7 @@ fn within_limits(kind: Kind, mut problem: Problem, part: f64) -> Problem {
     problem
 }
 
-/// What is counted of one plan.
+/// The counted results of one plan.
 struct Case {
     index: usize,
     status: Status,
@@ -102,7 +103,7 @@ fn case(kind: Kind, method: Method, seed: u64, index: usize) -> Case {
     let settings = Settings { method, ..Settings::default() };
     let Plan { solution, verification, status, .. } =
         plan(&problem, &settings, None, &mut Silent).expect("a valid problem");
-    // The rung that found the winner: the last coarse one before its refinement.
+    // The strategy that found the winner: the last coarse one before its refinement.
     let rung = solution
         .ladder
         .iter()

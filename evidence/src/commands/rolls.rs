@@ -1,12 +1,14 @@
-//! Plans whose roll about the boresight is free, each against the cheapest of 24 given rolls, both ways round.
+//! Plans whose roll about the boresight is free, each against the cheapest of 24 given rolls, both
+//! ways round.
 //!
-//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random maneuvers each with a boresight that ends at
-//! rest on a fixed direction, and on one that moves, with its rate. Bodies with moments in ratios to 10 about any axes, starts at rest
-//! or turning, boresights and directions uniform on the sphere, directions that turn at up to 0.3 rad/s about each axis, in 2 to
-//! 8 s. On 100 steps, least effort.
+//! `cargo run --release -p evidence -- rolls [COUNT]`: COUNT (500 by default) random
+//! maneuvers each with a boresight that ends at rest on a fixed direction, and on one that moves,
+//! with its rate. Bodies with moments in ratios to 10 about any axes, starts at rest or turning,
+//! boresights and directions uniform on the sphere, directions that turn at up to 0.3 rad/s about
+//! each axis, in 2 to 8 s. On 100 steps, least effort.
 //!
-//! It prints how many are as cheap as the best of the rolls, and how long a plan takes, as a multiple of that to the end that was
-//! found, given. Ends with 1 where fewer than 99.5 % are.
+//! It prints how many cost as little as the best of the rolls, and the time of a plan relative to
+//! that with the given end. It ends with 1 if fewer than 99.5 % do.
 
 use crate::words::Words;
 use evidence::Random;
@@ -22,7 +24,7 @@ const ROLLS: usize = 24;
 /// A cost that is above the best of them by more than this part is missed.
 const NEAR: f64 = 1e-6;
 
-/// A direction that turns about an axis at one rate.
+/// Returns a direction that turns about an axis at one rate.
 fn moving(from: &Vector3, rate: &Vector3, duration: f64) -> Direction {
     let along = |time: f64| lie::exp(&(rate * time)) * from;
     Direction::along(0.0, duration, duration, 20, along).expect("a unit vector does not vanish")
@@ -44,7 +46,7 @@ fn maneuver(index: usize, moves: bool) -> Problem {
     Problem::attitude(body, start, start, duration).with_aim_at_end(if moves { aim } else { aim.at_rest() })
 }
 
-/// The cheapest of given rolls.
+/// Returns the cheapest of given rolls.
 fn best_of_rolls(problem: &Problem, settings: &Settings) -> Result<f64, Box<dyn Error>> {
     let aim = problem.aim().ok_or("no target")?;
     let ends = aim.ends(problem.seconds(), &problem.start.attitude, &Vector3::zeros())?;

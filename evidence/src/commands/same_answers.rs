@@ -1,9 +1,10 @@
 //! Whether two builds of `slew` give the same answers, number by number.
 //!
-//! `cargo run --release -p evidence -- same_answers OLD NEW [COUNT] [--keep FOLDER]` plans every maneuver of
-//! `problems/` and COUNT random specs (200 by default) with both binaries. Status, exit code and every value of
-//! the JSON of OLD must be in that of NEW, bit for bit; NEW may say more. With a folder, specs and answers of OLD
-//! stay there for the next time. Ends with 1 where something differs.
+//! `cargo run --release -p evidence -- same_answers OLD NEW [COUNT] [--keep FOLDER]` plans
+//! every maneuver of `problems/` and COUNT random specs (200 by default) with both binaries.
+//! Status, exit code and every value of the JSON of OLD must be in that of NEW, bit for bit; NEW
+//! may have more. With a folder, specs and answers of OLD are kept for the next run. It ends with
+//! 1 if something differs.
 
 use crate::words::{Misuse, Words, parsed};
 use serde_json::Value;
@@ -12,7 +13,8 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{fs, io, process, thread};
 
-/// What differs on purpose: the key in OLD, with `*` for any place in a list, what became of it, and why.
+/// The intended differences: the key in OLD, with `*` for any place in a list, its change, and
+/// the reason.
 const CHANGED: &[(&str, Change, &str)] = &[
     ("solve_time_s", Change::Free, "a time of the machine"),
     ("generator", Change::Free, "the version of the program"),
@@ -53,20 +55,20 @@ const CHANGED: &[(&str, Change, &str)] = &[
     ("verified.checks.*.limit", Change::Free, "over windows"),
 ];
 
-/// What became of a key.
+/// The change of a key.
 enum Change {
     /// Its value is not compared.
     Free,
     /// The same value stands under another key.
     Moved(&'static str),
-    /// One word of it is another.
+    /// One word of the text differs.
     Renamed(&'static str, &'static str),
 }
 
 /// The number of a case, and what differs.
 type Differences = (usize, Vec<String>);
 
-/// Differences that are printed of one spec.
+/// Number of differences printed for one spec.
 const SHOWN: usize = 5;
 /// Plans made at a time.
 const WORKERS: usize = 2;
@@ -135,7 +137,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     process::exit(i32::from(different > 0));
 }
 
-/// Names and texts of all specs: the maneuvers of `problems/`, then random ones.
+/// Returns the names and texts of all specs: the maneuvers of `problems/`, then random ones.
 fn cases(count: u64) -> io::Result<Vec<(String, String)>> {
     let mut cases = Vec::new();
     for entry in fs::read_dir(Path::new(evidence::ROOT).join("problems"))? {
@@ -156,7 +158,7 @@ fn cases(count: u64) -> io::Result<Vec<(String, String)>> {
     Ok(cases)
 }
 
-/// What a binary says of a spec: its exit code, a line feed, its JSON.
+/// Returns the answer of a binary to a spec: its exit code, a line feed, its JSON.
 fn answer(slew: &Path, spec: &Path) -> io::Result<String> {
     let mut command = Command::new(slew);
     command.arg("plan").arg(spec).args(["--format", "json", "--quiet"]);
@@ -165,7 +167,7 @@ fn answer(slew: &Path, spec: &Path) -> io::Result<String> {
     Ok(format!("{code}\n{}", String::from_utf8_lossy(&output.stdout)))
 }
 
-/// All differences of two answers.
+/// Returns all differences of two answers.
 fn compare(old: &str, new: &str) -> Vec<String> {
     let parts = |answer: &str| {
         let (code, json) = answer.split_once('\n').unwrap_or((answer, ""));
@@ -223,7 +225,7 @@ fn descend(path: &str, old: &Value, new: &Value, root: &Value, differences: &mut
     }
 }
 
-/// What the table says of a key.
+/// Returns the entry of the table for a key.
 fn change(path: &str) -> Option<&'static Change> {
     let matches = |pattern: &str| {
         let (pattern, path): (Vec<_>, Vec<_>) = (pattern.split('.').collect(), path.split('.').collect());
@@ -233,7 +235,7 @@ fn change(path: &str) -> Option<&'static Change> {
     CHANGED.iter().find(|(pattern, ..)| matches(pattern)).map(|(_, change, _)| change)
 }
 
-/// A value on a line.
+/// Returns a value on a line.
 fn short(value: &Value) -> String {
     let text = value.to_string();
     if text.chars().count() > 120 { text.chars().take(120).chain("…".chars()).collect() } else { text }

@@ -1,10 +1,12 @@
-//! How soon `slew` hears a signal: Ctrl-C and SIGTERM at random times, in every command, on a thousand to a million steps.
+//! How soon `slew` hears a signal: Ctrl-C and SIGTERM at random times, in every command that takes
+//! its time, on a thousand to a million steps.
 //!
-//! `cargo build --release && cargo run --release -p evidence -- signals [COUNT [SEED [NAME]]]`, 200 by default, on Linux; with a
-//! name only the commands that have it in theirs. Each run works in a folder of its own, and is sent one signal after a random part
-//! of the time that it takes undisturbed. Within 0.2 s of CPU time it must end, or print what it has found before it writes that:
-//! the best iterate of a million steps is a file of 400 MB. It must end with an exit code that is its own, no torn file and no
-//! temporary one left. Ends with 1 where one did not.
+//! `cargo build --release && cargo run --release -p evidence -- signals [COUNT [SEED [NAME]]]`,
+//! 200 by default, on Linux; with a name only the commands that have it in theirs. Each run works
+//! in a folder of its own, and is sent one signal after a random part of the time that it takes
+//! undisturbed. Within 0.2 s of CPU time it must end, or print what it has found before it writes
+//! that: the best iterate of a million steps is a file of 400 MB. It must end with an exit code
+//! that is its own, no torn file and no temporary one left. Ends with 1 where one did not.
 
 use crate::words::{Misuse, Words};
 use evidence::Random;
@@ -16,7 +18,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
-/// What a signal may take [s of CPU].
+/// The time that a signal may take [s of CPU].
 const LATEST: f64 = 0.2;
 
 const SPEC: &str = r#"
@@ -29,7 +31,7 @@ attitude = { axis = [0, 0, 1], angle_deg = 0 }
 attitude = { euler_zyx_deg = [80, -25, 40] }
 "#;
 
-/// What makes other maneuvers of it, by the name of the file.
+/// The changes that turn a maneuver into others, by the name of the file.
 const ENDINGS: [(&str, &str); 6] = [
     ("free", "[maneuver]\nduration_s = 60\n"),
     ("limited", "[maneuver]\nduration_s = 60\n[actuators]\ntorque_limit_n_m = [0.14, 0.068, 0.17]\n"),
@@ -50,7 +52,7 @@ const ENDINGS: [(&str, &str); 6] = [
     ),
 ];
 
-/// What is run, word by word. `plan.json` is there: a plan of the first maneuver on 100,000 steps.
+/// The commands, word by word. `plan.json` exists: a plan of the first maneuver on 100,000 steps.
 const COMMANDS: [(&str, &str); 17] = [
     ("plan, 1e3", "plan free.toml -o out.json --set maneuver.steps=1000"),
     ("plan, 1e5", "plan free.toml -o out.json --set maneuver.steps=100000"),
@@ -107,7 +109,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
             if answer > LATEST {
                 complaints.push(format!("{answer:.2} s of CPU"));
             }
-            // Before the handler stands, the signal itself ends the program.
+            // Before the handler is installed, the signal itself ends the program.
             if let Some(code) = ended.code().filter(|code| ![0, 130].contains(code)) {
                 complaints.push(format!("exit code {code}"));
             }
@@ -163,13 +165,13 @@ fn signalled(
     };
     let since = |at: Option<f64>| at.zip(before).map_or(0.0, |(at, before)| at - before);
     let ending = since(last);
-    // What was printed before the signal is no answer to it.
+    // Output before the signal is not an answer to it.
     let printed = printed.join().map_err(|_| "the reader of what is printed failed")?;
     let answer = printed.map(|at| since(Some(at))).filter(|at| *at >= 0.0).unwrap_or(ending).min(ending);
     Ok(Signalled { signal, answer, ending, ended })
 }
 
-/// Removes what a run has written; what is wrong with it.
+/// Removes the files that a run wrote, and returns what is wrong with them.
 fn sweep(folder: &Path) -> Result<Vec<String>, Box<dyn std::error::Error>> {
     let mut wrong = Vec::new();
     for entry in fs::read_dir(folder)?.flatten() {
@@ -198,7 +200,7 @@ fn start(slew: &Path, folder: &Path, line: &str) -> std::io::Result<Child> {
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn()
 }
 
-/// Reads all that a process says, which it does on stderr; its CPU time at the first of it.
+/// Reads the output of a process on stderr, and returns its CPU time at the first line.
 fn watched(child: &mut Child) -> JoinHandle<Option<f64>> {
     let (id, output) = (child.id().to_string(), child.stderr.take());
     thread::spawn(move || {

@@ -1,11 +1,14 @@
-//! How many maneuvers a second are planned, bare and with everything, on one thread and on two; and in what memory.
+//! How many maneuvers a second, bare and with everything, on one thread and on two; and what a long
+//! Monte Carlo run holds in memory.
 //!
-//! `cargo run --release -p evidence -- throughput [CASES] [STEPS] [ROUNDS] [NAME]`: slews of a free asymmetric body between states
-//! of rest, end attitudes drawn within a ball of rotation vectors of 1.5 rad. Bare is the solve of the shortest way to 1e-12
-//! without the test of second order, and the replay by the discrete witness, from library calls; the
-//! others go through the batch with a file of results and all witnesses, as `slew monte-carlo` runs them. One thread and
-//! two take turns, and the best round of each counts, so that what else the machine does disturbs both alike; where it does
-//! much, the time of the processor, of Linux, tells more. `NAME`, as `bare`, picks one.
+//! `cargo run --release -p evidence -- throughput [CASES] [STEPS] [ROUNDS] [NAME]`: slews of
+//! a free asymmetric body between states of rest, end attitudes drawn within a ball of rotation
+//! vectors of 1.5 rad. Bare is the solve of the shortest way to 1e-12 without the test of second
+//! order, and the replay by the discrete witness, from library calls; the others go through the
+//! batch with a file of results and all witnesses, as `slew monte-carlo` runs them. One thread and
+//! two take turns, and the best round of each counts, so that what else the machine does disturbs
+//! both alike; where it does much, the time of the processor, of Linux, tells more. `NAME`, as
+//! `bare`, picks one.
 
 use crate::words::{Misuse, Words};
 use evidence::process::{own_cpu_seconds, peak_memory};
@@ -40,7 +43,7 @@ semi_axes = [1.5, 1.5, 1.5]
 /// Settings of the quickest whole plan, and of a bare one.
 const QUICK: [&str; 2] = ["solver.search=quick", "maneuver.path=shortest"];
 const BARE: [&str; 3] = [QUICK[0], QUICK[1], "solver.second_order=skipped"];
-/// What the discrete witness may find of the terminal error, scaled.
+/// The largest terminal error of the discrete witness, scaled.
 const TOLERANCE: f64 = 1e-12;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
@@ -69,14 +72,15 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         told(name, rounds, cases, &mut |threads| verified(&batch, threads, &path).expect("a batch"));
     }
     std::fs::remove_dir_all(&folder)?;
-    // Of Linux: the most that was resident at any time.
+    // On Linux: the peak of the resident memory.
     if let Some(peak) = peak_memory("self") {
         println!("  peak memory {:.0} MB", peak / 1e6);
     }
     Ok(())
 }
 
-/// Runs `solved`, which tells how many were, on one thread and on two by turns, and prints the rates.
+/// Runs `solved`, which returns the number of solved cases, on one thread and on two by turns,
+/// and prints the rates.
 fn told(name: &str, rounds: usize, cases: u64, solved: &mut dyn FnMut(usize) -> u64) {
     let (mut best, mut count, mut least) = ([0.0_f64; 2], [0; 2], f64::INFINITY);
     for _ in 0..rounds {
@@ -107,7 +111,7 @@ fn batch(cases: u64, steps: usize, settings: &[&str]) -> Result<Batch, Box<dyn E
     Ok(Batch::of_dispersion(base)?)
 }
 
-/// The maneuvers of a batch, read beforehand.
+/// Returns the maneuvers of a batch, read beforehand.
 fn problems(batch: &Batch, cases: u64) -> Result<Vec<(Problem, Settings)>, Box<dyn Error>> {
     let read = |number| {
         let loaded = batch.read(&batch.case(number)?)?;

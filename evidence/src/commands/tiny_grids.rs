@@ -1,12 +1,14 @@
-//! Plans and simulations on 2 to 50 steps, where steps are too long for almost everything: what goes wrong is counted.
+//! Plans and simulations on 2 to 50 steps, where steps are too long for almost everything: what
+//! goes wrong is counted.
 //!
-//! `cargo run --release -p evidence -- tiny_grids [COUNT [FIRST]]`, 2,000 by default. Every case takes one of 26 kinds of
-//! random maneuvers, draws steps and a method of its own, plans it, and lets one of all integrators follow it without
-//! inputs over as few steps. Counted as wrong: a panic; a number of a solved plan or of a row that is not finite; a plan
-//! called solved for a maneuver that is proved impossible on a thousand steps; one whose inputs, followed by the plain equations of
-//! motion of `evidence::held`, miss the end by more than a plan may (a quarter of the angle turned, or 5° where that
-//! is less, and 45° at most), or elsewhere than its continuous witness says; more than thirty seconds, on a machine with nothing else
-//! to do.
+//! `cargo run --release -p evidence -- tiny_grids [COUNT [FIRST]]`, 2,000 by default. Every
+//! case takes one of 26 kinds of random maneuvers, draws steps and a method of its own, plans it,
+//! and lets one of all integrators follow it without inputs over as few steps. Counted as wrong: a
+//! panic; a number of a solved plan or of a row that is not finite; a plan called solved for a
+//! maneuver that is proved impossible on a thousand steps; one whose inputs, followed by the plain
+//! equations of motion of `evidence::held`, miss the end by more than a plan may (a quarter of the
+//! angle turned, or 5° where that is less, and 45° at most), or elsewhere than its continuous
+//! witness says; more than thirty seconds, on a machine with nothing else to do.
 //!
 //! Ends with 1 where anything was wrong.
 
@@ -33,7 +35,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let first = words.number("number of the first case", 0)?;
     words.end()?;
     let (mut tally, mut wrong) = (BTreeMap::<String, u64>::new(), 0);
-    // What is wrong is told below, with the case that it belongs to.
+    // Errors are printed below, with their case.
     std::panic::set_hook(Box::new(|_| {}));
     for index in first..first + count {
         let began = Instant::now();
@@ -71,14 +73,14 @@ fn case(index: u64) -> Told {
     let RandomSpec { kind, text } = random_spec(index);
     let steps = 2 + random.below(49);
     let mut set = vec![format!("maneuver.steps={steps}"), "solver.time_limit_s=8".into()];
-    // The convex road is the default where there are limits only.
+    // The convex iteration is the default if the only limits are those of the inputs.
     if random.below(3) == 0 {
         set.push("solver.method=scp".into());
     }
     let set: Vec<Override> = set.iter().map(|text| Override::parse(text).expect("an override")).collect();
     let mut told = Told::default();
     let Ok(loaded) = from_str(&text, "case", Format::Toml, &set) else {
-        // Some kinds refuse a grid, or the road, by themselves.
+        // Some kinds refuse a grid, or the method, by themselves.
         told.ends.push("plan: refused by the spec".into());
         return told;
     };
@@ -113,7 +115,7 @@ fn case(index: u64) -> Told {
     told
 }
 
-/// What is wrong with a plan that is called solved.
+/// Returns the errors of a plan that is called solved.
 fn complaints(problem: &Problem, plan: &Plan) -> Vec<String> {
     let mut complaints = Vec::new();
     let Trajectory { time, angular_velocity, quaternion, input, .. } = &plan.solution.trajectory;
@@ -146,7 +148,8 @@ fn complaints(problem: &Problem, plan: &Plan) -> Vec<String> {
     complaints
 }
 
-/// How far a plan on steps as coarse may miss \[deg\], by the angle turned from node to node.
+/// Returns the largest miss of a plan on such coarse steps \[deg\], by the angle turned from node
+/// to node.
 fn allowed_deg(quaternion: &[[f64; 4]]) -> f64 {
     let angle = |pair: &[[f64; 4]]| {
         let dot: f64 = pair[0].iter().zip(&pair[1]).map(|(a, b)| a * b).sum();

@@ -33,7 +33,7 @@ impl Draft {
         self.tables.push((header, Vec::new()));
     }
 
-    /// Appends a line to the last table of this header, which is made where there is none.
+    /// Appends a line to the last table with this header, and creates the table if needed.
     pub fn line(&mut self, header: &'static str, line: String) {
         if !self.tables.iter().any(|(name, _)| *name == header) {
             self.open(header);
@@ -136,7 +136,7 @@ impl Draft {
         } else {
             let axes = matrix(turn(self.direction(), self.random.within(0.0, 3.0)));
             let entry = |row: usize, column: usize| -> f64 {
-                // In one order for both sides of the diagonal.
+                // The order is equal for both sides of the diagonal.
                 let (a, b) = (row.min(column), row.max(column));
                 (0..3).map(|k| axes[a][k] * diagonal[k] * axes[b][k]).sum()
             };
@@ -203,23 +203,24 @@ impl Draft {
 
     // Scales of the maneuver.
 
-    /// Angle between start and end, the short way [rad].
+    /// Returns the angle between start and end, the short way [rad].
     pub fn angle(&self) -> f64 {
         let [w, x, y, z] = product(conjugate(self.start), self.end);
         2.0 * (x * x + y * y + z * z).sqrt().atan2(w.abs())
     }
 
-    /// Largest torque of the rotation about a fixed axis from rest to rest, mean inertia: 6 J θ/T² [N·m].
+    /// Returns the largest torque of the rotation about a fixed axis from rest to rest, mean
+    /// inertia: 6 J θ/T² [N·m].
     pub fn peak_torque(&self) -> f64 {
         6.0 * self.inertia * self.angle() / self.duration.powi(2)
     }
 
-    /// Largest rate of that rotation: 3/2 θ/T [rad/s].
+    /// Returns the largest rate of that rotation: 3/2 θ/T [rad/s].
     pub fn peak_rate(&self) -> f64 {
         1.5 * self.angle() / self.duration
     }
 
-    /// A weight of `count` inputs: numbers, or a symmetric matrix whose diagonal dominates.
+    /// Returns a weight of `count` inputs: numbers, or a symmetric matrix whose diagonal dominates.
     pub fn weight(&mut self, count: usize) -> String {
         let diagonal: Vec<f64> = (0..count).map(|_| self.random.within(0.5, 3.0)).collect();
         if self.chance(0.5) {
@@ -263,7 +264,8 @@ impl Draft {
         self.line("[solver]", format!("method = \"{method}\""));
     }
 
-    /// A cone with a boresight that crosses it half way from start to end, or that it holds all the way.
+    /// A cone with a boresight that crosses it half way from start to end, or that it holds all the
+    /// way.
     pub fn cone(&mut self, kind: &str) {
         let boresight = self.direction();
         let (start, end) = (rotated(self.start, boresight), rotated(self.end, boresight));

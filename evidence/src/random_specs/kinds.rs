@@ -45,7 +45,8 @@ pub fn winding(draft: &mut Draft) {
     }
 }
 
-/// A body on a pivot: the mass center a fifth of the radius of gyration away, time of the order of a swing.
+/// A body on a pivot: the mass center a fifth of the radius of gyration away, time of the order of
+/// a swing.
 pub fn pendulum(draft: &mut Draft) {
     let mass = draft.random.within(0.5, 20.0);
     let arm = scaled(draft.direction(), draft.random.within(0.02, 0.3));
@@ -77,7 +78,8 @@ pub fn limited_pendulum(draft: &mut Draft) {
     draft.line("[actuators]", limit);
 }
 
-/// An orbit of any rate, a tenth to a whole radian of it; from rest against the turning frame or not.
+/// An orbit of any rate, a tenth to a whole radian of it; from rest against the turning frame or
+/// not.
 pub fn gravity_gradient(draft: &mut Draft) {
     draft.slew();
     let rate = draft.random.within(0.1, 1.0) / draft.duration;
@@ -108,7 +110,7 @@ pub fn free_flyer(draft: &mut Draft) {
     }
 }
 
-/// Forces along body axes; a dear rotation, so that both parts feel each other.
+/// Builds forces along body axes with a costly rotation, so that both parts affect each other.
 pub fn body_thrusters(draft: &mut Draft) {
     draft.slew();
     draft.travels(2.0);
@@ -126,7 +128,7 @@ pub fn force_limits(draft: &mut Draft) {
     for (header, position) in [("[start]", [0.0; 3]), ("[end]", [1.0, 0.3, -0.5])] {
         draft.travel(header, position, [0.0; 3]);
     }
-    // Along the first axis 6 m x/T² without limits.
+    // The first axis needs 6 m x/T² without limits.
     let peak = 12.0 / draft.duration.powi(2);
     let line = match draft.random.below(3) {
         0 => format!("force_limit_n = {}", draft.limits(0.9 * peak)),
@@ -136,7 +138,8 @@ pub fn force_limits(draft: &mut Draft) {
     draft.line("[actuators]", line);
 }
 
-/// In units of the orbit: radius, rate and gravitational parameter near 1, or those of a low Earth orbit.
+/// Builds central gravity in units of the orbit: radius, rate and gravitational parameter near 1,
+/// or those of a low Earth orbit.
 pub fn central_gravity(draft: &mut Draft, points: bool) {
     let (radius, parameter) = if draft.chance(0.7) { (1.0, 1.0) } else { (7.0e6, 3.986_004_418e14) };
     let rate = (parameter / f64::powi(radius, 3)).sqrt();
@@ -163,7 +166,7 @@ pub fn central_gravity(draft: &mut Draft, points: bool) {
     draft.line("[body]", format!("mass_kg = {mass}"));
     draft.ends();
     draft.maneuver();
-    // Along a circle, the end a little aside.
+    // The ends are along a circle, with a small offset of the end.
     for (header, anomaly) in [("[start]", 0.0), ("[end]", rate * draft.duration)] {
         let (sin, cos) = f64::sin_cos(anomaly);
         let aside = draft.vector(if header == "[end]" { 0.1 } else { 0.0 });
@@ -319,7 +322,7 @@ pub fn infeasible(draft: &mut Draft) {
     }
 }
 
-/// What the inputs of a maneuver of minimum time or fuel are.
+/// The inputs of a maneuver of minimum time or fuel.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Inputs {
     Axes,
@@ -328,7 +331,8 @@ pub enum Inputs {
     Thrusters,
 }
 
-/// From rest to rest or not, with torques that would do the turn about the eigenaxis in a part of the duration.
+/// Builds a maneuver from rest to rest or between rates, with torques that allow the turn about
+/// the eigenaxis in a part of the duration.
 pub fn switching(draft: &mut Draft, minimized: &'static str, inputs: Inputs) {
     draft.body();
     draft.ends();

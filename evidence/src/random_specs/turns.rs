@@ -12,7 +12,7 @@ pub fn scaled(v: Vector, factor: f64) -> Vector {
     v.map(|part| factor * part)
 }
 
-/// A turn about a unit axis.
+/// Returns a turn about a unit axis.
 pub fn turn(axis: Vector, angle: f64) -> Quaternion {
     let [x, y, z] = scaled(axis, (0.5 * angle).sin());
     [(0.5 * angle).cos(), x, y, z]
@@ -41,7 +41,7 @@ pub fn matrix(q: Quaternion) -> [Vector; 3] {
     std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row]))
 }
 
-/// Numbers as a list of TOML.
+/// Returns the numbers as a list of TOML.
 pub fn list(numbers: &[f64]) -> String {
     let numbers: Vec<String> = numbers.iter().map(|number| format!("{number}")).collect();
     format!("[{}]", numbers.join(", "))

@@ -1,4 +1,4 @@
-//! Plans begun from another: the law of the guess, the answers of a cold search, and what is refused.
+//! Replanning: the law of the guess, the answers of a cold search, and refused plans.
 
 use super::*;
 use crate::Vector3;
@@ -18,7 +18,7 @@ fn prepared(problem: &Problem) -> Replanner {
     Replanner::new(problem, &solved(problem, &Settings::discrete())).unwrap()
 }
 
-/// The plan's state at a moment, moved by a scaled `z`.
+/// Returns the plan's state at a moment, moved by a scaled `z`.
 fn beside(replanner: &Replanner, moment: &Moment, z: &Vector6) -> State {
     let planned = replanner.planned(moment);
     let (problem, time) = (replanner.problem(), replanner.problem().seconds());
@@ -87,7 +87,8 @@ fn the_cost_to_go_is_that_of_its_two_derivatives() {
     }
 }
 
-/// The rest of an optimum is optimal: begun from its own state at a node, the plan is its own neighbour, at no step.
+/// The rest of an optimum is optimal: begun from its own state at a node, the plan is its own
+/// neighbour, at no step.
 #[test]
 fn a_plan_is_its_own_rest() {
     let mut random = Random(13);
@@ -112,8 +113,8 @@ fn a_plan_is_its_own_rest() {
     }
 }
 
-/// A warm plan is the plan of a cold search from the same start, at nodes and between, to the same end and to another: its cost to
-/// 1e-9, its end to 1e-12, in three Newton steps.
+/// A warm plan is the plan of a cold search from the same start, at nodes and between, to the same
+/// end and to another: its cost to 1e-9, its end to 1e-12, in three Newton steps.
 #[test]
 fn a_warm_plan_is_the_cold_one() {
     let mut random = Random(14);
@@ -158,8 +159,8 @@ fn landing() -> (Problem, Solution) {
     (problem, solution)
 }
 
-/// A plan that lands is begun from its true motion: at no step where nothing is moved, and what is planned again lands, by the
-/// witnesses.
+/// A plan that lands is replanned from its true motion: a start that is not moved needs no step,
+/// and the new plan lands, by the witnesses.
 #[test]
 fn a_plan_that_lands_is_planned_again_to_land() {
     let (problem, solution) = landing();

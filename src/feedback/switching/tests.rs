@@ -15,7 +15,7 @@ fn limited(limit: f64) -> Actuation {
     Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap())
 }
 
-/// A maneuver of the reference and its plan, a step an arc.
+/// Returns a maneuver of the reference and its plan, a step an arc.
 fn of_reference(case: &Value) -> (Problem, Trajectory) {
     let inertia = Matrix3::from_diagonal(&vector::<3>(&case["inertia"]));
     let end: [f64; 4] = std::array::from_fn(|index| case["qf"][index].as_f64().unwrap());
@@ -85,7 +85,8 @@ fn end_of(problem: &Problem, plan: &Trajectory) -> State {
     Flight::new(problem).fly(&Flight::of_plan(problem, plan), None).unwrap()
 }
 
-/// Slope of what is missed by a corrected start over 1e-2 … 1e-3, in rad and rates over the duration.
+/// Returns the slope of the miss of a corrected start over 1e-2 … 1e-3, in rad and rates over the
+/// duration.
 fn slope(problem: &Problem, plan: &Trajectory, gains: &SwitchingGains, direction: &Vector6) -> f64 {
     let (end, duration) = (end_of(problem, plan), *plan.time.last().unwrap());
     let at = |size: f64| {
@@ -142,7 +143,7 @@ fn continuous(problem: &Problem) -> Vec<f64> {
     solution.switching.unwrap().arcs.iter().map(|arc| arc.end_s - arc.start_s).collect()
 }
 
-/// A step an arc, of the continuous arcs of a plan.
+/// Returns a step an arc, of the continuous arcs of a plan.
 fn of_continuous(problem: &Problem) -> Trajectory {
     let solution = search::solve(problem, &Settings::discrete(), None, &mut search::Silent).unwrap();
     let arcs = solution.switching.unwrap().arcs;

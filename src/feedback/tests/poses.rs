@@ -7,7 +7,8 @@ use crate::optimize::discrete::linear_plan::{PosedPlan, Stages};
 use crate::testing::{attitude_only, moving_ends};
 use nalgebra::SVector;
 
-/// A motion of the discrete equations under inputs that are held, its states, and its record with costates of its own.
+/// A motion of the discrete equations under inputs that are held, its states, and its record with
+/// costates of its own.
 struct Recorded<const N: usize> {
     dynamics: Dynamics,
     states: Vec<Point>,
@@ -91,7 +92,7 @@ fn moved<const N: usize>(point: &Point, z: &SVector<f64, N>) -> Point {
     }
 }
 
-/// Half a kick, a drift, half a kick.
+/// Takes one step: half a kick, a drift, half a kick.
 fn step<const N: usize>(
     problem: &Problem,
     dynamics: &Dynamics,
@@ -116,7 +117,8 @@ fn step<const N: usize>(
     point
 }
 
-/// Torques in the body and forces in the reference frame, or the other way round; free, or in the field of two masses.
+/// Returns the torques in the body and forces in the reference frame, or the other way round; free,
+/// or in the field of two masses.
 fn problem(random: &mut Random, case: usize) -> Problem {
     let frame = if case.is_multiple_of(2) { AxisFrame::Body } else { AxisFrame::Reference };
     let problem = moving_ends(random, frame).with_steps(30).with_scheme(Scheme::LieVerlet);
@@ -128,7 +130,8 @@ fn problem(random: &mut Random, case: usize) -> Problem {
     problem.with_environment(CentralGravity::new(masses).unwrap())
 }
 
-/// Slope of the landing law by neighbouring gains, by them with a turned sign, and by the regulator, each held over `every` steps.
+/// Slope of the landing law by neighbouring gains, by them with a turned sign, and by the
+/// regulator, each held over `every` steps.
 fn slopes<const N: usize>(problem: &Problem, random: &mut Random, every: usize) -> [f64; 3] {
     let recorded = Recorded::<N>::new(problem, random);
     let linear = PosedPlan::new(problem, &recorded.plan).unwrap();
@@ -170,7 +173,8 @@ fn gains_of_torques_fixed_in_the_reference_frame_land_to_second_order() {
     }
 }
 
-/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block: all second derivatives of a step are there, and with the right signs.
+/// `G_kᵀ − G_k = −S(λ^R_{k−1})` in the attitude block: all second derivatives of a step are there,
+/// and with the right signs.
 #[test]
 fn the_cost_to_go_of_poses_has_a_symmetric_hessian() {
     let mut random = Random(37);

@@ -18,7 +18,8 @@ fn problem(random: &mut Random, field: bool) -> Problem {
     problem.with_actuation(Actuation { wheels: Some(wheels), ..Actuation::torques(set) })
 }
 
-/// State of the discrete motion under held torques, scaled: attitude, momentum of the body, momentum of the wheels.
+/// State of the discrete motion under held torques, scaled: attitude, momentum of the body,
+/// momentum of the wheels.
 #[derive(Clone, Copy)]
 struct State9 {
     attitude: Matrix3,

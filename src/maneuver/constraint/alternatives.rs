@@ -10,7 +10,7 @@ use thiserror::Error;
 /// set holds, also at its ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alternatives {
-    /// Its name, for people.
+    /// The name for people.
     pub name: String,
     /// At least two sets: the names of the constraints of each. A constraint belongs to one set.
     pub sets: Vec<Vec<String>>,
@@ -36,7 +36,7 @@ pub struct Turns {
     pub shifts: Vec<Shift>,
 }
 
-/// Why alternatives cannot be used.
+/// The reason for which alternatives cannot be used.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum AlternativesError {
     /// There is nothing to choose from.
@@ -45,7 +45,7 @@ pub enum AlternativesError {
     /// No constraint has that name.
     #[error("no constraint has the name \"{0}\"")]
     Unknown(String),
-    /// A constraint cannot hold in turns with itself.
+    /// A constraint is named twice: it cannot alternate with itself.
     #[error("\"{0}\" occurs twice")]
     Twice(String),
     /// The constraint limits a rate. Rates are limited at all times.
@@ -54,7 +54,7 @@ pub enum AlternativesError {
 }
 
 impl Alternatives {
-    /// The names of all constraints of the sets.
+    /// Returns the names of all constraints of the sets.
     pub fn members(&self) -> impl Iterator<Item = &str> {
         self.sets.iter().flatten().map(String::as_str)
     }

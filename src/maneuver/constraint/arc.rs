@@ -31,20 +31,20 @@ pub struct Target {
     pub start: Vector3,
     /// Rotation vector of its own motion over the arc, inertial axes \[rad\]; zero: fixed.
     pub turn: Vector3,
-    /// Angle from it to the limb of what is seen there \[rad\]; 0: a point.
+    /// The angle from its centre to the limb of the target \[rad\]; 0 for a point.
     pub radius: f64,
 }
 
 /// The extreme of the angle between a boresight and a direction on an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extreme {
-    /// The smallest.
+    /// The smallest value along the arc.
     Nearest,
-    /// The largest.
+    /// The largest value along the arc.
     Farthest,
 }
 
-/// Where on an arc a boresight is nearest to a direction, or farthest from it.
+/// The point on an arc at which a boresight is nearest to a direction, or farthest from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
     /// Part of the arc, from 0 to 1.
@@ -53,46 +53,48 @@ pub struct Approach {
     pub angle: f64,
 }
 
-/// Angle of the two motions together over which a cubic is as good as round-off: its error is `x⁴/384`.
+/// The angle of the two motions together over which a cubic is accurate to round-off: its error
+/// is `x⁴/384`.
 const PIECE: f64 = 2e-3;
 
 /// Most pieces of an arc: motions of more than a hundred radians in one step are refused.
 const MAX_PIECES: f64 = 65_536.0;
 
-/// Angle between two vectors \[rad\], good to round-off at 0 and π too.
+/// Returns the angle between two vectors \[rad\], good to round-off at 0 and π too.
 pub fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
 impl Target {
-    /// One that stands still.
+    /// Builds a fixed target.
     pub fn fixed(start: Vector3) -> Self {
         Self { start, turn: Vector3::zeros(), radius: 0.0 }
     }
 
-    /// The direction after `part` of the arc, inertial axes.
+    /// Returns the direction after `part` of the arc, inertial axes.
     pub fn at(&self, part: f64) -> Vector3 {
         if self.turn == Vector3::zeros() { self.start } else { lie::exp(&(part * self.turn)) * self.start }
     }
 
-    /// Between two parts of the arc.
+    /// Returns the part of the arc between two values.
     pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
         Self { start: self.at(from), turn: self.turn * (to - from), radius: self.radius }
     }
 }
 
 impl Arc {
-    /// Attitude after `part` of the arc, body → inertial.
+    /// Returns the attitude after `part` of the arc, body → inertial.
     pub fn attitude(&self, part: f64) -> Matrix3 {
         self.start * lie::exp(&(part * self.turn))
     }
 
-    /// Angle between `boresight` (unit vector, body axes) and `target` after `part` of the arc \[rad\].
+    /// Returns the angle between `boresight` (unit vector, body axes) and `target` after `part` of
+    /// the arc \[rad\].
     pub fn angle(&self, boresight: &Vector3, target: &Target, part: f64) -> f64 {
         angle_between(&(self.attitude(part) * boresight), &target.at(part))
     }
 
-    /// Between two parts of it.
+    /// Returns the part of the motion between two values.
     pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
         if from == 0.0 && to == 1.0 {
             return *self;
@@ -100,7 +102,8 @@ impl Arc {
         Self { start: self.attitude(from), turn: self.turn * (to - from) }
     }
 
-    /// Where the angle is smallest or largest. It is NaN where a number is, or where more than a hundred radians are turned.
+    /// Returns the point with the smallest or largest angle. It is NaN if a number is NaN, or if
+    /// the turn exceeds a hundred radians.
     pub fn extreme(&self, boresight: &Vector3, target: &Target, which: Extreme) -> Approach {
         let at = |part: f64| Approach { part, angle: self.angle(boresight, target, part) };
         let worse = |a: Approach, b: Approach| {
@@ -116,7 +119,7 @@ impl Arc {
         }
     }
 
-    /// The part at which the closed form has its extremum, if that is on the arc.
+    /// Returns the part at which the closed form has its extremum, if that is on the arc.
     fn turning_point(&self, boresight: &Vector3, direction: &Vector3, which: Extreme) -> Option<f64> {
         let angle = self.turn.norm();
         if angle == 0.0 {
@@ -165,8 +168,9 @@ impl Arc {
     }
 }
 
-/// Where the cubic on [0, 1] with these values and slopes at its ends has a maximum inside, or at an end to
-/// round-off: one on the border of two pieces must not fall between them.
+/// Returns the point at which the cubic on [0, 1] with these values and slopes at its ends has a
+/// maximum inside, or at an end to round-off: a maximum on the border of two pieces must not be
+/// missed.
 fn highest_of_cubic(value_0: f64, value_1: f64, slope_0: f64, slope_1: f64) -> Option<f64> {
     const BORDER: f64 = 1e-6;
     // p' = slope_0 + 2 q x + 3 r x²

@@ -18,16 +18,17 @@ const MAX_PAIRS: usize = 1000;
 /// Two constraints that exclude each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conflict<'a> {
-    /// Names of the two, in the order of the list; one name twice where a constraint contradicts itself.
+    /// Names of the two, in the order of the list; one name twice where a constraint contradicts
+    /// itself.
     pub names: [&'a str; 2],
-    /// When, as a part of the maneuver.
+    /// The time, as a part of the maneuver.
     pub part: f64,
     /// The angle by which the cones miss each other \[rad\].
     pub missing: f64,
 }
 
-/// The first two constraints that leave no attitude at some moment of a maneuver in which the reference frame
-/// turns by the vector `frame_turn` \[rad\]; `None` where any two leave one.
+/// Returns the first two constraints that leave no attitude at some moment of a maneuver in which
+/// the reference frame turns by the vector `frame_turn` \[rad\]; `None` where any two leave one.
 ///
 /// The constraints must be in order ([`Constraint::check`]).
 pub fn conflict<'a>(constraints: &'a [Constraint], frame_turn: &Vector3) -> Option<Conflict<'a>> {
@@ -66,7 +67,7 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// A constraint as cones to be inside of.
+/// Returns a constraint as cones to be inside of.
 fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
     let pointing = match &constraint.rule {
         // A constraint that is active at stated times only proves nothing.

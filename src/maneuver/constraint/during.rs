@@ -1,8 +1,9 @@
-//! When a constraint acts.
+//! The times at which a constraint is active.
 
 use std::sync::Arc;
 
-/// The times at which a constraint acts: always, or in intervals \[s\] from the start of the maneuver on, their ends among them.
+/// The times at which a constraint acts: always, or in intervals \[s\] from the start of the
+/// maneuver on, their ends among them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct During(Option<Arc<[[f64; 2]]>>);
 
@@ -13,7 +14,7 @@ impl During {
         Self(Some(intervals.into()))
     }
 
-    /// The intervals; `None`: always.
+    /// Returns the intervals; `None`: always.
     pub fn given(&self) -> Option<&[[f64; 2]]> {
         self.0.as_deref()
     }
@@ -28,14 +29,14 @@ impl During {
         Self::intervals(intervals.iter().flat_map(common).collect::<Vec<_>>())
     }
 
-    /// Whether it acts at a time \[s\].
+    /// Returns whether it acts at a time \[s\].
     pub fn contains(&self, time: f64) -> bool {
         let Some(intervals) = self.given() else { return true };
         let next = intervals.partition_point(|[_, to]| *to < time);
         intervals.get(next).is_some_and(|[from, _]| *from <= time)
     }
 
-    /// The parts of a step from `time` on at which it acts, from 0 to 1.
+    /// Returns the parts of a step from `time` on at which it acts, from 0 to 1.
     pub fn parts(&self, time: f64, step: f64) -> impl Iterator<Item = [f64; 2]> + use<'_> {
         let always = self.0.is_none().then_some([0.0, 1.0]);
         let intervals = self.given().unwrap_or_default();
@@ -50,7 +51,7 @@ impl During {
         self.parts(time, step).reduce(|[from, _], [_, to]| [from, to])
     }
 
-    /// Whether the intervals are finite and follow each other.
+    /// Returns whether the intervals are finite and follow each other.
     pub(super) fn is_in_order(&self) -> bool {
         let times: Vec<f64> = self.given().into_iter().flatten().flatten().copied().collect();
         times.iter().all(|time| time.is_finite()) && times.windows(2).all(|pair| pair[0] <= pair[1])

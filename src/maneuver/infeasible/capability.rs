@@ -19,12 +19,12 @@ pub(crate) fn strongest(channel: &ActuatorSet) -> f64 {
     together(channel, limits.size.as_ref()).min(limits.norm.unwrap_or(f64::INFINITY))
 }
 
-/// The largest sum along the axes of a channel with each part within its limit.
+/// Returns the largest sum along the axes of a channel with each part within its limit.
 fn together(channel: &ActuatorSet, limits: Option<&Vec<f64>>) -> f64 {
     limits.map_or(f64::INFINITY, |limits| Outputs::new(channel.axes(), limits.iter().copied()).largest())
 }
 
-/// The means of a problem, with the slack that a plan has.
+/// Returns the means of a problem, with the slack that a plan has.
 pub(super) fn means(problem: &Problem) -> Means {
     let torque = &problem.actuation.torque;
     // A torque fixed to a frame that turns changes in space without changing its inputs.
@@ -41,8 +41,8 @@ pub(super) fn means(problem: &Problem) -> Means {
     }
 }
 
-/// Largest `|S(b) Ω|` that the limits of the angular velocity allow, for a body axis b; `None`: the largest
-/// `|Ω|` \[rad/s\].
+/// Returns the largest `|S(b) Ω|` that the limits of the angular velocity allow, for a body axis b;
+/// `None`: the largest `|Ω|` \[rad/s\].
 pub(super) fn fastest(problem: &Problem, axis: Option<&Vector3>) -> f64 {
     let speed = |rate: &Vector3| axis.map_or(rate.norm(), |axis| axis.cross(rate).norm());
     let limit = |rule: &Rule| match rule {
@@ -76,31 +76,31 @@ impl Ends {
         }
     }
 
-    /// Momentum in inertial axes at an end.
+    /// Returns the momentum in inertial axes at an end.
     pub(super) fn spatial_momentum(&self, end: usize) -> Vector3 {
         self.attitude[end] * self.momentum[end]
     }
 }
 
-/// Whether nothing but the actuators turns the body.
+/// Returns whether nothing but the actuators turns the body.
 pub(super) fn isolated(problem: &Problem) -> bool {
     problem.environment.moment_bound() == Some(0.0)
 }
 
-/// Whether the reference frame stands: in a turning one another duration is another target.
+/// Returns whether the reference frame stands: in a turning one another duration is another target.
 pub(super) fn standing(problem: &Problem) -> bool {
     problem.environment.frame_rate() == Vector3::zeros()
 }
 
-/// Size of the total momentum of an isolated body with wheels, and the momenta that these hold at both ends, body
-/// axes [N·m·s].
+/// Returns the size of the total momentum of an isolated body with wheels, and the momenta that
+/// these hold at both ends, body axes [N·m·s].
 pub(super) fn held(problem: &Problem, ends: &Ends) -> (f64, [Vector3; 2]) {
     let stored = problem.actuation.stored_momentum();
     let total = ends.attitude[0] * (ends.momentum[0] + stored);
     (total.norm(), [stored, ends.attitude[1].tr_mul(&total) - ends.momentum[1]])
 }
 
-/// The body and its ends, as the envelope needs them.
+/// Returns the body and its ends, as the envelope needs them.
 pub(super) fn motion(problem: &Problem, ends: &Ends) -> Motion {
     let inertia = &problem.body.inertia;
     let principal = inertia.principal();

@@ -1,7 +1,7 @@
 //! The quantities of a free body without wheels that no input can change.
 //!
-//! Two inputs steer an asymmetric body anywhere, so the rank of the linearisation proves nothing. These
-//! arguments do, for a body on which nothing acts but its actuators:
+//! Two inputs steer an asymmetric body anywhere, so the rank of the linearisation proves nothing.
+//! These arguments do, for a body on which nothing acts but its actuators:
 //!
 //! - `c·Π` is conserved when `cᵀB = 0` and the body is symmetric about `c` (`J S(c) = S(c) J`);
 //! - `Π` stays in the smallest subspace that holds `Π_0` and the torque axes and is closed under
@@ -9,8 +9,9 @@
 //! - with torques fixed to the reference frame, `c·RΠ` is conserved when `cᵀB = 0`;
 //! - without force along `c`, `c·γ` is conserved and `c·x` moves uniformly.
 //!
-//! An unstable rotation makes much of little, so a premise that holds nearly proves nothing: it has to hold to
-//! the round-off of the numbers given. Only the values that a proof compares may differ by more.
+//! An unstable rotation makes much of little, so a premise that holds nearly proves nothing: it has
+//! to hold to the round-off of the numbers given. Only the values that a proof compares may differ
+//! by more.
 
 use super::capability::Ends;
 use super::words::{about, direction};
@@ -20,12 +21,13 @@ use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame};
 use nalgebra::DMatrix;
 
-/// Relative round-off of what is given: a premise that holds to this holds.
+/// The relative round-off of the input: a premise that holds to it counts as true.
 const ROUND_OFF: f64 = 1e-14;
 /// Relative difference above which two conserved values are two.
 const DIFFERENT: f64 = 1e-9;
 
-/// Why no input can meet the terminal conditions, in words; `None` where nothing is proved.
+/// Returns the proof that no input can meet the terminal conditions, in words; `None` without a
+/// proof.
 pub(super) fn proof(problem: &Problem) -> Option<String> {
     if !problem.environment.is_free() {
         return None;
@@ -49,7 +51,7 @@ fn null_space(rows: &[Vector3]) -> Vec<Vector3> {
     null.map(|index| upright(&Vector3::from_fn(|axis, _| directions[(index, axis)]))).collect()
 }
 
-/// The direction with its largest component positive and its round-off removed.
+/// Returns the direction with its largest component positive and its round-off removed.
 fn upright(direction: &Vector3) -> Vector3 {
     let largest = direction[direction.iamax()];
     direction.map(|value| if value.abs() < DIFFERENT { 0.0 } else { value * largest.signum() })
@@ -61,12 +63,13 @@ fn unit_axes(channel: &ActuatorSet) -> Vec<Vector3> {
     axes.map(|axis| axis / axis.amax()).map(|axis| axis.normalize()).collect()
 }
 
-/// Whether two values of an angular momentum differ by more than round-off.
+/// Returns whether two values of an angular momentum differ by more than round-off.
 fn differ(problem: &Problem, a: f64, b: f64) -> bool {
     (a - b).abs() * problem.seconds() > DIFFERENT * problem.body.inertia.mean()
 }
 
-/// Different momenta at the two ends about an axis that no torque acts on: a direction with `rows · c = 0`.
+/// Different momenta at the two ends about an axis that no torque acts on: a direction with
+/// `rows · c = 0`.
 fn differ_about(
     problem: &Problem,
     rows: &[Vector3],
@@ -120,7 +123,7 @@ fn momentum_subspace(problem: &Problem, ends: &Ends) -> Option<String> {
         basis.extend(grows.then(|| rest.normalize()));
         grows
     };
-    // However little: it may grow.
+    // Even a very small component counts, because it may grow.
     for axis in start.try_normalize(0.0).into_iter().chain(unit_axes(&problem.actuation.torque)) {
         add(&mut basis, axis);
     }

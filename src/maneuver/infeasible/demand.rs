@@ -8,9 +8,9 @@
 //! ```
 //!
 //! for any body axis b. The second line holds because, without wheels,
-//! `h²|Π|² = sin²φ (e·Je)² + 4 sin²(φ/2) |e×Je|² ≥ sin²φ |Je|²`, because `sin φ √(e·Je) ≤ h v`, and because
-//! b goes `|b×e| φ`, where `φ/sin φ` grows with φ. Principal axes are taken for b, and boresights, which may
-//! have to go around a cone.
+//! `h²|Π|² = sin²φ (e·Je)² + 4 sin²(φ/2) |e×Je|² ≥ sin²φ |Je|²`, because `sin φ √(e·Je) ≤ h v`, and
+//! because b goes `|b×e| φ`, where `φ/sin φ` grows with φ. Principal axes are taken for b, and
+//! boresights, which may have to go around a cone.
 
 use super::Proof;
 use super::capability::{Ends, SLACK, fastest, means, motion, standing};
@@ -42,15 +42,15 @@ struct Demand {
     words: String,
     /// The required angle \[rad\].
     angle: f64,
-    /// Whose way; `None`: of the whole body.
+    /// The body axis that must move; `None` for the whole body.
     axis: Option<Lever>,
-    /// Its largest speed by the rate limits [rad/s].
+    /// Largest speed that the rate limits allow [rad/s].
     fastest: f64,
     /// The cone that makes it so far.
     cone: Option<Detour>,
 }
 
-/// How fast a body axis b moves at most.
+/// A bound on the rate of a body axis b.
 struct Lever {
     /// For each unit of `|Π|`: `|S(b)J⁻¹|`.
     by_momentum: f64,
@@ -81,7 +81,7 @@ impl<'a> Case<'a> {
         Self { problem, motion: motion(problem, &ends), demands: demands(problem, &ends) }
     }
 
-    /// The demand that is missed most, and what the means allow of it.
+    /// Returns the demand with the largest deficit, and the progress that the means allow.
     fn worst(&self, means: &Means, duration: f64) -> Option<(&Demand, f64)> {
         let no_rate = self.demands.iter().all(|demand| demand.fastest == f64::INFINITY);
         if no_rate && means.torque_is_unlimited() {
@@ -197,7 +197,7 @@ impl Case<'_> {
         );
         let [angle, allow] = exceeding(demand.angle.to_degrees(), allowed.to_degrees());
         let mut reason = format!(
-            "{under}{}: {} {angle} deg, {} s allow {allow} deg at most",
+            "{under}{}: {} {angle} deg, and {} s allow at most {allow} deg",
             self.given(means),
             demand.words,
             about(duration),
@@ -209,7 +209,7 @@ impl Case<'_> {
         Proof { reason, duration_lower_bound: shortest }
     }
 
-    /// The limits at hand: " with 0.3 N·m at 4 deg/s".
+    /// Returns the limits at hand: " with 0.3 N·m at 4 deg/s".
     fn given(&self, means: &Means) -> String {
         let mut text = String::new();
         let torque = &self.problem.actuation.torque;
@@ -273,7 +273,7 @@ const GROWN: [(&str, fn(&Means) -> f64, fn(Means, f64) -> Means); 4] = [
     ("rate", |means| means.rate, |means, factor| Means { rate_growth: factor, ..means }),
 ];
 
-/// The largest cone that could do, where a cone is in the way.
+/// Returns the largest cone that could do, where a cone is in the way.
 fn smaller_cone(demand: &Demand, allowed: f64) -> Option<String> {
     let detour = demand.cone.as_ref()?;
     let fits = |half_angle: f64| detour.length(half_angle) <= allowed + ROUND_OFF;

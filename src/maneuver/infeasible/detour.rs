@@ -1,4 +1,5 @@
-//! The shortest way of a boresight around a keep-out cone: a great circle to the cone, along its rim, and on.
+//! The shortest way of a boresight around a keep-out cone: a great circle to the cone, along its
+//! rim, and on.
 //!
 //! Let a cone have the half angle β < 90°. On the unit sphere let `d_0`, `d_1` be the distances
 //! of the ends from its axis, and Δ the angle between the two ends at that axis. Then
@@ -20,7 +21,7 @@ pub(super) struct Detour {
     pub name: String,
     /// Half angle of the cone, margin included \[rad\].
     pub half_angle: f64,
-    /// Distances of start and end from its axis \[rad\].
+    /// Distances of start and end from the axis of the cone \[rad\].
     distance: [f64; 2],
     /// Angle between the two at the axis \[rad\].
     azimuth: f64,
@@ -42,7 +43,8 @@ impl Detour {
         }
     }
 
-    /// Length of the shortest way around a cone of this half angle about the same axis \[rad\].
+    /// Returns the length of the shortest way around a cone of this half angle about the same axis
+    /// \[rad\].
     pub(super) fn length(&self, half_angle: f64) -> f64 {
         if half_angle >= FRAC_PI_2 {
             // The complement is a convex cap.
@@ -66,7 +68,7 @@ mod tests {
     use crate::lie;
     use crate::testing::Random;
 
-    /// Length of a taut string of points that goes around the cone on one side.
+    /// Returns the length of a taut string of points that goes around the cone on one side.
     fn string(start: &Vector3, end: &Vector3, axis: &Vector3, half_angle: f64, side: f64) -> f64 {
         const COUNT: usize = 60;
         let meridian = |v: &Vector3| (v - axis * axis.dot(v)).normalize();

@@ -1,4 +1,5 @@
-//! How fast the body can be at most on every arc of a maneuver, whatever its inputs do within their limits.
+//! A bound on the rate of the body on every arc of a maneuver, for any inputs within their
+//! limits.
 //!
 //! The arc of step k is `F = exp S(f)`, `φ = |f| < 90°`, `e = f/φ`. Let `Π` be the momentum that
 //! drives it, `v² = Π·J⁻¹Π`, and μ the momentum in the wheels, if any. Each step of either scheme
@@ -28,8 +29,8 @@
 use crate::maneuver::problem::Scheme;
 use std::f64::consts::FRAC_PI_2;
 
-/// Most passes for the angle of an arc with wheels. They find it where the wheels store less than about
-/// `J₁/h`; where they store much more the bound stays at 90°, and proves nothing.
+/// Most passes for the angle of an arc with wheels. They find it where the wheels store less than
+/// about `J₁/h`; where they store much more the bound stays at 90°, and proves nothing.
 const WHEEL_PASSES: usize = 30;
 
 /// Bounds on the torques, forces and rates of a body.
@@ -50,7 +51,7 @@ pub(super) struct Means {
 }
 
 impl Means {
-    /// Whether nothing limits how the momentum of the body changes.
+    /// Returns whether nothing limits how the momentum of the body changes.
     pub fn torque_is_unlimited(&self) -> bool {
         [self.torque + self.field, self.slope, self.storage].iter().all(|limit| *limit == f64::INFINITY)
     }
@@ -113,7 +114,7 @@ impl Grid {
     }
 }
 
-/// Bounds on every arc of a maneuver of `duration` \[s\].
+/// Returns the bounds on every arc of a maneuver of `duration` \[s\].
 pub(super) fn envelope(
     motion: &Motion,
     means: &Means,
@@ -135,7 +136,7 @@ pub(super) fn envelope(
 }
 
 impl Motion {
-    /// Momenta on an arc as the torque alone allows.
+    /// Returns the momenta on an arc as the torque alone allows.
     fn at_most(&self, means: &Means, grid: &Grid, arc: usize) -> Arc {
         let (before, after) = (grid.before(arc), grid.after(arc));
         let torque = means.torque + means.field;
@@ -154,7 +155,8 @@ impl Motion {
     /// Momenta as the rate of change of the torque allows.
     fn limit_by_slope(&self, means: &Means, grid: &Grid, arcs: &mut [Arc]) {
         let duration = grid.step * grid.steps as f64;
-        // A concave function is nowhere larger than this times its largest value in the middle of a step.
+        // A concave function is nowhere larger than this times its largest value in the middle of a
+        // step.
         let between = grid.steps as f64 / (grid.steps as f64 - 1.0);
         // Every pass is valid for what the last one found.
         for _ in 0..8 {
@@ -177,7 +179,8 @@ impl Motion {
         0.5 * (1.0 / self.moments[0] - 1.0 / self.moments[1])
     }
 
-    /// Bound g of the change of Π in body axes by a drift without wheels, for each second [N·m].
+    /// Returns the bound g of the change of Π in body axes by a drift without wheels, for each
+    /// second [N·m].
     fn gyroscopic(&self, step: f64, momentum: f64) -> f64 {
         let angle = sine_angle(step * momentum / self.moments[0]);
         product(2.0 * self.kappa() / (1.0 + angle.cos()), momentum * momentum)
@@ -200,7 +203,7 @@ impl Motion {
         }
     }
 
-    /// Bound of the speed after a drift with wheels.
+    /// Returns the bound of the speed after a drift with wheels.
     fn after_drift(&self, step: f64, speed: f64, arc: &Arc) -> f64 {
         let (angle, share) = self.turn(step, &Arc { speed, ..*arc });
         let [smallest, largest] = self.moments;
@@ -210,7 +213,8 @@ impl Motion {
         (speed * speed + product(4.0 * share, self.kappa() * gyroscopic)).sqrt()
     }
 
-    /// Bounds of the angle turned on an arc, and of the share that the wheels have in it.
+    /// Returns the bounds of the angle turned on an arc, and of the share that the wheels have in
+    /// it.
     fn turn(&self, step: f64, arc: &Arc) -> (f64, f64) {
         let smallest = self.moments[0];
         let (mut angle, mut share) = (FRAC_PI_2, arc.stored);
@@ -231,12 +235,12 @@ impl Motion {
     }
 }
 
-/// The angle below 90° of this sine, or 90°.
+/// Returns the angle below 90° of this sine, or 90°.
 pub(super) fn sine_angle(sine: f64) -> f64 {
     if sine < 1.0 { sine.asin() } else { FRAC_PI_2 }
 }
 
-/// A product in which zero is zero, whatever the other.
+/// Returns a product in which zero is zero, whatever the other.
 fn product(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
 }
@@ -301,7 +305,7 @@ mod tests {
             let mut rate = size * random.vector3();
             match case % 3 {
                 0 => rate = size * Vector3::x(),
-                // Where |Π × J⁻¹Π| is largest.
+                // Selects the direction with the largest |Π × J⁻¹Π|.
                 1 => rate = size * Vector3::new(1.0 / moments.x, 0.0, 1.0 / moments.z).normalize(),
                 _ => {}
             }

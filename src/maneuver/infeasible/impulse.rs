@@ -32,8 +32,10 @@ fn missed(
     factor: f64,
 ) -> Proof {
     let duration = about(problem.seconds());
-    let under =
-        needed.map_or_else(|| format!("in {duration} s"), |needed| format!("under {} s", at_least(needed)));
+    let under = needed.map_or_else(
+        || format!("takes {duration} s"),
+        |needed| format!("is shorter than {} s", at_least(needed)),
+    );
     let reason = format!(
         "no plan {under} with {} {unit}: {what}; in {duration} s it takes at least {} {unit}",
         about(limit),

@@ -48,11 +48,12 @@ use crate::maneuver::constraint::{Conflict, conflict};
 use crate::maneuver::problem::Problem;
 use std::fmt;
 
-/// Why a maneuver is infeasible.
+/// The proof that a maneuver is infeasible.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Proof {
-    /// The reason in words, with the figures that miss and, where they are known, those that could do.
+    /// The reason in words, with the figures that miss and, where they are known, those that could
+    /// do.
     pub reason: String,
     /// A duration \[s\] below which no plan exists, all else being equal; `None` if none is
     /// known.
@@ -71,8 +72,8 @@ impl From<String> for Proof {
     }
 }
 
-/// A proof that the maneuver is infeasible, as it is discretised and in continuous time; `None` where
-/// nothing is proved. The problem must be one that [`Problem::check`] accepts.
+/// Returns a proof that the maneuver is infeasible, as it is discretised and in continuous time;
+/// `None` where nothing is proved. The problem must be one that [`Problem::check`] accepts.
 pub fn proof(problem: &Problem) -> Option<Proof> {
     if problem.ends_in_any_attitude() {
         // The other proofs hold for one attitude only.

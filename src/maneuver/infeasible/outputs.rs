@@ -9,7 +9,8 @@ const FLAT: f64 = 1e-9;
 /// Largest number of inputs in one plane whose corners are all visited.
 const MAX_IN_PLANE: usize = 10;
 
-/// Inputs that act along one line: unit axis, and the largest `|a_i| L_i` together, which may be infinite.
+/// Inputs that act along one line: unit axis, and the largest `|a_i| L_i` together, which may be
+/// infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Generator {
     axis: Vector3,
@@ -40,7 +41,7 @@ impl Outputs {
         Self { generators }
     }
 
-    /// The largest `|B u|`, or a little more: never less.
+    /// Returns the largest `|B u|`, or a little more: never less.
     ///
     /// Returns the largest norm, which a corner attains. In the arrangement of the planes normal
     /// to the generators a corner is a cell: a sign for each generator. Every cell has an edge,
@@ -93,7 +94,7 @@ impl Outputs {
         worst
     }
 
-    /// Unit products of two generators.
+    /// Returns the unit products of two generators.
     fn edges(&self) -> impl Iterator<Item = Vector3> {
         let axes: Vec<Vector3> = self.generators.iter().map(|generator| generator.axis).collect();
         let pairs = (0..axes.len()).flat_map(move |i| (0..i).map(move |j| (i, j)));
@@ -102,14 +103,15 @@ impl Outputs {
 }
 
 impl Generator {
-    /// The largest output along a unit vector; an infinite generator normal to it gives none.
+    /// Returns the largest output along a unit vector; an infinite generator normal to it gives
+    /// none.
     fn along(&self, direction: &Vector3) -> f64 {
         let part = self.axis.dot(direction).abs();
         if part <= FLAT && self.size == f64::INFINITY { 0.0 } else { part * self.size }
     }
 }
 
-/// The largest `|sum ± flat ± flat …|`; with many in one plane, no less than that.
+/// Returns the largest `|sum ± flat ± flat …|`; with many in one plane, no less than that.
 fn farthest(sum: &Vector3, flat: &[&Generator]) -> f64 {
     if flat.len() > MAX_IN_PLANE {
         return sum.norm() + flat.iter().map(|generator| generator.size).sum::<f64>();
@@ -165,7 +167,8 @@ mod tests {
         assert!(Outputs::new(&fan, [1.0; 20]).largest() >= corners);
     }
 
-    /// Points made of allowed inputs are never denied; the corner farthest along a normal is the limit.
+    /// Points made of allowed inputs are never denied; the corner farthest along a normal is the
+    /// limit.
     #[test]
     fn shortfall_is_exact_on_the_faces_and_never_denies_a_point() {
         let mut random = Random(4);

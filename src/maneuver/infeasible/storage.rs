@@ -1,8 +1,10 @@
-//! Wheels exchange momentum with the body and keep the total: what they hold in the end is known.
+//! Wheels exchange momentum with the body and conserve the total, so their momentum at the end is
+//! known.
 //!
-//! Where nothing else turns the body `R(JΩ + μ)`, `μ = Σ a_i h_i`, is conserved, in the discrete maneuver as
-//! in the continuous one. The terminal attitude and rate therefore leave one `μ_N` only. It must be one that
-//! the momentum limits allow, `|h_i| ≤ L_i`, and one that the torque limits reach, `|h_i − h_i0| ≤ T ū_i`.
+//! If no other torque acts on the body, `R(JΩ + μ)`, `μ = Σ a_i h_i`, is conserved, in the
+//! discrete maneuver and in the continuous one. The terminal attitude and rate therefore
+//! determine `μ_N`. The momentum limits must allow it, `|h_i| ≤ L_i`, and the torque limits must
+//! reach it, `|h_i − h_i0| ≤ T ū_i`.
 
 use super::Proof;
 use super::capability::{Ends, SLACK, held, isolated, standing};
@@ -26,11 +28,13 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
     (factor > 1.0 + SLACK && factor.is_finite()).then(|| {
         let shortest = Some(factor * problem.seconds()).filter(|_| standing(problem));
         let change = axis.dot(&(end - stored));
-        let under = shortest
-            .map_or_else(|| "in that time".into(), |shortest| format!("under {} s", at_least(shortest)));
+        let under = shortest.map_or_else(
+            || "takes that time".into(),
+            |shortest| format!("is shorter than {} s", at_least(shortest)),
+        );
         let [needed, possible] = exceeding(change, change / factor);
         let reason = format!(
-            "no plan {under} exists with these wheel torques: along the body axis {} the wheels must \
+            "no plan {under} with these wheel torques: along the body axis {} the wheels must \
             absorb {needed} N·m·s, and their torques allow {possible} N·m·s; wheel torque limits \
             must be at least {} times as large",
             direction(&axis),

@@ -13,8 +13,9 @@ use crate::mechanics::actuators::{ActuatorSet, AxisFrame, Thrusters, Wheels};
 use std::collections::HashSet;
 
 impl Problem {
-    /// Checks what the types cannot: all that [`Problem::check_numbers`] does, and the start and the end against
-    /// the constraints, which no plan could hold.
+    /// Checks the properties that the types cannot express: all those of
+    /// [`Problem::check_numbers`], and the start and the end against the constraints, which no
+    /// plan could keep otherwise.
     ///
     /// A boundary value exactly on a limit is accepted.
     ///
@@ -25,8 +26,9 @@ impl Problem {
         self.violations().next().map_or(Ok(()), Err)
     }
 
-    /// Checks ranges, rotations, the step against the boundary rates, the constraints for themselves, wheels and
-    /// weights against the inputs they belong to: what it takes to propagate the body and to measure margins.
+    /// Checks the requirements for propagating the body and measuring margins: ranges, rotations,
+    /// the step against the boundary rates, the constraints themselves, wheels and weights
+    /// against their inputs.
     ///
     /// # Errors
     /// Returns the first [`ProblemError`], but never [`ProblemError::Violated`].
@@ -58,7 +60,7 @@ impl Problem {
         self.ends().try_for_each(|(end, state, _)| self.check_state(end, state))
     }
 
-    /// Every constraint that the start or the end violates: no plan can hold it.
+    /// Returns every constraint that the start or the end violates: no plan can hold it.
     ///
     /// Two constraints that allow no attitude are ignored: another start or end would not help,
     /// and the planner proves this. The boundary states and the constraints themselves must be
@@ -186,7 +188,7 @@ impl Problem {
         Ok(())
     }
 
-    /// One price for each input, the same for all where fuel is counted by the norm of what they give.
+    /// Checks for one price for each input, all equal if fuel is counted by the norm.
     fn check_fuel_prices(&self, fuel: &Fuel) -> Result<(), ProblemError> {
         let (torque, force) = (&self.actuation.torque, self.actuation.force.as_ref());
         if fuel.prices.is_some() && self.actuation.thrusters.is_some() {
@@ -326,8 +328,9 @@ impl Problem {
         Ok(())
     }
 
-    /// Thrusters that push and turn: the sets as [`Actuation::of_thrusters`](crate::mechanics::Actuation::of_thrusters) makes
-    /// them, of a body that moves.
+    /// Thrusters that push and turn: the sets as
+    /// [`Actuation::of_thrusters`](crate::mechanics::Actuation::of_thrusters) makes them, of a body
+    /// that moves.
     fn check_thrusters(&self) -> Result<(), ProblemError> {
         let Some(Thrusters { positions }) = &self.actuation.thrusters else { return Ok(()) };
         let torque = &self.actuation.torque;
@@ -422,7 +425,7 @@ mod tests {
     use crate::mechanics::actuators::{Actuation, ActuatorSet};
     use crate::mechanics::body::{Body, Inertia};
 
-    /// A quarter turn about z.
+    /// Returns a quarter turn about z.
     fn slew() -> Problem {
         let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap();
         let end = State::at_rest(lie::exp(&(Vector3::z() * std::f64::consts::FRAC_PI_2)));
@@ -436,7 +439,7 @@ mod tests {
         Constraint { name: "cone".into(), rule }
     }
 
-    /// A slew with wheels along `axes`, changed by `change`.
+    /// Checks a slew with wheels along `axes`, changed by `change`.
     fn wheeled(axes: &[[f64; 3]], change: impl FnOnce(&mut Wheels)) -> Result<(), ProblemError> {
         let count = axes.len();
         let axes = axes.iter().copied().map(Vector3::from).collect();
@@ -495,7 +498,7 @@ mod tests {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         wheeled(&AXES, |wheels| wheels.momentum[1] = -2.0).unwrap();
         wheeled(&AXES, |wheels| wheels.momentum_limit[2] = f64::INFINITY).unwrap();
-        // So few on purpose.
+        // The small number is intended.
         wheeled(&AXES[..2], |_| {}).unwrap();
         let told = "the wheel axes have rank 2: no torque about (0, 0, 1)";
         refused(wheeled(&[AXES[0], AXES[1], [0.6, 0.8, 0.0]], |_| {}), told);

@@ -23,22 +23,24 @@ pub enum Stepping {
 /// time, fuel           Switching                      Chain
 /// ```
 ///
-/// Time and fuel that are planned as a chain have the plan of [`Formulation::Switching`] where that meets every constraint: a
-/// constraint that does not act does not choose the formulation ([`Solution::on_grid`]).
+/// Time and fuel that are planned as a chain have the plan of [`Formulation::Switching`] where that
+/// meets every constraint: a constraint that does not act does not choose the formulation
+/// ([`Solution::on_grid`]).
 ///
 /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
 ///
-/// Only plans that are [`Formulation::Switching`] have steps of unequal lengths, with inputs that are held over them; all others
-/// have their inputs at the nodes of equal steps.
+/// Only plans that are [`Formulation::Switching`] have steps of unequal lengths, with inputs that
+/// are held over them; all others have their inputs at the nodes of equal steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Formulation {
-    /// Least effort in a duration that is known: an extremal of the discrete action, by shooting, or within limits by SCP.
+    /// Least effort in a duration that is known: an extremal of the discrete action, by shooting,
+    /// or within limits by SCP.
     Extremal,
     /// Least effort in a free duration: extremals of given durations, until the mean of their
     /// Hamiltonians vanishes.
     OverDurations,
-    /// Minimum time or fuel of a body that nothing acts on, under limits of the torques alone: arcs, and steps that end where
-    /// inputs switch.
+    /// Minimum time or fuel of a body that nothing acts on, under limits of the torques alone:
+    /// arcs, and steps that end where inputs switch.
     Switching,
     /// Minimum time or fuel, or least effort in a free duration, as a chain of equal steps: by
     /// SCP, with the duration as a state.
@@ -49,14 +51,16 @@ impl Formulation {
     /// Returns the formulation of a maneuver.
     pub fn of(problem: &Problem) -> Self {
         let given_end = !problem.ends_in_any_attitude();
-        // The shooting differentiates by the duration what only turns, and knows arcs of a body that nothing acts on.
+        // The shooting differentiates by the duration what only turns, and knows arcs of a body
+        // that nothing acts on.
         let jumping = match problem.stepping {
             Stepping::Formulated => !problem.has_shaping_limits(),
             Stepping::Equal => false,
             Stepping::Arcs => !problem.has_shaping_inputs(),
         };
         let taken = given_end && jumping;
-        // Arcs are placed by conditions on all six states, which in a plane leave four of them undetermined.
+        // Arcs are placed by conditions on all six states, which in a plane leave four of them
+        // undetermined.
         let whole = || problem.actuation.torque.rank().0 == 3;
         match (problem.objective.switches(), problem.duration.known()) {
             (true, _) if taken && problem.is_free_turn() && whole() => Self::Switching,

@@ -14,8 +14,9 @@ use crate::Vector3;
 const ASIDE: f64 = 1e-9;
 
 impl Problem {
-    /// The principal axis, in body axes, about which the body does nothing but turn: all inputs turn it about that, thrusters push it
-    /// across that, the maneuver begins and ends so, and nothing else acts.
+    /// Returns the principal axis, in body axes, about which the body does nothing but turn: all
+    /// inputs turn it about that, thrusters push it across that, the maneuver begins and ends so,
+    /// and nothing else acts.
     pub(super) fn stays_in_plane(&self) -> Option<Vector3> {
         let (1, Some(axis)) = self.actuation.torque.rank() else { return None };
         let along = |vector: &Vector3| vector.cross(&axis).norm() <= ASIDE * vector.norm();

@@ -1,10 +1,11 @@
-//! One body axis along a direction, a second one as near as it can be to another.
+//! A body axis along a direction, and a second axis as near as possible to another direction.
 
 use super::LineOfSight;
 use crate::{Matrix3, Vector3};
 
-/// The attitude that points one body axis along a direction and a second one as well as it can towards another, with the rate
-/// and the angular acceleration of the frame that keeps doing so, axes of the directions.
+/// The attitude that points one body axis along a direction and a second one as well as it can
+/// towards another, with the rate and the angular acceleration of the frame that keeps doing so,
+/// axes of the directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignedFrame {
     /// Body → axes of the directions: `Σ tᵢsᵢᵀ`.
@@ -23,7 +24,7 @@ impl AlignedFrame {
     /// σ = t₃·Ṅ/n ,   ω = d₁ × ḋ₁ + σd₁ ,   σ̇ = (t₃·N̈ + (ω × t₃)·Ṅ − σ t₂·Ṅ)/n ,   ω̇ = d₁ × d̈₁ + σ̇d₁ + σḋ₁
     /// ```
     ///
-    /// Not finite where the directions, or the axes, are parallel.
+    /// The result is not finite if the directions, or the axes, are parallel.
     pub fn of(axes: [&Vector3; 2], directions: [&LineOfSight; 2]) -> Self {
         let triad = |first: &Vector3, second: &Vector3| {
             let t2 = first.cross(second).normalize();

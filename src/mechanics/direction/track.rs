@@ -24,23 +24,24 @@ pub struct LineOfSight {
     pub acceleration: Vector3,
 }
 
-/// A vector as a function of time, piece by piece a sum of Chebyshev polynomials. Beyond its span it goes on as its last piece does.
+/// A vector as a function of time, piece by piece a sum of Chebyshev polynomials. Beyond its span
+/// its last piece continues.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     /// Pieces of equal length, shared by copies.
     pieces: Arc<[Vec<Vector3>]>,
-    /// When it begins, and how long a piece is \[s\].
+    /// The start, and the length of a piece \[s\].
     from: f64,
     piece: f64,
 }
 
-/// Why there is no track.
+/// The reason for which a track cannot be built.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum TrackError {
     /// The span is not positive and finite.
     #[error("a track needs a span of time that is positive and finite")]
     Span,
-    /// A coefficient, or a value of what is to be fitted, is not finite.
+    /// A coefficient, or a value to be fitted, is not finite.
     #[error("a track needs finite numbers")]
     NotFinite,
     /// The vector turns too often: every quarter of a turn needs a piece.
@@ -55,7 +56,7 @@ pub enum TrackError {
 const MOST_PIECES: f64 = 1e6;
 
 impl Track {
-    /// The track of coefficients `Σ c_k T_k(x)`, `x` from −1 to 1 over `from … to` \[s\].
+    /// Builds the track of coefficients `Σ c_k T_k(x)`, `x` from −1 to 1 over `from … to` \[s\].
     ///
     /// # Errors
     /// Returns a [`TrackError`] that states the reason.
@@ -63,7 +64,7 @@ impl Track {
         Self::of_pieces(from, to - from, vec![coefficients])
     }
 
-    /// The track of pieces of equal length \[s\], one after another.
+    /// Builds the track of pieces of equal length \[s\], one after another.
     ///
     /// # Errors
     /// Returns a [`TrackError`] that states the reason.
@@ -84,10 +85,11 @@ impl Track {
         Ok(track)
     }
 
-    /// The track through a function at the Chebyshev nodes of pieces of at most `piece` \[s\], of degree `degree`.
+    /// Builds the track through a function at the Chebyshev nodes of pieces of at most `piece`
+    /// \[s\], of degree `degree`.
     ///
     /// # Errors
-    /// Returns the error of `position`, or a [`TrackError`].
+    /// Passes on the error of `position`, or returns a [`TrackError`].
     pub fn fitted<E: From<TrackError>>(
         from: f64,
         to: f64,
@@ -118,17 +120,17 @@ impl Track {
         Ok(Self::of_pieces(from, length, pieces)?)
     }
 
-    /// When it begins, how long a piece is \[s\], and the coefficients of each.
+    /// Returns the start and the length of a piece \[s\], and the coefficients of each piece.
     pub fn pieces(&self) -> (f64, f64, &[Vec<Vector3>]) {
         (self.from, self.piece, &self.pieces)
     }
 
-    /// When it begins and ends \[s\].
+    /// Returns the start and the end \[s\].
     pub fn span(&self) -> (f64, f64) {
         (self.from, self.from + self.piece * self.pieces.len() as f64)
     }
 
-    /// The vector and its first three derivatives at `time` \[s\].
+    /// Returns the vector and its first three derivatives at `time` \[s\].
     pub fn at(&self, time: f64) -> [Vector3; 4] {
         let after = (time - self.from) / self.piece;
         let index = (after.max(0.0) as usize).min(self.pieces.len() - 1);
@@ -142,7 +144,7 @@ impl Track {
         values
     }
 
-    /// The track of its derivative: of a position the velocity.
+    /// Builds the track of its derivative: of a position the velocity.
     ///
     /// # Errors
     /// [`TrackError::Vanishes`] where it stands still.
@@ -151,27 +153,27 @@ impl Track {
         Self::of_pieces(self.from, self.piece, pieces)
     }
 
-    /// The opposite vector.
+    /// Builds the opposite vector.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let pieces = self.pieces.iter().map(|piece| piece.iter().map(|c| -c).collect()).collect();
         Self { pieces, ..*self }
     }
 
-    /// The vector times a factor.
+    /// Builds the vector times a factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let pieces = self.pieces.iter().map(|piece| piece.iter().map(|c| c * factor).collect()).collect();
         Self { pieces, ..*self }
     }
 
-    /// The vector in other axes.
+    /// Builds the vector in other axes.
     pub(super) fn turned(&self, rotation: &Matrix3) -> Self {
         let pieces = self.pieces.iter().map(|piece| piece.iter().map(|c| rotation * c).collect()).collect();
         Self { pieces, ..*self }
     }
 
-    /// The unit vector with its derivatives.
+    /// Returns the unit vector with its derivatives.
     pub fn pointing(&self, time: f64) -> LineOfSight {
         let [rho, first, second, _] = self.at(time);
         let r = rho.norm();
@@ -183,7 +185,8 @@ impl Track {
     }
 }
 
-/// A sum of Chebyshev polynomials and its first three derivatives in x, by Clenshaw's recurrence and its derivatives.
+/// Returns a sum of Chebyshev polynomials and its first three derivatives in x, by Clenshaw's
+/// recurrence and its derivatives.
 fn chebyshev(coefficients: &[Vector3], x: f64) -> [Vector3; 4] {
     let zero = [Vector3::zeros(); 4];
     let (mut b1, mut b2) = (zero, zero);
@@ -203,7 +206,7 @@ fn chebyshev(coefficients: &[Vector3], x: f64) -> [Vector3; 4] {
     value
 }
 
-/// Coefficients of the derivative, times a factor.
+/// Returns the coefficients of the derivative, times a factor.
 fn derivative(coefficients: &[Vector3], factor: f64) -> Vec<Vector3> {
     let count = coefficients.len();
     let mut found = vec![Vector3::zeros(); count.max(2)];
@@ -221,7 +224,7 @@ pub(super) mod tests {
     use super::{Track, TrackError};
     use crate::Vector3;
 
-    /// A station that goes by at 550 km.
+    /// Returns a station that goes by at 550 km.
     pub fn passing() -> Track {
         Track::fitted(-20.0, 140.0, 80.0, 20, |t| {
             let along = 7.6e3 * (t - 60.0);

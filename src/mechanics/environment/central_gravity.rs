@@ -1,13 +1,14 @@
 //! A body of point masses in the field of a point at the origin.
 //!
-//! The dumbbell of the paper (3.8) with any number of points, one of the two bodies held at the origin.
-//! Per point, in body axes, with `s = Rᵀx + ρ`:
+//! The dumbbell of the paper (3.8) with any number of points, one of the two bodies held at the
+//! origin. Per point, in body axes, with `s = Rᵀx + ρ`:
 //! ```text
 //! U = −k/|s|      φ = −k s/|s|³      f = R φ      M = ρ × φ
 //! K = ∂φ/∂s
 //! F_x = R K Rᵀ    F_R = −R K S(ρ)    M_x = S(ρ) K Rᵀ    M_R = S(ρ) (S(φ) − K S(ρ))
 //! ```
-//! and with the costates `(λ, p)`, `b = p × ρ`, `c = Rᵀλ + b`, `Γᵀ[λ; p] = Σ [R Kc; ρ × Kc + b × φ]`:
+//! and with the costates `(λ, p)`, `b = p × ρ`, `c = Rᵀλ + b`,
+//! `Γᵀ[λ; p] = Σ [R Kc; ρ × Kc + b × φ]`:
 //! ```text
 //! L = ∂(Kc)/∂s at fixed c
 //! D = −L S(ρ) − K S(b)
@@ -15,8 +16,8 @@
 //! 𝒯_rx = (S(ρ) L + S(b) K) Rᵀ        𝒯_rr = S(ρ) (S(Kc) + D) + S(b) (S(φ) − K S(ρ))
 //! ```
 //! The moment is summed over the arms `ρ`, not as `Rᵀx × Σφ`, which would lose a further factor
-//! `|x|/|ρ|`. The sum itself still keeps the moment only to `|x|/|ρ|` ulps: in orbit around a planet
-//! [`SecondOrderGravity`](super::SecondOrderGravity) is the better model.
+//! `|x|/|ρ|`. The sum itself still keeps the moment only to `|x|/|ρ|` ulps: in orbit around a
+//! planet [`SecondOrderGravity`](super::SecondOrderGravity) is the better model.
 
 use super::inverse_square::InverseSquare;
 use super::{Blocks, Description, Environment, EnvironmentError, Pose, Symmetry, Wrench};
@@ -43,11 +44,11 @@ pub struct CentralGravity {
 }
 
 impl CentralGravity {
-    /// Largest distance of the mass center from the origin, relative to the farthest point, that counts
-    /// as round-off of the input.
+    /// Largest distance of the mass center from the origin, relative to the farthest point, that
+    /// counts as round-off of the input.
     pub const OFF_CENTER: f64 = 1e-6;
 
-    /// A body of these points.
+    /// Builds a body of these points.
     ///
     /// # Errors
     /// Returns an [`EnvironmentError`] if the list is empty, a position is not finite, a
@@ -70,8 +71,8 @@ impl CentralGravity {
         Ok(Self { points, description: Description::Custom })
     }
 
-    /// A body of points with these masses \[kg\] and positions (body axes from the mass center \[m\]) in the
-    /// field of gravitational parameter μ [m³/s²].
+    /// Builds a body of points with these masses \[kg\] and positions (body axes from the mass
+    /// center \[m\]) in the field of gravitational parameter μ [m³/s²].
     ///
     /// # Errors
     /// Returns the errors of [`CentralGravity::new`].

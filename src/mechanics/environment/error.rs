@@ -4,10 +4,10 @@ use crate::Vector3;
 use crate::mechanics::number::{NumberError, finite_vector};
 use thiserror::Error;
 
-/// Why numbers do not describe an environment.
+/// The reason for which numbers do not describe an environment.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum EnvironmentError {
-    /// A number is not what it must be.
+    /// A number has a wrong value.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A direction has no length.
@@ -25,12 +25,12 @@ pub enum EnvironmentError {
         center[0], center[1], center[2]
     )]
     OffCenter {
-        /// Where their mass center is, body axes \[m\].
+        /// The position of their mass center, body axes \[m\].
         center: [f64; 3],
     },
 }
 
-/// The vector scaled to length one.
+/// Returns the vector scaled to length one.
 pub(super) fn direction(name: &'static str, value: Vector3) -> Result<Vector3, EnvironmentError> {
     let size = finite_vector(name, value)?.amax();
     // Scaled first: the square of a very long or short vector would leave the range of f64.

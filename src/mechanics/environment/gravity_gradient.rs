@@ -29,8 +29,8 @@ pub struct GravityGradient {
 }
 
 impl GravityGradient {
-    /// A body of `inertia` about its mass center on a circular orbit of rate `n` [rad/s], attitude
-    /// against LVLH.
+    /// Builds a body of `inertia` about its mass center on a circular orbit of rate `n` [rad/s],
+    /// attitude against LVLH.
     ///
     /// # Errors
     /// An [`EnvironmentError`] if the rate is negative or not finite, or `3n²J` overflows.
@@ -40,8 +40,8 @@ impl GravityGradient {
         Ok(Self { frame_rate: orbital_rate * Vector3::y(), description, ..fixed })
     }
 
-    /// The field held along `outward` (reference frame, any length), the frame not turning: an
-    /// idealisation for maneuvers that are short against the orbit.
+    /// Builds the field held along `outward` (reference frame, any length), the frame not turning:
+    /// an idealisation for maneuvers that are short against the orbit.
     ///
     /// # Errors
     /// Returns the errors of [`GravityGradient::new`], and an error for a direction of length

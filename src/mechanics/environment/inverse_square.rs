@@ -12,7 +12,7 @@ pub(super) struct InverseSquare {
 }
 
 impl InverseSquare {
-    /// Strength `k` [N·m²], position `s` \[m\].
+    /// Builds the strength `k` [N·m²], position `s` \[m\].
     pub(super) fn new(k: f64, s: &Vector3) -> Self {
         let r = s.norm();
         Self { k, r, e: s / r }
@@ -23,7 +23,7 @@ impl InverseSquare {
         -self.k / self.r
     }
 
-    /// Force `φ = −k s/|s|³`.
+    /// Returns the force `φ = −k s/|s|³`.
     pub(super) fn force(&self) -> Vector3 {
         -self.k / self.r.powi(2) * self.e
     }

@@ -21,7 +21,7 @@ use crate::lie::Rotation;
 use crate::{Matrix3, Vector3};
 use std::fmt::Debug;
 
-/// Where the body is: position of its mass center and attitude.
+/// The position of the mass center and the attitude of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Position `x`, reference frame \[m\]; zero when only the attitude moves.
@@ -56,7 +56,7 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// No force and no moment.
+    /// Returns no force and no moment.
     pub fn zero() -> Self {
         Self { force: Vector3::zeros(), moment: Vector3::zeros() }
     }
@@ -78,17 +78,18 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// The zero map.
+    /// Builds the zero map.
     pub fn zero() -> Self {
         Self { xx: Matrix3::zeros(), xr: Matrix3::zeros(), rx: Matrix3::zeros(), rr: Matrix3::zeros() }
     }
 
-    /// So many times the map.
+    /// Returns a multiple of the map.
     pub(crate) fn scaled(&self, by: f64) -> Self {
         Self { xx: self.xx * by, xr: self.xr * by, rx: self.rx * by, rr: self.rr * by }
     }
 
-    /// The same map with translations given in the reference frame, from one in body axes.
+    /// Converts a map with translations in body axes to one with translations in the reference
+    /// frame.
     fn rotate_translations(&self, attitude: &Matrix3) -> Self {
         let transposed = attitude.transpose();
         Self {
@@ -111,7 +112,7 @@ pub enum Description {
         mass: f64,
         /// Acceleration of gravity [m/s²].
         gravity: f64,
-        /// Where things fall, reference frame, any length.
+        /// The direction of falling, reference frame, any length.
         direction: Vector3,
         /// The vector from the pivot to the mass center, body axes \[m\].
         pivot_to_mass_center: Vector3,
@@ -146,9 +147,10 @@ pub enum Description {
 /// The joint motions that leave a potential unchanged, and hence the conserved momenta.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Symmetry {
-    /// None that is known: nothing is conserved.
+    /// No known symmetry: nothing is conserved.
     None,
-    /// Turns about this direction through the origin: the angular momentum about it, unit, reference frame.
+    /// Turns about this direction through the origin: the angular momentum about it, unit,
+    /// reference frame.
     About(Vector3),
     /// All turns about the origin: the angular momentum.
     Turns,
@@ -165,13 +167,14 @@ pub enum Symmetry {
 /// convergence, and a failed verdict; compare it with finite differences
 /// (`examples/own_environment.rs`).
 pub trait Environment: Debug + Send + Sync {
-    /// Potential energy `U` \[J\].
+    /// Returns the potential energy `U` \[J\].
     fn potential(&self, pose: &Pose) -> f64;
 
-    /// Force `f`, reference frame \[N\], and moment `M`, body axes [N·m], at a pose.
+    /// Returns the force `f`, reference frame \[N\], and moment `M`, body axes [N·m], at a pose.
     fn wrench(&self, pose: &Pose) -> Wrench;
 
-    /// Derivative `Γ` of force and moment with respect to `(δx, ζ)`: four 3×3 blocks [N/m, N/rad, N, N·m/rad] (4.13–4.14).
+    /// Returns the derivative `Γ` of force and moment with respect to `(δx, ζ)`: four 3×3 blocks
+    /// [N/m, N/rad, N, N·m/rad] (4.13–4.14).
     fn gradient(&self, pose: &Pose) -> Blocks;
 
     /// Returns the derivative `𝒯` of `Γᵀ [λ^γ; λ^Π]` with respect to `(δx, ζ)`, with the costates
@@ -179,7 +182,8 @@ pub trait Environment: Debug + Send + Sync {
     /// costates, per m or rad.
     fn curvature(&self, pose: &Pose, costates: &Wrench) -> Blocks;
 
-    /// Angular velocity of the reference frame, in its own axes [rad/s]. Zero: inertial.
+    /// Returns the angular velocity of the reference frame, in its own axes [rad/s]. Zero:
+    /// inertial.
     fn frame_rate(&self) -> Vector3 {
         Vector3::zeros()
     }

@@ -3,9 +3,9 @@
 //! ```text
 //! U = −μm/|x| + u(y),   y = Rᵀx = r e,   u(y) = −(μ/2r³) (tr J − 3 e·Je)
 //! ```
-//! The first term moves the mass center alone. The second depends on the center as the body sees it,
-//! so that, with `δy = Rᵀδx + S(y) ζ`, one chain rule gives everything from the derivatives of `u`,
-//! `a = ∇u`, `H = ∇²u`, `T = ∂(Hq)/∂y`:
+//! The first term moves the mass center alone. The second depends on the center as the body sees
+//! it, so that, with `δy = Rᵀδx + S(y) ζ`, one chain rule gives everything from the derivatives of
+//! `u`, `a = ∇u`, `H = ∇²u`, `T = ∂(Hq)/∂y`:
 //! ```text
 //! f = −R a         M = y × a
 //! F_x = −R H Rᵀ    F_R = R (S(a) − H S(y))    M_x = F_Rᵀ    M_R = (S(y) H − S(a)) S(y)
@@ -34,8 +34,9 @@ use crate::{Matrix3, Vector3};
 
 /// Gravity of a point at the origin on an extended body, to second order in size over distance.
 ///
-/// Against the exact field the force is off by O((l/r)³) of itself and the moment by O(l/r); one
-/// order better for bodies symmetric under `ρ → −ρ`. Nothing is finite at the origin.
+/// Compared with the exact field the force has a relative error of O((l/r)³) and the moment of
+/// O(l/r); one order better for bodies symmetric under `ρ → −ρ`. All values are infinite at the
+/// origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SecondOrderGravity {
     /// `μ m` [N·m²].
@@ -47,8 +48,8 @@ pub struct SecondOrderGravity {
 }
 
 impl SecondOrderGravity {
-    /// A body of `mass` \[kg\] and `inertia` about its mass center, in the field of gravitational
-    /// parameter μ [m³/s²].
+    /// Builds a body of `mass` \[kg\] and `inertia` about its mass center, in the field of
+    /// gravitational parameter μ [m³/s²].
     ///
     /// # Errors
     /// An [`EnvironmentError`] if the parameter or the mass is not a positive number, or their

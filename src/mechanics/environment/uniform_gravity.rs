@@ -26,12 +26,12 @@ pub struct UniformGravity {
 }
 
 impl UniformGravity {
-    /// A body of `mass` \[kg\] in the acceleration `gravity` [m/s²] along `direction` (where things
-    /// fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes \[m\].
+    /// Builds a body of `mass` \[kg\] in the acceleration `gravity` [m/s²] along `direction` (where
+    /// things fall; reference frame, any length), with `pivot_to_mass_center` ρ in body axes \[m\].
     ///
     /// # Errors
-    /// An [`EnvironmentError`] naming what is not finite, a mass that is not positive, a negative
-    /// gravity, or a direction without length.
+    /// Returns an [`EnvironmentError`] that names a number that is not finite, a mass that is not
+    /// positive, a negative gravity, or a direction of length zero.
     pub fn new(
         mass: f64,
         gravity: f64,

@@ -1,30 +1,31 @@
-//! How a body attracts and is attracted.
+//! The gravity of a body.
 
 use super::error::Checked;
 use super::{HomogeneousPolyhedron, MassPoint, PointCloud};
 use crate::mechanics::body::{Body, Inertia, InertiaError};
 use crate::{Matrix3, Vector3};
 
-/// How a body attracts.
+/// The kind of gravity of a body.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Attractor {
     /// Point masses: exact among clouds, all pairs of points.
     Cloud(PointCloud),
-    /// Mass and inertia alone, MacCullagh's formula: second order in size over distance in all its pairs.
+    /// Mass and inertia alone, MacCullagh's formula: second order in size over distance in all its
+    /// pairs.
     SecondOrder {
         /// Mass \[kg\].
         mass: f64,
         /// Inertia about the mass center, body axes.
         inertia: Inertia,
     },
-    /// A homogeneous polyhedron: exact on points and clouds; on another polyhedron by Gauss points of the
-    /// smaller one.
+    /// A homogeneous polyhedron: exact on points and clouds; on another polyhedron by Gauss points
+    /// of the smaller one.
     Polyhedron(HomogeneousPolyhedron),
 }
 
 impl Attractor {
-    /// A sphere, or a point mass \[kg\].
+    /// Returns a sphere, or a point mass \[kg\].
     ///
     /// # Errors
     /// A [`FullBodyError`](super::FullBodyError) if the mass is not a positive number.
@@ -32,7 +33,7 @@ impl Attractor {
         Ok(Self::Cloud(PointCloud::new(vec![MassPoint { mass, position: Vector3::zeros() }])?))
     }
 
-    /// Mass \[kg\].
+    /// Returns the mass \[kg\].
     pub fn mass(&self) -> f64 {
         match self {
             Self::Cloud(cloud) => cloud.mass(),
@@ -41,7 +42,8 @@ impl Attractor {
         }
     }
 
-    /// Inertia about the mass center [kg·m²], 3×3, body axes. Singular for points on a line.
+    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes. Singular for points on a
+    /// line.
     pub fn inertia(&self) -> Matrix3 {
         match self {
             Self::Cloud(cloud) => cloud.inertia(),
@@ -50,7 +52,7 @@ impl Attractor {
         }
     }
 
-    /// The rigid body for the integrators.
+    /// Returns the rigid body for the integrators.
     ///
     /// # Errors
     /// An [`InertiaError`] if the inertia is singular: points on a line, or a single one.

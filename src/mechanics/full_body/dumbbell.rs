@@ -1,11 +1,13 @@
 //! Dumbbells: two equal spheres on a massless rod, their mutual potential in closed form.
 //!
-//! With `a = R e₁ l/2`, the four pairs of spheres of two dumbbells give, `d_pq = x_i + p a_i − x_j − q a_j`,
+//! With `a = R e₁ l/2`, the four pairs of spheres of two dumbbells give,
+//! `d_pq = x_i + p a_i − x_j − q a_j`,
 //! ```text
 //! U = −(G m_i m_j/4) Σ_{p,q = ±1} 1/|d_pq|                  g_pq = −(G m_i m_j/4) d_pq/|d_pq|³
 //! f_i = Σ g_pq     M_i = (l_i/2) e₁ × R_iᵀ Σ p g_pq        f_j = −f_i     M_j = −(l_j/2) e₁ × R_jᵀ Σ q g_pq
 //! ```
-//! (3.8 and the potential of section 3.4, with its sign). Exact for spheres, which attract as points do.
+//! (3.8 and the potential of section 3.4, with its sign). Exact for spheres, which attract as
+//! points do.
 
 use super::error::{Checked, count};
 use super::{MassPoint, PointCloud, Potential};
@@ -26,14 +28,15 @@ pub struct Dumbbell {
 }
 
 impl Dumbbell {
-    /// Inertia `diag(J_a, J_a + m l²/4, J_a + m l²/4)`, `J_a = (2/5) m r²` [kg·m²], body axes.
+    /// Returns the inertia `diag(J_a, J_a + m l²/4, J_a + m l²/4)`, `J_a = (2/5) m r²` [kg·m²],
+    /// body axes.
     pub fn inertia(&self) -> Matrix3 {
         let axial = 0.4 * self.mass * self.sphere_radius.powi(2);
         let across = axial + 0.25 * self.mass * self.length.powi(2);
         Matrix3::from_diagonal(&Vector3::new(axial, across, across))
     }
 
-    /// The rigid body for the integrators.
+    /// Returns the rigid body for the integrators.
     ///
     /// # Errors
     /// Returns an [`InertiaError`](crate::mechanics::body::InertiaError) if the inertia is
@@ -42,7 +45,7 @@ impl Dumbbell {
         Ok(Body { inertia: Inertia::new(self.inertia())?, mass: Some(self.mass) })
     }
 
-    /// Its two point masses.
+    /// Returns the two point masses.
     ///
     /// # Errors
     /// A [`FullBodyError`](super::FullBodyError) if mass or length is not a positive number.
@@ -74,7 +77,7 @@ impl Dumbbells {
     /// Most dumbbells; their pairs are summed one by one.
     pub const BODIES: usize = 10_000;
 
-    /// The gravity of `dumbbells` on one another, with the constant `G` [m³/(kg·s²)].
+    /// Returns the gravity of `dumbbells` on one another, with the constant `G` [m³/(kg·s²)].
     ///
     /// # Errors
     /// Returns a [`FullBodyError`](super::FullBodyError) if the list is empty or too long, or the
@@ -92,7 +95,8 @@ impl Dumbbells {
         Ok(Self { gravitational_constant, halves })
     }
 
-    /// Strength `G m_i m_j/4`, offset `x_i − x_j` and half rods `a_i`, `a_j` of every pair.
+    /// Returns the strength `G m_i m_j/4`, offset `x_i − x_j` and half rods `a_i`, `a_j` of every
+    /// pair.
     fn pairs(&self, poses: &[Pose]) -> impl Iterator<Item = Pair> {
         assert_eq!(poses.len(), self.halves.len(), "one pose per dumbbell");
         let rod = |i: usize| self.halves[i].1 * poses[i].attitude.column(0);

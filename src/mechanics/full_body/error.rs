@@ -4,10 +4,10 @@ use crate::Vector3;
 use crate::mechanics::number::NumberError;
 use thiserror::Error;
 
-/// Why numbers do not describe attracting bodies.
+/// The reason for which numbers do not describe attracting bodies.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FullBodyError {
-    /// A number is not what it must be.
+    /// A number has a wrong value.
     #[error(transparent)]
     Number(#[from] NumberError),
     /// A count is zero, or beyond what memory and time are good for.
@@ -15,7 +15,7 @@ pub enum FullBodyError {
     Count {
         /// The name of the counted items.
         name: &'static str,
-        /// How many there are.
+        /// The number of items.
         count: usize,
         /// The largest possible number.
         limit: usize,
@@ -29,7 +29,7 @@ pub enum FullBodyError {
         center[0], center[1], center[2]
     )]
     OffCenter {
-        /// Where the mass center is, body axes \[m\].
+        /// The position of the mass center, body axes \[m\].
         center: [f64; 3],
     },
 }
@@ -40,8 +40,8 @@ pub(super) fn count(name: &'static str, count: usize, limit: usize) -> Checked<u
     if (1..=limit).contains(&count) { Ok(count) } else { Err(FullBodyError::Count { name, count, limit }) }
 }
 
-/// Largest distance of a mass center from the origin, relative to the farthest point of the body, that
-/// counts as round-off of the input.
+/// Largest distance of a mass center from the origin, relative to the farthest point of the body,
+/// that counts as round-off of the input.
 pub(super) const OFF_CENTER: f64 = 1e-6;
 
 /// The mass center must be the origin, on the scale of the farthest point.

@@ -3,8 +3,8 @@
 //! ```text
 //! E = Σ |γ_i|²/2m_i + ½ Π_i·J_i⁻¹Π_i + U      P = Σ γ_i      L = Σ x_i × γ_i + R_i Π_i
 //! ```
-//! `P` and `L` are conserved by every potential that depends on relative positions and attitudes alone, and
-//! to round-off by the Lie group variational integrators; `E` by the motion.
+//! `P` and `L` are conserved by every potential that depends on relative positions and attitudes
+//! alone, and to round-off by the Lie group variational integrators; `E` by the motion.
 
 use super::Potential;
 use crate::Vector3;
@@ -20,7 +20,8 @@ pub struct Momentum {
     pub angular: Vector3,
 }
 
-/// Kinetic energy `Σ |γ|²/2m + ½ Π·J⁻¹Π` \[J\]; of the rotation alone for a body without mass.
+/// Returns the kinetic energy `Σ |γ|²/2m + ½ Π·J⁻¹Π` \[J\]; of the rotation alone for a body
+/// without mass.
 pub fn kinetic_energy(bodies: &[Body], momenta: &[Momentum]) -> f64 {
     let of = |(body, momentum): (&Body, &Momentum)| {
         let translation = body.mass.map_or(0.0, |mass| momentum.linear.norm_squared() / mass);
@@ -29,17 +30,17 @@ pub fn kinetic_energy(bodies: &[Body], momenta: &[Momentum]) -> f64 {
     bodies.iter().zip(momenta).map(of).sum()
 }
 
-/// Total energy `E` \[J\].
+/// Returns the total energy `E` \[J\].
 pub fn energy(bodies: &[Body], potential: &dyn Potential, poses: &[Pose], momenta: &[Momentum]) -> f64 {
     kinetic_energy(bodies, momenta) + potential.energy(poses)
 }
 
-/// Total linear momentum `P`, reference frame [kg·m/s].
+/// Returns the total linear momentum `P`, reference frame [kg·m/s].
 pub fn linear_momentum(momenta: &[Momentum]) -> Vector3 {
     momenta.iter().map(|momentum| momentum.linear).sum()
 }
 
-/// Total angular momentum `L` about the origin, reference frame [kg·m²/s].
+/// Returns the total angular momentum `L` about the origin, reference frame [kg·m²/s].
 pub fn angular_momentum(poses: &[Pose], momenta: &[Momentum]) -> Vector3 {
     let of = |(pose, momentum): (&Pose, &Momentum)| {
         pose.position.cross(&momentum.linear) + pose.attitude * momentum.angular
@@ -47,7 +48,8 @@ pub fn angular_momentum(poses: &[Pose], momenta: &[Momentum]) -> Vector3 {
     poses.iter().zip(momenta).map(of).sum()
 }
 
-/// Mass center `Σ m x / Σ m`, reference frame \[m\]. A body without mass does not count.
+/// Returns the mass center `Σ m x / Σ m`, reference frame \[m\]. A body without mass does not
+/// count.
 pub fn mass_center(bodies: &[Body], poses: &[Pose]) -> Vector3 {
     let mass = |body: &Body| body.mass.unwrap_or(0.0);
     let total: f64 = bodies.iter().map(mass).sum();

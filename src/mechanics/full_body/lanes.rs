@@ -33,7 +33,7 @@ impl Lanes {
         self.map(f64::sqrt)
     }
 
-    /// Sum over the lanes, in a fixed order.
+    /// Returns the sum over the lanes, in a fixed order.
     #[inline(always)]
     pub fn sum(self) -> f64 {
         let [a, b, c, d] = self.0;

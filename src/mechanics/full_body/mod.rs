@@ -59,13 +59,13 @@ pub use polyhedron::{HomogeneousPolyhedron, Polyhedron};
 
 use crate::mechanics::environment::{Blocks, Pose, Symmetry, Wrench};
 
-/// A potential `U(x_1, R_1, …, x_n, R_n)` and what it exerts on each body.
+/// A potential `U(x_1, R_1, …, x_n, R_n)` with its force and moment on each body.
 pub trait Potential: std::fmt::Debug + Send + Sync {
     /// `U` \[J\].
     fn energy(&self, poses: &[Pose]) -> f64;
 
-    /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over `wrenches`, which
-    /// has one row per pose.
+    /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over
+    /// `wrenches`, which has one row per pose.
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]);
 
     /// Derivative of force and moment on body i with respect to `(δx, ζ)` of body j, written over

@@ -1,7 +1,7 @@
 //! The mutual gravity of n bodies of any kind, summed over their pairs.
 //!
-//! Pairs are cut into tasks of fixed size, and the results of the tasks are added in a fixed order: the result
-//! has the same bits whether one thread evaluates the tasks or many.
+//! Pairs are cut into tasks of fixed size, and the results of the tasks are added in a fixed order:
+//! the result has the same bits whether one thread evaluates the tasks or many.
 
 use super::error::{Checked, count};
 use super::pair::{TASK, Task};
@@ -18,7 +18,7 @@ pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
 /// Whether to share the tasks among threads. The result is the same to the last bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Threads {
-    /// Where one evaluation is long enough to pay for it. Default.
+    /// Uses threads if an evaluation is long enough. Default.
     #[default]
     Auto,
     /// Evaluates on the calling thread; allocates nothing.
@@ -30,7 +30,7 @@ pub enum Threads {
 
 /// The gravity of n bodies on one another.
 ///
-/// Not finite where points of two bodies meet.
+/// Values are not finite if points of two bodies meet.
 #[derive(Debug)]
 pub struct MutualGravity {
     gravitational_constant: f64,
@@ -40,7 +40,7 @@ pub struct MutualGravity {
     threads: Threads,
     /// Cost of one evaluation, and of a task in the mean, in interactions of point with point.
     cost: f64,
-    /// Where threads leave the results of their tasks, so that an evaluation allocates nothing.
+    /// The buffer for the results of tasks, so that an evaluation allocates nothing.
     results: Mutex<Vec<Exchange>>,
 }
 
@@ -52,11 +52,12 @@ impl MutualGravity {
     /// The number of interactions from which on threads save time.
     const PAYS: f64 = 4.0 * TASK as f64;
 
-    /// The gravity of `bodies` on one another, with the constant `G` [m³/(kg·s²)].
+    /// Returns the gravity of `bodies` on one another, with the constant `G` [m³/(kg·s²)].
     ///
     /// # Errors
-    /// A [`FullBodyError`](super::FullBodyError) if there are no bodies or too many, an evaluation would take more
-    /// than [`Self::INTERACTIONS`], the constant or a mass is not a positive number, or their product overflows.
+    /// Returns a [`FullBodyError`](super::FullBodyError) if there are no bodies or too many, an
+    /// evaluation would need more than [`Self::INTERACTIONS`], the constant or a mass is not a
+    /// positive number, or their product overflows.
     pub fn new(gravitational_constant: f64, bodies: Vec<Attractor>) -> Checked<Self> {
         positive("gravitational constant", gravitational_constant)?;
         count("bodies", bodies.len(), Self::BODIES)?;
@@ -83,7 +84,7 @@ impl MutualGravity {
         Self { threads, ..self }
     }
 
-    /// The bodies, in the order of the poses.
+    /// Returns the bodies, in the order of the poses.
     pub fn bodies(&self) -> &[Attractor] {
         &self.bodies
     }
@@ -93,7 +94,7 @@ impl MutualGravity {
         self.cost
     }
 
-    /// Whether an evaluation goes to several threads.
+    /// Returns whether an evaluation goes to several threads.
     fn is_shared(&self) -> bool {
         match self.threads {
             Threads::One => false,
@@ -108,7 +109,7 @@ impl MutualGravity {
         (TASK as f64 * self.tasks.len() as f64 / self.cost).ceil() as usize
     }
 
-    /// Adds what a task gave to both bodies.
+    /// Adds the result of a task to both bodies.
     fn add(&self, task: &Task, exchange: &Exchange, poses: &[Pose], wrenches: &mut [Wrench]) {
         let (field, probe) = (&poses[task.field].attitude, &poses[task.probe].attitude);
         let g = self.gravitational_constant;
@@ -127,12 +128,13 @@ impl Potential for MutualGravity {
     }
 
     /// # Panics
-    /// If there is not one pose per body.
+    /// Panics if the numbers of poses and bodies differ.
     fn energy(&self, poses: &[Pose]) -> f64 {
         assert_eq!(poses.len(), self.bodies.len(), "one pose per body");
         let of = |task: &Task| task.energy(&self.bodies, &self.moments, poses);
         let sum: f64 = if self.is_shared() {
-            // Summed in the order of the tasks; energies are printed, not stepped with, and may allocate.
+            // Summed in the order of the tasks; energies are printed, not stepped with, and may
+            // allocate.
             let mut energies = vec![0.0; self.tasks.len()];
             parallel::fill(&self.tasks, &mut energies, self.batch(), of);
             energies.iter().sum()
@@ -143,13 +145,14 @@ impl Potential for MutualGravity {
     }
 
     /// # Panics
-    /// If there is not one pose and one row per body.
+    /// Panics if the numbers of poses, rows and bodies differ.
     fn wrenches(&self, poses: &[Pose], wrenches: &mut [Wrench]) {
         assert_eq!(poses.len(), self.bodies.len(), "one pose per body");
         assert_eq!(wrenches.len(), self.bodies.len(), "one row per body");
         wrenches.fill(Wrench::zero());
         let of = |task: &Task| task.exchange(&self.bodies, &self.moments, poses);
-        // Another thread that evaluates the same potential has the buffer: then on this thread alone.
+        // Another thread that evaluates the same potential has the buffer: then on this thread
+        // alone.
         let shared = if self.is_shared() { self.results.try_lock().ok() } else { None };
         if let Some(mut results) = shared {
             parallel::fill(&self.tasks, &mut results, self.batch(), of);

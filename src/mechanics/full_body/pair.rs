@@ -1,15 +1,15 @@
 //! Two bodies: one is the field, the other a set of probes in it.
 //!
-//! With φ the potential of the field per unit of mass and `y_q = X + Q ρ_q` the probes `(m_q, ρ_q)` in the axes
-//! of the field,
+//! With φ the potential of the field per unit of mass and `y_q = X + Q ρ_q` the probes `(m_q, ρ_q)`
+//! in the axes of the field,
 //! ```text
 //! U = Σ_q m_q φ(y_q)        g_q = −m_q ∇φ(y_q)
 //! f = Σ_q g_q on the probes, −f on the field
 //! M_probes = Σ_q Qρ_q × g_q      M_field = −Σ_q y_q × g_q      so that M_field + M_probes + X × f = 0
 //! ```
-//! Force and moments derive from this one `U(X, Q)`: whatever it approximates, total force and total moment
-//! vanish to round-off, and an integrator that conserves momenta and energy for a potential does so here.
-//! Everything here is for `G = 1`.
+//! Force and moments derive from this one `U(X, Q)`: whatever it approximates, total force and
+//! total moment vanish to round-off, and an integrator that conserves momenta and energy for a
+//! potential does so here. Everything here is for `G = 1`.
 
 use super::lanes::{LANES, Lanes};
 use super::polyhedron::side_by_side;
@@ -31,8 +31,8 @@ pub(super) struct Task {
     range: Range<usize>,
 }
 
-/// Interactions of point with point in one task, about 50 µs: long against handing it to a thread, short
-/// against an evaluation that pays for threads.
+/// Interactions of point with point in one task, about 50 µs: long against handing it to a thread,
+/// short against an evaluation that pays for threads.
 pub(super) const TASK: usize = 1 << 14;
 /// The cost of a face acting on a point, in interactions of point with point.
 const FACE: usize = 8;
@@ -93,7 +93,7 @@ impl Task {
         tasks.extend(starts.map(|start| Self { field, probe, range: start..(start + step).min(count) }));
     }
 
-    /// Force and moments.
+    /// Returns the force and moments.
     pub fn exchange(&self, bodies: &[Attractor], moments: &[Moments], poses: &[Pose]) -> Exchange {
         let seen = seen_from(&poses[self.field], &poses[self.probe]);
         let probes = || &probes(&bodies[self.probe])[self.range.clone()];

@@ -43,7 +43,7 @@ impl PointCloud {
     /// Most points that a cloud can have.
     pub const POINTS: usize = 10_000_000;
 
-    /// A cloud of these points, their mass center at the origin.
+    /// Returns a cloud of these points, their mass center at the origin.
     ///
     /// # Errors
     /// Returns a [`FullBodyError`] if the list is empty or has more than [`Self::POINTS`], a mass
@@ -78,22 +78,23 @@ impl PointCloud {
         Self { points, blocks, mass, radius }
     }
 
-    /// The points.
+    /// Returns the points.
     pub fn points(&self) -> &[MassPoint] {
         &self.points
     }
 
-    /// Mass \[kg\].
+    /// Returns the mass \[kg\].
     pub fn mass(&self) -> f64 {
         self.mass
     }
 
-    /// Distance of the farthest point from the mass center \[m\].
+    /// Returns the distance of the farthest point from the mass center \[m\].
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Inertia `J = Σ m (|ρ|² I − ρ ρᵀ)` [kg·m²], 3×3, body axes. Singular if all points lie on a line.
+    /// Returns the inertia `J = Σ m (|ρ|² I − ρ ρᵀ)` [kg·m²], 3×3, body axes. Singular if all
+    /// points lie on a line.
     pub fn inertia(&self) -> Matrix3 {
         let second = self.points.iter().fold(Matrix3::zeros(), |sum, point| {
             sum + point.mass * point.position * point.position.transpose()

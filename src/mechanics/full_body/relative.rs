@@ -1,16 +1,16 @@
 //! Two bodies in the axes of the second: the reduced equations of the full two-body problem.
 //!
-//! The potential depends on `X = R₂ᵀ(x₁ − x₂)` and `R = R₂ᵀR₁` alone. With `m = m₁m₂/(m₁ + m₂)` and everything in
-//! the axes of body 2,
+//! The potential depends on `X = R₂ᵀ(x₁ − x₂)` and `R = R₂ᵀR₁` alone. With `m = m₁m₂/(m₁ + m₂)` and
+//! everything in the axes of body 2,
 //! ```text
 //! Γ = m R₂ᵀ(ẋ₁ − ẋ₂)     Π = R Π₁     Π₂        Ω = R J₁⁻¹ Rᵀ Π     Ω₂ = J₂⁻¹ Π₂
 //! Ẋ = Γ/m + X × Ω₂            Γ̇ = Γ × Ω₂ + f         f = −∂U/∂X
 //! Ṙ = S(Ω − Ω₂) R             Π̇ = Π × Ω₂ + M         M the moment on body 1
 //!                             Π̇₂ = Π₂ × Ω₂ − M − X × f
 //! ```
-//! (Maciejewski 1995; Lee, Leok and McClamroch 2007.) Nine momenta and six coordinates instead of twelve and
-//! twelve: what is left over is the mass center, which moves uniformly, and `Ṙ₂ = R₂ S(Ω₂)`. In the frame of the
-//! mass center
+//! (Maciejewski 1995; Lee, Leok and McClamroch 2007.) Nine momenta and six coordinates instead of
+//! twelve and twelve: what is left over is the mass center, which moves uniformly, and
+//! `Ṙ₂ = R₂ S(Ω₂)`. In the frame of the mass center
 //! ```text
 //! E = |Γ|²/2m + ½ Ω·Π + ½ Ω₂·Π₂ + U(X, R)         R₂ (X × Γ + Π + Π₂) = L
 //! ```
@@ -24,7 +24,7 @@ use crate::mechanics::environment::{Pose, Wrench};
 use crate::mechanics::number::positive;
 use crate::{Matrix3, Vector3};
 
-/// The pose of `body` in the axes of `observer`: `R_oᵀ(x_b − x_o)` and `R_oᵀR_b`.
+/// Returns the pose of `body` in the axes of `observer`: `R_oᵀ(x_b − x_o)` and `R_oᵀR_b`.
 pub(super) fn seen_from(observer: &Pose, body: &Pose) -> Pose {
     Pose {
         position: observer.attitude.tr_mul(&(body.position - observer.position)),
@@ -58,7 +58,8 @@ pub struct Anchor {
     pub momentum: Vector3,
 }
 
-/// Time derivative of a [`Relative`] state, and the angular velocity that turns the axes it is given in.
+/// Time derivative of a [`Relative`] state, and the angular velocity that turns the axes it is
+/// given in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeRate {
     /// `Ẋ` [m/s].
@@ -103,7 +104,7 @@ impl<P: Potential> TwoBodies<P> {
         first / (first + second) * second
     }
 
-    /// The relative state of two bodies, and what is needed to get back.
+    /// Returns the relative state of two bodies, and the data for the inverse conversion.
     pub fn reduce(&self, poses: &[Pose; 2], momenta: &[Momentum; 2]) -> (Relative, Anchor) {
         let [m1, m2] = self.masses;
         let turn = poses[1].attitude;
@@ -125,7 +126,7 @@ impl<P: Potential> TwoBodies<P> {
         (relative, anchor)
     }
 
-    /// Poses and momenta of both bodies.
+    /// Returns the poses and momenta of both bodies.
     pub fn restore(&self, relative: &Relative, anchor: &Anchor) -> ([Pose; 2], [Momentum; 2]) {
         let [m1, m2] = self.masses;
         let (first, second) = (m1 / (m1 + m2), m2 / (m1 + m2));
@@ -145,19 +146,20 @@ impl<P: Potential> TwoBodies<P> {
         (poses, momenta)
     }
 
-    /// The reduced potential `U(X, R)` \[J\].
+    /// Returns the reduced potential `U(X, R)` \[J\].
     pub fn potential(&self, position: &Vector3, attitude: &Matrix3) -> f64 {
         self.potential.energy(&placed(position, attitude))
     }
 
-    /// Force `f = −∂U/∂X` \[N\] and moment `M` [N·m] on body 1, both in the axes of body 2.
+    /// Returns the force `f = −∂U/∂X` \[N\] and moment `M` [N·m] on body 1, both in the axes of
+    /// body 2.
     pub fn wrench(&self, position: &Vector3, attitude: &Matrix3) -> Wrench {
         let mut wrenches = [Wrench::zero(); 2];
         self.potential.wrenches(&placed(position, attitude), &mut wrenches);
         Wrench { force: wrenches[0].force, moment: attitude * wrenches[0].moment }
     }
 
-    /// The right-hand side of the reduced equations.
+    /// Returns the right-hand side of the reduced equations.
     pub fn rate(&self, state: &Relative) -> RelativeRate {
         let Wrench { force, moment } = self.wrench(&state.position, &state.attitude);
         let [omega, axes] = self.angular_velocities(state);
@@ -171,7 +173,7 @@ impl<P: Potential> TwoBodies<P> {
         }
     }
 
-    /// Energy in the frame of the mass center \[J\].
+    /// Returns the energy in the frame of the mass center \[J\].
     pub fn energy(&self, state: &Relative) -> f64 {
         let [omega, axes] = self.angular_velocities(state);
         let kinetic = state.momentum.norm_squared() / self.reduced_mass()
@@ -180,8 +182,8 @@ impl<P: Potential> TwoBodies<P> {
         0.5 * kinetic + self.potential(&state.position, &state.attitude)
     }
 
-    /// Total angular momentum about the mass center, in the axes of body 2 [kg·m²/s]: fixed only in the reference
-    /// frame, but its length is.
+    /// Returns the total angular momentum about the mass center, in the axes of body 2 [kg·m²/s]:
+    /// fixed only in the reference frame, but its length is.
     pub fn angular_momentum(&self, state: &Relative) -> Vector3 {
         state.position.cross(&state.momentum) + state.first + state.second
     }

@@ -1,4 +1,5 @@
-//! MacCullagh's formula for two extended bodies: each as the other sees it, to second order in size over distance.
+//! MacCullagh's formula for two extended bodies: each as the other sees it, to second order in size
+//! over distance.
 //!
 //! In the axes of body A, with B at `X = r e`, inertias `J_A`, `J_B` and `K = m_B J_A + m_A J_B`:
 //! ```text
@@ -13,8 +14,8 @@
 use crate::mechanics::environment::Pose;
 use crate::{Matrix3, Vector3};
 
-/// Force on the second of a pair and moments on both, in the axes of the first, over `G`: the first is the field, the
-/// second the probes, where one of them has a field of its own.
+/// Force on the second of a pair and moments on both, in the axes of the first, over `G`: the first
+/// is the field, the second the probes, where one of them has a field of its own.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
     pub force: Vector3,
@@ -74,7 +75,7 @@ pub(super) fn energy(first: &Moments, second: &Moments, seen: &Pose) -> f64 {
     -first.mass * second.mass / pair.r - (pair.trace - 3.0 * eke) / (2.0 * pair.r.powi(3))
 }
 
-/// Force and moments over `G`.
+/// Returns the force and moments over `G`.
 pub(super) fn exchange(first: &Moments, second: &Moments, seen: &Pose) -> Exchange {
     let pair = Pair::new(first, second, seen);
     let Pair { r, ref e, ref je, .. } = pair;

@@ -1,11 +1,11 @@
-//! The equations of motion in the numbers of the matrices, for methods that know nothing of the group.
+//! The equations of motion in the numbers of the matrices, for methods that do not use the group.
 //!
 //! ```text
 //! y = (R, Π, x, γ) per body, R as nine numbers; x and γ only where the body translates
 //! Ṙ = R S(Ω) ,  Π̇ = Π × Ω + M ,  ẋ = γ/m ,  γ̇ = f ,  Ω = J⁻¹Π
 //! ```
-//! Methods work with the change of y since the start of the step: its rounding is then relative to the
-//! change, and the sum of the changes is compensated like everywhere.
+//! Methods work with the change of y since the start of the step: its rounding is then relative to
+//! the change, and the sum of the changes is compensated like everywhere.
 
 use super::course::Course;
 use super::{Input, StepError};
@@ -20,7 +20,8 @@ const MOVING: usize = 18;
 /// Largest norm of the difference of two rotations, those by 180° from one another: √8.
 const ROTATION_CHANGE: f64 = 2.0 * std::f64::consts::SQRT_2;
 
-/// Largest gain of momentum over a step that errors are relative to, in turns of the body over that step \[rad\].
+/// Largest gain of momentum over a step that errors are relative to, in turns of the body over that
+/// step \[rad\].
 const MOST_TURNED: f64 = std::f64::consts::TAU;
 
 /// The same for a change of position, in distances of the farthest body from the origin.
@@ -57,7 +58,7 @@ impl Ambient {
         self.rate_under_load(y, out);
     }
 
-    /// Evaluates what acts at `fraction` of the step, where the state has changed by `y`.
+    /// Evaluates the loads at `fraction` of the step, with the state changed by `y`.
     pub fn load(&mut self, fraction: f64, y: &[f64], inputs: &[Input]) {
         self.place(y);
         if !self.course.loads.is_free(inputs) {
@@ -79,7 +80,8 @@ impl Ambient {
         }
     }
 
-    /// Rate of change where the state has changed by `y`, under the forces and moments evaluated last.
+    /// Rate of change where the state has changed by `y`, under the forces and moments evaluated
+    /// last.
     pub fn rate_under_load(&mut self, y: &[f64], out: &mut [f64]) {
         self.place(y);
         let mut at = 0;
@@ -118,9 +120,10 @@ impl Ambient {
         self.course.finish()
     }
 
-    /// Sizes that errors are relative to, one per number: 1 for attitudes, else the norm of the quantity or,
-    /// where that is larger, its change over the step. A change that no step resolves counts up to [`MOST_TURNED`] and
-    /// [`MOST_MOVED`] alone: relative to a change without bound any error is small.
+    /// Sizes that errors are relative to, one per number: 1 for attitudes, else the norm of the
+    /// quantity or, where that is larger, its change over the step. A change that no step resolves
+    /// counts up to [`MOST_TURNED`] and [`MOST_MOVED`] alone: relative to a change without bound
+    /// any error is small.
     pub fn scales(&self, change: &[f64], out: &mut [f64]) {
         let h = self.course.loads.step;
         let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
@@ -145,9 +148,9 @@ impl Ambient {
         }
     }
 
-    /// Sizes that an error control measures against: such that a part `tolerance` of them is no less than what a pose
-    /// would notice over the step. The moments on a body that hardly turns carry more round-off than a small part
-    /// of its momentum.
+    /// Computes the scales of an error control, so that the part `tolerance` of a scale has an
+    /// effect on a pose over the step. The moments on a body that hardly turns carry more
+    /// round-off than a small part of its momentum.
     pub fn error_scales(&self, change: &[f64], tolerance: f64, out: &mut [f64]) {
         self.scales(change, out);
         // An estimate is a sum of a dozen evaluations with weights above one.
@@ -184,7 +187,7 @@ impl Ambient {
     }
 }
 
-/// Largest `|error|` relative to `scales`; NaN stays.
+/// Returns the largest `|error|` relative to `scales`; NaN stays.
 pub(super) fn largest(errors: impl Iterator<Item = f64>, scales: &[f64]) -> f64 {
     let mut worst = 0.0;
     for (error, scale) in errors.zip(scales) {

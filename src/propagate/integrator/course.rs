@@ -4,7 +4,7 @@
 use super::system::Loads;
 use super::{Facts, Input, Integrator, StepError, System, SystemState, Work};
 
-/// A motion on its way.
+/// A motion in progress.
 #[derive(Clone, Debug)]
 pub(crate) struct Course {
     pub loads: Loads,
@@ -13,7 +13,7 @@ pub(crate) struct Course {
     facts: Facts,
 }
 
-/// A method that moves a course; an [`Integrator`] with what the course knows.
+/// A method that advances a course; an [`Integrator`] with the state of the course.
 pub(crate) trait Method: Send {
     /// One step, counted in the end.
     fn advance(&mut self, inputs: &[Input]) -> Result<(), StepError>;
@@ -26,7 +26,7 @@ impl Course {
         Self { loads: Loads::new(system, step), state: state.clone(), work: Work::default(), facts }
     }
 
-    /// Number of bodies.
+    /// Returns the number of bodies.
     pub fn count(&self) -> usize {
         self.state.poses().len()
     }

@@ -30,8 +30,8 @@ impl Rotor {
         bodies.iter().map(rotor).collect()
     }
 
-    /// The Cayley vector of the step's rotation `F = cay(c)`, for momentum `p`; iterations are added to
-    /// `iterations`.
+    /// Returns the Cayley vector of the step's rotation `F = cay(c)`, for momentum `p`; iterations
+    /// are added to `iterations`.
     ///
     /// The line through the last two solutions has the accuracy `O(h³)` of one pass of the fixed
     /// point, and does not depend on the momentum. If the iteration does not converge from it,

@@ -1,4 +1,5 @@
-//! The Lie group variational integrators in Hamiltonian form: kick, drift, kick (2.4, 3.22–3.26, 4.5–4.7).
+//! The Lie group variational integrators in Hamiltonian form: kick, drift, kick (2.4, 3.22–3.26,
+//! 4.5–4.7).
 //!
 //! ```text
 //! L_d = (1/h) tr[(I−F) J_d] + (m/2h)|x⁺−x|² − a U − b U⁺ ,   a + b = h
@@ -31,7 +32,8 @@ pub(super) struct DriftAndKick {
     /// The weights `a` and `b` \[s\].
     before: f64,
     after: f64,
-    /// The potential's wrenches at the node reached, and those with the inputs of one end of a step.
+    /// The potential's wrenches at the node reached, and those with the inputs of one end of a
+    /// step.
     field: Vec<Wrench>,
     wrenches: Vec<Wrench>,
     /// Cayley vector of each body's step.
@@ -57,7 +59,7 @@ impl DriftAndKick {
         }
     }
 
-    /// The first kick and the drift; without the kick free of its arithmetic.
+    /// Applies the first kick and the drift; without the kick it omits its arithmetic.
     fn drift<const KICKED: bool>(&mut self) -> Result<(), StepError> {
         let Self { course, rotors, before, wrenches, turns, .. } = self;
         // All turns before any change: a step that fails leaves the state as it was.

@@ -40,29 +40,29 @@ impl AttitudeEquation {
     /// Newton takes 2–4 iterations below 0.6 rad.
     const MAX_ITERATIONS: u32 = 40;
 
-    /// For steps of `step` \[s\].
+    /// Builds the equation for steps of `step` \[s\].
     pub fn new(inertia: &Inertia, step: f64) -> Self {
         let mean = inertia.mean();
         Self { j: inertia.j() / mean, j_inverse: inertia.j_inverse() * mean, scale: step / mean }
     }
 
-    /// The Cayley vector `c` of the step's rotation `F = cay(c)`, and the iterations: a pass of the fixed point,
-    /// then Newton with Chebyshev's correction. `None` where no step below 90° carries the momentum `Π`
-    /// [N·m·s].
+    /// Returns the Cayley vector `c` of the step's rotation `F = cay(c)`, and the iterations: a
+    /// pass of the fixed point, then Newton with Chebyshev's correction. `None` where no step below
+    /// 90° carries the momentum `Π` [N·m·s].
     #[inline]
     pub fn solve(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         solve_counting(&self.j, &self.j_inverse, &(self.scale * momentum))
     }
 
-    /// The solution by plain Newton from `½J⁻¹hΠ`: the survey's Cayley form (2.6).
+    /// Returns the solution by plain Newton from `½J⁻¹hΠ`: the survey's Cayley form (2.6).
     #[inline]
     pub fn newton(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         let g = self.scale * momentum;
         newton(&self.j, &g, 0.5 * (self.j_inverse * g))
     }
 
-    /// The rotation vector `f` of `F = exp S(f)`, by Newton from `J⁻¹hΠ`: the survey's exponential form
-    /// (2.3, 2.4).
+    /// Returns the rotation vector `f` of `F = exp S(f)`, by Newton from `J⁻¹hΠ`: the survey's
+    /// exponential form (2.3, 2.4).
     pub fn exponential(&self, momentum: &Vector3) -> Option<(Vector3, u32)> {
         let g = self.scale * momentum;
         let mut f = self.j_inverse * g;

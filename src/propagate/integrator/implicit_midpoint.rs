@@ -1,14 +1,16 @@
-//! The implicit midpoint rule on the nine numbers of an attitude (SRK), by two nested fixed-point iterations.
+//! The implicit midpoint rule on the nine numbers of an attitude (SRK), by two nested fixed-point
+//! iterations.
 //!
 //! ```text
 //! y⁺ = y + h f((y + y⁺)/2)
 //! ```
-//! It keeps quadratic invariants, hence `RᵀR = I` to the tolerance of the iteration, but it is not symplectic
-//! in these variables and loses the angular momentum of several bodies.
+//! It keeps quadratic invariants, hence `RᵀR = I` to the tolerance of the iteration, but it is not
+//! symplectic in these variables and loses the angular momentum of several bodies.
 //!
-//! The inner iteration holds forces and moments. It shrinks the error by about `h|Ω|/2`, slowly where bodies turn
-//! far in a step; the outer one evaluates the potential and shrinks it by about `h²|f'|/4`. One iteration for both
-//! takes 75 evaluations of the potential a step of 1.4 rad, where two take a dozen.
+//! The inner iteration holds forces and moments. It shrinks the error by about `h|Ω|/2`, slowly
+//! where bodies turn far in a step; the outer one evaluates the potential and shrinks it by about
+//! `h²|f'|/4`. One iteration for both takes 75 evaluations of the potential a step of 1.4 rad,
+//! where two take a dozen.
 
 use super::ambient::{Ambient, largest};
 use super::course::{Course, Method};
@@ -22,7 +24,7 @@ use super::{Input, StepError};
 /// and their effect on the poses is within the tolerance.
 const TOLERANCE: f64 = 1e-13;
 
-/// The inner iteration stops at this part of what the outer one changed last.
+/// The inner iteration stops at this part of the last change of the outer iteration.
 const INNER: f64 = 1e-2;
 
 /// Each iteration; ten do at the usual steps.
@@ -60,8 +62,8 @@ impl ImplicitMidpoint {
         self.middle.iter_mut().zip(&self.change).for_each(|(middle, change)| *middle = 0.5 * change);
     }
 
-    /// Solves for the change under the forces and moments evaluated last, until the poses notice no more than `goal`
-    /// of an iteration or it brings nothing.
+    /// Solves for the change under the forces and moments evaluated last, until the poses notice no
+    /// more than `goal` of an iteration or it brings nothing.
     fn solve_under_load(&mut self, goal: f64) {
         let h = self.ambient.course.loads.step;
         let mut noticed = f64::INFINITY;

@@ -25,16 +25,18 @@ pub enum Kind {
     LieVerlet,
     /// `lie_verlet_lagrangian`: the same map as a discrete Lagrangian map.
     LieVerletLagrangian,
-    /// `galerkin_gauss_1` … `galerkin_lobatto_6`: variational with curves of a degree; order twice that.
+    /// `galerkin_gauss_1` … `galerkin_lobatto_6`: variational with curves of a degree; order twice
+    /// that.
     Galerkin {
         /// Degree of the curves, 1 … 6.
         degree: usize,
-        /// Where the action is sampled.
+        /// The points at which the action is sampled.
         quadrature: Quadrature,
     },
     /// `explicit_midpoint`: Runge's rule of order 2 on the matrix elements (RK).
     ExplicitMidpoint,
-    /// `implicit_midpoint`: order 2 on the matrix elements, by fixed-point iteration to 1e-13 (SRK).
+    /// `implicit_midpoint`: order 2 on the matrix elements, by fixed-point iteration to 1e-13
+    /// (SRK).
     ImplicitMidpoint,
     /// `crouch_grossman_2`: order 2 with products of exponentials (LGM).
     CrouchGrossman2,
@@ -52,11 +54,11 @@ pub enum Kind {
     Verner98,
 }
 
-/// How exact the methods are that have an error control.
+/// The accuracy of the methods with an error control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorControl {
-    /// Error that an error control allows per step, relative to the size of each quantity, 1e-14 to 0.1. Default
-    /// 1e-13; methods of fixed step length have no use for it.
+    /// Error that an error control allows per step, relative to the size of each quantity, 1e-14 to
+    /// 0.1. Default 1e-13; methods of fixed step length have no use for it.
     pub tolerance: f64,
 }
 
@@ -123,12 +125,12 @@ impl Kind {
         names
     };
 
-    /// All methods.
+    /// Returns all methods.
     pub fn all() -> impl Iterator<Item = Self> {
         NAMES.into_iter().map(|(kind, _)| kind)
     }
 
-    /// Its name in files and commands.
+    /// Returns the name of the method in files and commands.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(kind, _)| *kind == self).map_or("galerkin", |(_, name)| name)
     }

@@ -10,9 +10,9 @@
 //! before it and uses the Hamiltonian form. If inputs jump at a node, the mean of both sides
 //! acts.
 //!
-//! It is the same map as the Hamiltonian form. `vee(J_d F⁻ − F⁻ᵀ J_d)` taken from `F⁻` anew in every step would add
-//! up its rounding in a steady rotation; it is `h F⁻ᵀΠ̃⁻`, and so the sum of what it has changed by, which is
-//! compensated.
+//! It is the same map as the Hamiltonian form. Computing `vee(J_d F⁻ − F⁻ᵀ J_d)` from `F⁻` in
+//! every step would accumulate rounding in a steady rotation. It equals `h F⁻ᵀΠ̃⁻`, and is
+//! therefore the sum of its changes, which is compensated.
 
 use super::course::{Course, Method};
 use super::drift::Rotor;
@@ -38,7 +38,7 @@ pub(super) struct LagrangianVerlet {
     turns: Vec<Vector3>,
 }
 
-/// How a body got from the node before to the last one.
+/// The motion of a body from the node before to the last one.
 #[derive(Clone, Debug)]
 struct Last {
     /// `FᵀΠ̃ = vee(J_d F − FᵀJ_d)/h`.
@@ -71,7 +71,8 @@ impl LagrangianVerlet {
         }
     }
 
-    /// `Π̃` of a body: what the last step carried here, and both half kicks; at the start the one that opens the step.
+    /// Returns `Π̃` of a body: the result of the last step, and both half kicks; at the start,
+    /// the half kick that opens the step.
     fn kicked(&self, body: usize) -> Sum3 {
         let mut momentum = self.last[body].carried;
         let opening = self.course.work.steps == 0;

@@ -5,8 +5,8 @@
 //! Munthe-Kaas       R_i = R exp S(σ_i) ,  σ_i = h Σ a_ij σ'_j ,  σ'_j = J_r⁻¹(σ_j) Ω_j
 //!                   R⁺ = R exp S(h Σ b_j σ'_j)
 //! ```
-//! Momenta and positions as in the Runge–Kutta method of the same tableau. Attitudes stay rotations; energy
-//! and momenta drift.
+//! Momenta and positions as in the Runge–Kutta method of the same tableau. Attitudes stay
+//! rotations; energy and momenta drift.
 
 use super::course::{Course, Method};
 use super::tableau::Tableau;
@@ -14,7 +14,7 @@ use super::{Input, Momentum, StepError};
 use crate::mechanics::environment::{Pose, Wrench};
 use crate::{Matrix3, Vector3, lie};
 
-/// How stages are put together on the group.
+/// The composition of stages on the group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Composition {
     CrouchGrossman,

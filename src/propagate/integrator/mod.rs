@@ -70,11 +70,11 @@ pub trait Integrator: Send {
     /// empty slice. Inputs beyond the number of bodies are ignored.
     ///
     /// # Errors
-    /// A [`StepError`], after which the method is not to be stepped further. [`StepError::TooLong`] leaves the
-    /// state as it was, the others may leave it halfway.
+    /// A [`StepError`], after which the method is not to be stepped further. [`StepError::TooLong`]
+    /// leaves the state as it was, the others may leave it halfway.
     fn step(&mut self, inputs: &[Input]) -> Result<(), StepError>;
 
-    /// Where everything is after the steps made so far.
+    /// Returns the state after the steps so far.
     fn state(&self) -> &SystemState;
 
     /// Returns the properties of the method.
@@ -89,8 +89,8 @@ pub trait Integrator: Send {
 pub struct Facts {
     /// Order of convergence.
     pub order: u32,
-    /// Whether a step needs no iteration that involves the potential. (The implicit attitude equation of a
-    /// Lie–Verlet step is local to a body: that method counts as explicit.)
+    /// Whether a step needs no iteration that involves the potential. (The implicit attitude
+    /// equation of a Lie–Verlet step is local to a body: that method counts as explicit.)
     pub explicit: bool,
     /// Whether the map of a step is symplectic.
     pub symplectic: bool,
@@ -98,7 +98,8 @@ pub struct Facts {
     pub preserves_momentum: bool,
     /// Whether attitudes stay rotations, to round-off (or to the tolerance of an inner iteration).
     pub preserves_group: bool,
-    /// Evaluations of the potential per step; `None`: as many as iterations or error control need.
+    /// Evaluations of the potential for each step; `None` if iterations or error control
+    /// determine their number.
     pub force_evaluations: Option<u32>,
 }
 
@@ -128,7 +129,7 @@ pub struct Work {
     pub rejected: u64,
 }
 
-/// Why a step could not be made.
+/// The reason for which a step failed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StepError {
     /// The implicit attitude equation has no physical solution.

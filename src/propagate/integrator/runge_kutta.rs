@@ -1,4 +1,5 @@
-//! Explicit Runge–Kutta methods on the nine numbers of an attitude: what a user would take instead.
+//! Explicit Runge–Kutta methods on the nine numbers of an attitude: the usual choice, for
+//! comparison.
 //!
 //! ```text
 //! k_i = f(t + c_i h, y + h Σ_{j<i} a_ij k_j) ,   y⁺ = y + h Σ b_i k_i

@@ -2,8 +2,9 @@
 //!
 //! # Why does a steady rotation need care in the attitude update?
 //!
-//! It repeats the same `F`, so what its elements have lost by rounding adds up instead of averaging out. The update
-//! multiplies by factors that move with `R` only, and takes the rest to an ulp of its small part.
+//! It repeats the same `F`, so what its elements have lost by rounding adds up instead of averaging
+//! out. The update multiplies by factors that move with `R` only, and takes the rest to an ulp of
+//! its small part.
 
 use super::{Momentum, StepError};
 use crate::mechanics::body::Body;
@@ -13,8 +14,8 @@ use crate::{Matrix3, Vector3, lie};
 
 /// Poses and momenta of all bodies, each with the round-off that its sum has shed so far.
 ///
-/// The methods add small increments over and over; the sums are compensated (Kahan). Naive updates lose
-/// four digits of orthogonality and momentum over 10⁶ steps of a steady rotation.
+/// The methods add small increments over and over; the sums are compensated (Kahan). Naive updates
+/// lose four digits of orthogonality and momentum over 10⁶ steps of a steady rotation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemState {
     poses: Vec<Pose>,
@@ -34,19 +35,20 @@ impl SystemState {
         Self { poses, momenta, pose_excess, momentum_excess }
     }
 
-    /// Position and attitude of each body.
+    /// Returns the position and attitude of each body.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
-    /// Momenta of each body.
+    /// Returns the momenta of each body.
     pub fn momenta(&self) -> &[Momentum] {
         &self.momenta
     }
 
-    /// Whether all numbers are finite.
+    /// Returns whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
-        // A sum is finite only if all terms are; large ones may overflow together, and are useless too.
+        // A sum is finite only if all terms are; large ones may overflow together, and are useless
+        // too.
         let pose = |pose: &Pose| pose.position.sum() + pose.attitude.sum();
         let momentum = |momentum: &Momentum| momentum.linear.sum() + momentum.angular.sum();
         let poses: f64 = self.poses.iter().map(pose).sum();
@@ -65,9 +67,9 @@ impl SystemState {
 
     /// Turns a body by `F = cay(c)`: `R⁺ = R + a (W + W S(c))`, `W = R S(c)`, `a = 2/(1 + |c|²)`.
     ///
-    /// A steady rotation repeats the same `F`, and what its elements have lost by rounding adds up. Here every
-    /// product has a factor that moves with `R`, and `a` is taken as `2 − 2|c|²/(1 + |c|²)`, which is good to an
-    /// ulp of the small part: the rest walks at random.
+    /// A steady rotation repeats the same `F`, and what its elements have lost by rounding adds up.
+    /// Here every product has a factor that moves with `R`, and `a` is taken as
+    /// `2 − 2|c|²/(1 + |c|²)`, which is good to an ulp of the small part: the rest walks at random.
     #[inline(always)]
     pub(crate) fn turn_attitude(&mut self, body: usize, c: &Vector3) {
         let attitude = &self.poses[body].attitude;
@@ -111,8 +113,8 @@ impl SystemState {
         if check.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
-    /// Turns everything given in the reference frame by `exp S(f)`. The position of a body that only turns
-    /// is fixed in that frame.
+    /// Turns everything given in the reference frame by `exp S(f)`. The position of a body that
+    /// only turns is fixed in that frame.
     pub(crate) fn turn_frame(&mut self, bodies: &[Body], f: &Vector3) {
         let turn = lie::exp_minus_identity(f);
         for (index, body) in bodies.iter().enumerate() {

@@ -13,7 +13,8 @@ use thiserror::Error;
 
 /// n rigid bodies and the potential that acts on and between them.
 ///
-/// A body without a mass only turns: its position is part of the potential's poses and stays where it is.
+/// A body without a mass only turns: its position is part of the potential's poses and stays where
+/// it is.
 ///
 /// ```
 /// use slewkit::{Body, Inertia, State, UniformGravity, Vector3, lie};
@@ -44,7 +45,7 @@ pub struct System {
     frame_rate: Vector3,
 }
 
-/// Why bodies and states make no system.
+/// The reason for which bodies and states make no system.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SystemError {
     /// The system has no body.
@@ -136,17 +137,18 @@ pub struct Invariants {
     /// Kinetic plus potential energy \[J\]. In a turning frame `n · Σ(x×γ + RΠ)` is subtracted:
     /// this is Jacobi's integral, which a field fixed in that frame conserves.
     pub energy: f64,
-    /// `Σγ`, reference frame [N·s]; conserved where the potential depends on differences of positions.
+    /// `Σγ`, reference frame [N·s]; conserved where the potential depends on differences of
+    /// positions.
     pub linear_momentum: Vector3,
-    /// `Σ(x×γ + RΠ)` about the origin, reference frame [N·m·s]; its component along an axis of symmetry of
-    /// the potential is conserved.
+    /// `Σ(x×γ + RΠ)` about the origin, reference frame [N·m·s]; its component along an axis of
+    /// symmetry of the potential is conserved.
     pub angular_momentum: Vector3,
     /// Largest `‖I − RᵀR‖` (Frobenius) of all bodies.
     pub orthogonality: f64,
 }
 
 impl System {
-    /// Bodies under a potential; `None`: free bodies.
+    /// Builds the bodies under a potential; `None`: free bodies.
     ///
     /// # Errors
     /// [`SystemError::Empty`], [`SystemError::Mass`].
@@ -173,7 +175,7 @@ impl System {
         Self::turning(vec![body], potential, frame_rate)
     }
 
-    /// Bodies and potential in a reference frame that turns.
+    /// Builds the bodies and potential in a reference frame that turns.
     pub(crate) fn turning(
         bodies: Vec<Body>,
         potential: Option<Arc<dyn Potential>>,
@@ -182,29 +184,31 @@ impl System {
         Ok(Self { frame_rate, ..Self::new(bodies, potential)? })
     }
 
-    /// The system in a reference frame that turns at this angular velocity, in its own axes [rad/s]: the potential
-    /// is fixed in it, and states are given against it.
+    /// Builds the system in a reference frame that turns at this angular velocity, in its own axes
+    /// [rad/s]: the potential is fixed in it, and states are given against it.
     #[must_use]
     pub fn with_frame_rate(self, frame_rate: Vector3) -> Self {
         Self { frame_rate, ..self }
     }
 
-    /// The bodies.
+    /// Returns the bodies.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// The potential; `None`: free bodies.
+    /// Returns the potential; `None`: free bodies.
     pub fn potential(&self) -> Option<&dyn Potential> {
         self.potential.as_deref()
     }
 
-    /// Angular velocity of the reference frame, in its own axes [rad/s]; zero: inertial.
+    /// Returns the angular velocity of the reference frame, in its own axes [rad/s]; zero:
+    /// inertial.
     pub fn frame_rate(&self) -> Vector3 {
         self.frame_rate
     }
 
-    /// The state of all bodies from position, velocity, attitude and angular velocity of each.
+    /// Returns the state of all bodies from position, velocity, attitude and angular velocity of
+    /// each.
     ///
     /// # Errors
     /// [`SystemError::Count`], [`SystemError::NotFinite`], [`SystemError::Attitude`].
@@ -227,7 +231,7 @@ impl System {
         Ok(state)
     }
 
-    /// Whether `state` is one of this system: as many bodies, finite numbers, rotations.
+    /// Checks that `state` fits this system: the number of bodies, finite numbers, rotations.
     ///
     /// # Errors
     /// [`SystemError::Count`], [`SystemError::NotFinite`], [`SystemError::Attitude`].
@@ -322,13 +326,13 @@ impl Loads {
         Self { system: system.clone(), step, evaluations: 0, turned }
     }
 
-    /// Whether nothing acts: no potential and no inputs.
+    /// Returns whether nothing acts: no potential and no inputs.
     pub fn is_free(&self, inputs: &[Input]) -> bool {
         self.system.potential.is_none() && inputs.is_empty()
     }
 
-    /// The rotation vector that takes everything into the frame's axes at the end of a step; `None`: the
-    /// frame is inertial.
+    /// Returns the rotation vector that takes everything into the frame's axes at the end of a
+    /// step; `None`: the frame is inertial.
     pub fn frame_turn(&self) -> Option<Vector3> {
         (!self.turned.is_empty()).then(|| self.system.frame_rate * -self.step)
     }
@@ -343,7 +347,8 @@ impl Loads {
         potential.wrenches(poses, wrenches);
     }
 
-    /// The potential's gradient at `fraction` of the step, n×n blocks, poses and forces as in `total`.
+    /// The potential's gradient at `fraction` of the step, n×n blocks, poses and forces as in
+    /// `total`.
     ///
     /// # Panics
     /// Returns zero if the potential has no gradient.

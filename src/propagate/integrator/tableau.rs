@@ -15,7 +15,7 @@ impl Tableau {
     /// Checks shapes and row sums.
     ///
     /// # Panics
-    /// Where they do not fit: a misprint.
+    /// Panics if the coefficients do not fit, because of a misprint.
     pub fn checked(self) -> Self {
         let near = |sum: f64, expected: f64| (sum - expected).abs() < 1e-14;
         assert_eq!((self.a.len(), self.b.len()), (self.c.len(), self.c.len()), "one row per stage");
@@ -44,8 +44,8 @@ pub(super) const KUTTA_4: Tableau = Tableau {
     order: 4,
 };
 
-/// Order 3 with products of exponentials (Crouch, Grossman, J. Nonlinear Sci. 3, 1993; as in Hairer, Lubich,
-/// Wanner, Geometric Numerical Integration, IV.8).
+/// Order 3 with products of exponentials (Crouch, Grossman, J. Nonlinear Sci. 3, 1993; as in
+/// Hairer, Lubich, Wanner, Geometric Numerical Integration, IV.8).
 pub(super) const CROUCH_GROSSMAN_3: Tableau = Tableau {
     c: &[0.0, 3.0 / 4.0, 17.0 / 24.0],
     a: &[&[], &[3.0 / 4.0], &[119.0 / 216.0, 17.0 / 108.0]],
@@ -54,8 +54,8 @@ pub(super) const CROUCH_GROSSMAN_3: Tableau = Tableau {
     order: 3,
 };
 
-/// Fehlberg's pair of orders 7 and 8 with 13 stages (NASA TR R-287, 1968, table X). The result of order 8 is
-/// carried on.
+/// Fehlberg's pair of orders 7 and 8 with 13 stages (NASA TR R-287, 1968, table X). The result of
+/// order 8 is carried on.
 #[rustfmt::skip]
 pub(super) const FEHLBERG_78: Tableau = Tableau {
     c: &[
@@ -103,7 +103,7 @@ mod tests {
     /// A rooted tree: its subtrees, as places in a list of smaller trees, not increasing.
     type Tree = Vec<usize>;
 
-    /// All rooted trees up to an order, smaller ones first.
+    /// Returns all rooted trees up to an order, smaller ones first.
     fn trees(order: usize) -> (Vec<Tree>, Vec<usize>) {
         let (mut trees, mut sizes): (Vec<Tree>, Vec<usize>) = (vec![vec![]], vec![1]);
         for size in 2..=order {
@@ -127,7 +127,8 @@ mod tests {
         (trees, sizes)
     }
 
-    /// Largest violation of the order conditions `Σ b_i φ_i(t) = 1/γ(t)` over all trees of each order.
+    /// Returns the largest violation of the order conditions `Σ b_i φ_i(t) = 1/γ(t)` over all trees
+    /// of each order.
     fn violations(tableau: &Tableau, weights: &[f64], order: usize) -> Vec<f64> {
         let (trees, sizes) = trees(order);
         let stages = tableau.c.len();

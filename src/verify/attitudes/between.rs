@@ -79,7 +79,7 @@ struct Inside {
 fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let allowed = BOUNDARY_ROUNDING + motion.rows.rounding.attitude;
     let mut inside: Option<Inside> = None;
-    // How deep the cubic enters where the motion at one rate does not, and when.
+    // The depth to which the cubic enters if the motion at one rate does not, and its time.
     let mut curved = (0.0_f64, 0.0);
     for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
         let (begin, step) = (motion.rows.time[k], motion.step(k));
@@ -139,7 +139,8 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
     }
 }
 
-/// Where between a violated part and an end of an arc the violation ends; the end where it does not.
+/// Returns the point between a violated part and an end of an arc at which the violation ends;
+/// the end if it does not.
 fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
     if room(end) < 0.0 {
         return end;
@@ -153,8 +154,8 @@ fn border(room: &dyn Fn(f64) -> f64, violated: f64, end: f64) -> f64 {
     bad
 }
 
-/// How deep the cubic goes beyond the rim between row `k` and the next, and at which part; `None` where it does not by more than the
-/// tolerance.
+/// Returns the depth of the cubic beyond the rim between row `k` and the next, and its position;
+/// `None` if it is within the tolerance.
 fn along_cubic(
     pointing: &Pointing,
     boresight: &Vector3,
@@ -185,7 +186,7 @@ fn along_cubic(
         if -here > deepest || here.is_nan() {
             found = Some((-here, middle));
         }
-        // Nothing in this stretch is deeper than what is known, by more than the tolerance.
+        // This stretch has no violation deeper than the known one, by more than the tolerance.
         if speed * half - here > deepest + motion.tolerance && speed * half > 0.5 * motion.tolerance {
             open.extend([(from, middle), (middle, to)]);
         }

@@ -23,7 +23,7 @@ struct Missed {
     beyond: f64,
 }
 
-/// Over `h` seconds with this turn between rows `from` and `to`.
+/// Returns the miss over `h` seconds with this turn between rows `from` and `to`.
 fn missed(motion: &Motion<'_>, from: usize, to: usize, turn: &Vector3) -> Missed {
     let (rows, open) = (motion.rows, motion.rows.rounding);
     let h = rows.time[to] - rows.time[from];

@@ -50,18 +50,20 @@ pub struct Rounding {
 /// The result of the checks.
 #[derive(Clone, Debug)]
 pub struct AttitudeReport {
-    /// Ends, duration, and rates against attitudes; errors in rad and rad/s, of the duration relative.
+    /// Ends, duration, and rates against attitudes; errors in rad and rad/s, of the duration
+    /// relative.
     pub checks: Vec<Check>,
-    /// The violations, each in words with its time.
+    /// The violations in words, each with its time.
     pub violations: Vec<String>,
-    /// The row at which each of them is, or the one before.
+    /// The row at which each violation is, or the row before it.
     pub violated_at: Vec<usize>,
     /// The checks that these rows cannot decide, in words.
     pub open: Vec<String>,
-    /// The largest mean torque between two rows that a free body without wheels needs to have the rates \[N·m\]; `None` for others and
-    /// without rates.
+    /// The largest mean torque between two rows that a free body without wheels needs to have the
+    /// rates \[N·m\]; `None` for others and without rates.
     pub peak_torque_n_m: Option<f64>,
-    /// The torque that such a body needs to have the attitudes: the largest, by the mean rates between rows \[N·m\].
+    /// The torque that such a body needs to have the attitudes: the largest, by the mean rates
+    /// between rows \[N·m\].
     pub peak_torque_of_attitudes_n_m: Option<f64>,
 }
 
@@ -97,22 +99,22 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// Number of the last row.
+    /// Returns the number of the last row.
     fn last(&self) -> usize {
         self.attitude.len() - 1
     }
 
-    /// The last row at a time or before it.
+    /// Returns the last row at a time or before it.
     fn row_at(&self, time: f64) -> usize {
         self.rows.time.partition_point(|at| *at <= time).saturating_sub(1)
     }
 
-    /// Whether the motion from row `k` to the next may be interpolated.
+    /// Returns whether the motion from row `k` to the next may be interpolated.
     fn goes_on(&self, k: usize) -> bool {
         !self.rows.breaks.contains(&(k + 1))
     }
 
-    /// Seconds from row `k` to the next.
+    /// Returns the seconds from row `k` to the next.
     fn step(&self, k: usize) -> f64 {
         self.rows.time[k + 1] - self.rows.time[k]
     }
@@ -122,7 +124,7 @@ impl Motion<'_> {
         self.rows.rate.get(k).map(|rate| rate + self.attitude[k].tr_mul(&self.frame_rate))
     }
 
-    /// The turn from row `k` to the next, body axes \[rad\].
+    /// Returns the turn from row `k` to the next, body axes \[rad\].
     fn turn(&self, k: usize) -> Vector3 {
         lie::minus(&self.attitude[k + 1], &self.attitude[k])
     }
@@ -136,7 +138,8 @@ impl Motion<'_> {
     }
 }
 
-/// Judges rows. `tolerance` \[rad\] is for the attitudes at the ends, and for how deep the cubic between rows may enter a cone.
+/// Judges rows. `tolerance` \[rad\] is for the attitudes at the ends, and for how deep the cubic
+/// between rows may enter a cone.
 pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f64) -> AttitudeReport {
     let frame_rate = problem.environment.frame_rate();
     let attitude = rows.quaternion.iter().map(lie::rotation_from_quaternion).collect();

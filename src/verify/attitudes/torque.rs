@@ -1,7 +1,9 @@
-//! The torque that a free body without wheels needs to have the rates of the rows, and to have their attitudes.
+//! The torque that a free body without wheels needs to have the rates of the rows, and to have
+//! their attitudes.
 //!
-//! The momentum in inertial axes changes by the impulse of the torque, so that the rates at two rows give its mean between them. The
-//! attitudes give mean rates between rows, each taken for the middle, and their differences.
+//! The momentum in inertial axes changes by the impulse of the torque, so that the rates at two
+//! rows give its mean between them. The attitudes give mean rates between rows, each taken for the
+//! middle, and their differences.
 
 use super::{AttitudeReport, Motion};
 use crate::maneuver::Problem;
@@ -13,7 +15,7 @@ use crate::{Vector3, lie};
 /// accepted: a plan that keeps its limits to round-off, printed with many digits.
 const SLACK: f64 = 1e-6;
 
-/// Tells what is needed, and where that is more than there is.
+/// Reports the required torque, and where it exceeds the limits.
 pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let alone = problem.environment.is_free() && problem.actuation.wheels.is_none();
     if !alone {

@@ -9,11 +9,12 @@ use crate::{Matrix3, Vector3, lie};
 /// The margins of a trajectory to one limit or constraint at each node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeMargins {
-    /// The name that [`super::Margin`] has.
+    /// The name of the limit or constraint, as in [`super::Margin`].
     pub name: String,
-    /// Its unit there.
+    /// Unit of the margins.
     pub unit: &'static str,
-    /// `N + 1` distances, negative: violated. NaN where there is no input, or no rate of one, and where a constraint does not act.
+    /// `N + 1` distances, negative for a violation. NaN if the node has no input, or no rate of
+    /// one, and if a constraint is not active.
     pub values: Vec<f64>,
 }
 
@@ -49,7 +50,7 @@ impl Meter<'_> {
     }
 }
 
-/// The angle of every pair, and the angular radius of what is seen \[rad\].
+/// Returns the angle of every pair, and the angular radius of the target \[rad\].
 fn angles(
     pointing: &Pointing,
     time: f64,
@@ -94,7 +95,8 @@ pub fn margins_at_nodes(
     found
 }
 
-/// The angle of every boresight to every direction of the constraints of `problem` along `trajectory`.
+/// Returns the angle of every boresight to every direction of the constraints of `problem` along
+/// `trajectory`.
 pub fn cone_angles(problem: &Problem, trajectory: &Trajectory) -> Vec<ConeAngle> {
     let frame_rate = problem.environment.frame_rate();
     let mut found = Vec::new();

@@ -185,5 +185,5 @@ fn bodies_without_mass_have_no_relative_motion() {
     let (mut bodies, potential) = system();
     bodies[1] = Body { inertia: Inertia::diagonal(Vector3::repeat(1.0)).unwrap(), mass: None };
     let error = TwoBodies::new(bodies, &potential).unwrap_err();
-    assert_eq!(error.to_string(), "a body has no mass; every body of several needs one");
+    assert_eq!(error.to_string(), "a body has no mass: each of several bodies needs one");
 }

@@ -77,7 +77,10 @@ fn a_table_gives_each_row_the_plan_that_set_gives() {
     let case = ["batch", "spec.toml", "--cases", "cases.csv", "--case", "3", "-o", "third.json"];
     folder.slew(&case).ends(0).tells("solved and verified");
     assert_eq!(folder.json("third.json")["cost"], lines[3]["cost"]);
-    folder.slew(&["batch", "spec.toml", "--cases", "cases.csv", "--case", "5"]).ends(2).tells("no case 5");
+    folder
+        .slew(&["batch", "spec.toml", "--cases", "cases.csv", "--case", "5"])
+        .ends(2)
+        .tells("case 5 does not exist");
 }
 
 #[test]
@@ -235,7 +238,7 @@ fn interrupted_runs_keep_what_is_finished_and_tell_how_to_go_on() {
     }
     std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     let run = Run::of(child.wait_with_output().unwrap(), &long).ends(130);
-    run.tells("interrupted, ").tells("the same command goes on where this was left");
+    run.tells("interrupted, ").tells("this command continues the run");
     let text = folder.read("long.jsonl");
     assert!(text.ends_with('\n') && text.lines().count() > 3);
     for (index, line) in text.lines().skip(1).enumerate() {
@@ -257,15 +260,15 @@ fn results_of_another_batch_are_never_mixed() {
     };
     refused(
         &grid("maneuver.duration_s=10:21:3"),
-        "the spec, a key set on the command line, or a case is another",
+        "the spec, a key set on the command line, or a case differs",
     );
     refused(&grid("maneuver.duration_s=10:20:4"), "they are of 3 cases over maneuver.duration_s, not 4");
-    refused(&with(&own, &["--set", "maneuver.steps=90"]), "is another");
+    refused(&with(&own, &["--set", "maneuver.steps=90"]), "differs");
     refused(&with(&own, &["--shard", "1/2"]), "they are of all cases, not of shard 1/2");
     refused(&with(&own, &["--times"]), "wall times");
     let spec = folder.read("spec.toml");
     fs::write(folder.path("spec.toml"), spec.replace("2.5]", "2.6]")).unwrap();
-    refused(&own, "is another");
+    refused(&own, "differs");
     folder.slew(&with(&own, &["--force"])).ends(0);
     assert_ne!(folder.read("all.jsonl"), before);
     // Damage is told with its line.
@@ -305,7 +308,7 @@ fn results_of_another_orbit_are_never_mixed() {
     folder.slew(&own).ends(0);
     fs::write(folder.path("orbit.oem"), orbit.replace("6985.362639", "6985.362638")).unwrap();
     assert_ne!(fs::read_to_string(folder.path("orbit.oem")).unwrap(), orbit);
-    folder.slew(&own).ends(8).tells("error[E0112]").tells("is another");
+    folder.slew(&own).ends(8).tells("error[E0112]").tells("differs");
     assert_eq!(folder.read("all.jsonl"), before);
 }
 

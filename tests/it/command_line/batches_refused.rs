@@ -7,29 +7,29 @@ use std::fs;
 const TABLES: [(&str, &str, &str, &str); 17] = [
     ("", "cases.csv:1:1", "E0116", "the file is empty"),
     ("\n\n  \n", "cases.csv:1:1", "E0116", "the file is empty"),
-    ("maneuver.duration_s\n", "cases.csv:1:1", "E0116", "nothing but its head"),
+    ("maneuver.duration_s\n", "cases.csv:1:1", "E0116", "a header and no cases"),
     ("name,maneuver.duration\na,10\n", "cases.csv:1:6", "E0020", "did you mean `maneuver.duration_s`?"),
     ("manoeuvre.duration_s\n10\n", "cases.csv:1:1", "E0020", "unknown key `manoeuvre` in the spec"),
     ("duration_s\n10\n", "cases.csv:1:1", "E0020", "`duration_s` belongs in [maneuver]"),
     ("maneuver.duration_s,name\n10\n", "cases.csv:2:1", "E0116", "the row has 1 cells, the head has 2"),
-    ("body.inertia_kg_m2\n[1, 2, 3]\n", "cases.csv:2:1", "E0116", "stands between quotes"),
+    ("body.inertia_kg_m2\n[1, 2, 3]\n", "cases.csv:2:1", "E0116", "needs quotes"),
     ("maneuver.duration_s\n10\n\nten\n", "cases.csv:4:1", "E0024", "`duration_s`"),
     ("name,maneuver.duration_s\na, -3\n", "cases.csv:2:4", "E0032", "a time of -3 s is not possible"),
     ("maneuver.duration_s\nnan\n", "cases.csv:2:1", "E0030", "nan"),
-    (
-        "name,maneuver.steps\na,10\nb,20\na,30\n",
-        "cases.csv:4:1",
-        "E0011",
-        "the name `a` is that of two cases",
-    ),
+    ("name,maneuver.steps\na,10\nb,20\na,30\n", "cases.csv:4:1", "E0011", "two cases have the name `a`"),
     (
         "name,body.inertia_kg_m2\na,\"[1,2,3]\nb,\"[1,2]\"\n",
         "cases.csv:2:1",
         "E0116",
-        "never closed on its line",
+        "not closed on its line",
     ),
-    ("body.inertia_kg_m2\n\"[1,2]\"\n", "cases.csv:2:2", "E0026", "has 2, needs 3"),
-    ("end.attitude.euler_zyx_deg.3\n1\n", "cases.csv:1:1", "E0025", "has 3 elements, none of them is `3`"),
+    ("body.inertia_kg_m2\n\"[1,2]\"\n", "cases.csv:2:2", "E0026", "has 2 entries, and needs 3"),
+    (
+        "end.attitude.euler_zyx_deg.3\n1\n",
+        "cases.csv:1:1",
+        "E0025",
+        "has 3 elements, and `3` is not one of them",
+    ),
     ("constraint.0.half_angle_deg\n1\n", "cases.csv:1:1", "E0025", "`constraint` has 0 elements"),
     ("maneuver.steps\n12.5\n", "cases.csv:2:1", "E0035", "12.5 is not a whole number"),
 ];
@@ -65,11 +65,11 @@ fn senseless_arguments_are_refused() {
     let batch =
         |more: &[&str]| folder.slew(&[&["batch", "spec.toml", "--cases", "cases.csv"], more].concat());
     for (shard, why) in [
-        ("5/4", "there is no shard 5 of 4"),
+        ("5/4", "shard 5 of 4 does not exist"),
         ("0/4", "shards count from 1"),
-        ("1/0", "no shards of 0"),
-        ("0/0", "no shards of 0"),
-        ("x", "is no shard"),
+        ("1/0", "the number of shards is 0"),
+        ("0/0", "the number of shards is 0"),
+        ("x", "is not a shard"),
         ("1/1000000", "too many"),
     ] {
         batch(&["--shard", shard]).ends(2).tells("error[E0111]").tells(why);
@@ -138,7 +138,7 @@ fn a_full_disk_keeps_what_is_finished() {
     let output = shell.args(["-c", &limited]).current_dir(folder.path(".")).output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(8), "{told}");
-    assert!(told.contains("error[E0097]") && told.contains("what was finished is kept"), "{told}");
+    assert!(told.contains("error[E0097]") && told.contains("finished cases are kept"), "{told}");
     let kept = folder.read("all.jsonl");
     assert!(
         kept.ends_with('\n') && kept.lines().count() > 2 && folder.read("whole.jsonl").starts_with(&kept)
@@ -201,7 +201,7 @@ fn a_table_that_changes_meanwhile_is_told() {
         let output = run.wait_with_output().unwrap();
         let told = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(3), "{told}");
-        assert!(told.contains("the table has changed while its cases were planned"), "{told}");
+        assert!(told.contains("the table changed while its cases were planned"), "{told}");
         fs::remove_file(folder.path("all.jsonl")).unwrap();
     }
 }

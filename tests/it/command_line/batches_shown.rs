@@ -68,7 +68,8 @@ fn of_plans_whose_inputs_switch_a_batch_says_what_is_known() {
     let folder = Folder::new();
     let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/minimum_time_xte.toml");
     let over = ["sweep", spec, "--over", "maneuver.steps=40,60", "-o", "all.jsonl"];
-    let run = folder.slew(&over).ends(0).tells("2 of the solved switch: extremals by the maximum principle");
+    let run =
+        folder.slew(&over).ends(0).tells("2 of the solved cases switch: extremals by the maximum principle");
     assert!(!run.stderr.contains("not known to be local minima"), "{}", run.stderr);
     let text = folder.read("all.jsonl");
     assert_eq!(text.matches("\"gap\":").count(), 2, "{text}");

@@ -214,7 +214,7 @@ fn compare_refuses_studies_that_make_no_sense() {
     fs::create_dir(folder.path("drawn")).unwrap();
     fs::write(folder.path("drawn/trajectories.svg"), "mine").unwrap();
     let args = ["compare", "spec.toml", "--figures", "drawn"];
-    folder.slew(&args).ends(2).tells("this one is of a maneuver");
+    folder.slew(&args).ends(2).tells("this spec is a maneuver");
     compare(&["--force"]).ends(2);
-    folder.slew(&["compare", "spec.toml", "--step", "0.1"]).ends(2).tells("this one is of a maneuver");
+    folder.slew(&["compare", "spec.toml", "--step", "0.1"]).ends(2).tells("this spec is a maneuver");
 }

@@ -112,7 +112,10 @@ fn what_a_format_needs_is_asked_for_before_any_work() {
     folder.slew(&["plan", "spec.toml", "-o", "a.flight", "--tick", "-1"]).ends(2);
     // No plan, no file.
     let infeasible = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/infeasible_cones.toml");
-    folder.slew(&["plan", infeasible, "-o", "a.42"]).ends(4).tells("nothing: there is no plan");
+    folder
+        .slew(&["plan", infeasible, "-o", "a.42"])
+        .ends(4)
+        .tells("no plan exists, and this format holds nothing else");
     assert_eq!(folder.names(), before);
     let simulated = folder.slew(&["simulate", "spec.toml", "-o", "a.aem"]).ends(2).tells("E0105");
     simulated.tells(".csv");
@@ -276,7 +279,7 @@ fn plans_of_no_time_are_refused_by_formats_of_motions() {
     folder.slew(&["plan", "there.toml", "-q", "-o", "there.json"]).ends(0);
     for ending in ["aem", "apm", "a", "npz", "mat", "xml", "bc", "flight", "42"] {
         let name = format!("there.{ending}");
-        folder.slew(&["export", "there.json", "-o", &name]).ends(3).tells("E0143").tells("takes no time");
+        folder.slew(&["export", "there.json", "-o", &name]).ends(3).tells("E0143").tells("duration zero");
         assert!(!folder.path(&name).exists(), "{name}");
     }
     folder.slew(&["export", "there.json", "-o", "there.csv"]).ends(0);

@@ -30,7 +30,7 @@ fn a_plan_tells_its_gains_its_chances_and_what_they_cost() {
         .ends(0)
         .tells("feedback    neighbouring gains, held over the last 15 of 100 steps")
         .tells("uncertain   boresights end within")
-        .tells("asked at most 0.010")
+        .tells("requested at most 0.010")
         .tells("margin      Sun");
     let plan = folder.json("plan.json");
     let gains = plan["feedback"]["gains"].as_array().unwrap();
@@ -59,7 +59,7 @@ fn the_chance_of_a_motion_is_kept_in_flight() {
     folder
         .slew(&[&["plan", "spec.toml", "-o", "motion.json"], &of_motion[..]].concat())
         .ends(0)
-        .tells("asked at most 0.020")
+        .tells("requested at most 0.020")
         .tells("of the flights");
     let plan = folder.json("motion.json");
     let margins = &plan["uncertainty"]["margins"];
@@ -144,12 +144,12 @@ fn flights_go_on_where_they_were_left() {
     };
     refused("60", &["--seed", "2"], "of seed 1, not of 2", "E0112");
     refused("60", &["--loop", "open"], "not of the open loop", "E0112");
-    refused("60", &["--set", "uncertainty.inertia.relative=0.03"], "is another", "E0112");
-    refused("59", &[], "60 cases, more than are asked for", "E0112");
+    refused("60", &["--set", "uncertainty.inertia.relative=0.03"], "differ", "E0112");
+    refused("59", &[], "60 cases, more than requested", "E0112");
     fs::write(folder.path("fewer.jsonl"), lines.replacen("{\"case\":7,", "{\"case\":8,", 1)).unwrap();
-    refused("60", &[], "line 9 is not the result that belongs there: it is case 8, not 7", "E0114");
+    refused("60", &[], "line 9 is not the expected result: it is case 8, not 7", "E0114");
     fs::write(folder.path("fewer.jsonl"), lines.replacen("\"room\":[", "\"room\":[0.5,", 1)).unwrap();
-    refused("60", &[], "it has other numbers than the first line says", "E0114");
+    refused("60", &[], "its numbers contradict the first line", "E0114");
     fs::write(folder.path("fewer.jsonl"), "{\"slew_flights\":9}\n").unwrap();
     refused("60", &[], "flights of format 9", "E0112");
     fs::write(folder.path("fewer.jsonl"), FLIES).unwrap();
@@ -239,7 +239,7 @@ fn torques_keep_their_chance_and_files_hold_the_reserve() {
         .slew(&["plan", "spec.toml"])
         .ends(0)
         .tells("torque limit: 0.010 at its worst")
-        .tells("asked at most 0.010")
+        .tells("requested at most 0.010")
         .tells("margin      torque limit");
     let plan = folder.json("plan.json");
     let (spec, margins) = (&plan["spec"]["actuators"], &plan["uncertainty"]["margins"]);
@@ -294,7 +294,7 @@ fn a_cone_and_the_torques_share_a_chance() {
     folder
         .slew(&["plan", "spec.toml", "-o", "plan.json"])
         .ends(0)
-        .tells("any of Sun, torque limit: asked at most 0.050 over the motion")
+        .tells("any of Sun, torque limit: requested at most 0.050 over the motion")
         .tells("of the flights violate Sun, torque limit");
     let plan = folder.json("plan.json");
     assert_eq!(plan["spec"]["uncertainty"]["chance_of"][1], "torque limit");
@@ -400,7 +400,7 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
         .slew(&[&plan[..], &["-o", "plan.json"]].concat())
         .ends(0)
         .tells("feedback    switching times by the start, then a regulator")
-        .tells("leave arc 3");
+        .tells("would make arc 3");
     let feedback = &folder.json("plan.json")["feedback"];
     let arcs = feedback["arcs"].as_array().unwrap();
     assert_eq!((arcs.len(), feedback["gains"].as_array().unwrap().len()), (6, 200));
@@ -416,10 +416,10 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
         .slew(&[&plan[..], &uncertain].concat())
         .ends(3)
         .tells("E0171")
-        .tells("what that makes of covariances");
+        .tells("their covariances and flights");
     // What a plan holds of its limits is there for the regulator, and its arcs are those of the limits that it keeps.
     let reserve = ["--set", "actuators.torque_limit_reserve_n_m=5", "-o", "reserve.json"];
-    folder.slew(&[&plan[..], &reserve].concat()).ends(0).tells("leave arc 3");
+    folder.slew(&[&plan[..], &reserve].concat()).ends(0).tells("would make arc 3");
     let held = &folder.json("reserve.json")["feedback"]["arcs"];
     let longest: f64 = held.as_array().unwrap().iter().map(|arc| number(&arc["length_s"])).sum();
     // Least time at rest to rest is as the root of the torque.

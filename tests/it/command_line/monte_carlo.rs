@@ -244,7 +244,7 @@ fn a_dispersion_that_is_none_is_refused_at_its_place() {
         (entry("key = \"maneuver.duration_s\"\nkind = \"normal\"\nsigma = -1"), "E0032", "sigma"),
         (entry("key = \"maneuver.duration_s\"\nkind = \"normal\"\nsigma = [1, 2]"), "E0026", "has 1"),
         (entry("key = \"maneuver.steps\"\nkind = \"normal\"\nsigma = 1"), "E0160", "counts"),
-        (entry("key = \"maneuver.path\"\nkind = \"normal\"\nsigma = 1"), "E0160", "does not give it"),
+        (entry("key = \"maneuver.path\"\nkind = \"normal\"\nsigma = 1"), "E0160", "has no value for it"),
         (entry("key = \"name\"\nkind = \"normal\"\nsigma = 1"), "E0160", "holds no numbers"),
         (
             entry("key = \"end.attitude\"\nkind = \"normal\"\nsigma = 1"),
@@ -254,7 +254,7 @@ fn a_dispersion_that_is_none_is_refused_at_its_place() {
         (
             entry("key = \"start.angular_velocity_deg_s\"\nkind = \"normal\"\nsigma = 1"),
             "E0160",
-            "does not give it",
+            "has no value for it",
         ),
         (
             entry("key = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma = [1, 2, 3, 4]"),
@@ -285,7 +285,7 @@ fn a_dispersion_that_is_none_is_refused_at_its_place() {
                 "key = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma = 1\n[[dispersion.vary]]\nkey = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma = 1",
             ),
             "E0011",
-            "varies already",
+            "already varies",
         ),
     ] {
         fs::write(folder.path("bad.toml"), &spec).unwrap();

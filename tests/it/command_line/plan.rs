@@ -33,7 +33,7 @@ fn a_test_that_was_skipped_is_told_in_summary_and_file() {
     let folder = Folder::new();
     let skip = "solver.second_order=skipped";
     let run = folder.slew(&["plan", "spec.toml", "--set", skip, "-v", "-o", "plan.json"]).ends(0);
-    run.tells("whether it is a minimum was not tested").tells("second order: not tested, as asked");
+    run.tells("whether it is a minimum was not tested").tells("second order: not tested, as requested");
     let plan = folder.json("plan.json");
     assert_eq!((&plan["second_order"], &plan["optimality"]["tested"]), (&"not_tested".into(), &false.into()));
     assert_eq!(plan["spec"]["solver"]["second_order"], "skipped");
@@ -178,7 +178,7 @@ fn a_guess_that_is_none_is_refused() {
     guess("spec.toml").ends(8).tells("spec.toml:2:1: error[E0151]").tells("no column `time_s`");
     fs::write(folder.path("two.json"), "{\"format\": 1}").unwrap();
     guess("two.json").ends(8).tells("E0102").tells("not a plan file");
-    guess("three.json").ends(8).tells("E0103").tells("3 costates, this maneuver needs 6");
+    guess("three.json").ends(8).tells("E0103").tells("3 costates, and this maneuver needs 6");
     let path = "{\"format\": 2, \"costates_0\": [0, 0, 0, 0, 0, 0], \"trajectory\": {\"quaternion_wxyz\": [[0, 0, 0, 0]]}}";
     fs::write(folder.path("path.json"), path).unwrap();
     guess("path.json").ends(8).tells("E0103").tells("unit quaternions").tells("another plan");
@@ -228,7 +228,7 @@ fn an_unsolved_plan_tells_how_it_stopped_and_what_to_try() {
     let run = run.tells("attempts, which -v lists").tells("\n  try ").tells("solver.max_iterations");
     assert!(run.stderr.lines().count() < 20, "{}", run.stderr);
     let run = folder.slew(&[&one[..], &["-v", "--force"]].concat()).ends(5);
-    let run = run.tells("\n  ladder ").tells("newton").tells("\n  try ").tells("solver.max_iterations");
+    let run = run.tells("\n  attempts ").tells("newton").tells("\n  try ").tells("solver.max_iterations");
     assert!(run.stderr.lines().count() < 60, "a crowd of runs shares a line: {}", run.stderr);
     let best = folder.json("best.json");
     assert_eq!(best["status"], "not_converged");
@@ -324,7 +324,7 @@ fn a_plan_that_stands_for_no_motion_is_not_called_verified() {
     let folder = Folder::new();
     fs::write(folder.path("short.toml"), spec).unwrap();
     let run = folder.slew(&["plan", "short.toml", "--format", "json"]).ends(7);
-    let run = run.tells("continuous terminal").tells("take more steps").tells("--set maneuver.steps=");
+    let run = run.tells("continuous terminal").tells("use more steps").tells("--set maneuver.steps=");
     assert_eq!(run.json()["status"], "verification_failed");
     // What the user accepts counts, and on steps short enough the proof is found.
     let accepted = ["plan", "short.toml", "--set", "solver.continuous_tolerance_deg=10"];
@@ -367,7 +367,7 @@ fn a_plan_that_is_not_found_names_what_could_do() {
     let proved = run.json();
     assert!(proved["shortest_duration_s"].as_f64().unwrap() > 10.0);
     assert_eq!(proved["optimality"]["stationarity"], Value::Null);
-    let run = run.tells("   # more time; no plan takes less than ");
+    let run = run.tells("   # more time; no plan is shorter than ");
     assert!(!run.stderr.contains("method"), "{}", run.stderr);
     // Not enough torque, and not provably so.
     let limit = "actuators.torque_norm_limit_n_m=0.13";
@@ -582,7 +582,7 @@ fn a_plan_is_left_where_it_is_too_far_away() {
     let far = "start.angular_velocity_deg_s=[150, -170, 160]";
     let args = ["plan", "spec.toml", "--warm", "plan.json", "-o", "far.json", "--set", far];
     let run = folder.slew(&args);
-    let run = run.tells("plan.json at 0 s was left, because").tells("searched anew");
+    let run = run.tells("plan.json at 0 s was not used, because").tells("new search");
     assert!(!run.stderr.contains("Newton steps from"), "{}", run.stderr);
     assert_ne!(folder.json("far.json")["start"], "warm");
 }
@@ -596,7 +596,7 @@ fn plans_that_nothing_can_be_begun_from_are_refused() {
     folder.slew(&["plan", "spec.toml", "--at", "1"]).ends(2).tells("--warm");
     warm(&["--at", "noon"]).ends(2).tells("--at");
     for at in ["-1", "9.9", "1e9", "nan"] {
-        warm(&["--at", at]).ends(2).tells("--at").tells("can be begun from");
+        warm(&["--at", at]).ends(2).tells("--at").tells("choose a time from 0 to");
     }
     warm(&["--set", "body.inertia_kg_m2=[2, 3, 4]"]).ends(8).tells("E0103").tells("another body");
     warm(&["--set", "maneuver.duration_s=11"]).ends(8).tells("E0103").tells("lasts 11 s").tells("duration_s");

@@ -259,7 +259,7 @@ fn a_plan_of_no_time_is_shown_as_what_it_is() {
     folder
         .slew(&["plan", "none.toml", "-o", "none.json", "--report", "none.html"])
         .ends(0)
-        .tells("nothing to do: the body is where it should be");
+        .tells("no action is needed: the body is already in its end attitude");
     assert!(folder.read("none.html").contains("solved and verified"));
     folder.slew(&["report", "none.json", "-o", "again.html"]).ends(0);
     folder.slew(&["plot", "none.json", "-o", "figures"]).ends(0);

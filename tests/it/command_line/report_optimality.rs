@@ -179,9 +179,9 @@ fn the_hamiltonian_is_the_price_of_time() {
             assert!((middle - slope).abs() < bound * slope.abs(), "{spec}: {middle} {slope}");
         }
     }
-    // Where the duration is sought it vanishes, and where a limit of the wheels acts the page says why there is none.
+    // Where the duration is sought it vanishes, and where a limit of the wheels is active the page says why there is none.
     folder.slew(&["plan", &problem("minimum_time_xte"), "-q", "--report", "time.html"]).ends(0);
     assert!(curve(&data(&folder.read("time.html")), "hamiltonian").iter().all(|value| value.abs() < 1e-3));
     folder.slew(&["plan", &problem("wheels_pyramid"), "-q", "--report", "wheels.html"]).ends(0);
-    assert!(folder.read("wheels.html").contains("No Hamiltonian: a limit of the wheels acts"));
+    assert!(folder.read("wheels.html").contains("No Hamiltonian: a limit of the wheels is active"));
 }

@@ -74,7 +74,7 @@ fn a_full_disk_is_told() {
     let limited = "ulimit -f 8; exec \"$0\" plan spec.toml -o plan.json --set maneuver.steps=2000";
     let args = ["-c", limited, env!("CARGO_BIN_EXE_slew")];
     let output = Command::new("bash").args(args).current_dir(folder.path("")).output().unwrap();
-    Run::of(output, &args).ends(8).tells("E0097").tells("nothing was kept");
+    Run::of(output, &args).ends(8).tells("E0097").tells("no part is kept");
     assert_eq!(folder.names(), ["spec.toml"]);
 }
 

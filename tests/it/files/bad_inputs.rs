@@ -66,12 +66,12 @@ fn wrong_override_is_shown_as_typed() {
 command line:1:22: error[E0033]: `steps`: 1 is too few: a plan needs at least 2 steps
  1 | --set maneuver.steps=1
    |                      ^
- help: 100 is a good start; or leave the key out
+ help: 100 is a good first value; or remove the key
 
-command line:1:24: error[E0036]: a tolerance of 1e-20 is below what double precision reaches here, 4e-15
+command line:1:24: error[E0036]: a tolerance of 1e-20 is below 4e-15, the limit of double precision here
  1 | --set solver.tolerance=1e-20
    |                        ^^^^^
- help: write 1e-12, or leave the key out
+ help: write 1e-12, or remove the key
 
 command line:1:21: error[E0020]: `path`: \"fast\" is not one of \"best\", \"shortest\", \"long\", \"as_given\"
  1 | --set maneuver.path=fast
@@ -87,7 +87,7 @@ command line:1:21: error[E0020]: `path`: \"fast\" is not one of \"best\", \"shor
 fn override_into_a_number_says_what_stands_in_the_way() {
     let errors = bad(BASE, &["maneuver.steps.count=3"]);
     assert_eq!(errors.0[0].code, "E0025");
-    assert_eq!(errors.0[0].reason, "`count` would stand inside a number, not a table");
+    assert_eq!(errors.0[0].reason, "`count` would be inside a number, which is not a table");
     let errors = bad(BASE, &["end.attitude.euler_zyx_deg.3=1"]);
     assert_eq!(errors.0[0].reason, "a list of 3 has no element `3`");
 }
@@ -98,7 +98,7 @@ fn finding_serialises_with_its_place() {
     let expected = serde_json::json!([{
         "code": "E0032", "severity": "error", "file": "test.toml", "line": 13, "column": 14,
         "key": "maneuver.duration_s", "text": "-60",
-        "reason": "`duration_s`: a time of -60 s is not possible: it must be positive",
+        "reason": "`duration_s`: a time of -60 s is impossible: it must be positive",
         "remedy": "write a positive number",
     }]);
     assert_eq!(serde_json::to_value(&errors).unwrap(), expected);

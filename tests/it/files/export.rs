@@ -363,7 +363,7 @@ fn arrays_that_do_not_fit_the_maneuver_are_refused() {
         json.as_object_mut().unwrap().remove("spec");
     });
     assert_eq!(older.code(), "E0102");
-    let told = "the plan file has format 1, this program reads 2: older plan files do not hold the spec that they answer";
+    let told = "the plan file has format 1, this program reads 2: older plan files do not hold their spec";
     assert_eq!(older.to_string(), told);
     assert_eq!(older.remedy(), "plan again: `slew plan SPEC -o FILE`");
     let cut = &text[..text.len() / 2];

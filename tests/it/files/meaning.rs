@@ -409,8 +409,8 @@ fn an_end_with_a_rate_alone_leaves_the_attitude_open() {
     assert!(problem.ends_in_any_attitude());
     assert!((problem.end.angular_velocity - Vector3::new(0.0, 0.0, 1f64.to_radians())).amax() < 1e-16);
     for (set, why) in [
-        ("maneuver.path=\"long\"", "no way round to choose"),
-        ("end.rotation_from_start_rad=[1, 0, 0]", "tells the way to an attitude"),
+        ("maneuver.path=\"long\"", "has no homotopy class"),
+        ("end.rotation_from_start_rad=[1, 0, 0]", "needs an attitude, and [end] has none"),
         ("solver.method=\"shooting\"", "leaves the attitude at the end open"),
     ] {
         let told = bad(text, &[set]).to_string();

@@ -169,7 +169,7 @@ fn time_without_attitudes_between_blocks_is_told() {
     let first = aem(&[], |time| quaternion(time, 9), &(0..=20).map(f64::from).collect::<Vec<_>>());
     let second = aem(&[], |time| quaternion(time, 9), &(41..=60).map(f64::from).collect::<Vec<_>>());
     let text = format!("{first}\n{}", &second[second.find("META_START").unwrap()..]);
-    assert!(told(&judged(&text)).concat().contains("no attitude is told between 20.0000 s and 41.0000 s"));
+    assert!(told(&judged(&text)).concat().contains("no attitude is given between 20.0000 s and 41.0000 s"));
 }
 
 /// In another unit, of another sign, none, of another axis, and too large by a twentieth.
@@ -203,7 +203,7 @@ fn rates_that_are_not_those_of_the_attitudes_are_told() {
     // Two rows are too few to tell.
     let found = assert_agrees(&file(&with_rate, 60));
     assert!(
-        found.not_judged.iter().any(|text| text.contains("the rows are too far apart to tell")),
+        found.not_judged.iter().any(|text| text.contains("the rows are too far apart to decide")),
         "{found:?}"
     );
 }
@@ -231,7 +231,7 @@ fn the_torque_that_rows_need_is_told_by_rates_and_by_attitudes_and_held_against_
     };
     assert!(limit(0.257).passed());
     assert!(
-        told(&limit(0.254)).concat().contains("torque: the rates need 0.255982 N·m"),
+        told(&limit(0.254)).concat().contains("torque: the rates need a mean torque of 0.255982 N·m"),
         "{:?}",
         limit(0.254)
     );

@@ -156,7 +156,8 @@ fn angles_are_read_in_radians_too() {
     let Rule::Pointing(pointing) = limit(&radians) else { panic!() };
     assert_eq!((pointing.half_angle, pointing.margin), (0.6, 0.01));
     let wide = radians.replace("margin_rad = 0.01", "margin_rad = 2.6");
-    let told = "a cone of 0.6 rad with a margin of 2.6 rad leaves nowhere to point: together they must be below π rad";
+    let told =
+        "a cone of 0.6 rad with a margin of 2.6 rad leaves no direction: their sum must be below π rad";
     assert_eq!(bad(&wide, &[]).0[0].reason, told);
     let degrees = good(BASE, &["solver.continuous_tolerance_rad=0.001"]).settings.continuous_tolerance;
     assert_eq!(degrees, Some(0.001));
@@ -174,7 +175,7 @@ fn what_has_no_notation_is_not_written() {
     let mut loaded = orbit();
     let gradient = GravityGradient::new(0.001, &loaded.problem.body.inertia).unwrap();
     loaded.problem = loaded.problem.with_environment(gradient);
-    assert!(told(loaded).ends_with("an environment that does not go with what moves"));
+    assert!(told(loaded).ends_with("an environment that does not fit the motion of the body"));
     let mut loaded = good(BASE, &[]);
     let other = good(WHEELS, &[]).problem.body.inertia;
     loaded.problem = loaded.problem.with_environment(GravityGradient::new(0.001, &other).unwrap());

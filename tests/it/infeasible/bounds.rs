@@ -48,8 +48,8 @@ fn the_bound_is_sharp_about_the_axis_of_the_smallest_moment() {
     assert!(reason.contains("turn by 114.5 deg, 5 s allow 53.7"), "{reason}");
     let torque: f64 = text_between(&reason, "it takes at least ", " N·m").parse().unwrap();
     assert!((torque - 0.64).abs() < 1e-3 && torque <= 0.64, "{reason}");
-    assert!(reason.contains("the body has to turn"), "{reason}");
-    assert!(reason.contains("no plan under 7.30") && reason.contains("s with 0.3 N·m"), "{reason}");
+    assert!(reason.contains("the body must turn"), "{reason}");
+    assert!(reason.contains("no plan is shorter than 7.30") && reason.contains("s with 0.3 N·m"), "{reason}");
 }
 
 /// A cube turns 180° in 3.2431 with torques up to 1 about each axis: faster than its eigenaxis slew (3.5449).
@@ -153,5 +153,5 @@ fn forces_and_distances_are_bounded() {
     assert!(found.contains("velocity"), "{found}");
     end.velocity.x = -1.0;
     let found = denied(&limited(Problem::rigid_body(body, start, end, 10.0)));
-    assert!(found.reason.contains("beside the mean") && found.duration_lower_bound.is_none(), "{found}");
+    assert!(found.reason.contains("beyond the mean") && found.duration_lower_bound.is_none(), "{found}");
 }

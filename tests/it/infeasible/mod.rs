@@ -101,7 +101,7 @@ fn shortest(problem: &Problem, closed_form: f64, slack: f64) -> String {
     let with = |duration: f64| problem.clone().with_duration(duration);
     assert!(proof(&with(shortest * (1.0 - 1e-5))).is_some(), "{found}");
     assert_eq!(proof(&with(shortest * (1.0 + 1e-5))), None);
-    let digits: f64 = text_between(&found.reason, "no plan under ", " s").parse().unwrap();
+    let digits: f64 = text_between(&found.reason, "no plan is shorter than ", " s").parse().unwrap();
     assert!(digits <= shortest * (1.0 + 3e-6) && digits >= shortest * 0.999, "{found}");
     found.reason
 }

@@ -136,7 +136,7 @@ fn the_convex_road_stops_at_the_limit_of_iterations_and_says_so() {
     assert!(convex.iter().all(|rung| rung.iterations <= 2), "{convex:?}");
     assert!(convex.iter().any(|rung| rung.outcome == Outcome::IterationLimit), "{convex:?}");
     let shortfall = cut.solution.shortfall.unwrap().to_string();
-    assert!(shortfall.contains("the limit of iterations came first, after 2 subproblems"), "{shortfall}");
+    assert!(shortfall.contains("the iteration limit ended the search, after 2 subproblems"), "{shortfall}");
     // No advice on the duration from a search that was cut short.
     assert!(!shortfall.contains("was found"), "{shortfall}");
 }

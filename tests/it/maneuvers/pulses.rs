@@ -320,9 +320,9 @@ fn what_does_not_go_with_pulses_is_refused() {
         assert!(refused(&pulsed(&given, shortest)).contains("shortest pulse"), "{shortest}");
     }
     assert!(refused(&pulsed(&given, 5.1)).contains("not be longer"));
-    assert!(refused(&pulsed(&moving(), 0.3)).contains("minimum fuel alone"));
+    assert!(refused(&pulsed(&moving(), 0.3)).contains("pulses need minimum fuel"));
     let effort = given.clone().with_objective(Objective::default());
-    assert!(refused(&pulsed(&effort, 0.3)).contains("minimum fuel alone"));
+    assert!(refused(&pulsed(&effort, 0.3)).contains("pulses need minimum fuel"));
     assert!(refused(&pulsed(&given.clone().with_duration_at_most(5.0), 5.1)).contains("not be longer"));
     let norm = given.with_actuation(super::minimum_fuel::ball(1.0));
     assert!(refused(&pulsed(&norm, 0.3)).contains("norm"));

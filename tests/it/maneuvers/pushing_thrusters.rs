@@ -140,7 +140,7 @@ fn what_cannot_push_and_turn_every_way_is_refused() {
     refused(problem.clone().with_objective(Objective::default()), "minimum time and fuel");
     let prices = Fuel { prices: Some(vec![1.0; 12]), ..Fuel::default() };
     let error = problem.clone().with_objective(Objective::Fuel(prices)).check().expect_err("accepted");
-    assert!(error.to_string().contains("those of forces"), "{error}");
+    assert!(error.to_string().contains("prices of forces"), "{error}");
     for limits in [
         Limits { one_sided: false, ..one_sided(2.0, 12) },
         Limits { norm: Some(2.0), ..one_sided(2.0, 12) },
@@ -148,7 +148,7 @@ fn what_cannot_push_and_turn_every_way_is_refused() {
         Limits { norm: Some(2.0), ..Limits::default() },
     ] {
         let actuation = Actuation::of_thrusters(positions.clone(), directions.to_vec(), limits).unwrap();
-        refused(problem.clone().with_actuation(actuation), "have no other limits");
+        refused(problem.clone().with_actuation(actuation), "remove other limits");
     }
     let mut torn = problem.clone();
     torn.actuation.thrusters.as_mut().unwrap().positions[3].z += 1e-3;

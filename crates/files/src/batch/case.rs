@@ -16,13 +16,13 @@ use std::path::PathBuf;
 /// One case: a spec with keys set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// Its number, from 1.
+    /// Number of the case, from 1.
     pub number: u64,
     /// The name in the table or the folder.
     pub name: Option<String>,
     /// Keys that it sets in the spec, in the order of the columns.
     pub set: Vec<Override>,
-    /// Its own spec, where each case has one.
+    /// The spec of the case, where each case has its own.
     pub spec: Option<PathBuf>,
 }
 
@@ -36,6 +36,6 @@ pub enum Kind {
     Folder,
     /// A point of a grid each.
     Sweep,
-    /// A random draw each.
+    /// Each case is one random draw.
     MonteCarlo,
 }

@@ -1,4 +1,5 @@
-//! Results as a table of comma-separated values (RFC 4180), a row a case, for spreadsheets: the columns of the Parquet table.
+//! Results as a table of comma-separated values (RFC 4180), a row a case, for spreadsheets: the
+//! columns of the Parquet table.
 
 use super::columns::{AFTER, BEFORE};
 use super::{CaseResult, Header};
@@ -14,10 +15,11 @@ pub struct CommaTable<'o> {
 }
 
 impl<'o> CommaTable<'o> {
-    /// Begins the table with its head: every column that a result can have, and every key that the cases set.
+    /// Begins the table with its head: every column that a result can have, and every key that the
+    /// cases set.
     ///
     /// # Errors
-    /// Returns the error of the stream.
+    /// Fails when the stream cannot be written.
     pub fn begin(header: &Header, output: &'o mut dyn Write) -> Result<Self, ExportError> {
         let fixed = |(path, _): &(&str, _)| -> Vec<String> { path.split('/').map(String::from).collect() };
         let set = header.keys.iter().map(|key| vec!["set".into(), key.clone()]);
@@ -35,7 +37,7 @@ impl<'o> CommaTable<'o> {
     /// Adds a result.
     ///
     /// # Errors
-    /// Returns the error of the stream.
+    /// Fails when the stream cannot be written.
     pub fn add(&mut self, result: &CaseResult) -> Result<(), ExportError> {
         let result = serde_json::to_value(result)?;
         let cell = |path: &Vec<String>| match path.iter().try_fold(&result, |value, key| value.get(key)) {

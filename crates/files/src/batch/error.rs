@@ -7,7 +7,7 @@ use std::io;
 use std::path::Path;
 use thiserror::Error;
 
-/// Why a batch cannot be begun or go on.
+/// The reason for which a batch cannot start or continue.
 #[derive(Debug, Error)]
 pub enum BatchError {
     /// The spec, or the table of cases; with line, reason and remedy.
@@ -44,17 +44,17 @@ impl BatchError {
         Self::Argument { code, reason: reason.into(), remedy: remedy.into() }
     }
 
-    /// A file that cannot be used.
+    /// Builds the error of a file that cannot be used.
     pub(super) fn file(code: &'static str, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::File { code, reason: reason.into(), remedy: remedy.into() }
     }
 
-    /// A file that cannot be read.
+    /// Builds the error of a file that cannot be read.
     pub(super) fn unreadable(path: &Path, error: &io::Error) -> Self {
         Self::file("E0090", format!("cannot read {}: {error}", shown(path)), "check the path")
     }
 
-    /// A file of results that cannot be written to its end.
+    /// Builds the error of a file of results that cannot be written completely.
     pub(super) fn unwritable(path: &Path, error: &io::Error) -> Self {
         let reason = format!("writing {} failed, finished cases are kept: {error}", shown(path));
         Self::file("E0097", reason, "free some space; this command then continues the run")
@@ -76,7 +76,7 @@ impl From<ExportError> for BatchError {
     }
 }
 
-/// A path for messages.
+/// Returns a path for messages.
 pub(super) fn shown(path: &Path) -> String {
     escape(&path.to_string_lossy())
 }

@@ -1,7 +1,8 @@
 //! The identification of a batch: a hash of all data that determine its results.
 //!
-//! FNV-1a of 64 bits (Fowler, Noll, Vo; <http://www.isthe.com/chongo/tech/comp/fnv/>), because the one of the standard
-//! library may change between releases. It guards against mistakes, not against malice.
+//! FNV-1a of 64 bits (Fowler, Noll, Vo; <http://www.isthe.com/chongo/tech/comp/fnv/>), because the
+//! one of the standard library may change between releases. It guards against mistakes, not against
+//! malice.
 
 /// A running hash.
 #[derive(Clone, Copy, Debug, PartialEq)]

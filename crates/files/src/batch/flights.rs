@@ -1,4 +1,5 @@
-//! Cases of a plan that is flown, kept line by line: a run that was ended goes on where it was, and one that is done can be enlarged.
+//! Flights of a plan, kept line by line: an interrupted run can be continued, and a complete one
+//! enlarged.
 
 use super::error::shown;
 use super::fingerprint::Fingerprint;
@@ -28,20 +29,20 @@ pub struct FlightHeader {
     pub input_limits: usize,
     /// Names of the parameters.
     pub parameters: Vec<String>,
-    /// Hash of the plan, of what it is flown with, and of the program.
+    /// Hash of the plan, of its gains and uncertainty, and of the program.
     pub fingerprint: String,
 }
 
 /// The result of one case in each loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightCase {
-    /// Its number, from 0.
+    /// Number of the case, from 0.
     pub case: u64,
-    /// Its parameters; none where it was lost in every loop.
+    /// Parameters of the case; none where it was lost in every loop.
     pub parameters: Vec<f64>,
     /// The number of impossible inertias that were drawn.
     pub rejected_inertias: u32,
-    /// Its end in each loop; nothing where it could not be followed.
+    /// End of the flight in each loop; `None` where it could not be followed.
     pub loops: Vec<Option<FlightEnd>>,
 }
 
@@ -83,7 +84,7 @@ impl FlightHeader {
 }
 
 impl FlightCase {
-    /// The case `case` from its flights in each loop.
+    /// Builds the case `case` from its flights in each loop.
     pub fn new(case: u64, flights: &[&Result<Flown, Lost>]) -> Self {
         let any = flights.iter().find_map(|flight| flight.as_ref().ok());
         let end = |flight: &&Result<Flown, Lost>| {
@@ -99,7 +100,7 @@ impl FlightCase {
         }
     }
 
-    /// Its flights in each loop.
+    /// Returns the flights of the case in each loop.
     pub fn flights(&self) -> impl Iterator<Item = Result<Flown, Lost>> + '_ {
         self.loops.iter().map(|end| {
             let FlightEnd { error, room, input_room, saturated } = end.as_ref().ok_or(Lost)?;

@@ -30,14 +30,15 @@ pub trait Entry: DeserializeOwned {
     /// Checks that it is the line after `done` others.
     ///
     /// # Errors
-    /// Why it is not.
+    /// Returns the reason for which the line is not the expected entry.
     fn check(&self, header: &Self::Header, done: u64) -> Result<(), String>;
 
     /// Describes the difference between the existing results and the new ones.
     fn another(found: &Self::Header, wanted: &Self::Header) -> String;
 }
 
-/// A file of results that is being written. Another process that would write it is refused for as long as this lives.
+/// A file of results that is being written. While it exists, another process cannot write the
+/// file.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -56,8 +57,8 @@ pub struct Found {
 }
 
 impl Journal {
-    /// Opens the file at `path` for the results of `header`: a new one, or one that has some of them. Each result that
-    /// is there goes to `take`. `anew` throws away whatever the file holds.
+    /// Opens the file at `path` for the results of `header`: a new one, or one that has some of
+    /// them. Each result that is there goes to `take`. `anew` throws away whatever the file holds.
     ///
     /// # Errors
     /// A file of another batch, one that is damaged, in use, or cannot be written.
@@ -100,7 +101,7 @@ impl Journal {
     /// Adds a result.
     ///
     /// # Errors
-    /// Returns the error of the disk. The file still holds whole lines, if the system allows to
+    /// Fails when the disk does. The file still holds whole lines, if the system allows to
     /// cut the rest.
     pub fn line(&mut self, line: &str) -> Result<(), BatchError> {
         let mut text = String::with_capacity(line.len() + 1);
@@ -127,7 +128,7 @@ impl Journal {
         self.line(&serde_json::to_string(entry).map_err(ExportError::from)?)
     }
 
-    /// Waits until all of it is on the disk.
+    /// Waits until the whole file is on the disk.
     ///
     /// # Errors
     /// The disk.

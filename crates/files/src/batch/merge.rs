@@ -13,8 +13,8 @@ const NAMED: usize = 8;
 /// their number.
 ///
 /// # Errors
-/// Files of different batches, a shard that is missing or given twice, cases that a shard lacks, and the files
-/// themselves.
+/// Files of different batches, a shard that is missing or given twice, cases that a shard lacks,
+/// and the files themselves.
 pub fn merge(shards: &[PathBuf], target: &Target) -> Result<u64, BatchError> {
     let mut files = in_order(shards)?;
     let header = whole(&files[0]);
@@ -67,10 +67,10 @@ pub fn merge_to_parquet(shards: &[PathBuf], target: &Target) -> Result<u64, Batc
     Ok(header.cases)
 }
 
-/// This build has no Parquet.
+/// Fails: this build cannot write Parquet.
 ///
 /// # Errors
-/// Returns the error of a build without Parquet.
+/// Fails always: this build cannot write Parquet.
 #[cfg(not(feature = "parquet"))]
 pub fn merge_to_parquet(_: &[PathBuf], _: &Target) -> Result<u64, BatchError> {
     let lacking = crate::exchange::Lacking::Parquet;
@@ -99,8 +99,9 @@ fn written(
 /// A function that receives a result with its line.
 type Take<'t> = dyn FnMut(&CaseResult, &[u8]) -> Result<(), ExportError> + 't;
 
-/// Takes the results in the order of their cases, each with its line. An error of theirs goes to `wrong`: it is no error of
-/// what is being written, and any of those leaves the folder as it was.
+/// Passes on the results in the order of their cases, each with its line. An error of the results
+/// is stored in `wrong`, because it is not an error of the output; each error leaves the folder
+/// unchanged.
 fn every_result(
     files: &mut [Results],
     cases: u64,
@@ -127,7 +128,7 @@ fn every_result(
     Ok(())
 }
 
-/// The files by the number of their shard, each of them once.
+/// Returns each file once, in the order of the numbers of the shards.
 fn in_order(paths: &[PathBuf]) -> Result<Vec<Results>, BatchError> {
     let wrong = |reason: String, remedy: &str| Err(BatchError::file("E0117", reason, remedy));
     let mut files = paths.iter().map(|path| Results::open(path)).collect::<Result<Vec<_>, _>>()?;
@@ -182,7 +183,7 @@ fn astray(path: &Path, found: u64, wanted: u64) -> BatchError {
     BatchError::file("E0114", reason, "the file was edited, or its disk fails: run the shard again")
 }
 
-/// A shard that ends before `case`.
+/// Returns a shard that ends before `case`.
 fn unfinished(file: &Results, case: u64) -> BatchError {
     let header = file.header();
     let shard = header.shard.unwrap_or(Shard::ALL);

@@ -1,4 +1,5 @@
-//! Many maneuvers: tables of cases, folders of specs, grids and random draws, planned on several threads.
+//! Many maneuvers: tables of cases, folders of specs, grids and random draws, planned on several
+//! threads.
 //!
 //! ```text
 //! base spec + table | folder | grid | [dispersion] ──▶ Batch ──▶ Case ──▶ plan ──▶ CaseResult ──▶ Journal
@@ -10,8 +11,8 @@
 //! on any number of threads, after any interruption, and from merged shards ([`merge()`]). The
 //! only exception is a time limit of the solver.
 //!
-//! [`Batch`] holds the cases, [`run`] plans them, [`Journal`] keeps the results and continues a file that was begun,
-//! [`Tally`] counts what became of them.
+//! [`Batch`] holds the cases, [`run`] plans them, [`Journal`] keeps the results and continues an
+//! incomplete file, [`Tally`] counts the results.
 //!
 //! ```
 //! use slewkit_files::batch::{run, Axis, Batch, Options, Shard};
@@ -42,12 +43,14 @@
 //! finished early, and they are planned again. A line holds no time, path or address. Results
 //! depend on the machine only with `solver.time_limit_s`, and with `--times`.
 //!
-//! Flights of a plan ([`FlightCase`]) are kept in such files as well. Their first line holds no number of cases, because a case of a
-//! seed is the same whatever others there are: a run of a thousand goes on to a hundred thousand.
+//! Flights of a plan ([`FlightCase`]) are kept in such files as well. Their first line holds no
+//! number of cases, because a case of a seed does not depend on the others: a run of a thousand
+//! cases can be enlarged to a hundred thousand.
 //!
 //! # Why does a shard take every n-th case?
 //!
-//! The hard cases of a sweep lie side by side, and contiguous parts would give them all to one process.
+//! The hard cases of a sweep lie side by side, and contiguous parts would give them all to one
+//! process.
 //!
 //! # What of a draw that is no body?
 //!
@@ -57,8 +60,9 @@
 //!
 //! # Why is everything in memory that the quantiles need?
 //!
-//! Eight bytes a case that was solved: exact quantiles of ten million cases, the most that there may be, are 80 MB. All else
-//! of the summary is counted as lines go by, and a file that is continued is counted on the way.
+//! Eight bytes a case that was solved: exact quantiles of ten million cases, the most that there
+//! may be, are 80 MB. All else of the summary is counted as lines go by, and a file that is
+//! continued is counted on the way.
 //!
 //! # Why do batches not write Parquet at once?
 //!

@@ -6,7 +6,7 @@ use std::thread;
 /// Most threads.
 pub const MAX_THREADS: usize = 1024;
 
-/// How cases are planned; nothing of it changes a result.
+/// The options of planning the cases; no option changes a result.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Number of threads, from 1 to [`MAX_THREADS`].

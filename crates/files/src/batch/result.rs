@@ -45,9 +45,9 @@ impl Header {
 /// plan, no error without one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
-    /// Its number, from 1.
+    /// Number of the case, from 1.
     pub case: u64,
-    /// Its name: of the table's column `name`, or of the file in a folder.
+    /// Name of the case: from the table's column `name`, or of the file in a folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Keys that it sets, with their values; texts as `--set` takes them.
@@ -57,7 +57,7 @@ pub struct CaseResult {
     pub status: String,
     /// The exit code that `slew plan` ends with on this case.
     pub exit_code: u8,
-    /// The error of its spec.
+    /// The error of the spec of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<CaseError>,
     /// The objective: "effort", "time" or "fuel". Costs of different objectives cannot be
@@ -76,7 +76,7 @@ pub struct CaseResult {
     /// "shooting" or "scp".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
-    /// How the solve itself ended.
+    /// The outcome of the solve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub outcome: Option<Outcome>,
     /// Newton iterations of the winning start.
@@ -94,8 +94,8 @@ pub struct CaseResult {
     /// "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// Cost still to be gained, to first order, where inputs switch: what is known of such a plan instead of its
-    /// second order.
+    /// The possible gain in cost, to first order, if inputs switch; such a plan has no
+    /// second-order test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// The results of the witnesses.
@@ -126,7 +126,7 @@ pub struct CaseError {
     pub reason: String,
     /// The next thing to do.
     pub remedy: String,
-    /// How many errors follow.
+    /// The number of further errors.
     pub more: usize,
 }
 
@@ -165,7 +165,7 @@ impl From<&Verification> for Verdict {
     }
 }
 
-/// JSON has no NaN: what is not finite is absent.
+/// JSON has no NaN: a number that is not finite is absent.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
@@ -184,7 +184,7 @@ impl CaseResult {
         }
     }
 
-    /// A case whose spec is wrong.
+    /// Builds the result of a case with a wrong spec.
     pub(super) fn invalid(case: &Case, found: &Diagnostics) -> Self {
         let errors = || found.0.iter().filter(|finding| finding.severity == Severity::Error);
         let error = errors().next().map(|first| CaseError {
@@ -198,19 +198,20 @@ impl CaseResult {
         Self { error, ..Self::of(case, status, exit_code) }
     }
 
-    /// A case that the planner refuses to begin, though its spec reads well.
+    /// Builds the result of a case that the planner refuses, although its spec is valid.
     pub(super) fn refused(case: &Case, code: &str, reason: String) -> Self {
         let remedy = "change the spec accordingly".into();
         let error = CaseError { code: code.into(), key: String::new(), reason, remedy, more: 0 };
         Self { error: Some(error), ..Self::of(case, "spec_invalid", 3) }
     }
 
-    /// A case at which the program failed: a bug, which must not take the other cases with it.
+    /// Builds a case at which the program failed: a bug, which must not take the other cases with
+    /// it.
     pub(super) fn panicked(case: &Case) -> Self {
         Self::of(case, "internal_error", 1)
     }
 
-    /// A case that was planned.
+    /// Builds the result of a case that was planned.
     pub(super) fn planned(case: &Case, problem: &Problem, plan: &Plan, times: bool) -> Self {
         let solution = &plan.solution;
         let known = solution.outcome == Outcome::Converged;
@@ -238,7 +239,7 @@ impl CaseResult {
         }
     }
 
-    /// Whether there is a plan that the witnesses confirm.
+    /// Returns whether there is a plan that the witnesses confirm.
     pub fn is_solved(&self) -> bool {
         self.exit_code == 0
     }
@@ -250,7 +251,8 @@ impl CaseResult {
     }
 }
 
-/// A value for the next program: numbers and lists of numbers as such, anything else as it was written.
+/// Returns a value for the next program: numbers and lists of numbers as such, anything else as it
+/// was written.
 fn readable(value: &str) -> Value {
     fn numbers(value: &Value) -> bool {
         value.is_number() || value.as_array().is_some_and(|items| items.iter().all(numbers))

@@ -14,10 +14,10 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// Longest line that a file of results can have: what a case sets is shorter than a spec.
+/// The longest line of a file of results: the set keys of a case are shorter than a spec.
 const LONGEST_LINE: u64 = 4 << 20;
 
-/// A line with its end, or what there is of one.
+/// A line with its end, or an incomplete line.
 pub(super) enum Line {
     Whole(Vec<u8>),
     Torn(Vec<u8>),
@@ -119,7 +119,7 @@ impl Results {
         &self.header
     }
 
-    /// The file.
+    /// Returns the file.
     pub fn path(&self) -> &Path {
         &self.lines.path
     }
@@ -128,7 +128,7 @@ impl Results {
     /// continued run will write it.
     ///
     /// # Errors
-    /// The file, or a line that is no result.
+    /// Fails when the file cannot be read, or a line is not a result.
     pub fn next_result(&mut self) -> Result<Option<(CaseResult, Vec<u8>)>, BatchError> {
         match self.lines.next()? {
             Some(Line::Whole(line)) => {

@@ -17,15 +17,15 @@ use std::time::Duration;
 const WINDOW: u64 = 4096;
 /// The stack of the main thread: a case that fits one must fit the other.
 const STACK: usize = 8 << 20;
-/// How often a caller hears that time goes by.
+/// The interval at which the caller's `tick` is called.
 const TICK: Duration = Duration::from_millis(100);
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// Every case has its result.
     Complete,
-    /// The caller asked to stop.
+    /// The caller stopped the run.
     Stopped,
 }
 
@@ -42,7 +42,7 @@ struct Queue<'a> {
 struct Shared<'a> {
     queue: Mutex<Queue<'a>>,
     moved: Condvar,
-    /// Nothing more is to be begun, and what is under way ends.
+    /// Whether no further case starts, and running cases stop.
     over: AtomicBool,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Shared<'a> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next case and its place, when its result may be waited for.
+    /// Returns the next case and its place, when its result may be waited for.
     fn next(&self) -> Option<(u64, Result<Case, BatchError>)> {
         let mut queue = self.queue();
         while queue.taken >= queue.written + WINDOW && !self.over.load(Ordering::Relaxed) {
@@ -77,8 +77,9 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// Plans the cases of a shard but for the first `done`, and gives each result to `take` in the order of the cases, as
-/// it is and as the line of a file. `stop` is asked often, from all threads; `tick` is called ten times a second.
+/// Plans the cases of a shard except the first `done`, and passes each result to `take` in the
+/// order of the cases, as a value and as a line of the file. `stop` is called often, from all
+/// threads; `tick` is called ten times a second.
 ///
 /// # Errors
 /// Returns the error of `take`, of a table or of a plan file, or an error if the system grants no
@@ -133,7 +134,7 @@ fn no_thread(error: &io::Error) -> BatchError {
     BatchError::argument("E0115", reason, "allow more processes (`ulimit -u`), or more memory")
 }
 
-/// A result with its line.
+/// Returns a result with its line.
 fn with_line(result: CaseResult) -> Result<(CaseResult, String), BatchError> {
     let line = serde_json::to_string(&result).map_err(crate::export::ExportError::from)?;
     Ok((result, line))

@@ -7,7 +7,8 @@ use std::fmt;
 
 /// Every `of`-th case from case `index` on; both count from 1, as in `3/40`.
 ///
-/// Neighbours go to different shards: the hard cases of a sweep lie side by side, and every shard gets its share.
+/// Neighbours go to different shards: the hard cases of a sweep lie side by side, and every shard
+/// gets its share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Shard {
@@ -24,7 +25,7 @@ impl Shard {
     /// Shard `index` of `of`.
     ///
     /// # Errors
-    /// There is no such shard.
+    /// Returns an error if the shard does not exist.
     pub fn new(index: u64, of: u64) -> Result<Self, BatchError> {
         let wrong = |reason: String| {
             let remedy = format!("write --shard i/n, from 1/n to n/n, n at most {}", Self::MOST);
@@ -42,7 +43,7 @@ impl Shard {
     /// Reads `3/40`.
     ///
     /// # Errors
-    /// Returns the error of the text.
+    /// Fails when the text does not name a shard.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let parts =
             text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
@@ -55,27 +56,27 @@ impl Shard {
         }
     }
 
-    /// Its number, from 1.
+    /// Returns the number of the shard, from 1.
     pub fn index(self) -> u64 {
         self.index
     }
 
-    /// How many there are.
+    /// Returns the number of shards.
     pub fn of(self) -> u64 {
         self.of
     }
 
-    /// Whether the case of this number belongs to it.
+    /// Returns whether the case of this number belongs to it.
     pub fn has(self, case: u64) -> bool {
         case >= self.index && (case - self.index).is_multiple_of(self.of)
     }
 
-    /// How many of `cases` belong to it.
+    /// Returns how many of `cases` belong to it.
     pub fn count(self, cases: u64) -> u64 {
         (cases + self.of).saturating_sub(self.index) / self.of
     }
 
-    /// The number of its case at `place`, from 0.
+    /// Returns the number of its case at `place`, from 0.
     pub fn case(self, place: u64) -> u64 {
         self.index + place * self.of
     }

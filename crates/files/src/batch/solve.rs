@@ -20,19 +20,20 @@ impl Observer for Stoppable<'_> {
 /// Plans a case with a valid spec, without a guess, so that no other case affects it.
 ///
 /// # Errors
-/// Returns the error of a problem that the planner refuses.
+/// Fails when the planner refuses the problem.
 pub fn plan_case(loaded: &Loaded, stop: &dyn Fn() -> bool) -> Result<Plan, PlanError> {
     plan(&loaded.problem, &loaded.settings, None, &mut Stoppable(stop))
 }
 
-/// The result of a case; `None` where `stop` came first.
+/// Returns the result of a case; `None` where `stop` came first.
 pub(super) fn result(
     batch: &Batch,
     case: &Case,
     options: &Options,
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<CaseResult>, BatchError> {
-    // A bug in one case must not take a million others with it; it is counted, and the panic has been printed.
+    // A bug in one case must not take a million others with it; it is counted, and the panic has
+    // been printed.
     let found = catch_unwind(AssertUnwindSafe(|| solved(batch, case, options, stop)));
     found.unwrap_or_else(|_| Ok(Some(CaseResult::panicked(case))))
 }
@@ -91,7 +92,8 @@ impl Batch {
     }
 }
 
-/// The name of the plan file of a case: numbers of one length, so that names sort as the cases do.
+/// Returns the name of the plan file of a case: numbers of one length, so that names sort as the
+/// cases do.
 fn plan_name(case: u64, cases: u64) -> String {
     format!("case-{case:0width$}.json", width = cases.to_string().len())
 }

@@ -1,5 +1,6 @@
-//! Results as Parquet, a row a case, for those who analyse them. Lines of JSON stay the form in which a batch is run: they
-//! can be appended to and continued, and the end of a Parquet file is written last of all.
+//! Results as Parquet, a row a case, for those who analyse them. Lines of JSON stay the form in
+//! which a batch is run: they can be appended to and continued, and the end of a Parquet file is
+//! written last of all.
 
 use super::columns::{self, AFTER, BEFORE};
 use super::{CaseResult, Header};
@@ -11,7 +12,7 @@ use std::io::Write;
 /// Rows that are held at a time.
 const ROWS: usize = 1 << 16;
 
-/// A column: its head, where its value stands, and what it is.
+/// A column: its heading, the path of its value, and its type.
 #[derive(Clone)]
 struct Column {
     head: String,
@@ -23,7 +24,8 @@ struct Column {
 pub(super) struct Columns(Vec<Column>);
 
 impl Columns {
-    /// Keys are numbers until a case sets one to something else.
+    /// Builds columns for the keys of a header. A key counts as a number until a case sets it to
+    /// something else.
     pub fn new(header: &Header) -> Self {
         let fixed = |(path, kind): &(&str, columns::Kind)| Column {
             head: path.replace('/', "_"),
@@ -44,7 +46,7 @@ impl Columns {
         Self(BEFORE.iter().map(fixed).chain(set).chain(AFTER.iter().map(fixed)).collect())
     }
 
-    /// Looks at what a result sets.
+    /// Adds the set keys of a result.
     pub fn meet(&mut self, result: &CaseResult) {
         for column in self.0.iter_mut().filter(|column| column.path[0] == "set") {
             let value = result.set.get(&column.path[1]);
@@ -102,7 +104,7 @@ impl Column {
     }
 }
 
-/// A text as it is, anything else as JSON.
+/// Returns a text as it is, anything else as JSON.
 fn text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), String::from)
 }
@@ -113,7 +115,7 @@ mod tests {
     use crate::batch::{CaseError, Verdict};
     use slewkit::maneuver::{Outcome, SecondOrder, Sense, TerminalError};
 
-    /// Every value that a result can hold, but what it sets, has a column.
+    /// Checks that every value of a result, except its set keys, has a column.
     #[test]
     fn nothing_of_a_result_is_left_out() {
         let mut terminal = TerminalError::default();

@@ -15,11 +15,13 @@ const KEPT: usize = 5;
 pub struct Tally {
     /// Number of results.
     pub cases: u64,
-    /// How many have each status, with the numbers of the first.
+    /// The number of cases with each status, and the numbers of the first cases.
     pub statuses: BTreeMap<String, (u64, Vec<u64>)>,
-    /// How many specs were wrong, by the code of their first error, with the reason of the first.
+    /// The number of wrong specs, by the code of their first error, with the reason of the first
+    /// one.
     pub errors: BTreeMap<String, (u64, String)>,
-    /// Solved cases that are saddles, or whose second order is not decided, but for those whose inputs switch.
+    /// Solved cases that are saddles, or whose second order is not decided, but for those whose
+    /// inputs switch.
     pub not_minima: u64,
     /// Solved cases that were not to be tested to second order.
     pub untested: u64,
@@ -55,26 +57,26 @@ pub struct Worst {
     pub value: f64,
     /// The case.
     pub case: u64,
-    /// Its name.
+    /// Name of the case.
     pub name: Option<String>,
-    /// Its keys, as `--set` takes them.
+    /// Keys of the case, as `--set` takes them.
     pub set: Vec<String>,
 }
 
 /// Quantiles of the cost, by linear interpolation between the ordered values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantiles {
-    /// The smallest.
+    /// The smallest value.
     pub least: f64,
-    /// 5 %.
+    /// The quantile at 5 %.
     pub low: f64,
-    /// 50 %.
+    /// The quantile at 50 %.
     pub median: f64,
-    /// 95 %.
+    /// The quantile at 95 %.
     pub high: f64,
-    /// 99 %.
+    /// The quantile at 99 %.
     pub highest: f64,
-    /// The largest.
+    /// The largest value.
     pub largest: f64,
 }
 
@@ -134,12 +136,12 @@ impl Tally {
         }
     }
 
-    /// How many cases have a plan that the witnesses confirm.
+    /// Returns the number of cases with a plan that the witnesses confirm.
     pub fn solved(&self) -> u64 {
         self.statuses.get("solved").map_or(0, |(count, _)| *count)
     }
 
-    /// How many have none.
+    /// Returns the number of cases without such a plan.
     pub fn failed(&self) -> u64 {
         self.cases - self.solved()
     }

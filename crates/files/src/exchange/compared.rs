@@ -32,7 +32,8 @@ const MOMENT: &str = "moment of the start";
 /// duration.
 const MOMENT_SHARE: f64 = 1e-6;
 
-/// Judges attitudes of the file `name` against a maneuver and what its spec calls it; `tolerance` \[rad\] is for attitudes.
+/// Judges attitudes of the file `name` against a maneuver and what its spec calls it; `tolerance`
+/// \[rad\] is for attitudes.
 ///
 /// # Errors
 /// Frames between which no rotation is known here: nothing could be judged.
@@ -79,10 +80,11 @@ pub fn judge_file(
     Ok(FileReport { attitudes, not_judged })
 }
 
-/// A reason and what to do.
+/// A reason and a remedy.
 type Apart = (String, String);
 
-/// The rotation from components in the file's frame to those in ours; `None` where the two are one.
+/// Returns the rotation from components in the file's frame to those in ours; `None` where the two
+/// are one.
 fn frames(
     found: &Attitudes,
     problem: &Problem,
@@ -147,7 +149,7 @@ fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Res
     }
 }
 
-/// Whether the rows begin when the maneuver of `duration` \[s\] does.
+/// Returns whether the rows begin when the maneuver of `duration` \[s\] does.
 fn moment(found: &Attitudes, duration: f64, identity: &Identity, open: &mut Vec<String>) -> Option<Check> {
     if let Some(begins) = found.begins {
         if begins.abs() > found.printed_time {

@@ -10,9 +10,9 @@
 //!
 //! # Why is what an interpolation misses measured by leaving rows out?
 //!
-//! The rows are all there is to measure with. Every second row left out and found again from its neighbours gives the error
-//! at twice the distance, which is larger than that at the distance itself, for either interpolation: a bound without a
-//! model.
+//! The rows are all there is to measure with. Every second row left out and found again from its
+//! neighbours gives the error at twice the distance, which is larger than that at the distance
+//! itself, for either interpolation: a bound without a model.
 
 use super::numpy::crc32;
 use super::{Lacking, Record, digits};
@@ -183,7 +183,8 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
     Ok(text)
 }
 
-/// Torque and inputs that the plan holds, averaged over the tick from `at`; zero for a tick of no length.
+/// Returns the torque and inputs that the plan holds, averaged over the tick from `at`; zero for a
+/// tick of no length.
 fn mean(record: &Record<'_>, at: f64, tick: f64) -> (Vector3, Vec<f64>) {
     let (time, count) = (&record.trajectory.time, record.trajectory.input_count);
     let (mut torque, mut inputs) = (Vector3::zeros(), vec![0.0; count]);

@@ -5,8 +5,8 @@
 //! reference frames) and of SPICE. Upper and lower case are equal, and so are blanks, hyphens and
 //! underscores.
 //!
-//! Axes of the orbit are given in ours, `e₁` along the velocity, `e₂` along the orbit normal, `e₃` outward, on the circular orbit that
-//! the environment has:
+//! Axes of the orbit are given in ours, `e₁` along the velocity, `e₂` along the orbit normal, `e₃`
+//! outward, on the circular orbit that the environment has:
 //!
 //! | name | x | y | z |
 //! |---|---|---|---|
@@ -15,8 +15,8 @@
 //! | RTN, RSW, QSW, NTW | e₃ | e₁ | e₂ |
 //! | TNW | e₁ | −e₃ | e₂ |
 //!
-//! ICRF and J2000 (EME2000) differ by the frame bias of IAU 2006, 23 milliarcseconds; ECLIPJ2000 is J2000 turned by the obliquity of
-//! IAU 1976, as SPICE has it.
+//! ICRF and J2000 (EME2000) differ by the frame bias of IAU 2006, 23 milliarcseconds; ECLIPJ2000 is
+//! J2000 turned by the obliquity of IAU 1976, as SPICE has it.
 
 use slewkit::{Matrix3, Vector3, lie};
 
@@ -36,7 +36,8 @@ pub enum Meaning {
     Unknown,
 }
 
-/// Axes of the spacecraft in the registry of SANA, each with a number or letters behind it or without; and older spellings.
+/// Axes of the spacecraft in the registry of SANA, each with a number or letters behind it or
+/// without; and older spellings.
 const BODY: [&str; 18] = [
     "ACC",
     "AST",
@@ -228,7 +229,8 @@ mod tests {
         }
     }
 
-    /// The pole of J2000 in ICRF is at ξ₀ = −16.617 mas, η₀ = −6.8192 mas (IERS Conventions 2010, 5.4.4).
+    /// The pole of J2000 in ICRF is at ξ₀ = −16.617 mas, η₀ = −6.8192 mas (IERS Conventions 2010,
+    /// 5.4.4).
     #[test]
     fn the_bias_of_j2000_is_that_of_the_conventions() {
         let pole = frame_bias() * Vector3::z();

@@ -50,7 +50,7 @@ pub enum Lacking {
 }
 
 impl Lacking {
-    /// The stable code of the error.
+    /// Returns the stable code of the error.
     pub fn code(self) -> &'static str {
         match self {
             Self::Epoch => "E0140",

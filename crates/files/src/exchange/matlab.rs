@@ -57,7 +57,7 @@ fn matrix(name: &str, rows: usize, width: usize, numbers: &[f64], output: &mut d
     output.write_all(&inner)
 }
 
-/// A type, a size in bytes, and the bytes to a multiple of eight.
+/// Writes an element: a type, a size in bytes, and the bytes padded to a multiple of eight.
 fn element(to: &mut Vec<u8>, kind: u32, bytes: &[u8]) {
     to.extend(kind.to_le_bytes());
     to.extend((bytes.len() as u32).to_le_bytes());

@@ -1,7 +1,8 @@
 //! Files of other programs: CCSDS attitude messages, SPICE kernels, STK, NumPy, MATLAB, tables.
 //!
-//! Every format is written from one [`Record`]: the trajectory with its names and its epoch. Directions differ, and
-//! are each stated where they are written; with `R` from body to reference components and `q` its quaternion:
+//! Every format is written from one [`Record`]: the trajectory with its names and its epoch.
+//! Directions differ, and are each stated where they are written; with `R` from body to reference
+//! components and `q` its quaternion:
 //!
 //! | format | quaternion | order | rate |
 //! |---|---|---|---|
@@ -161,12 +162,12 @@ impl Format {
     }
 }
 
-/// A number in 17 significant digits, which read back to its bits.
+/// Returns a number in 17 significant digits, which read back to its bits.
 fn digits(value: f64) -> String {
     format!("{value:.16e}")
 }
 
-/// The inertia of a body as six numbers with their CCSDS names.
+/// Returns the inertia of a body as six numbers with their CCSDS names.
 fn six_of_inertia(problem: &Problem) -> [(&'static str, f64); 6] {
     let j = problem.body.inertia.j();
     [

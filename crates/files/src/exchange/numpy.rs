@@ -104,7 +104,7 @@ impl Archive<'_> {
     }
 }
 
-/// The checksum of ZIP and of flight tables (IEEE 802.3), bit by bit.
+/// Returns the checksum of ZIP and of flight tables (IEEE 802.3), bit by bit.
 pub(super) fn crc32(bytes: &[u8]) -> u32 {
     const POLYNOMIAL: u32 = 0xedb8_8320;
     let mut table = [0_u32; 256];

@@ -1,6 +1,7 @@
 //! Parquet: columns of numbers and texts, as pandas, Polars, DuckDB and Spark read them.
 //!
-//! Uncompressed, because digits of plans hardly shrink and every codec is one more crate. A cell may be empty.
+//! Uncompressed, because digits of plans hardly shrink and every codec is one more crate. A cell
+//! may be empty.
 
 use super::Record;
 use crate::export::{ExportError, wide_table};
@@ -49,7 +50,7 @@ impl Kind {
 /// A table that is written in pieces.
 pub(crate) struct ParquetTable<'o> {
     output: &'o mut dyn Write,
-    /// It keeps what it has written since the last piece.
+    /// The writer, which buffers the output since the last piece.
     writer: SerializedFileWriter<Vec<u8>>,
 }
 
@@ -113,7 +114,7 @@ fn column<T: DataType>(
     column.close()
 }
 
-/// Writes a trajectory, one row a node, with the columns of CSV.
+/// Writes a trajectory with the columns of CSV: one row for each node.
 pub(super) fn write_trajectory(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let table = wide_table(record.trajectory, record.problem, &record.identity, record.tables.margins);
     let columns: Vec<_> = table.iter().map(|column| (column.head.clone(), Kind::Number)).collect();

@@ -15,7 +15,8 @@ use std::ops::RangeInclusive;
 pub struct Tables {
     /// The tick of tables with equal ticks \[s\]; `None` for the step of the plan.
     pub tick: Option<f64>,
-    /// Margins of limits and constraints at each node, and angles between boresights and directions, in CSV and Parquet.
+    /// Margins of limits and constraints at each node, and angles between boresights and
+    /// directions, in CSV and Parquet.
     pub margins: bool,
 }
 
@@ -28,15 +29,16 @@ pub struct Record<'a> {
     pub identity: Cow<'a, Identity>,
     /// Attitudes, rates and inputs.
     pub trajectory: &'a Trajectory,
-    /// Nodes between the first and the last, in their order, at which the motion is not smooth because inputs switch.
+    /// Nodes between the first and the last, in their order, at which the motion is not smooth
+    /// because inputs switch.
     pub switches: Vec<usize>,
-    /// When the file is written.
+    /// The creation date of the file.
     pub created: Epoch,
     /// The optional contents of tables.
     pub tables: Tables,
     /// Comments, one on each line.
     pub notes: Vec<String>,
-    /// Gains along it, where it has them.
+    /// Gains along the plan, where the file has them.
     pub gains: Option<Cow<'a, FeedbackRecord>>,
 }
 
@@ -69,7 +71,7 @@ impl Record<'_> {
         (!arcs.is_empty()).then(|| arcs.iter().flat_map(row).collect())
     }
 
-    /// Whether the reference frame turns.
+    /// Returns whether the reference frame turns.
     pub(super) fn turns(&self) -> bool {
         self.problem.environment.frame_rate().amax() > 0.0
     }
@@ -79,12 +81,12 @@ impl Record<'_> {
         ascii(self.identity.object.as_deref().unwrap_or(&self.problem.name))
     }
 
-    /// The name of the maneuver, in ASCII.
+    /// Returns the name of the maneuver, in ASCII.
     pub(super) fn name(&self) -> String {
         ascii(&self.problem.name)
     }
 
-    /// The moment of time zero; what needs one has been checked for it.
+    /// Returns the moment of time zero; what needs one has been checked for it.
     pub(super) fn epoch(&self) -> Result<Epoch, super::Lacking> {
         self.identity.epoch.ok_or(super::Lacking::Epoch)
     }
@@ -119,7 +121,7 @@ impl Record<'_> {
         (product([angle.cos(), vector.x, vector.y, vector.z], quaternion), rate)
     }
 
-    /// The reference frame as it is called in the head of a table of ours.
+    /// Returns the name of the reference frame for the header of a table.
     pub(super) fn reference(&self) -> &str {
         if self.turns() {
             "orbit (e1 velocity, e2 orbit normal, e3 outward)"
@@ -128,7 +130,8 @@ impl Record<'_> {
         }
     }
 
-    /// Angular velocity of the body against the reference frame at node `k`, body axes [rad/s].
+    /// Returns the angular velocity of the body against the reference frame at node `k`, body axes
+    /// [rad/s].
     pub(super) fn rate(&self, k: usize) -> Vector3 {
         let inertial = self.trajectory.angular_velocity[k];
         if !self.turns() {
@@ -153,21 +156,21 @@ impl Record<'_> {
         if later == k { torque[k] } else { 0.5 * (torque[k] + torque[later]) }
     }
 
-    /// The inputs that the plan holds over step `k`, in the same way.
+    /// Returns the inputs that the plan holds over step `k`, in the same way.
     pub(super) fn held_inputs(&self, k: usize) -> Vec<f64> {
         let later = self.later_row(k);
         let ends = self.trajectory.inputs(k).iter().zip(self.trajectory.inputs(later));
         ends.map(|(first, last)| 0.5 * (first + last)).collect()
     }
 
-    /// The smooth pieces of the motion: from node to node, both ends included.
+    /// Returns the smooth pieces of the motion: from node to node, both ends included.
     pub(super) fn pieces(&self) -> impl Iterator<Item = RangeInclusive<usize>> {
         let ends = self.switches.iter().copied().chain([self.nodes() - 1]);
         let starts = [0].into_iter().chain(self.switches.iter().copied());
         starts.zip(ends).map(|(start, end)| start..=end)
     }
 
-    /// Number of nodes.
+    /// Returns the number of nodes.
     pub(super) fn nodes(&self) -> usize {
         self.trajectory.time.len()
     }
@@ -187,7 +190,8 @@ impl Record<'_> {
     }
 }
 
-/// The product of two quaternions, scalar first: unlike one made of a rotation it keeps its sign along rows.
+/// Returns the product of two quaternions, scalar first: unlike one made of a rotation it keeps its
+/// sign along rows.
 fn product([a, b, c, d]: [f64; 4], [w, x, y, z]: [f64; 4]) -> [f64; 4] {
     [
         a * w - b * x - c * y - d * z,

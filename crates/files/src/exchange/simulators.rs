@@ -1,11 +1,12 @@
 //! Tables for simulators.
 //!
-//! - Basilisk's `waypointReference` reads a row a waypoint: time, modified Rodrigues parameters σ_RN, then angular
-//!   velocity and acceleration in reference axes (its default). σ is the axis times tan(φ/4) of the shorter rotation.
+//! - Basilisk's `waypointReference` reads a row a waypoint: time, modified Rodrigues parameters
+//!   σ_RN, then angular velocity and acceleration in reference axes (its default). σ is the axis
+//!   times tan(φ/4) of the shorter rotation.
 //! - 42: time, quaternion of the body in the reference frame scalar last, rate in body axes.
 //!
-//! Both call their frame N, and take it for inertial. Where the reference frame of the maneuver turns, N is that frame as it is at time
-//! zero.
+//! Both call their frame N, and take it for inertial. Where the reference frame of the maneuver
+//! turns, N is that frame as it is at time zero.
 
 use super::{Record, digits};
 use crate::export::ExportError;

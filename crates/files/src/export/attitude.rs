@@ -30,16 +30,17 @@ pub struct Notations {
     pub rodrigues: Option<[f64; 3]>,
     /// Right ascension of the body's x axis, from 0 to 360.
     pub ra_deg: f64,
-    /// Its declination.
+    /// Declination of the body's x axis.
     pub dec_deg: f64,
-    /// Roll about it, from -180 to 180: `R = Rz(ra) Ry(−dec) Rx(roll)`.
+    /// Roll about the body's x axis, from -180 to 180: `R = Rz(ra) Ry(−dec) Rx(roll)`.
     pub roll_deg: f64,
     /// Intrinsic Euler angles of every sequence, keys as in a spec.
     #[serde(flatten)]
     pub euler_deg: EulerAngles,
 }
 
-/// Euler angles in degrees, in the order of [`EULER_SEQUENCES`], written as `euler_xyz_deg` and so on.
+/// Euler angles in degrees, in the order of [`EULER_SEQUENCES`], written as `euler_xyz_deg` and so
+/// on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EulerAngles(pub [[f64; 3]; 12]);
 
@@ -56,7 +57,8 @@ impl Serialize for EulerAngles {
 impl From<&Matrix3> for Notations {
     fn from(rotation: &Matrix3) -> Self {
         let q = lie::quaternion_from_rotation(rotation);
-        // One of the two signs, so that equal attitudes read alike. Adding 0 turns −0 into 0.
+        // One of the two signs is chosen, so that equal attitudes have equal numbers. Adding 0
+        // turns −0 into 0.
         let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
         let [w, x, y, z] = q.map(|part| sign * part + 0.0);
         let vector = lie::log(rotation);
@@ -85,7 +87,8 @@ impl From<&Matrix3> for Notations {
     }
 }
 
-/// Angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of [`EULER_SEQUENCES`].
+/// Returns the angles `(a, b, c)` \[rad\] with `R = R_i(a) R_j(b) R_k(c)`; `sequence` is one of
+/// [`EULER_SEQUENCES`].
 ///
 /// `a` comes from the column of `R` that `c` does not change. Then `R_i(a)ᵀ R = R_j(b) R_k(c)`:
 /// row `j` gives `c`, and that column gives `b`. At gimbal lock round-off determines `a`, and `c`

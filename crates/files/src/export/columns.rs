@@ -1,4 +1,5 @@
-//! The columns of a trajectory, once: the document, the rows, the table and the checks all work from this list.
+//! The columns of a trajectory, once: the document, the rows, the table and the checks all work
+//! from this list.
 
 use crate::identity::Identity;
 use serde::{Serialize, Serializer};
@@ -6,7 +7,7 @@ use slewkit::Vector3;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::mechanics::ActuatorSet;
 
-/// Why a trajectory is not written, or not accepted.
+/// The reason for which a trajectory is not written, or not accepted.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum TrajectoryError {
     /// A number is NaN or infinite.
@@ -42,7 +43,7 @@ pub(super) enum Values<'a> {
 }
 
 impl<'a> Values<'a> {
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn len(self) -> usize {
         match self {
             Self::Numbers(values) => values.len(),
@@ -52,7 +53,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Row `index`, if there is such a row and it is not empty.
+    /// Returns the row `index`, if there is such a row and it is not empty.
     pub fn row(self, index: usize) -> Option<&'a [f64]> {
         match self {
             Self::Numbers(values) => values.get(index).map(std::slice::from_ref),
@@ -64,7 +65,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// The first row with a number that is not finite.
+    /// Returns the first row with a number that is not finite.
     fn first_not_finite(self) -> Option<usize> {
         let is_wrong = |value: &f64| !value.is_finite();
         match self {
@@ -90,7 +91,7 @@ impl Serialize for Values<'_> {
 /// A quantity of a trajectory.
 #[derive(Clone, Copy)]
 pub(super) struct Column<'a> {
-    /// Its key in JSON.
+    /// Key of the quantity in JSON.
     pub key: &'static str,
     /// The heading of its columns in a table: `{}` is replaced by the component.
     pub header: &'static str,
@@ -117,7 +118,7 @@ impl Column<'_> {
         (0..self.width).map(|index| self.header.replace("{}", &component(index))).collect()
     }
 
-    /// Whether its width depends on the maneuver.
+    /// Returns whether its width depends on the maneuver.
     pub fn is_flat(&self) -> bool {
         matches!(self.values, Values::Flat(..))
     }
@@ -127,7 +128,7 @@ impl Column<'_> {
 pub(crate) struct Names<'a> {
     /// Names of the inputs; by their numbers where there is not one for each.
     inputs: &'a [String],
-    /// How many of the inputs are in newtons, which come first.
+    /// The number of inputs in newtons, which come first.
     forces: usize,
 }
 
@@ -145,7 +146,7 @@ impl<'a> Names<'a> {
         format!("{}_{unit}", self.bare(index, index))
     }
 
-    /// The wheel behind torque input `index`.
+    /// Returns the wheel behind torque input `index`.
     fn wheel(&self, index: usize) -> String {
         self.bare(index + self.forces, index)
     }
@@ -155,7 +156,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// A name within a head, which is parted by commas, without quotes.
+/// Returns a name within a head, which is parted by commas, without quotes.
 pub(super) fn plain(name: &str) -> String {
     name.replace([',', '"', '\n', '\r'], "_")
 }
@@ -169,7 +170,7 @@ fn costate(width: usize, index: usize) -> String {
     format!("{of}_{}_cost_per_{unit}", ["x", "y", "z"][index % 3])
 }
 
-/// The columns in the order of a document.
+/// Returns the columns in the order of a document.
 pub(super) fn columns(of: &Trajectory) -> [Column<'_>; 10] {
     let (moving, controlled) = (!of.position.is_empty(), !of.torque.is_empty());
     let three = |shown: bool| if shown { 3 } else { 0 };
@@ -224,12 +225,13 @@ pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
     if trajectory.position.is_empty() { 6 } else { 12 }
 }
 
-/// Number of reaction wheels: a row of their momenta at every node.
+/// Returns the number of reaction wheels: a row of their momenta at every node.
 fn wheel_count(trajectory: &Trajectory) -> usize {
     trajectory.wheel_momentum.len() / trajectory.time.len().max(1)
 }
 
-/// All quantities that there are, each with its key, its rows, the numbers in a row, and the numbers row by row.
+/// Returns all quantities that there are, each with its key, its rows, the numbers in a row, and
+/// the numbers row by row.
 pub(crate) fn table(trajectory: &Trajectory) -> Vec<(&'static str, usize, usize, Vec<f64>)> {
     let filled = columns(trajectory).into_iter().filter(|column| column.shown && column.width > 0);
     let numbers = |values: Values<'_>| {

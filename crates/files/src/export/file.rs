@@ -10,7 +10,7 @@ use std::time::Duration;
 use tempfile::NamedTempFile;
 use thiserror::Error;
 
-/// Why an output file is refused or failed. Nothing is left half-written.
+/// The reason for which an output file is refused or failed. No partly written file remains.
 #[derive(Debug, Error)]
 pub enum FileError {
     /// The folder is missing.
@@ -74,7 +74,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// The stable code of the error.
+    /// Returns the stable code of the error.
     pub fn code(&self) -> &'static str {
         match self {
             Self::FolderMissing { .. } | Self::FolderIsFile { .. } => "E0095",
@@ -100,7 +100,8 @@ impl FileError {
     }
 }
 
-/// Refuses an output, a file or a folder, that is the input `input`, also under another name of the same path.
+/// Refuses an output, a file or a folder, that is the input `input`, also under another name of the
+/// same path.
 ///
 /// # Errors
 /// [`FileError::IsInput`].
@@ -111,7 +112,7 @@ pub fn distinct(output: &Path, input: &Path) -> Result<(), FileError> {
     }
 }
 
-/// An output file, checked before the work begins and written at its end.
+/// An output file: checked before the work begins, written when the work is done.
 #[derive(Clone, Debug)]
 pub struct Target {
     path: PathBuf,
@@ -142,7 +143,7 @@ impl Target {
         if !folder.is_dir() {
             return Err(FileError::FolderMissing { folder: self::shown(&folder), path: shown });
         }
-        // Not `exists()`: a dangling symbolic link is a name that is taken.
+        // A dangling symbolic link also occupies the name, so `exists()` does not suffice.
         if let Ok(metadata) = fs::symlink_metadata(&path) {
             let regular = fs::metadata(&path).map_or(metadata.is_symlink(), |target| target.is_file());
             if !regular {
@@ -171,7 +172,7 @@ impl Target {
         Ok(Self { path, folder, force })
     }
 
-    /// The path as given.
+    /// Returns the path as given.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -187,7 +188,7 @@ impl Target {
     /// Writes the file: a temporary one in the same folder, flushed to the disk, then renamed.
     ///
     /// # Errors
-    /// Returns the error of `content`, or a [`FileError`]; the folder is then unchanged.
+    /// Passes on the error of `content`, or returns a [`FileError`]; the folder is then unchanged.
     pub fn write(
         &self,
         content: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
@@ -210,14 +211,15 @@ impl Target {
         let renamed = if self.force {
             temporary.persist(&self.path)
         } else {
-            // Also refuses a file that appeared while we worked.
+            // This also refuses a file that appeared during the work.
             temporary.persist_noclobber(&self.path)
         };
         renamed.map_err(|error| match error.error.kind() {
             ErrorKind::AlreadyExists => FileError::Exists { path: shown(&self.path) },
             _ => write(error.error),
         })?;
-        // The new name reaches the disk with the folder; not every system can, and the data are safe.
+        // The new name reaches the disk with the folder; not every system can, and the data are
+        // safe.
         if let Ok(folder) = fs::File::open(&self.folder) {
             let _ = folder.sync_all();
         }
@@ -229,7 +231,7 @@ impl Target {
 const PREFIX: &str = ".slew-";
 const RANDOM: usize = 6;
 
-/// A new temporary file, listed for as long as it is one.
+/// Returns a new temporary file, listed while it is temporary.
 fn temporary_in(folder: &Path) -> std::io::Result<(Listed<'static>, NamedTempFile)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).rand_bytes(RANDOM);
@@ -270,8 +272,9 @@ type List = Mutex<Vec<PathBuf>>;
 /// The temporary files of this process.
 static TEMPORARY: List = Mutex::new(Vec::new());
 
-/// Removes the temporary files of all outputs that are being written, and lets none be made any more: for a program that ends
-/// now, without unwinding: a second call, or an output after it, waits for ever.
+/// Removes the temporary files of all outputs that are being written, and lets none be made any
+/// more: for a program that ends now, without unwinding: a second call, or an output after it,
+/// waits for ever.
 pub fn remove_temporaries() {
     remove_all(&TEMPORARY);
 }
@@ -286,7 +289,7 @@ fn remove_all(list: &List) {
     std::mem::forget(listed);
 }
 
-/// A path that is in the list for as long as this lives.
+/// A path that is in the list during the life of this value.
 struct Listed<'a> {
     path: PathBuf,
     list: &'a List,
@@ -312,7 +315,8 @@ impl Drop for Listed<'_> {
     }
 }
 
-/// Why `path` cannot name an output, on this system or on one that will receive the file.
+/// Returns the reason for which `path` cannot name an output, on this system or on one that will
+/// receive the file.
 fn unusable_name(path: &Path) -> Option<&'static str> {
     let text = path.to_string_lossy();
     if text.is_empty() {
@@ -355,7 +359,7 @@ mod tests {
         let list = List::default();
         let (listed, file) = Listed::new(&list, || {
             let file = tempfile::Builder::new().tempfile_in(folder.path());
-            // Who ends the program now waits until the file is listed.
+            // A thread that ends the program now waits until the file is listed.
             assert!(list.try_lock().is_err());
             file
         })

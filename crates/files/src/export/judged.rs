@@ -14,7 +14,8 @@ pub struct Judgement {
     pub problem: Problem,
     /// The results, with a check of every figure in the file.
     pub verification: Verification,
-    /// Where the spec that the file holds is not the one that it was judged by: the file's value first.
+    /// The keys in which the spec in the file differs from the spec of the judgement: the file's
+    /// value first.
     pub differences: Vec<Difference>,
     /// The recorded values that differ from the results: the value of the file first.
     pub recorded: Vec<Difference>,

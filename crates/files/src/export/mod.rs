@@ -36,7 +36,7 @@ use thiserror::Error;
 /// The JSON Schema of plan files (draft 2020-12).
 pub const PLAN_SCHEMA: &str = include_str!("plan.schema.json");
 
-/// Why something could not be written or read.
+/// The reason for which something could not be written or read.
 #[derive(Debug, Error)]
 pub enum ExportError {
     /// The file.
@@ -63,7 +63,7 @@ pub enum ExportError {
         caller's own"
     )]
     NoSpec,
-    /// Something that a format of other programs needs is not said.
+    /// Data that a format of other programs needs are missing.
     #[error(transparent)]
     Lacking(#[from] Lacking),
     /// The scheme is not known.
@@ -76,7 +76,7 @@ fn older(found: u32) -> &'static str {
 }
 
 impl ExportError {
-    /// The stable code of the error.
+    /// Returns the stable code of the error.
     pub fn code(&self) -> &'static str {
         match self {
             Self::File(error) => error.code(),
@@ -98,7 +98,7 @@ impl ExportError {
         }
     }
 
-    /// Whether the reader at the other end has gone, as `head` does: no error of ours.
+    /// Returns whether the reader has closed the stream, as `head` does, which is not an error.
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, Self::Io(error) if error.kind() == std::io::ErrorKind::BrokenPipe)
     }

@@ -30,7 +30,7 @@ pub struct PlanFile<'a> {
     pub format: u32,
     /// The program that wrote it.
     pub generator: String,
-    /// How the plan ended.
+    /// The status of the plan.
     pub status: Status,
     /// The exit code of the status.
     pub exit_code: u8,
@@ -42,7 +42,7 @@ pub struct PlanFile<'a> {
     pub scheme: String,
     /// Number of steps.
     pub steps: usize,
-    /// The step, seconds; the mean of them where they are not equal.
+    /// The step in seconds: the mean where the steps are not equal.
     #[serde(deserialize_with = "null_is_nan")]
     pub step_s: f64,
     /// Cost.
@@ -55,7 +55,7 @@ pub struct PlanFile<'a> {
     pub iterations: usize,
     /// Wall time of the solve alone, seconds: the only key that differs between two runs.
     pub solve_time_s: f64,
-    /// How the solve itself ended.
+    /// The outcome of the solve.
     pub outcome: Outcome,
     /// The start that led here.
     pub start: String,
@@ -72,7 +72,7 @@ pub struct PlanFile<'a> {
     /// The corrections of landing, if landing was tried; the trajectory has the discrete target.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub landing: Option<Landing>,
-    /// How the number of steps was chosen, where none was given.
+    /// The choice of the number of steps, if none was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<ChosenSteps>,
     /// Optimality of the extremal.
@@ -108,7 +108,7 @@ pub struct PlanFile<'a> {
     /// Covariances along it, where something is uncertain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintyRecord>,
-    /// Why no input can meet the terminal conditions, where that is proved.
+    /// The proof that no input can meet the terminal conditions, if one was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstruction: Option<String>,
     /// A duration below which no plan exists, seconds, as proved.
@@ -125,7 +125,7 @@ pub struct PlanFile<'a> {
     /// A longer duration for which a plan was found, seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longer_s: Option<f64>,
-    /// The maneuver that was asked, on the grid of the plan, and the settings; `null` where a spec has no notation
+    /// The maneuver, on the grid of the plan, and the settings; `null` if a spec has no notation
     /// for it.
     #[serde(default)]
     pub spec: Option<SpecDocument>,
@@ -164,7 +164,7 @@ impl<'a> PlanFile<'a> {
     /// The version written and read.
     pub const FORMAT: u32 = 2;
 
-    /// The document of a plan; the trajectory is borrowed.
+    /// Builds the document of a plan; the trajectory is borrowed.
     pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
         let solution = &plan.solution;
         let problem = &solution.on_grid(problem);
@@ -215,7 +215,7 @@ impl<'a> PlanFile<'a> {
         }
     }
 
-    /// The file with what files for other programs call the maneuver, and when it begins.
+    /// Adds the identity of the maneuver: its names and its epoch.
     pub fn with_identity(mut self, identity: &Identity) -> Self {
         self.spec = self.spec.map(|spec| spec.with_identity(identity));
         self
@@ -293,7 +293,7 @@ impl<'a> PlanFile<'a> {
         first.is_none_or(|first| matches!(first, b'{' | b'[') || !(first.is_ascii_graphic() || first >= 0x80))
     }
 
-    /// The scheme of the plan; `None` when its name is not known.
+    /// Returns the scheme of the plan; `None` when its name is not known.
     pub fn scheme(&self) -> Option<Scheme> {
         [Scheme::LieEuler, Scheme::LieVerlet].into_iter().find(|scheme| scheme.name() == self.scheme)
     }
@@ -326,7 +326,8 @@ impl<'a> PlanFile<'a> {
     }
 }
 
-/// Reads what a plan file suggests for another plan: its costates, and the poses of its trajectory.
+/// Reads the guess for another plan from a plan file: its costates, and the poses of its
+/// trajectory.
 ///
 /// # Errors
 /// Returns an error of the stream, of a text that is not a plan, or of another version of the
@@ -366,7 +367,7 @@ struct Bounded<R> {
     left: u64,
 }
 
-/// The input behind its byte order mark.
+/// Returns the input behind its byte order mark.
 fn without_mark<R: Read>(input: R) -> io::Result<BufReader<Bounded<R>>> {
     let mut input = BufReader::new(Bounded::new(input));
     if input.fill_buf()?.starts_with(encoding::MARK) {
@@ -394,8 +395,8 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Writes any document of ours: the keys of the two outer levels on lines of their own, so that two
-/// files can be compared line by line, arrays without breaks.
+/// Writes a document: the keys of the two outer levels on lines of their own, so that two files
+/// can be compared line by line, arrays without breaks.
 ///
 /// # Errors
 /// The stream.

@@ -366,7 +366,7 @@ impl Apart<'_> {
         }
     }
 
-    /// How many pulses the inputs have, and the shortest of them \[s\].
+    /// Returns the number of pulses of the inputs, and the shortest of them \[s\].
     fn pulses(&self) -> (usize, f64) {
         let (times, count) = (&self.trajectory.time, self.trajectory.input_count);
         let (mut pulses, mut shortest) = (0, f64::INFINITY);
@@ -390,7 +390,7 @@ impl Apart<'_> {
     }
 }
 
-/// Whether a word names one of many as another does: "input 2" as "input 1".
+/// Returns whether two words differ only in their number: "input 2" and "input 1".
 fn is_one_of(told: &Value, found: &Value) -> bool {
     let form = |value: &Value| {
         value

@@ -6,7 +6,8 @@ use slewkit::maneuver::{ConvexWork, Method, Proof, Solution};
 use slewkit::plan::Plan;
 
 impl PlanFile<'_> {
-    /// The plan as it was written; the time inside the cone solver, which a file does not hold, is zero.
+    /// Returns the plan as it was written; the time inside the cone solver, which a file does not
+    /// hold, is zero.
     ///
     /// # Errors
     /// [`ExportError::Scheme`].

@@ -27,8 +27,8 @@ impl Rows {
         Self { nodes, inputs, held }
     }
 
-    /// The row of the input at `node`: Lie–Euler has one fewer than nodes, none at the first, and held inputs none at the
-    /// last, where costates have as many rows as nodes.
+    /// Returns the row of the input at `node`: Lie–Euler has one fewer than nodes, none at the
+    /// first, and held inputs none at the last, where costates have as many rows as nodes.
     pub fn input(&self, node: usize) -> Option<usize> {
         if self.held {
             Some(node).filter(|node| *node < self.inputs)
@@ -37,7 +37,7 @@ impl Rows {
         }
     }
 
-    /// The numbers of `column` at `node`, if it has any there.
+    /// Returns the numbers of `column` at `node`, if it has any there.
     pub fn numbers<'a>(&self, column: &Column<'a>, node: usize) -> Option<&'a [f64]> {
         let at_node = !column.of_input || column.values.len() == self.nodes;
         column.values.row(if at_node { node } else { self.input(node)? })

@@ -49,7 +49,7 @@ pub struct SimulationRows {
 /// The rows of one body, SI units; positions and velocities where it moves.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct BodyRows {
-    /// Its name, where there are several.
+    /// Name of the body, where there are several.
     #[serde(default)]
     pub name: String,
     /// Attitudes `[w, x, y, z]`.
@@ -67,7 +67,8 @@ impl SimulationFile {
     /// Reads a document.
     ///
     /// # Errors
-    /// The stream, a text that is no simulation, or lists of different length.
+    /// Returns an error of the stream, of a text that is not a simulation, or of lists of
+    /// different length.
     pub fn read(input: impl Read) -> Result<Self, ExportError> {
         let mut file: Self = serde_json::from_reader(BufReader::new(input))?;
         let rows = &mut file.trajectory;

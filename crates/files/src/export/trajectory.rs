@@ -9,7 +9,7 @@ use slewkit::{Matrix3, Vector3};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Checks that every number is finite and every array as long as the maneuver needs.
+/// Checks that every number is finite and every array has the length that the maneuver needs.
 ///
 /// # Errors
 /// The first [`TrajectoryError`].
@@ -46,7 +46,7 @@ fn check_shape(trajectory: &Trajectory, problem: &Problem) -> Result<(), Traject
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrajectoryDocument<'a>(pub Cow<'a, Trajectory>);
 
-/// Where the discrete motion of a plan that lands ends.
+/// The end of the discrete motion of a plan that lands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct TargetDocument {
     attitude: Matrix,

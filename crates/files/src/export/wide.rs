@@ -1,4 +1,5 @@
-//! The trajectory as one wide table, a column a number, each with its name and unit: what CSV and Parquet hold.
+//! The trajectory as one wide table, a column a number, each with its name and unit: what CSV and
+//! Parquet hold.
 
 use super::ExportError;
 use super::columns::{Column, Names, check_finite, columns, plain};
@@ -71,7 +72,8 @@ pub fn write_csv(
     Ok(output.flush()?)
 }
 
-/// Margins of limits and constraints, then angles between boresights and directions \[deg\].
+/// Returns the margins of limits and constraints, then angles between boresights and directions
+/// \[deg\].
 fn of_limits(trajectory: &Trajectory, problem: &Problem) -> Vec<WideColumn<'static>> {
     let rows = Rows::of(trajectory);
     let margins = margins_at_nodes(problem, trajectory, |node| rows.input(node));
@@ -88,12 +90,12 @@ fn of_limits(trajectory: &Trajectory, problem: &Problem) -> Vec<WideColumn<'stat
     margins.chain(angles).map(column).collect()
 }
 
-/// A name in words as one word.
+/// Returns a name in words as one word.
 fn word(name: &str) -> String {
     plain(name).replace(' ', "_")
 }
 
-/// A unit as the keys of specs have it.
+/// Returns a unit as the keys of specs have it.
 fn key(unit: &str) -> &'static str {
     match unit {
         "N·m" => "n_m",

@@ -31,7 +31,7 @@ pub struct RunRecord {
     pub name: String,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// How many.
+    /// The number of cases.
     pub cases: usize,
     /// Wall time \[s\]: the only key that differs between two runs.
     pub time_s: f64,
@@ -96,7 +96,7 @@ pub struct PointedRecord {
 /// A constraint, or a limit, along all cases.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ConstraintRecord {
-    /// Its name.
+    /// The name of the constraint or limit.
     pub name: String,
     /// Cases that violate it at any time.
     pub violated: Part,
@@ -193,7 +193,8 @@ impl ConstraintRecord {
 /// The relative excess with which a command at its limit does not count as a violation.
 const ROUNDING: f64 = 1e-9;
 
-/// The limits of the torques: name, where each begins among the numbers of [`Flown::input_room`], and what the craft is allowed.
+/// Returns the limits of the torques: the name, the first index in [`Flown::input_room`], and the
+/// limits of the craft.
 fn input_limits(problem: &Problem) -> Vec<(String, usize, Vec<f64>)> {
     let craft = problem.of_craft();
     let mut first = 0;
@@ -225,7 +226,7 @@ impl RunRecord {
     }
 }
 
-/// The columns of a table of cases: what each is called, and its numbers of one case.
+/// The columns of a table of cases: the name of each, and its numbers for one case.
 struct Columns<'a> {
     problem: &'a Problem,
     uncertainty: &'a Uncertainty,
@@ -252,7 +253,7 @@ impl Columns<'_> {
         heads
     }
 
-    /// A case that was lost has no numbers.
+    /// Returns a case that was lost has no numbers.
     fn row(&self, case: &Result<Flown, Lost>) -> Vec<f64> {
         let Ok(flown) = case else { return vec![f64::NAN; self.heads().len()] };
         let mut row: Vec<f64> = flown.end.iter().copied().collect();
@@ -264,7 +265,7 @@ impl Columns<'_> {
     }
 }
 
-/// Writes every case: as a table (CSV; what was lost has empty cells), or as arrays (NPZ; NaN).
+/// Writes every case: as a table (CSV; a lost case has empty cells), or as arrays (NPZ; NaN).
 ///
 /// # Errors
 /// The stream.
@@ -331,7 +332,7 @@ pub fn write_trace(inputs: usize, moments: &[Moment], output: &mut dyn Write) ->
         for number in quaternion.iter().chain(rate.iter()).chain(moment.beside.iter()) {
             write!(output, ",{number:?}")?;
         }
-        // Nothing is commanded at the end any more.
+        // The end has no command.
         for index in 0..inputs {
             match moment.commanded.get(index) {
                 Some(number) => write!(output, ",{number:?}")?,

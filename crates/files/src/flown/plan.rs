@@ -12,7 +12,8 @@ use slewkit::optimize::discrete::linear_plan::{Matrix6, PosedPlan, Vector6};
 use slewkit::uncertainty::chance::{Chance, Quantity};
 use slewkit::uncertainty::{Bounded, Covariance, Radius, Uncertainty};
 
-/// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins and held over that step.
+/// Gains along a plan: `input = input* - K [ζ; δΩ]`, measured at the node at which a step begins
+/// and held over that step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeedbackRecord {
     /// "neighbouring", "tvlqr" or "switching".
@@ -29,7 +30,7 @@ pub struct FeedbackRecord {
     /// Bodies that translate have a row for each input, forces first, with six numbers before
     /// these, by position \[m\] and velocity [m/s].
     pub gains: Vec<Vec<Vec<f64>>>,
-    /// How the arcs answer to the start, where that is corrected.
+    /// The derivatives of the lengths of arcs by the start, if it is corrected.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub arcs: Vec<ArcRecord>,
 }
@@ -38,11 +39,12 @@ pub struct FeedbackRecord {
 /// `length_s + gain [ζ; δΩ]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArcRecord {
-    /// The first of its steps.
+    /// Number of the first step of the arc.
     pub first_step: usize,
-    /// How long it lasts in the plan \[s\].
+    /// The length of the arc in the plan \[s\].
     pub length_s: f64,
-    /// Three numbers by `ζ = log(R*ᵀR)` at the start, body axes [s/rad], three by the rate [s/(rad/s)].
+    /// Three numbers by `ζ = log(R*ᵀR)` at the start, body axes [s/rad], three by the rate
+    /// [s/(rad/s)].
     pub gain: [f64; 6],
 }
 
@@ -75,8 +77,8 @@ pub struct LoopUncertainty {
     pub end_attitude_sigma_deg: [f64; 3],
     /// The deviation of the angular velocity at the end [deg/s].
     pub end_rate_sigma_deg_s: [f64; 3],
-    /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every error is anywhere within one deviation
-    /// and none has a distribution \[deg\].
+    /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every
+    /// error is anywhere within one deviation and none has a distribution \[deg\].
     pub end_attitude_bound_deg: [f64; 3],
     /// For each parameter which part of these six variances it makes.
     pub shares: Vec<(String, [f64; 6])>,
@@ -87,7 +89,8 @@ pub struct LoopUncertainty {
     /// One standard deviation of the correction of each input, a row for each step; none open loop.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input_sigma: Vec<Vec<f64>>,
-    /// Covariance of `[ζ; δΠ]` at each node: 21 numbers, the upper triangle row after row [rad, N·m·s].
+    /// Covariance of `[ζ; δΠ]` at each node: 21 numbers, the upper triangle row after row [rad,
+    /// N·m·s].
     pub covariance: Vec<Vec<f64>>,
 }
 
@@ -105,15 +108,15 @@ pub struct PointingRecord {
 /// The chance of violating a constraint, or of exceeding a limit of the torques.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChanceRecord {
-    /// Its name.
+    /// The name of the constraint or limit.
     pub name: String,
     /// The largest of all nodes.
     pub largest: f64,
-    /// When that is \[s\].
+    /// The time of the largest chance \[s\].
     pub time_s: f64,
     /// The unit of the next two: deg of cones, deg/s of rates, N·m, N·m/s.
     pub unit: String,
-    /// One standard deviation of what is limited then.
+    /// One standard deviation of the limited quantity at that time.
     pub sigma: f64,
     /// The distance of the plan from the limit at that time, without margin.
     pub room: f64,
@@ -151,11 +154,11 @@ pub fn unit(quantity: Quantity) -> (&'static str, f64) {
 /// A part of the cases with its interval of 95 %.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
-    /// How many cases.
+    /// The number of cases.
     pub count: u64,
     /// The proportion.
     pub part: f64,
-    /// Its interval (Clopper and Pearson).
+    /// The interval of Clopper and Pearson.
     pub interval: [f64; 2],
 }
 
@@ -168,7 +171,7 @@ impl From<Proportion> for Part {
 /// The part of a limit that a plan holds in reserve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldRecord {
-    /// Its name.
+    /// The name of the limit.
     pub name: String,
     /// The unit of the numbers.
     pub unit: String,
@@ -189,7 +192,7 @@ pub struct MarginsRecord {
     pub cost_without: f64,
     /// Plans until margins and covariances agreed.
     pub plans: usize,
-    /// Whether they did.
+    /// Whether they agreed.
     pub agreed: bool,
     /// For each chance over the whole motion: the limit, or the joint limits, and the proportion
     /// of flights of the plan that exceed it.
@@ -219,7 +222,7 @@ impl MarginsRecord {
     }
 }
 
-/// The name of a kind of gains.
+/// Returns the name of a kind of gains.
 fn name(kind: &Kind) -> &'static str {
     match kind {
         Kind::Neighbouring { .. } => "neighbouring",
@@ -258,7 +261,8 @@ impl FeedbackRecord {
     }
 }
 
-/// A row by momenta as one by rates, which flight software knows: `K_Ω = K_Π J`, `K_v = K_γ m`.
+/// Converts a row by momenta to one by rates, which flight software measures: `K_Ω = K_Π J`,
+/// `K_v = K_γ m`.
 fn of_rates(problem: &Problem, row: &[f64]) -> Vec<f64> {
     let j = problem.body.inertia.j();
     let rotation = if row.len() == 12 { 6 } else { 0 };
@@ -282,7 +286,8 @@ pub fn gains_alone(
     Some(feedback.along_pose(problem, plan))
 }
 
-/// Whether a plan has gains alone: of a body that translates, or under torques fixed in the reference frame.
+/// Returns whether a plan has gains alone: of a body that translates, or under torques fixed in the
+/// reference frame.
 pub fn is_posed(problem: &Problem) -> bool {
     PosedPlan::is_of(problem)
 }
@@ -364,7 +369,7 @@ impl LoopUncertainty {
     }
 }
 
-/// The upper triangle, row after row.
+/// Returns the upper triangle, row after row.
 fn upper(matrix: &Matrix6) -> Vec<f64> {
     (0..6).flat_map(|row| (row..6).map(move |column| matrix[(row, column)])).collect()
 }

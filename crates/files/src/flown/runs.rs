@@ -30,7 +30,7 @@ impl<'a> Runs<'a> {
         if closed { "closed loop" } else { "open loop" }
     }
 
-    /// The flights of a loop.
+    /// Returns the flights of a loop.
     pub fn campaign(&self, closed: bool) -> Campaign<'a> {
         let gains = self.beside.gains.as_ref().filter(|_| closed);
         let Self { problem, closed_loop, uncertainty, beside, seed, threads } = *self;

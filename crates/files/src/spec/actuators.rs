@@ -10,7 +10,8 @@ use nalgebra::DMatrix;
 use slewkit::maneuver::{Motion, Weighted, Weights};
 use slewkit::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame};
 
-/// The actuators, their effort weights, and what fuel costs with each torque and each force input; absent: 1.
+/// The actuators, their effort weights, and what fuel costs with each torque and each force input;
+/// absent: 1.
 pub(crate) struct Actuated {
     pub actuation: Actuation,
     pub weights: Weights,
@@ -41,7 +42,7 @@ pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actu
 /// The shortest pulse of the torque inputs.
 pub(super) const SHORTEST_PULSE: &str = "shortest_pulse_s";
 
-/// The same whatever the shortest pulse.
+/// Returns the same whatever the shortest pulse.
 fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     if let Some(section) = section.filter(|section| section.has("thruster")) {
         return thrusters::thrusters(section, motion);
@@ -58,7 +59,7 @@ fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> 
     Some(Actuated { actuation, weights, prices, force_prices })
 }
 
-/// One price for each input of a kind.
+/// Reads one price for each input of a kind.
 fn prices(section: &Section, key: &str, inputs: &str, count: usize) -> Option<Vec<f64>> {
     match section.limits(key)? {
         Limits::All(price) => Some(vec![price; count]),
@@ -127,7 +128,7 @@ type Channel = (ActuatorSet, Option<DMatrix<f64>>);
 /// The largest deviation from 1 of the length of an axis whose input has a limit in N·m or N.
 const UNIT_ROUNDING: f64 = 1e-3;
 
-/// The channel under the limits of the spec.
+/// Returns the channel under the limits of the spec.
 fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&str; 3]) -> Option<Channel> {
     // Reported whether or not there are axes to count.
     let (channel, weight) = channel?;
@@ -174,7 +175,8 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
         .map(|channel| (channel, weight))
 }
 
-/// Inputs of one kind: axes under one of two names (the first is the default), and their weight.
+/// Returns the inputs of one kind: axes under one of two names (the first is the default), and
+/// their weight.
 fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str) -> Option<Channel> {
     let given = names.iter().find(|(name, _)| section.has(name));
     let (name, frame) = *given.unwrap_or(&names[0]);

@@ -1,4 +1,5 @@
-//! The second pass: from the checked tree to the problem, with everything that takes more than one key.
+//! The second pass: from the checked tree to the problem, with everything that takes more than one
+//! key.
 
 use super::attitude::Rotation;
 use super::boundary::{Boundary, TURN};
@@ -283,7 +284,7 @@ fn wrong_turn(end: &Boundary<'_>, from_start: &Matrix3) {
     }
 }
 
-/// A constraint with its directions turned by `axes`.
+/// Returns a constraint with its directions turned by `axes`.
 fn turned(mut constraint: Constraint, axes: &Matrix3) -> Constraint {
     if let Rule::Pointing(pointing) = &mut constraint.rule {
         for direction in &mut pointing.directions {
@@ -391,7 +392,7 @@ fn refuse(
     }
 }
 
-/// Tells what does not go together, and what to do.
+/// Reports the contradiction and its remedy.
 fn unsuited(cause: Unsuited, root: &Section, maneuver: &Section, problem: &Problem) {
     let reason = cause.to_string();
     let remedy = match cause {

@@ -13,16 +13,17 @@ pub(crate) struct Rotation {
     pub matrix: Matrix3,
     /// Rotation vector \[rad\], as written where the notation keeps whole turns, else the shortest.
     pub vector: Vector3,
-    /// Where it was written.
+    /// The place of the attitude in the spec.
     pub spot: Spot,
-    /// `[0, 0, 0, ±1]` under wxyz, `[±1, 0, 0, 0]` under xyzw: perhaps the identity in the other order.
+    /// `[0, 0, 0, ±1]` under wxyz, `[±1, 0, 0, 0]` under xyzw: perhaps the identity in the other
+    /// order.
     pub maybe_identity: Option<&'static str>,
 }
 
 /// The purpose of the rotation, which decides which angles look mistaken.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Use {
-    /// An attitude: more than a full turn means nothing.
+    /// An attitude, for which whole turns have no effect.
     Attitude,
     /// A rotation from the start: whole turns count.
     Turn,
@@ -88,7 +89,7 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
     }
 }
 
-/// Where the x axis of the body points, and the roll about it.
+/// The keys for the direction of the body's x axis, and the roll about it.
 const POINTED: [&str; 3] = ["ra_deg", "dec_deg", "roll_deg"];
 
 /// `R = Rz(α) Ry(−δ) Rx(ρ)`.
@@ -108,7 +109,7 @@ fn pointed(section: &Section) -> Option<Matrix3> {
     Some(exp(&(Vector3::z() * ra)) * exp(&(Vector3::y() * -dec)) * exp(&(Vector3::x() * roll)))
 }
 
-/// The rotation of Rodrigues parameters `e tan(φ/2)`, or of modified ones, `e tan(φ/4)`.
+/// Returns the rotation of Rodrigues parameters `e tan(φ/2)`, or of modified ones, `e tan(φ/4)`.
 fn rodrigues(vector: Vector3, modified: bool) -> Matrix3 {
     let length = vector.norm();
     let axis = if length > 0.0 { vector / length } else { return Matrix3::identity() };

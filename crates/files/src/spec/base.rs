@@ -21,7 +21,7 @@ pub struct Base {
 }
 
 impl Base {
-    /// The spec at `path` under overrides that hold for all cases.
+    /// Builds the spec at `path` under overrides that hold for all cases.
     ///
     /// # Errors
     /// Returns errors of the file or its notation; [`Base::read`] judges the values of its keys.
@@ -63,7 +63,7 @@ impl Base {
         Ok(Self { name: name.into(), folder: folder.into(), sources, root, beside })
     }
 
-    /// The name of the file as the user wrote it.
+    /// Returns the name of the file as the user wrote it.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -75,15 +75,15 @@ impl Base {
         own.chain(self.beside.iter().map(String::as_str))
     }
 
-    /// The files that it names, which no output may replace.
+    /// Returns the files that it names, which no output may replace.
     pub fn files(&self) -> Vec<PathBuf> {
         orbits_named(&self.root, &self.folder)
     }
 
-    /// The maneuver under more overrides.
+    /// Returns the maneuver under more overrides.
     ///
     /// # Errors
-    /// Everything that is wrong with it; a simulation is no maneuver.
+    /// Returns all errors of the spec; a simulation is an error.
     pub fn read(&self, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
         let mut sources = self.sources.clone();
         let (root, findings) = overrides::apply(self.root.clone(), overrides, &mut sources);
@@ -94,7 +94,7 @@ impl Base {
         }
     }
 
-    /// The base without `[dispersion]`, which need not be read again for each of its cases.
+    /// Builds the base without `[dispersion]`, which need not be read again for each of its cases.
     pub fn without_dispersion(mut self) -> Self {
         if let Value::Table(entries) = &mut self.root.value {
             entries.retain(|entry| entry.key != "dispersion");
@@ -102,10 +102,11 @@ impl Base {
         self
     }
 
-    /// Whether a spec can have the key at `path`; `at` is where the path is written, the command line if nowhere else.
+    /// Checks that a spec can have the key at `path`; `at` is where the path is written, the
+    /// command line if nowhere else.
     ///
     /// # Errors
-    /// Returns the error of the path, with the nearest key.
+    /// Fails when no key has this path; the error names the nearest key.
     pub fn check_key(&self, path: &str, at: Option<&Origin>) -> Result<(), Diagnostics> {
         self.key(path).map(drop).map_err(|(code, reason, remedy)| {
             let here = Origin { file: "command line".into(), line: 1, column: 1 };
@@ -118,11 +119,11 @@ impl Base {
         paths::place(&self.root, path)
     }
 
-    /// Whether a value alone is one of its key: its type, its shape, its range. Contradictions with other keys show when
-    /// the case is read.
+    /// Checks a value alone against its key: its type, its shape, its range.
+    /// Contradictions with other keys show when the case is read.
     ///
     /// # Errors
-    /// Returns the error of the value, or of its path.
+    /// Fails when no key has this path, or the key cannot have this value.
     pub fn check_value(&self, given: &Override) -> Result<(), Diagnostics> {
         let key = match self.key(given.path()) {
             Ok(Place::Key(key)) => key,
@@ -160,7 +161,7 @@ fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     }
 }
 
-/// The orbits that a tree names as files, as paths.
+/// Returns the orbits that a tree names as files, as paths.
 pub(super) fn orbits_named(node: &Node, folder: &Path) -> Vec<PathBuf> {
     match &node.value {
         Value::Table(entries) => entries

@@ -9,12 +9,13 @@ use slewkit::numerics::figures::{rounded, told_apart};
 
 /// Asymmetry that needs no warning: the last digit of an entry.
 const SILENT_ASYMMETRY: f64 = 1e-15;
-/// Smallest principal moment [kg·m²], weight and axis length: the products of the solvers stay in range.
+/// Smallest principal moment [kg·m²], weight and axis length: the products of the solvers stay in
+/// range.
 pub(crate) const SMALLEST: f64 = 1e-30;
 /// A body thinner than this [kg/m³] inside its radius of gyration has its inertia in other units.
 const THINNEST: f64 = 1e-5;
 
-/// The inertia, checked.
+/// Returns the inertia, checked.
 pub(crate) fn inertia(body: &Section) -> Option<Inertia> {
     let name = "inertia_kg_m2";
     checked(body.matrix(name)?, body, name)

@@ -75,13 +75,13 @@ impl<'a> Boundary<'a> {
         self.key == "rotation_from_start"
     }
 
-    /// Whether a rate is given without an attitude: any will do.
+    /// Returns whether a rate is given without an attitude: any will do.
     pub fn is_open(&self) -> bool {
         let attitudes = ["attitude", "rotation_from_start", "attitude_file", "point"];
         self.section.rate_key().is_some() && !attitudes.into_iter().any(|key| self.section.has(key))
     }
 
-    /// Whether it turns with the orbit.
+    /// Returns whether it turns with the orbit.
     pub fn rests_in_orbit(&self) -> bool {
         self.section.knows(REST_IN_ORBIT) && self.section.has(REST_IN_ORBIT)
     }

@@ -29,12 +29,12 @@ struct Checker {
     report: Report,
 }
 
-/// Whether a key means something under this value of the table's selector.
+/// Returns whether a key means something under this value of the table's selector.
 fn applies(key: &Key, selected: Option<&str>) -> bool {
     key.only.is_empty() || selected.is_some_and(|kind| key.only.contains(&kind))
 }
 
-/// How a message names the table at `path`.
+/// Returns the name of the table at `path` in messages.
 fn table_name(path: &str) -> String {
     if path.is_empty() { "the spec".into() } else { format!("[{path}]") }
 }
@@ -198,7 +198,7 @@ impl Checker {
         None
     }
 
-    /// A direction, or a list of them.
+    /// Returns a direction, or a list of them.
     fn directions(&mut self, node: &Node, path: &str) -> Read<Parsed> {
         let sample = "{ vector = [0, 0, 1] }, or { ra_deg = 231.0, dec_deg = -18.3 }";
         let items = match &node.value {
@@ -280,7 +280,7 @@ impl Checker {
         Some(Parsed::Tables(tables.collect()))
     }
 
-    /// The complaint about a table that only the other kind of spec has.
+    /// Returns the complaint about a table that only the other kind of spec has.
     fn of_the_other_kind(&self, entry: &Entry, path: &str) -> Option<Fault> {
         let simulation = std::ptr::eq(self.root, &raw const SIMULATION_ROOT);
         let other = if simulation { &ROOT } else { &SIMULATION_ROOT };
@@ -343,7 +343,7 @@ impl Checker {
     }
 }
 
-/// Where a table begins: its header; nowhere for the whole spec.
+/// Returns the place of the start of a table: its header; an empty place for the whole spec.
 fn opening(node: &Node, path: &str) -> Span {
     if path.is_empty() {
         return Span::default();
@@ -357,7 +357,7 @@ fn opening(node: &Node, path: &str) -> Span {
     }
 }
 
-/// A sample of what the table needs.
+/// Returns a sample with the required keys of the table.
 fn table_sample(table: &Table) -> String {
     let needed = table.keys.iter().filter_map(|key| key.sample).filter(|sample| !sample.contains('\n'));
     let needed = needed.chain(table.one_of.iter().map(|(_, sample)| *sample)).take(3);
@@ -369,7 +369,8 @@ fn table_sample(table: &Table) -> String {
     }
 }
 
-/// The advice about a key that no key of `table` resembles: the table that has it, or what there is.
+/// Returns the advice about an unknown key without a similar key in `table`: the table that has
+/// it, or the known keys.
 pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
     for key in root.keys {
         if let Kind::Table(other) = key.kind

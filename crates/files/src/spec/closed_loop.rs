@@ -1,4 +1,5 @@
-//! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of limits: what a plan is flown with.
+//! `[feedback]`, `[uncertainty]`, `[plant]` and the chances of limits: the data for flights of a
+//! plan.
 
 mod chances;
 mod uncertain;
@@ -23,7 +24,7 @@ pub struct ClosedLoop {
     pub feedback: Option<Feedback>,
     /// The uncertainty of the craft.
     pub uncertainty: Option<Uncertainty>,
-    /// How its actuators follow.
+    /// The response of the actuators.
     pub plant: Plant,
     /// The chances of limits.
     pub chances: Vec<Chance>,
@@ -37,7 +38,7 @@ impl ClosedLoop {
         &self.written
     }
 
-    /// The chance of its own that the limit `name` is to keep.
+    /// Returns the chance of its own that the limit `name` is to keep.
     pub fn asked(&self, name: &str) -> Option<&Chance> {
         self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))
     }
@@ -60,7 +61,8 @@ impl ClosedLoop {
     }
 }
 
-/// Reads the sections, and has the maneuver hold what is to be left of its limits; what is wrong is in the report.
+/// Reads the sections, and adds the reserves of the limits to the maneuver; errors are in the
+/// report.
 pub(crate) fn read(root: &Section, tree: &Node, problem: &mut Problem) -> ClosedLoop {
     let sections = ["feedback", "uncertainty", "plant"];
     if let Some(section) = root.section("uncertainty")
@@ -114,7 +116,7 @@ fn is_whole(number: f64) -> bool {
     number >= 1.0 - WHOLE && (number - number.round()).abs() <= WHOLE * number
 }
 
-/// The tick of the controller \[s\]; 0: the step.
+/// Returns the tick of the controller \[s\]; 0: the step.
 fn every(section: &Section, problem: &Problem) -> Option<f64> {
     if !section.has("every_s") {
         return Some(0.0);
@@ -137,7 +139,7 @@ fn every(section: &Section, problem: &Problem) -> Option<f64> {
     section.refuse("E0176", "every_s", reason, remedy_of(every, duration))
 }
 
-/// The number of steps, some hundred, with which a tick is a whole number of them.
+/// Returns the number of steps, some hundred, with which a tick is a whole number of them.
 fn remedy_of(every: f64, duration: f64) -> String {
     /// Steps of a plan by default.
     const STEPS: f64 = 100.0;
@@ -244,7 +246,7 @@ fn plant(section: &Section, problem: &Problem) -> Plant {
     }
 }
 
-/// A value of the tree as JSON.
+/// Returns a value of the tree as JSON.
 fn json(node: &Node) -> serde_json::Value {
     match &node.value {
         Value::Table(entries) => {

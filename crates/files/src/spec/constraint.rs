@@ -21,7 +21,7 @@ const TAKEN: [&str; 9] = [
     "wheel momentum limit",
 ];
 
-/// Whether reports call a limit of the actuators so.
+/// Returns whether reports call a limit of the actuators so.
 pub(super) fn is_taken(name: &str) -> bool {
     TAKEN.contains(&name)
 }
@@ -51,7 +51,7 @@ pub(crate) fn constraints(root: &Section, sky: &mut sky::Reading) -> Option<Vec<
     Some(constraints)
 }
 
-/// Names as given, or by kind; all different.
+/// Returns the names as given, or made from the kind of constraint; all are different.
 fn names(sections: &[Section]) -> Option<Vec<String>> {
     let mut names: Vec<Option<String>> = vec![None; sections.len()];
     let mut good = true;
@@ -143,7 +143,7 @@ fn rate_limit(section: &Section) -> Option<Rule> {
     })
 }
 
-/// Half angle and margin \[rad\].
+/// Returns the half angle and margin \[rad\].
 fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     let half_angle = if section.has("beyond_limb_deg") {
         section.number("beyond_limb_deg").map(|value| Angle { key: "beyond_limb_deg", value })
@@ -180,7 +180,7 @@ fn cone(section: &Section, side: Side) -> Option<(f64, f64)> {
     section.refuse("E0070", margin.key, reason, "write a smaller margin")
 }
 
-/// The directions of both kinds.
+/// Returns the directions of both kinds.
 fn directions(section: &Section, sky: &mut sky::Reading, used_by: &str) -> Option<Vec<Direction>> {
     let mut directions = Vec::new();
     for (name, turns) in [("direction_inertial", false), ("direction_reference", true)] {
@@ -214,7 +214,7 @@ fn rule_of<'a>(problem: &'a Problem, name: &str) -> Option<&'a Rule> {
     problem.constraints.iter().find(|constraint| constraint.name == name).map(|constraint| &constraint.rule)
 }
 
-/// Code and remedy of a boundary state that violates the constraint `name`.
+/// Returns the code and remedy of a boundary state that violates the constraint `name`.
 pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static str, String) {
     match rule_of(problem, name) {
         Some(Rule::RateNorm(limit)) => (
@@ -236,7 +236,8 @@ pub(crate) fn violated(problem: &Problem, name: &str, end: &str) -> (&'static st
     }
 }
 
-/// The method `shooting`, which holds limits of the inputs alone.
+/// Refuses the method `shooting` where a constraint limits more than the inputs. It holds limits of
+/// the inputs alone.
 pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
     let limits = |channel: &slewkit::mechanics::actuators::ActuatorSet| channel.limits().rate.is_some();
     let actuation = &problem.actuation;

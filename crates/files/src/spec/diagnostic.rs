@@ -41,7 +41,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// A finding about a whole file, before there is any text to point at.
+    /// Builds a finding about a whole file, before there is any text to point at.
     pub(crate) fn about_file(code: &'static str, file: &str, reason: String, remedy: &str) -> Self {
         Self {
             code,
@@ -64,7 +64,7 @@ impl Diagnostic {
         Finding::error(code, span, reason, remedy).resolve(&[source])
     }
 
-    /// The finding for people: position, reason, the line with a caret, and the remedy.
+    /// Returns the finding for people: position, reason, the line with a caret, and the remedy.
     ///
     /// Plain text; `colour` adds ANSI colours.
     pub fn render(&self, colour: bool) -> String {
@@ -116,7 +116,7 @@ impl Diagnostics {
         self.0.iter().any(|finding| matches!(finding.code, "E0014" | "E0015" | "E0150" | "E0151" | "E0152"))
     }
 
-    /// All findings for people, one after the other, with a closing count.
+    /// Returns all findings for people, one after the other, with a closing count.
     pub fn render(&self, colour: bool) -> String {
         let mut out = String::new();
         for finding in &self.0 {
@@ -160,7 +160,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Text with control characters escaped, line by line: for words that may quote what was read.
+/// Escapes control characters in a text, line by line, because it may quote input.
 pub fn escape_lines(text: &str) -> String {
     text.split('\n').map(escape).collect::<Vec<_>>().join("\n")
 }
@@ -178,7 +178,7 @@ pub(crate) fn cut(text: &str, limit: usize) -> String {
 const EXCERPT: usize = 100;
 const LEAD: usize = 60;
 
-/// The line around a span with the caret's place: cut to [`EXCERPT`] characters, escaped.
+/// Returns the line around a span with the caret's place: cut to [`EXCERPT`] characters, escaped.
 fn excerpt(source: &Source, line: usize, span: Span) -> (String, usize, usize) {
     let (text, start) = source.line(line);
     let offset = source.boundary(span.start).saturating_sub(start).min(text.len());
@@ -198,7 +198,7 @@ fn excerpt(source: &Source, line: usize, span: Span) -> (String, usize, usize) {
     (shown.trim_end().to_string(), before.chars().count(), marked.chars().count().max(1))
 }
 
-/// Where a finding is: the bytes, and the key path.
+/// The place of a finding: the bytes, and the key path.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spot {
     pub span: Span,
@@ -216,7 +216,7 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// An error in the text, under no key.
+    /// Builds an error in the text, under no key.
     pub fn error(
         code: &'static str,
         span: Span,
@@ -226,7 +226,7 @@ impl Finding {
         Self::error_at(code, Spot { span, key: String::new() }, reason, remedy)
     }
 
-    /// An error at a key.
+    /// Builds an error at a key.
     pub fn error_at(
         code: &'static str,
         spot: Spot,

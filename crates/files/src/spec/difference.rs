@@ -8,16 +8,16 @@ use serde_json::Value;
 pub struct Difference {
     /// The key, dotted.
     pub key: String,
-    /// Its value in the first, as JSON.
+    /// Value of the key in the first maneuver, as JSON.
     pub first: String,
-    /// Its value in the second.
+    /// Value of the key in the second maneuver, as JSON.
     pub second: String,
 }
 
-/// A rounding of an angle on another machine is no difference.
+/// The rounding of an angle on another machine, which is not a difference.
 const ROUND_OFF: f64 = 1e-12;
 
-/// The keys in which two trees differ beyond round-off.
+/// Returns the keys in which two trees differ beyond round-off.
 pub(super) fn differences(first: &Value, second: &Value) -> Vec<Difference> {
     let mut found = Vec::new();
     compare("", first, second, &mut found);

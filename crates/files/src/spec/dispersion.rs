@@ -1,4 +1,4 @@
-//! `[dispersion]`: what is uncertain, read into a linear map of standard random numbers.
+//! `[dispersion]`: the uncertain numbers, read into a linear map of standard random numbers.
 
 use super::attitude::{self, Use};
 use super::keys::{Kind, SPREADS};
@@ -19,7 +19,8 @@ pub struct Dispersion {
     pub varied: Vec<Varied>,
 }
 
-/// One quantity that varies: its nominal numbers, and `offset = map · ξ` with standard random numbers ξ.
+/// One quantity that varies: its nominal numbers, and `offset = map · ξ` with standard random
+/// numbers ξ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Varied {
     /// The key that a case sets.
@@ -65,7 +66,7 @@ pub enum Nominal {
 const ELEMENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 impl Nominal {
-    /// The numbers that vary.
+    /// Returns the numbers that vary.
     pub fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Number(number) => vec![*number],
@@ -76,7 +77,8 @@ impl Nominal {
         }
     }
 
-    /// The value with its numbers moved by `offset`, as a spec would have it, to the last bit.
+    /// Returns the value with its numbers moved by `offset`, as a spec would have it, to the last
+    /// bit.
     pub fn moved(&self, offset: &[f64]) -> String {
         let at = |index: usize| offset.get(index).copied().unwrap_or_default();
         let row = |numbers: &[f64]| {
@@ -119,7 +121,8 @@ impl Nominal {
     }
 }
 
-/// The rotation vector of the same rotation as `shortest`, with whole turns, that is nearest to `wanted`.
+/// Returns the rotation vector of the same rotation as `shortest`, with whole turns, that is
+/// nearest to `wanted`.
 fn nearest_turn(shortest: &Vector3, wanted: &Vector3) -> Vector3 {
     let angle = shortest.norm();
     // Whole turns keep the axis of the nominal rotation.
@@ -195,7 +198,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
     Some(Varied { key, nominal, distribution, map: map * scale })
 }
 
-/// A with `A Aᵀ` the covariance.
+/// Returns a with `A Aᵀ` the covariance.
 fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     /// The value that rounding of the entries may give a zero.
     const ROUNDING: f64 = 1e-12;
@@ -263,7 +266,7 @@ fn absent<T>(entry: &Section, path: &str) -> Option<T> {
     entry.refuse("E0160", "key", reason, "write its mean value")
 }
 
-/// A number, a list or rows.
+/// Returns a number, a list or rows.
 fn numbers(node: &Node) -> Option<Nominal> {
     let number = |node: &Node| match &node.value {
         Value::Number(number) => Some(number.value),

@@ -10,23 +10,24 @@ use slewkit::mechanics::{
 use slewkit::numerics::figures::{rounded, told_apart};
 use std::sync::Arc;
 
-/// `[environment]` and what it depends on.
+/// `[environment]` and the data that it depends on.
 pub(crate) struct Surroundings<'a> {
     pub section: Option<&'a Section>,
     pub motion: Motion,
     /// The mass of the body \[kg\].
     pub mass: Option<f64>,
-    /// Where the spec has its states, for messages.
+    /// The place of the states in the spec, for messages.
     pub place: &'static str,
 }
 
-/// Rate of an orbit at the surface of a sphere of osmium, 22 600 kg/m³: √(4πGρ/3) [rad/s]. No planet or moon is as dense.
+/// Rate of an orbit at the surface of a sphere of osmium, 22 600 kg/m³: √(4πGρ/3) [rad/s]. No
+/// planet or moon is as dense.
 const FASTEST_ORBIT: f64 = 0.0025;
 /// Relative difference of the masses of the points from the mass of the body that is rounding.
 const MASS_ROUNDING: f64 = 1e-9;
 
 impl Surroundings<'_> {
-    /// The environment; none given: nothing acts.
+    /// Returns the environment; none given: nothing acts.
     pub fn read(&self, inertia: Option<&Inertia>) -> Option<Arc<dyn Environment>> {
         let Some(section) = &self.section else { return Some(Arc::new(Free)) };
         let kind = section.word("kind")?;

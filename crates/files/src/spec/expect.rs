@@ -61,7 +61,8 @@ pub struct SimulationExpect {
     pub energy_error_at_most: Option<f64>,
     /// Bound on the change of the angular momentum, relative to the one at the start.
     pub angular_momentum_error_at_most: Option<f64>,
-    /// Bound on the change of the linear momentum, relative to the sum of the sizes of all at the start.
+    /// Bound on the change of the linear momentum, relative to the sum of the sizes of all at the
+    /// start.
     pub linear_momentum_error_at_most: Option<f64>,
     /// Bound on `‖I − RᵀR‖` of every body.
     pub orthogonality_at_most: Option<f64>,
@@ -73,7 +74,8 @@ pub struct SimulationExpect {
     pub oscillation: Option<Oscillation>,
 }
 
-/// State of one body at the end, each with the largest accepted distance from it (SI units, radians).
+/// State of one body at the end, each with the largest accepted distance from it (SI units,
+/// radians).
 #[derive(Clone, Debug, PartialEq)]
 pub struct EndExpect {
     /// The index of the body, from 0.
@@ -88,7 +90,7 @@ pub struct EndExpect {
     pub velocity: Option<(Vector3, f64)>,
 }
 
-/// How fast a body axis turns about a direction, in the mean.
+/// The mean rate of a body axis about a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precession {
     /// The index of the body, from 0.
@@ -101,7 +103,7 @@ pub struct Precession {
     pub rate: Toleranced,
 }
 
-/// How a body axis swings.
+/// The mean period of a body axis that swings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oscillation {
     /// The index of the body, from 0.
@@ -115,7 +117,7 @@ pub struct Oscillation {
 }
 
 impl Toleranced {
-    /// A table of a value and its tolerance.
+    /// Builds a table of a value and its tolerance.
     fn read(section: &Section) -> Option<Self> {
         Some(Self { value: section.number("value")?, tolerance: section.number("tolerance")? })
     }

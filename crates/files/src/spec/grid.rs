@@ -22,7 +22,8 @@ pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
 pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
     let (why, remedy) = match of {
         StepsOf::Plan => {
-            // A node holds state, inputs, costates and the transition matrix of the sweep: about 1 kB on SO(3).
+            // A node holds state, inputs, costates and the transition matrix of the sweep: about 1
+            // kB on SO(3).
             let gigabytes = short(steps * 1e3 / 1e9);
             let why =
                 format!("they would need about {gigabytes} GB, and the limit of a plan is {}", of.most());
@@ -37,7 +38,7 @@ pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
     ("E0034", format!("{} steps are too many: {why}", show(steps)), remedy)
 }
 
-/// The number of steps that `steps` or `step_s` of the section give.
+/// Returns the number of steps that `steps` or `step_s` of the section give.
 pub(super) fn given(of: StepsOf, section: &Section, duration: f64) -> Option<u64> {
     if section.has("steps") {
         return section.whole("steps");

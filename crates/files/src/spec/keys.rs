@@ -1,4 +1,5 @@
-//! Every key of a spec, once: the reader, the messages and the JSON Schema all work from these tables.
+//! Every key of a spec, once: the reader, the messages and the JSON Schema all work from these
+//! tables.
 
 use super::quantity::{self as q, Quantity};
 use Kind::*;
@@ -12,7 +13,7 @@ pub(crate) enum Kind {
     Format,
     /// Text on one line, at most this many characters.
     Text(usize),
-    /// One of the first words; the second are known, but this version cannot do them.
+    /// One of the first words; the second words are known but not supported.
     Choice(&'static [&'static str], &'static [&'static str]),
     /// A number.
     Number(Quantity),
@@ -40,9 +41,9 @@ pub(crate) enum Kind {
     Table(&'static Table),
     /// A list of tables, at most this many.
     List(&'static Table, usize),
-    /// A positive number; without the key there is no limit.
+    /// A positive number; an absent key means no limit.
     Limit(Quantity),
-    /// One limit for all, or a list: as many as there are inputs, or this many.
+    /// One limit for all, or a list with one for each input, or with this many.
     Limits(Quantity, Option<usize>),
     /// Three numbers, or a list of such vectors.
     Vectors(Quantity),
@@ -92,7 +93,7 @@ impl StepsOf {
 }
 
 impl Kind {
-    /// The keys of the table, or of each table of the list, that it holds.
+    /// Returns the keys of the table, or of each table of the list, that it holds.
     pub fn table(self) -> Option<&'static Table> {
         match self {
             Self::Table(table) | Self::List(table, _) => Some(table),
@@ -108,7 +109,7 @@ impl Kind {
 pub(crate) struct Key {
     pub name: &'static str,
     pub kind: Kind,
-    /// Its meaning, in one line.
+    /// Meaning of the key, in one line.
     pub doc: &'static str,
     /// Whether it is required; the text is a sample.
     pub sample: Option<&'static str>,
@@ -131,14 +132,14 @@ pub(crate) struct Table {
 impl Table {
     const EMPTY: Self = Self { keys: &[], selector: None, exclusive: &[], one_of: &[] };
 
-    /// The key of this name.
+    /// Returns the key of this name.
     pub fn key(&self, name: &str) -> Option<&'static Key> {
         self.keys.iter().find(|key| key.name == name)
     }
 }
 
-/// One key: its description, its name, its [`Kind`]; then `only` and the values of the selector under which it means
-/// something, `needed` and a sample.
+/// One key: its description, its name, its [`Kind`]; then `only` and the values of the selector
+/// under which it means something, `needed` and a sample.
 macro_rules! key {
     ([] $shared:ident) => { $shared };
     ([$($doc:literal)*] $name:expr; $kind:expr $(, only $only:expr)? $(, needed $sample:expr)?) => {
@@ -219,8 +220,8 @@ tables! {
         "name": Text(200);
         /// Notes for people; ignored.
         "description": Text(10_000);
-        /// The moment of time zero, with its time scale (UTC, TAI, TT, TDB, GPS), as in "2026-11-21T07:00:00 UTC".
-        /// Files for other programs need it; plans do not depend on it.
+        /// The moment of time zero, with its time scale (UTC, TAI, TT, TDB, GPS), as in
+        /// "2026-11-21T07:00:00 UTC". Files for other programs need it; plans do not depend on it.
         "epoch": Text(100);
         /// Whether named targets are seen where they were when their light left them: stations,
         /// Moon and satellites. Default: none.
@@ -232,8 +233,8 @@ tables! {
         "names": Table(&NAMES);
         /// The rigid body.
         "body": Table(&BODY), needed "[body]\ninertia_kg_m2 = [2, 3, 4]   # or three rows: the whole matrix";
-        /// Input axes and effort weights. Default: three torques along the body axes; three forces along the
-        /// reference axes too when positions are given.
+        /// Input axes and effort weights. Default: three torques along the body axes; three forces
+        /// along the reference axes too when positions are given.
         "actuators": Table(&ACTUATORS);
         /// State at the beginning.
         "start": Table(&START),
@@ -243,7 +244,7 @@ tables! {
             needed "[end]\nattitude = { euler_zyx_deg = [90, 0, 0] }\nangular_velocity_deg_s = [0, 0, 0]";
         /// The objective, the duration and the grid.
         "maneuver": Table(&MANEUVER), needed "[maneuver]\nduration_s = 60";
-        /// How it is solved. Default: automatic.
+        /// The settings of the solver. Default: automatic.
         "solver": Table(&SOLVER);
         /// The forces and moments on the body other than those of its actuators. Default: none.
         "environment": Table(&ENVIRONMENT);
@@ -307,16 +308,16 @@ tables! {
     static ACTUATORS[
         exclusive: &[&["torque_axes_body", "torque_axes_reference"], &["force_axes_reference", "force_axes_body"]],
     ] {
-        /// Torque axes fixed in the body, a list of axes, the columns of B. Two: underactuated; four:
-        /// redundant. Default: three unit axes.
+        /// Torque axes fixed in the body, a list of axes, the columns of B. Two: underactuated;
+        /// four: redundant. Default: three unit axes.
         "torque_axes_body": Axes;
         /// Torque axes fixed in the reference frame: the torque is Rᵀ B u.
         "torque_axes_reference": Axes;
         /// Weight W of the torque inputs in ½uᵀWu: one number for each axis, or a full symmetric
         /// positive definite matrix. Default: 1 each.
         "effort_weight": Weight;
-        /// Force axes fixed in the reference frame; an empty list: no forces. Default: three unit axes when
-        /// positions are given.
+        /// Force axes fixed in the reference frame; an empty list: no forces. Default: three unit
+        /// axes when positions are given.
         "force_axes_reference": Axes;
         /// Force axes fixed in the body: the force is R B u.
         "force_axes_body": Axes;
@@ -369,10 +370,12 @@ tables! {
         /// number for all, or one for each axis; with force_norm_limit_n the cost of a newton of
         /// the whole force. Default: 1.
         "force_fuel_price": Limits(q::PRICE, None);
-        /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the body.
+        /// Reaction wheels, instead of torque axes; each input is the torque of one wheel on the
+        /// body.
         "wheel": List(&WHEEL, MAX_WHEELS);
-        /// Thrusters, instead of torque axes; each input is the torque of one thruster, never negative, or, where [start] and [end]
-        /// have positions, its force, which pushes and turns the body. For minimum time and fuel.
+        /// Thrusters, instead of torque axes; each input is the torque of one thruster, never
+        /// negative, or, where [start] and [end] have positions, its force, which pushes and turns
+        /// the body. For minimum time and fuel.
         "thruster": List(&THRUSTER, MAX_WHEELS);
     }
 
@@ -484,8 +487,8 @@ tables! {
         /// The time to which the chance refers. instant: the worst one, to first order. motion:
         /// any time, counted in flights with [plant]; at least 1e-4. Default: instant.
         "chance_over": Choice(&["instant", "motion"], &[]), only WITH_CHANCE;
-        /// Limit of the inertial angular velocity: one number for its norm, or three for its components in
-        /// body axes.
+        /// Limit of the inertial angular velocity: one number for its norm, or three for its
+        /// components in body axes.
         "angular_velocity_limit_deg_s": Limits(q::RATE_LIMIT_DEG, Some(3)), only RATE_LIMIT;
         /// The limit in rad/s.
         "angular_velocity_limit_rad_s": Limits(q::RATE_LIMIT_RAD, Some(3)), only RATE_LIMIT;
@@ -539,12 +542,13 @@ shared_keys! {
     LONGITUDE_KEY = "longitude_deg": Number(q::ANGLE_DEG);
     /// For limb: the azimuth about nadir, right-handed, from along the track.
     AZIMUTH_KEY = "azimuth_deg": Number(q::ANGLE_DEG);
-    /// Height of a station above the ellipsoid of WGS 84, or of a limb above the sphere of its equatorial radius. Default: 0.
+    /// Height of a station above the ellipsoid of WGS 84, or of a limb above the sphere of its
+    /// equatorial radius. Default: 0.
     HEIGHT_KEY = "height_m": Number(q::POSITION);
     /// Two-line elements, both lines, by SGP4.
     TLE_KEY = "tle": Texts(2);
-    /// An orbit ephemeris message of CCSDS (OEM, keywords and values), relative to the folder of the spec: centre Earth, in ICRF, GCRF,
-    /// EME2000, TOD, TEME or ITRF.
+    /// An orbit ephemeris message of CCSDS (OEM, keywords and values), relative to the folder of
+    /// the spec: centre Earth, in ICRF, GCRF, EME2000, TOD, TEME or ITRF.
     OEM_KEY = "oem": Text(1000);
     /// Keplerian elements, osculating, GCRS: semi-major axis.
     AXIS_KEY = "semi_major_axis_m": Number(q::POSITION);
@@ -579,7 +583,8 @@ shared_keys! {
     PIECE_KEY = "piece_s": Number(q::DURATION);
     /// For track: the number of coefficients of a piece. Default: all.
     TERMS_KEY = "terms": Count(1, 10_000);
-    /// For track: Chebyshev coefficients of a vector in reference axes at time zero, piece after piece.
+    /// For track: Chebyshev coefficients of a vector in reference axes at time zero, piece after
+    /// piece.
     COEFFICIENTS_KEY = "coefficients": Vertices(q::COMPONENT);
     /// For track: the radius of the target, from whose limb cones are measured.
     DISC_KEY = "disc_radius": Number(q::COMPONENT);
@@ -785,7 +790,8 @@ tables! {
         /// The number of attempts before an answer counts as the best: quick, default, or
         /// thorough with two hundred starts.
         "search": Choice(&["quick", "default", "thorough"], &[]);
-        /// Discretisation: lie_verlet (second order) or lie_euler (first order). Default: lie_verlet.
+        /// Discretisation: lie_verlet (second order) or lie_euler (first order). Default:
+        /// lie_verlet.
         "scheme": Choice(&["lie_verlet", "lie_euler"], &[]);
         /// Tolerance of the scaled discrete terminal error. Default: 1e-12.
         "tolerance": Number(q::TOLERANCE);
@@ -793,8 +799,8 @@ tables! {
         /// (the plan lands), or the discrete one, as in published plans, with an error of the
         /// true one. Default: motion.
         "target": Choice(&["motion", "discrete"], &[]);
-        /// Limit on the continuous terminal attitude error. Default: 1e-4 degrees; with the target discrete a quarter of the angle
-        /// turned, from 5 to 45 degrees.
+        /// Limit on the continuous terminal attitude error. Default: 1e-4 degrees; with the target
+        /// discrete a quarter of the angle turned, from 5 to 45 degrees.
         "continuous_tolerance_deg": Number(q::TOLERANCE_DEG);
         /// Limit on the continuous terminal attitude error in rad.
         "continuous_tolerance_rad": Number(q::TOLERANCE_RAD);
@@ -820,8 +826,8 @@ tables! {
         /// The vector from the pivot to the mass center, body axes.
         "pivot_to_mass_center_m": Vector(q::LENGTH), only UNIFORM,
             needed "pivot_to_mass_center_m = [0, 0, 0.3]";
-        /// Orbital rate. Attitudes are then relative to LVLH: e1 along the velocity, e2 the orbit normal, e3
-        /// radially outward. `lvlh_axes` chooses others.
+        /// Orbital rate. Attitudes are then relative to LVLH: e1 along the velocity, e2 the orbit
+        /// normal, e3 radially outward. `lvlh_axes` chooses others.
         "orbital_rate_rad_s": Number(q::ORBITAL_RATE), only GRADIENT, needed "orbital_rate_rad_s = 0.00116";
         /// Axes of attitudes and directions in this spec: velocity_normal_outward as above, or
         /// velocity_antinormal_nadir, x along the velocity, y opposite to the orbit normal, z to
@@ -830,7 +836,7 @@ tables! {
         /// Gravitational parameter of the point mass at the origin.
         "gravitational_parameter_m3_s2": Number(q::GRAVITATIONAL_PARAMETER), only CENTRAL,
             needed "gravitational_parameter_m3_s2 = 3.986e14";
-        /// How the body is attracted: as mass points, or to second order in its size.
+        /// The attraction of the body: as mass points, or to second order in its size.
         "body": Choice(&["points", "second_order"], &[]), only CENTRAL, needed "body = \"second_order\"";
         /// The mass points, if body = "points". Their masses sum to body.mass_kg.
         "points": List(&POINT, MAX_POINTS), only CENTRAL;
@@ -859,7 +865,8 @@ tables! {
         "newton_iterations_at_most": Count(1, 1_000_000);
         /// Conjugate points of the plan.
         "conjugate_points": Count(0, 1_000_000);
-        /// Cost of the continuous extremal, where time or fuel is minimised: its duration in seconds, or its fuel.
+        /// Cost of the continuous extremal, where time or fuel is minimised: its duration in
+        /// seconds, or its fuel.
         "continuous_cost": Table(&TOLERANCED);
         /// Number of switches, where time or fuel is minimised.
         "switches": Count(0, 1000);
@@ -867,7 +874,8 @@ tables! {
         "gap_at_most": Number(q::COST);
         /// Rotation sense of the plan.
         "sense": Choice(&["short", "long"], &[]);
-        /// Bound on the smallest margin of all limits and constraints, relative to the limit or in rad.
+        /// Bound on the smallest margin of all limits and constraints, relative to the limit or in
+        /// rad.
         "margin_at_least": Number(q::MARGIN);
         /// Names of exactly those limits and constraints that act.
         "active": Texts(100);
@@ -907,15 +915,18 @@ macro_rules! attitude_keys {
                 "quaternion_wxyz": Quaternion;
                 /// Unit quaternion, scalar last, Hamilton, body to reference.
                 "quaternion_xyzw": Quaternion;
-                /// Modified Rodrigues parameters, axis times tan(angle/4); those longer than 1 are their shadow, one attitude.
+                /// Modified Rodrigues parameters, axis times tan(angle/4); those longer than 1 are
+                /// their shadow, one attitude.
                 "mrp": Vector(q::COMPONENT);
                 /// Rodrigues parameters (Gibbs vector), axis times tan(angle/2).
                 "rodrigues": Vector(q::COMPONENT);
-                /// Right ascension of the body's x axis, from the x axis of the reference frame towards y; with dec_deg and roll_deg.
+                /// Right ascension of the body's x axis, from the x axis of the reference frame
+                /// towards y; with dec_deg and roll_deg.
                 "ra_deg": Number(q::ANGLE_DEG);
                 /// Declination of the body's x axis, towards z of the reference frame.
                 "dec_deg": Number(q::ANGLE_DEG);
-                /// Roll about the body's x axis, R = Rz(ra) Ry(-dec) Rx(roll): at 0 the body's y axis lies in the xy plane and z is to the north.
+                /// Roll about the body's x axis, R = Rz(ra) Ry(-dec) Rx(roll): at 0 the body's y
+                /// axis lies in the xy plane and z is to the north.
                 "roll_deg": Number(q::ANGLE_DEG);
                 $(
                     #[doc = "Intrinsic Euler angles about "] #[doc = $sequence] #[doc = ", in that order."]

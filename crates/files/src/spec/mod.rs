@@ -5,8 +5,8 @@
 //!                                                                       └─▶ Simulation
 //! ```
 //!
-//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads either kind, [`read`] one
-//! that is planned.
+//! A spec with `[simulation]` or `[[bodies]]` is simulated, any other planned. [`load`] reads
+//! either kind, [`read`] one that is planned.
 //!
 //! The keys state the units; inside the crate everything is SI. All errors of a spec are reported
 //! at once, each with its place, its reason and a remedy. [`schema()`] returns the JSON Schema of
@@ -124,7 +124,7 @@ impl Format {
 pub struct Loaded {
     /// The maneuver, in SI units, checked.
     pub problem: Problem,
-    /// How to solve it.
+    /// The settings of the solver.
     pub settings: Settings,
     /// The required result of the plan, if the spec has one.
     pub expect: Option<Expect>,
@@ -166,7 +166,8 @@ pub struct Solid {
     pub faces: usize,
     /// Volume \[m³\].
     pub volume: f64,
-    /// Its mass center in the coordinates of the vertices as given \[m\]; the origin of the body moves there.
+    /// Mass center in the coordinates of the vertices as given \[m\]; the origin of the body
+    /// moves there.
     pub mass_center: Vector3,
 }
 
@@ -198,10 +199,11 @@ impl Spec {
     }
 }
 
-/// Reads the spec of either kind at `path` in the given notation. Files that it names are relative to its folder.
+/// Reads the spec of either kind at `path` in the given notation. Files that it names are relative
+/// to its folder.
 ///
 /// # Errors
-/// Everything that is wrong with the file or in it.
+/// All errors and warnings of the file.
 pub fn load(path: &Path, format: Format, overrides: &[Override]) -> Result<Spec, Diagnostics> {
     let name = path.display().to_string();
     let bytes = text::from_file(path, &name)?;
@@ -242,7 +244,7 @@ pub fn load_from_str(
 /// Reads the maneuver at `path`, in TOML or, if its name ends in `.json`, in JSON.
 ///
 /// # Errors
-/// Everything that is wrong with the file or in it; a simulation is no maneuver.
+/// Returns all errors of the file or its contents; a simulation is an error.
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Loaded, Diagnostics> {
     read_as(path, Format::of(path), overrides)
 }
@@ -271,7 +273,7 @@ pub fn from_reader(
     from_bytes(&bytes, name, format, overrides)
 }
 
-/// Reads a maneuver from bytes; messages use `name` for it.
+/// Reads a maneuver from bytes that messages call `name`.
 ///
 /// # Errors
 /// Returns the errors of [`read`].
@@ -285,7 +287,7 @@ pub fn from_bytes(
     from_str(text, name, format, overrides)
 }
 
-/// Reads a maneuver from text; messages use `name` for it.
+/// Reads a maneuver from text that messages call `name`.
 ///
 /// # Errors
 /// Every error of the spec, in file order, with the warnings among them.
@@ -341,7 +343,7 @@ fn interpret(
     understand(&root, findings, &sources, name, folder, wanted)
 }
 
-/// Interprets a tree, and adds the findings of its parsing.
+/// Interprets a tree, and adds the errors and warnings of its parsing.
 fn understand(
     root: &Node,
     findings: Vec<Finding>,
@@ -413,17 +415,17 @@ fn is_simulation(root: &Node) -> Option<&tree::Entry> {
     root.entry("simulation").or_else(|| if root.entry("maneuver").is_some() { None } else { decided() })
 }
 
-/// A commented spec to start from: a three-axis slew.
+/// Returns a commented spec to start from: a three-axis slew.
 pub fn template() -> &'static str {
     include_str!("template.toml")
 }
 
-/// A commented simulation to start from: two bodies that attract one another.
+/// Returns a commented simulation to start from: two bodies that attract one another.
 pub fn simulation_template() -> &'static str {
     include_str!("simulation_template.toml")
 }
 
-/// The tree of the file.
+/// Returns the tree of the file.
 fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     let text = &source.text;
     let wrong = |code, (start, end), reason: &str, remedy: &str| {
@@ -468,7 +470,7 @@ fn parse(source: &Source, format: Format) -> Result<Node, Vec<Finding>> {
     }
 }
 
-/// Findings in file order, with their positions.
+/// Returns the findings in file order, with their positions.
 fn diagnostics(mut findings: Vec<Finding>, sources: &[Source]) -> Diagnostics {
     findings.sort_by_key(|finding| (finding.spot.span.source, finding.spot.span.start));
     findings.truncate(section::MAX_FINDINGS);

@@ -63,7 +63,7 @@ fn epoch(root: &Section) -> Option<Epoch> {
         .ok()
 }
 
-/// A name that every format can carry.
+/// Returns a name that every format can carry.
 fn name(names: &Section, key: &str) -> Option<String> {
     let text = names.word(key)?.trim();
     let wrong = |c: &char| !(c.is_ascii_graphic() || *c == ' ');
@@ -89,7 +89,8 @@ fn spice_id(names: &Section) -> Option<i32> {
     Some(value as i32)
 }
 
-/// The names of wheels or thrusters, or their numbers where only some have one; empty where none has.
+/// Returns the names of wheels or thrusters, or their numbers where only some have one; empty where
+/// none has.
 fn names_of(root: &Section, key: &str) -> Vec<String> {
     let all = root.section("actuators").map_or(&[][..], |actuators| actuators.list(key));
     if !all.iter().any(|one| one.has("name")) {

@@ -20,7 +20,7 @@ impl Override {
     /// Splits `key.path=value`.
     ///
     /// # Errors
-    /// Returns the error of the text, for a usage message.
+    /// Fails when the text cannot be used; the error is text for a usage message.
     pub fn parse(text: &str) -> Result<Self, String> {
         let Some((path, value)) = text.split_once('=') else {
             return Err(format!("`{}` has no `=`; {WANTED}", cut(text, 60)));
@@ -31,7 +31,7 @@ impl Override {
     /// Sets the key at a dotted `path` to `value`.
     ///
     /// # Errors
-    /// Returns the error of the path or the value, for a usage message.
+    /// Fails when the path or the value cannot be used; the error is text for a usage message.
     pub fn new(path: &str, value: &str) -> Result<Self, String> {
         let path = path.trim();
         if path.split('.').any(|part| part.trim().is_empty()) {
@@ -46,23 +46,24 @@ impl Override {
         Ok(Self { path: path.into(), value: value.trim().into(), origin: None })
     }
 
-    /// The override with the place that messages point at.
+    /// Builds the override with the place that messages point at.
     pub fn at(mut self, origin: Origin) -> Self {
         self.origin = Some(origin);
         self
     }
 
-    /// The dotted path of the key.
+    /// Returns the dotted path of the key.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// The value as written.
+    /// Returns the value as written.
     pub fn value(&self) -> &str {
         &self.value
     }
 
-    /// The text that messages show, and the byte at which the path begins in it, if it does, and the value.
+    /// Returns the text that messages show, and the byte at which the path begins in it, if it
+    /// does, and the value.
     pub(super) fn source(&self) -> (Source, Option<usize>, usize) {
         const PREFIX: &str = "--set ";
         let Self { path, value, origin } = self;
@@ -78,7 +79,8 @@ impl Override {
     }
 }
 
-/// The value that a text means: a TOML value, else the text itself; `offset` is where it begins in its source.
+/// Returns the value that a text means: a TOML value, else the text itself; `offset` is where it
+/// begins in its source.
 pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     toml_text::parse_value(value, source, offset).unwrap_or_else(|| Node {
         span: Span { source, start: offset, end: offset + value.len() },
@@ -86,7 +88,7 @@ pub(crate) fn typed(value: &str, source: usize, offset: usize) -> Node {
     })
 }
 
-/// Sets the overrides in the tree, each as a source of its own.
+/// Sets the overrides in the tree. Each override is a separate source.
 pub(super) fn apply(
     mut root: Node,
     overrides: &[Override],

@@ -7,7 +7,7 @@ use super::tree::Entry;
 use super::values::{self, Fault};
 use super::{Node, Value, cut};
 
-/// Where a path leads.
+/// The target of a path.
 pub(super) enum Place {
     /// The path of a key.
     Key(&'static Key),
@@ -15,7 +15,8 @@ pub(super) enum Place {
     Element,
 }
 
-/// Where `path` leads in the spec of a maneuver whose tree is `root`; else code, reason and remedy.
+/// Returns the target of `path` in the spec of a maneuver whose tree is `root`; else code, reason
+/// and remedy.
 pub(super) fn place(root: &Node, path: &str) -> Result<Place, (&'static str, String, String)> {
     let (mut table, mut node, mut above) = (&ROOT, Some(root), String::new());
     let mut parts = path.split('.').map(str::trim).peekable();

@@ -19,7 +19,7 @@ pub(crate) enum Sign {
 /// A physical quantity: its unit and its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quantity {
-    /// Its name with article, for messages.
+    /// Name of the quantity with its article, for messages.
     pub name: &'static str,
     /// Unit in files; empty for a pure number.
     pub unit: &'static str,

@@ -5,7 +5,7 @@ use super::quantity::{Quantity, Sign};
 use super::values::{MAX_DIRECTIONS, MAX_INTERVALS};
 use serde_json::{Map, Value, json};
 
-/// The JSON Schema (draft 2020-12) of a spec, for editors. It holds for the TOML form too.
+/// Returns the JSON Schema (draft 2020-12) of a spec, for editors. It holds for the TOML form too.
 pub fn schema() -> Value {
     let titled = |root, title: &str| {
         let mut schema = table(root);
@@ -34,7 +34,7 @@ fn table(table: &'static Table) -> Value {
     }
 }
 
-/// A table, with its selector set to one word.
+/// Returns a table, with its selector set to one word.
 fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     let mut properties = Map::new();
     let mut required = Vec::new();

@@ -1,5 +1,5 @@
-//! A table of the spec as the first pass has read it: values by name, silently absent where that pass has
-//! complained.
+//! A table of the spec as the first pass has read it: values by name, silently absent where that
+//! pass has complained.
 
 use super::keys::Table;
 use super::{Finding, Severity, Span, Spot, quantity as q};
@@ -69,7 +69,7 @@ impl Report {
         }
     }
 
-    /// Adds what was found elsewhere, all of it.
+    /// Adds findings from elsewhere.
     pub fn extend(&self, findings: Vec<Finding>) {
         self.0.borrow_mut().extend(findings);
     }
@@ -79,7 +79,7 @@ impl Report {
         self.0.take()
     }
 
-    /// Whether the spec cannot be used.
+    /// Returns whether the spec cannot be used.
     pub fn failed(&self) -> bool {
         self.0.borrow().iter().any(|finding| finding.severity == Severity::Error)
     }
@@ -130,7 +130,7 @@ impl Angle {
         if self.in_degrees() { self.value.to_radians() } else { self.value }
     }
 
-    /// Half a turn in its unit, for messages.
+    /// Returns half a turn in its unit, for messages.
     pub fn half_turn(self) -> &'static str {
         if self.in_degrees() { "180 deg" } else { "π rad" }
     }
@@ -150,9 +150,9 @@ pub(crate) struct Section {
     pub path: String,
     /// Whether matrices and unit vectors are taken to the last bit.
     pub keeps_rounding: bool,
-    /// Where its findings go.
+    /// The report that receives the errors and warnings of the table.
     pub report: Report,
-    /// Its keys and values, in the order of the file.
+    /// Keys and values of the table, in the order of the file.
     pub given: Vec<Given>,
 }
 
@@ -164,7 +164,7 @@ pub(crate) struct Given {
     pub span: Span,
     /// Whether the value is `[]`.
     pub is_empty_list: bool,
-    /// `None` where the first pass has said what is wrong with it.
+    /// The value; `None` if the first pass has reported an error of it.
     pub value: Option<Parsed>,
 }
 
@@ -212,12 +212,12 @@ impl Section {
         self.given(name)?.value.as_ref()
     }
 
-    /// A whole number that counts something.
+    /// Returns a whole number that counts something.
     pub fn count(&self, name: &str) -> Option<usize> {
         usize::try_from(self.whole(name)?).ok()
     }
 
-    /// A word of a choice, or a text.
+    /// Returns a word of a choice, or a text.
     pub fn word(&self, name: &str) -> Option<&str> {
         match self.value(name)? {
             Parsed::Text(text) => Some(text),
@@ -235,12 +235,12 @@ impl Section {
         }
     }
 
-    /// The table `name`, if it is there.
+    /// Returns the table `name`, if it is there.
     pub fn section(&self, name: &str) -> Option<&Section> {
         self.tables(name)?.first()
     }
 
-    /// The tables of the list `name`.
+    /// Returns the tables of the list `name`.
     pub fn list(&self, name: &str) -> &[Section] {
         self.tables(name).unwrap_or(&[])
     }
@@ -249,32 +249,32 @@ impl Section {
         self.given(name).is_some()
     }
 
-    /// Whether `name` is given as `[]`.
+    /// Returns whether `name` is given as `[]`.
     pub fn is_empty_list(&self, name: &str) -> bool {
         self.given(name).is_some_and(|given| given.is_empty_list)
     }
 
-    /// Whether such a table may have this key.
+    /// Returns whether such a table may have this key.
     pub fn knows(&self, name: &str) -> bool {
         self.table.key(name).is_some()
     }
 
-    /// The value of `name`, or the table where it is missing.
+    /// Returns the value of `name`, or the table where it is missing.
     pub fn spot(&self, name: &str) -> Spot {
         Spot { span: self.given(name).map_or(self.span, |given| given.span), key: join(&self.path, name) }
     }
 
-    /// The table itself.
+    /// Returns the table itself.
     pub fn here(&self) -> Spot {
         Spot { span: self.span, key: self.path.clone() }
     }
 
-    /// An error at the value of `name`.
+    /// Records an error at the value of `name`.
     pub fn error(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.error(code, self.spot(name), reason, remedy);
     }
 
-    /// An error of the table.
+    /// Records an error of the table.
     pub fn error_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.error(code, self.here(), reason, remedy);
     }
@@ -300,23 +300,24 @@ impl Section {
         self.report.refuse(code, self.here(), reason, remedy)
     }
 
-    /// A warning at the value of `name`.
+    /// Records a warning at the value of `name`.
     pub fn warn(&self, code: Code, name: &str, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.warn(code, self.spot(name), reason, remedy);
     }
 
-    /// A warning about the table.
+    /// Records a warning about the table.
     pub fn warn_here(&self, code: Code, reason: impl Into<String>, remedy: impl Into<String>) {
         self.report.warn(code, self.here(), reason, remedy);
     }
 
-    /// The angle under one of two keys, the one in degrees first.
+    /// Returns the angle under one of two keys, the one in degrees first.
     pub fn angle(&self, degrees: &'static str, radians: &'static str) -> Option<Angle> {
         let key = if self.has(degrees) { degrees } else { radians };
         Some(Angle { key, value: self.number(key)? })
     }
 
-    /// The vector made of length 1; as it is where it has that length and the spec keeps its rounding.
+    /// Returns the vector made of length 1; as it is where it has that length and the spec keeps
+    /// its rounding.
     pub fn unit(&self, vector: Vector3) -> Vector3 {
         if self.keeps_rounding && (vector.norm() - 1.0).abs() <= UNIT_ROUNDING {
             return vector;

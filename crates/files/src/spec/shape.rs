@@ -37,7 +37,7 @@ impl Budget {
         Self { faces: MAX_FACES, points: MAX_POINTS, bytes: MAX_BYTES, files: Vec::new() }
     }
 
-    /// Takes what a shape needs; false, and a complaint, where that is too much.
+    /// Subtracts the size of a shape; returns false, and reports an error, if it is too large.
     fn take(&mut self, section: &Section, faces: usize, points: usize) -> bool {
         if let (Some(faces), Some(points)) = (self.faces.checked_sub(faces), self.points.checked_sub(points))
         {
@@ -75,7 +75,7 @@ pub(crate) struct Shape {
     pub mass: f64,
     /// Inertia about the mass center [kg·m²], body axes; singular for points on a line.
     pub inertia: Matrix3,
-    /// How it attracts.
+    /// The gravity of the body.
     pub attractor: Attractor,
     /// A dumbbell has a closed form.
     pub dumbbell: Option<Dumbbell>,
@@ -178,7 +178,7 @@ fn points(section: &Section, budget: &mut Budget) -> Option<Shape> {
     Some(Shape { mass, inertia, attractor: Attractor::Cloud(cloud), dumbbell: None, reach, solid: None })
 }
 
-/// A solid of one density, its mass center moved to the origin.
+/// Returns a solid of one density, its mass center moved to the origin.
 fn homogeneous(
     solid: &Polyhedron,
     section: &Section,

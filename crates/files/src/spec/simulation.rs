@@ -202,7 +202,7 @@ impl Member<'_> {
         Some(Body { inertia: self.inertia.clone()?, mass: self.mass.filter(|_| self.moves) })
     }
 
-    /// The state, from velocities or momenta.
+    /// Returns the state, from velocities or momenta.
     fn state(&self) -> Option<State> {
         let section = &self.boundary.section;
         let mut state = self.boundary.state(self.boundary.rotation.as_ref()?.matrix)?;
@@ -301,10 +301,11 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
     section.warn_here("W0137", reason, remedy);
 }
 
-/// Interactions a second on one processor, roughly: `cargo bench -p benches --bench bodies` prints the time of 10⁸.
+/// Interactions a second on one processor, roughly: `cargo bench --bench bodies` prints the time of
+/// 10⁸.
 const PER_SECOND: f64 = 2e8;
 
-/// The implicit attitude equation has a solution at the start.
+/// Checks the steps: the implicit attitude equation has a solution at the start.
 fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member<'_>]) {
     let limited = matches!(
         simulation.kind,
@@ -331,7 +332,7 @@ fn steps_are_short(simulation: &Simulation, section: &Section, members: &[Member
     }
 }
 
-/// Bodies stand clear of one another at the start.
+/// Checks that the bodies are apart from one another at the start.
 fn apart(simulation: &Simulation, members: &[Member<'_>]) {
     let poses = simulation.start.poses();
     let reach = |index: usize| members[index].shape.as_ref().map_or(0.0, |shape| shape.reach);

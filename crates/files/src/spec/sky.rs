@@ -40,7 +40,7 @@ pub struct Named {
     pub target: Target,
 }
 
-/// Where a spec's targets are.
+/// The targets of a spec and their directions.
 #[derive(Clone, Debug)]
 pub struct Heavens {
     /// The spacecraft on its orbit.
@@ -101,7 +101,7 @@ impl Reading {
         };
         if let (true, None) = (light != Light::default(), &around) {
             let key = if light.takes_time { "light_time" } else { "aberration" };
-            let reason = format!("`{key}` needs `epoch`: visibility depends on the date");
+            let reason = format!("`{key}` needs `epoch`: apparent directions depend on the date");
             root.error(
                 "E0075",
                 key,
@@ -124,7 +124,7 @@ impl Reading {
         Some(Heavens { sky: self.sky.filter(|_| !self.targets.is_empty())?, targets: self.targets })
     }
 
-    /// The direction of a table of targets.
+    /// Returns the direction of a table of targets.
     pub fn direction(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         if !section.has("at") {
             let star = star(section)?;
@@ -211,7 +211,7 @@ impl Reading {
             .ok()
     }
 
-    /// The disc of the Earth, whose limb a cone begins at.
+    /// Returns the disc of the Earth, whose limb a cone begins at.
     pub fn limb(&mut self, section: &Section, used_by: &str) -> Option<Direction> {
         let Some(sky) = &self.sky else {
             if self.around.is_none() {
@@ -273,7 +273,7 @@ impl Reading {
         }
     }
 
-    /// An end, or a start, on a target.
+    /// Reads an end, or a start, on a target.
     pub fn aim(&mut self, boundary: &Section, duration: Option<f64>) -> Option<Aim> {
         let (point, end) = (boundary.section("point")?, &boundary.path);
         let boresight = axis(point, "boresight_body");

@@ -11,7 +11,7 @@ pub(crate) struct Span {
     pub end: usize,
 }
 
-/// Where a value stands that is not of the command line; messages point there.
+/// The place of a value that is not on the command line, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// The file, as the user named it.
@@ -25,7 +25,7 @@ pub struct Origin {
 /// One text, with the starts of its lines.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
-    /// Its name for the user.
+    /// Name of the text for the user.
     pub name: String,
     /// The text.
     pub text: String,
@@ -42,49 +42,49 @@ impl Source {
         Self { name: name.into(), text, lines, begins: (1, 1) }
     }
 
-    /// The source as a part of a longer file, which begins at this line and column.
+    /// Builds the source as a part of a longer file, which begins at this line and column.
     pub fn within(mut self, line: usize, column: usize) -> Self {
         self.begins = (line, column);
         self
     }
 
-    /// Line and column in the whole file of a place in this text.
+    /// Returns the line and column in the whole file of a place in this text.
     pub fn in_file(&self, line: usize, column: usize) -> (usize, usize) {
         let (first, indent) = self.begins;
         (line + first - 1, if line == 1 { column + indent - 1 } else { column })
     }
 
-    /// Index of the line that holds byte `at`, from 0.
+    /// Returns the index of the line that holds byte `at`, from 0.
     fn line_index(&self, at: usize) -> usize {
         self.lines.partition_point(|start| *start <= at).saturating_sub(1)
     }
 
-    /// Line and column of byte `at`, both from 1, the column in characters.
+    /// Returns the line and column of byte `at`, both from 1, the column in characters.
     pub fn position(&self, at: usize) -> (usize, usize) {
         let at = self.boundary(at);
         let line = self.line_index(at);
         (line + 1, self.text[self.lines[line]..at].chars().count() + 1)
     }
 
-    /// Line number of byte `at`, from 1.
+    /// Returns the line number of byte `at`, from 1.
     pub fn line_number(&self, at: usize) -> usize {
         self.line_index(self.boundary(at)) + 1
     }
 
-    /// Line `number` (from 1) without its line break, and the byte at which it starts.
+    /// Returns the line `number` (from 1) without its line break, and the byte at which it starts.
     pub fn line(&self, number: usize) -> (&str, usize) {
         let start = self.lines[number - 1];
         let end = self.lines.get(number).map_or(self.text.len(), |next| next - 1);
         (self.text[start..end].trim_end_matches('\r'), start)
     }
 
-    /// The text of a span.
+    /// Returns the text of a span.
     pub fn slice(&self, span: Span) -> &str {
         let (start, end) = (self.boundary(span.start), self.boundary(span.end));
         &self.text[start..end.max(start)]
     }
 
-    /// The nearest character boundary at or before `at`, within the text.
+    /// Returns the nearest character boundary at or before `at`, within the text.
     pub fn boundary(&self, at: usize) -> usize {
         let mut at = at.min(self.text.len());
         while !self.text.is_char_boundary(at) {

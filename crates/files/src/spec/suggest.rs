@@ -2,7 +2,7 @@
 
 use strsim::osa_distance;
 
-/// The known word that `word` was probably meant to be.
+/// Returns the known word that `word` was probably meant to be.
 pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // A long word is no typo of a short one, and the distance costs the product of the lengths.
     if word.is_empty() || word.chars().count() > 64 {
@@ -22,7 +22,7 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
         .map(|(_, candidate)| candidate)
 }
 
-/// A small distance when both start with the same words, at least six letters of them.
+/// Returns a small distance when both start with the same words, at least six letters of them.
 fn tail_changed(word: &str, candidate: &str) -> usize {
     let common = word.bytes().zip(candidate.bytes()).take_while(|(a, b)| a == b).count();
     let whole_words = word[..floor(word, common)].rfind('_').is_some_and(|at| at >= 6);

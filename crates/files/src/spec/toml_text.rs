@@ -10,7 +10,7 @@ pub(crate) const MAX_DEPTH: usize = 32;
 
 /// Duplicate keys reported at most.
 const MAX_SYNTAX: usize = 20;
-/// How toml's messages about them begin.
+/// The beginning of toml's messages about duplicates.
 const DUPLICATE: &str = "duplicate key";
 
 /// Parses a TOML document.
@@ -40,7 +40,7 @@ pub(crate) fn parse_value(text: &str, source: usize, offset: usize) -> Option<No
     converter.finish().is_none().then_some(node)
 }
 
-/// A nesting error.
+/// Returns a nesting error.
 pub(crate) fn nesting(span: Span) -> Finding {
     let reason = format!("tables and lists are nested deeper than {MAX_DEPTH} levels");
     Finding::error("E0012", span, reason, "a spec needs four levels; look for a bracket that is not closed")
@@ -114,7 +114,7 @@ impl<'i> Converter<'i> {
     }
 }
 
-/// A syntax error in our words.
+/// Returns a syntax error in our words.
 fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     let range = error.span().unwrap_or(0..0);
     let span = Span { source: 0, start: range.start, end: range.end };
@@ -160,7 +160,8 @@ fn syntax(text: &str, error: &toml::de::Error) -> Finding {
     finding("E0010", format!("not valid TOML: {message}"), remedy)
 }
 
-/// The line that set `key` before byte `at`: the last one in the same table, or the table header.
+/// Returns the line that set `key` before byte `at`: the last one in the same table, or the table
+/// header.
 ///
 /// Finds the place in the text, because toml does not report it. It is only an aid, so `None` is
 /// acceptable.
@@ -188,7 +189,7 @@ fn first_set(text: &str, at: usize, key: &str) -> Option<usize> {
     None
 }
 
-/// Whether a key ends where `rest` begins.
+/// Returns whether a key ends where `rest` begins.
 fn ends_name(rest: &str) -> bool {
     matches!(rest.trim_start().chars().next(), Some('=' | ']' | '.'))
 }

@@ -45,14 +45,15 @@ pub(crate) struct Entry {
 }
 
 impl Number {
-    /// A decimal literal, of TOML (underscores removed) or JSON.
+    /// Builds a decimal literal, of TOML (underscores removed) or JSON.
     pub fn decimal(text: &str) -> Self {
         let value: f64 = text.parse().unwrap_or(f64::NAN);
         let whole = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'-' || byte == b'+');
         let integer = match text.parse() {
             Ok(integer) => Integer::Exact(integer),
             Err(_) if whole => Integer::TooLarge,
-            // 1000.0 and 1e3 count as whole numbers, as in JSON. Beyond 2⁵³ a float names no integer.
+            // 1000.0 and 1e3 count as whole numbers, as in JSON. Beyond 2⁵³ a float names no
+            // integer.
             Err(_) if value.fract() == 0.0 && value.abs() < 9e15 => Integer::Exact(value as i64),
             Err(_) if value.fract() == 0.0 => Integer::TooLarge,
             Err(_) => Integer::Fraction,
@@ -60,7 +61,7 @@ impl Number {
         Self { value, integer }
     }
 
-    /// An integer literal of another base.
+    /// Builds an integer literal of another base.
     pub fn radix(digits: &str, radix: u32) -> Self {
         match i64::from_str_radix(digits, radix) {
             Ok(integer) => Self { value: integer as f64, integer: Integer::Exact(integer) },
@@ -91,7 +92,7 @@ impl Value {
 }
 
 impl Node {
-    /// The entries of a table; none for anything else.
+    /// Returns the entries of a table; none for anything else.
     pub fn entries(&self) -> &[Entry] {
         match &self.value {
             Value::Table(entries) => entries,
@@ -99,7 +100,7 @@ impl Node {
         }
     }
 
-    /// The entry `key` of a table.
+    /// Returns the entry `key` of a table.
     pub fn entry(&self, key: &str) -> Option<&Entry> {
         self.entries().iter().find(|entry| entry.key == key)
     }

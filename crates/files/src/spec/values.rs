@@ -17,10 +17,10 @@ pub(crate) use lists::{MAX_DIRECTIONS, MAX_INTERVALS, each};
 /// An error of a value: code, place, reason, remedy.
 pub(crate) type Fault = (&'static str, Span, String, String);
 
-/// A value, or all that is wrong with it.
+/// A value, or all its errors.
 pub(crate) type Read<T> = Result<T, Vec<Fault>>;
 
-/// The one thing that is wrong with a value.
+/// Returns the one thing that is wrong with a value.
 pub(crate) fn wrong<T>(
     code: &'static str,
     node: &Node,
@@ -68,7 +68,7 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
     })
 }
 
-/// The value is of another type.
+/// Reports that the value has another type.
 fn wrong_type<T>(node: &Node, wanted: &str) -> Read<T> {
     let remedy = match &node.value {
         Value::Text(text) if wanted.contains("number") && text.trim().parse::<f64>().is_ok() => {
@@ -79,7 +79,7 @@ fn wrong_type<T>(node: &Node, wanted: &str) -> Read<T> {
     wrong("E0024", node, format!("expected {wanted}, found {}", node.value.kind()), remedy)
 }
 
-/// A number within the range of its quantity.
+/// Returns a number within the range of its quantity.
 fn number(node: &Node, quantity: &Quantity) -> Read<f64> {
     let Quantity { name, unit, smallest, largest, sign } = *quantity;
     let Value::Number(number) = &node.value else {
@@ -106,7 +106,7 @@ fn number(node: &Node, quantity: &Quantity) -> Read<f64> {
     }
 }
 
-/// A limit: positive and finite.
+/// Returns a limit: positive and finite.
 fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
     let none = "remove the key for no limit";
     let Value::Number(tree::Number { value, .. }) = node.value else { return number(node, quantity) };
@@ -131,8 +131,8 @@ fn limit(node: &Node, quantity: &Quantity) -> Read<f64> {
         "N" => ("no input to push the body", "remove the axis from the force axes"),
         "N·m·s" => ("the wheel no momentum to store", "remove the wheel"),
         "deg/s" | "rad/s" => ("no rotation", "write a positive rate"),
-        "" => ("no fuel to save", "write a positive price, or remove the key: the price is then 1"),
-        _ => ("the input no way to change", "write a positive rate of change"),
+        "" => ("no cost of fuel", "write a positive price, or remove the key: the price is then 1"),
+        _ => ("no change of the input", "write a positive rate of change"),
     };
     let amount = format!("{} {unit}", show(value));
     wrong("E0061", node, format!("{name} of {} leaves {leaves}", amount.trim_end()), remedy)
@@ -162,7 +162,7 @@ pub(crate) fn heavenly_body<T>(node: &Node) -> Read<T> {
     wrong("E0072", node, reason, format!("{}{fixed}", meant.unwrap_or_default()))
 }
 
-/// A whole number from `least` to `most`.
+/// Returns a whole number from `least` to `most`.
 fn count(node: &Node, least: i64, most: i64) -> Read<u64> {
     let value = integer(node)?;
     match u64::try_from(value) {
@@ -194,7 +194,7 @@ fn integer(node: &Node) -> Read<i64> {
     }
 }
 
-/// The number of steps of a plan or a simulation.
+/// Returns the number of steps of a plan or a simulation.
 fn steps(node: &Node, of: StepsOf) -> Read<u64> {
     let value = integer(node)?;
     let (code, reason, remedy) = match u64::try_from(value) {
@@ -205,7 +205,7 @@ fn steps(node: &Node, of: StepsOf) -> Read<u64> {
     wrong(code, node, reason, remedy)
 }
 
-/// Text of one line.
+/// Returns the text of one line.
 fn text(node: &Node, most: usize) -> Read<&str> {
     let Value::Text(text) = &node.value else { return wrong_type(node, "text in quotes") };
     let length = text.chars().count();
@@ -216,7 +216,7 @@ fn text(node: &Node, most: usize) -> Read<&str> {
     Ok(text)
 }
 
-/// One of some words.
+/// Reads one of some words.
 fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> Read<&'a str> {
     /// The length from which on a list is not printed in full more than once.
     const LONG: usize = 12;
@@ -246,7 +246,7 @@ fn choice<'a>(node: &'a Node, now: &[&'static str], later: &[&'static str]) -> R
     wrong("E0020", node, reason, remedy)
 }
 
-/// The version of the format, 1.
+/// Returns the version of the format, 1.
 fn format_version(node: &Node) -> Read<u64> {
     count(node, 1, 1).or_else(|faults| match &node.value {
         Value::Number(number) if faults.iter().any(|fault| fault.0 == "E0031") => {

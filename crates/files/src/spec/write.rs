@@ -41,7 +41,7 @@ pub struct SpecDocument(Value);
 pub struct Unwritable(&'static str);
 
 impl SpecDocument {
-    /// The maneuver and its settings.
+    /// Writes the maneuver and its settings.
     ///
     /// # Errors
     /// Returns the part without a notation, such as an environment of the caller's own.
@@ -114,7 +114,7 @@ impl SpecDocument {
         Ok(Self(Value::Object(spec.keys)))
     }
 
-    /// The spec with what files for other programs call it, and when it begins.
+    /// Adds the identity of the maneuver: its names and its epoch.
     pub fn with_identity(self, identity: &Identity) -> Self {
         let Self(Value::Object(keys)) = self else { return self };
         let mut spec = Writing { table: &ROOT, keys };
@@ -145,7 +145,7 @@ impl SpecDocument {
         Self(Value::Object(spec.keys))
     }
 
-    /// The spec with what the plan is flown with, as it was written.
+    /// Returns the spec with the sections for flights of the plan, as written.
     pub fn with_closed_loop(self, closed_loop: &ClosedLoop) -> Self {
         let Self(Value::Object(mut keys)) = self else { return self };
         for (name, section) in closed_loop.written() {
@@ -174,7 +174,7 @@ impl SpecDocument {
         Self(Value::Object(keys))
     }
 
-    /// Reads the maneuver, as from a file; messages use `name` for it.
+    /// Reads the maneuver as from a file that messages call `name`.
     ///
     /// # Errors
     /// Every error of the spec, in its order, with the warnings among them.
@@ -196,8 +196,8 @@ impl SpecDocument {
             && !key.ends_with(".chance_over")
     }
 
-    /// The keys in which two maneuvers differ beyond round-off, each with both values; their names and grids, which
-    /// are `maneuver.steps` and `solver.scheme`, do not count.
+    /// Returns the keys in which two maneuvers differ beyond round-off, each with both values;
+    /// their names and grids, which are `maneuver.steps` and `solver.scheme`, do not count.
     pub fn differences(&self, other: &Self) -> Vec<Difference> {
         let mut found = differences(&self.0, &other.0);
         found.retain(|found| !["name", "maneuver.steps", "solver.scheme"].contains(&found.key.as_str()));
@@ -250,7 +250,7 @@ impl Writing {
         Self { table, keys: Map::new() }
     }
 
-    /// The key of the tables; one that they do not have is a mistake of this file.
+    /// Returns the key of the tables; one that they do not have is a mistake of this file.
     fn kind(&self, name: &str) -> Option<Kind> {
         let key = self.table.key(name);
         debug_assert!(key.is_some(), "no key {name} to write");

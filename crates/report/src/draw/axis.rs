@@ -1,11 +1,11 @@
 //! Axes: limits, ticks and labels.
 
-/// How an axis counts.
+/// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Equal differences are equally long.
     Linear,
-    /// Equal ratios are; what is not positive has no place.
+    /// Equal ratios have equal lengths; a value that is not positive has no position.
     Logarithmic,
 }
 
@@ -14,19 +14,19 @@ pub enum Scale {
 pub struct Axis {
     /// Name and unit of the quantity.
     pub label: String,
-    /// How it counts.
+    /// The scale.
     pub scale: Scale,
-    /// Where it begins and ends; `None`: where the data do.
+    /// The limits of the axis; `None` for those of the data.
     pub limits: Option<(f64, f64)>,
 }
 
 impl Axis {
-    /// A linear axis as long as its data.
+    /// Builds a linear axis with the range of its data.
     pub fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Linear, limits: None }
     }
 
-    /// A logarithmic axis as long as its data.
+    /// Builds a logarithmic axis with the range of its data.
     pub fn logarithmic(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Logarithmic, limits: None }
     }
@@ -73,7 +73,7 @@ impl Laid {
         Self { scale: axis.scale, low, high, from, to }
     }
 
-    /// The pixel of a value; `None` where it has no place.
+    /// Returns the pixel of a value; `None` where it has no place.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = if self.scale == Scale::Logarithmic { value.log10() } else { value };
         let part = (value - self.low) / (self.high - self.low);
@@ -81,7 +81,7 @@ impl Laid {
         part.is_finite().then(|| self.from + part.clamp(-10.0, 11.0) * (self.to - self.from))
     }
 
-    /// The value in the middle.
+    /// Returns the value in the middle.
     pub fn middle(&self) -> f64 {
         0.5 * (self.from + self.to)
     }

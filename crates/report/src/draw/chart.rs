@@ -28,7 +28,7 @@ pub struct Chart {
 /// A line across a chart, where a limit is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Where on the axis upwards.
+    /// The position on the vertical axis.
     pub value: f64,
     /// The label at the line; none if empty.
     pub label: String,
@@ -37,9 +37,9 @@ pub struct Level {
 /// A stretch along the axis to the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
-    /// Where it begins.
+    /// The start.
     pub from: f64,
-    /// Where it ends.
+    /// The end.
     pub to: f64,
     /// What is the case there.
     pub label: String,
@@ -58,13 +58,13 @@ const EDGE: &str = "#b9b29c";
 const LIMIT: &str = "#a01818";
 
 impl Chart {
-    /// A chart of curves alone.
+    /// Builds a chart of curves alone.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
         let (title, subtitle) = (title.into(), String::new());
         Self { title, subtitle, x, y, curves, levels: Vec::new(), spans: Vec::new() }
     }
 
-    /// The chart as the text of an SVG file.
+    /// Returns the chart as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         self.draw(&mut svg, "plot");
@@ -252,7 +252,7 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     y
 }
 
-/// The names of spans, each once, in the order of their colours.
+/// Returns the names of spans, each once, in the order of their colours.
 fn names(spans: &[Span]) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for span in spans {
@@ -263,12 +263,13 @@ fn names(spans: &[Span]) -> Vec<&str> {
     names
 }
 
-/// The colour of the spans of a name.
+/// Returns the colour of the spans of a name.
 fn tint(names: &[&str], name: &str) -> &'static str {
     SHADES[names.iter().position(|other| *other == name).unwrap_or(0) % SHADES.len()]
 }
 
-/// A span between two pixels; where colours differ in meaning, with its name if there is room.
+/// Shades a span between two pixels; where colours differ in meaning, with its name if there is
+/// room.
 fn shade(svg: &mut Svg, (from, to): (f64, f64), names: &[&str], name: &str) {
     /// The width of a small letter \[px\].
     const WIDTH: f64 = 6.5;

@@ -7,11 +7,11 @@ pub struct Curve {
     pub name: String,
     /// Number of its colour, mark and dash.
     pub style: usize,
-    /// How it is drawn.
+    /// The shape of the curve.
     pub shape: Shape,
 }
 
-/// How a curve is drawn.
+/// The shape of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A line.
@@ -23,7 +23,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Every point, of a band both edges.
+    /// Returns every point, of a band both edges.
     pub fn points(&self) -> Vec<(f64, f64)> {
         match self {
             Self::Line(points) | Self::Marked(points) => points.clone(),

@@ -1,4 +1,5 @@
-//! Tracks on the ground as a map: azimuthal equidistant about the middle of what is shown, seen from above, north up.
+//! Tracks on the ground as a map: azimuthal equidistant about the middle of the tracks, seen from
+//! above, north up.
 
 use super::colour;
 use super::sky::SkyView;
@@ -25,11 +26,11 @@ pub type Place = [f64; 2];
 /// A way on the ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundTrack {
-    /// Its name.
+    /// The name of the track.
     pub name: String,
     /// Number of its colour.
     pub style: usize,
-    /// Its stretches: a line of sight may leave the Earth and come back.
+    /// Stretches of the track: a line of sight may leave the Earth and come back.
     pub stretches: Vec<Vec<Place>>,
 }
 
@@ -46,7 +47,7 @@ const KM_PER_DEG: f64 = 111.19;
 const LEAST_REACH: f64 = 0.5;
 
 impl Ground {
-    /// The map as the text of an SVG file.
+    /// Returns the map as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         self.draw(&mut svg, "plot");
@@ -174,7 +175,7 @@ fn grid(step: f64) -> Vec<Vec<Place>> {
     parallels.chain(meridians).collect()
 }
 
-/// Numbers where the grid lines cross the parallel and the meridian next to the middle.
+/// Returns the numbers where the grid lines cross the parallel and the meridian next to the middle.
 fn labels(view: &SkyView, step: f64) -> Vec<(String, Place)> {
     let latitude = view.middle.z.clamp(-1.0, 1.0).asin().to_degrees();
     let longitude = view.middle.y.atan2(view.middle.x).to_degrees();
@@ -215,7 +216,7 @@ mod tests {
         };
         let view = ground.view();
         let [a, b] = [[10.0, 170.0], [20.0, -170.0]].map(|at| view.project(&direction(&at)));
-        // Over the date line too.
+        // The tracks may cross the date line.
         assert!(a.0 < 0.0 && b.0 > 0.0 && a.1 < b.1, "{a:?} {b:?}");
         assert!(a.0.hypot(a.1) < 1.0 && b.0.hypot(b.1) < 1.0);
         // A degree of latitude is a degree on the map.

@@ -5,8 +5,9 @@ use super::axis::Scale;
 use super::curve::{Curve, Shape};
 use slewkit::numerics::figures::significant;
 
-/// Growth of a curve, over what it mostly is and over every other curve, beyond which it counts as diverged; on a
-/// logarithmic axis, where many decades are ordinary, the second.
+/// The growth of a curve, relative to its typical size and to every other curve, beyond which it
+/// counts as diverged; the second value applies to a logarithmic axis, where many decades are
+/// ordinary.
 const DIVERGED: (f64, f64) = (1e6, 1e12);
 
 /// The height up to which a diverged curve is drawn, relative to the rest of the chart.
@@ -18,7 +19,7 @@ const ESCAPED: f64 = 1e-3;
 /// Points nearer to each other than this are one to the eye \[px\].
 const APART: f64 = 0.7;
 
-/// Where a point is in the drawing, if it has a place there.
+/// The position of a point in the drawing, if it has one.
 type Place = Option<(f64, f64)>;
 
 /// Cuts the curves of a chart with a vertical axis of this scale: a curve that leaves it for
@@ -30,7 +31,7 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         finite.filter(|value| value.is_finite()).fold(0.0, f64::max)
     };
     let reaches: Vec<f64> = curves.iter().map(reach).collect();
-    // One that runs away itself is no measure for the others but by what it mostly is.
+    // A curve that diverges affects the others only by its typical size.
     let standard = |(curve, reach): (&Curve, &f64)| match &curve.shape {
         Shape::Line(points) | Shape::Marked(points) => {
             let usual = share(points, 2);
@@ -45,7 +46,8 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
         let (Shape::Line(points) | Shape::Marked(points)) = &mut curve.shape else { return curve };
         let others = standards.iter().enumerate().filter(|(other, _)| *other != index);
         let others = others.map(|(_, standard)| *standard).fold(0.0, f64::max);
-        // A tenth is small at rest, and never as small as what a diverging curve begins with is against its end.
+        // A tenth is small at rest, and never as small as what a diverging curve begins with is
+        // against its end.
         let usual = others.max(share(points, 10));
         let grown = reaches[index] > threshold * usual && usual > 0.0;
         let began = points.iter().map(|point| point.1.abs()).find(|size| *size > 0.0).unwrap_or(0.0);
@@ -69,7 +71,7 @@ pub(super) fn cut(curves: &[Curve], scale: Scale) -> Vec<Curve> {
     curves.iter().enumerate().map(one).collect()
 }
 
-/// The size of the last finite value.
+/// Returns the size of the last finite value.
 fn ends_at(points: &[(f64, f64)]) -> f64 {
     points.iter().rev().map(|point| point.1.abs()).find(|size| size.is_finite()).unwrap_or(0.0)
 }
@@ -82,7 +84,8 @@ fn share(points: &[(f64, f64)], of: usize) -> f64 {
     sizes.get(sizes.len() / of).copied().unwrap_or(0.0)
 }
 
-/// Adds to the name of every curve that lies under one drawn later, the earlier in the list, under which.
+/// Adds to the name of every curve that lies under one drawn later, the earlier in the list, under
+/// which.
 pub(super) fn name_hidden(curves: &mut [Curve], place: impl Fn((f64, f64)) -> Place) {
     let places: Vec<Vec<Place>> = curves
         .iter()

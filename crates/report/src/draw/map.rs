@@ -14,7 +14,7 @@ pub struct Map {
     pub x: (String, Vec<String>),
     /// Name of the quantity upwards, and its values.
     pub y: (String, Vec<String>),
-    /// Name of what the colours are.
+    /// The name of the quantity that the colours show.
     pub value: String,
     /// The meaning of cells without a value.
     pub none: String,
@@ -29,14 +29,15 @@ const TOP: f64 = 64.0;
 const BOTTOM: f64 = 410.0;
 /// The number of labels for which there is room below and at the side.
 const MOST_LABELS: usize = 10;
-/// Viridis (van der Walt, Smith 2015) at equal distances: growing lightness, for any eye and for print.
+/// Viridis (van der Walt, Smith 2015) at equal distances: growing lightness, for any eye and for
+/// print.
 const COLOURS: [[f64; 3]; 5] =
     [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
 /// The ratio of values above which the colours are logarithmic.
 const WIDE: f64 = 30.0;
 
 impl Map {
-    /// The map as the text of an SVG file.
+    /// Returns the map as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         self.draw(&mut svg);
@@ -129,7 +130,7 @@ impl Map {
     }
 }
 
-/// The colour of a part of the range.
+/// Returns the colour of a part of the range.
 fn colour(part: f64) -> String {
     let place = part.clamp(0.0, 1.0) * (COLOURS.len() - 1) as f64;
     let below = (place.floor() as usize).min(COLOURS.len() - 2);

@@ -36,7 +36,7 @@ pub use thin::thinned;
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#7a5c00", "#555555"];
 
-/// Colour of the curve or body of this number.
+/// Returns the colour of the curve or body of this number.
 pub fn colour(index: usize) -> &'static str {
     COLOURS[index % COLOURS.len()]
 }

@@ -30,7 +30,7 @@ impl Picture {
         }
     }
 
-    /// The picture as the text of an SVG file.
+    /// Returns the picture as the text of an SVG file.
     pub fn svg(&self) -> String {
         match self {
             Self::Chart(chart) => chart.svg(),
@@ -50,7 +50,8 @@ impl Picture {
     }
 }
 
-/// Pictures in two columns as the text of one SVG file, each marked with a letter; fonts as large as in each alone.
+/// Returns the pictures in two columns as the text of one SVG file, each marked with a letter;
+/// fonts as large as in each alone.
 pub fn panel(pictures: &[&Picture]) -> String {
     let columns = pictures.len().clamp(1, 2);
     let rows = pictures.len().div_ceil(columns).max(1);

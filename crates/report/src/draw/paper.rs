@@ -1,4 +1,5 @@
-//! Pictures as PNG and PDF, from the SVG that charts write: by `resvg` and `svg2pdf`, which only this file names.
+//! Pictures as PNG and PDF, from the SVG that charts write: by `resvg` and `svg2pdf`, which only
+//! this file names.
 //!
 //! The font is a font of the system: the first available family of those in the SVG. Sizes are
 //! absolute: 13 px are 9.75 points in a PDF; in a PNG the scale sets the pixels.
@@ -8,7 +9,7 @@ use resvg::usvg::{Options, Tree};
 use svg2pdf::{ConversionOptions, PageOptions};
 use thiserror::Error;
 
-/// Why a picture cannot be made.
+/// The reason for which a picture cannot be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PaperError {
     /// The system has no font. Without an error the labels would be missing without notice.
@@ -26,7 +27,7 @@ const FAMILIES: [&str; 6] =
 /// A pixel of SVG is so much of an inch.
 const PIXELS_PER_INCH: f32 = 96.0;
 
-/// The picture as the bytes of a PNG file, `scale` pixels for each of the SVG.
+/// Returns the picture as the bytes of a PNG file, `scale` pixels for each of the SVG.
 ///
 /// # Errors
 /// [`PaperError`].
@@ -40,7 +41,7 @@ pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>, PaperError> {
     pixels.encode_png().map_err(|error| unreadable(error.to_string()))
 }
 
-/// The picture as the bytes of a PDF file of one page, with its text as text.
+/// Returns the picture as a PDF file of one page, in which text stays text.
 ///
 /// # Errors
 /// [`PaperError`].

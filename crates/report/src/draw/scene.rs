@@ -25,7 +25,7 @@ pub struct Scene {
 pub enum Item {
     /// A path.
     Path {
-        /// Its points \[m\].
+        /// Points of the path \[m\].
         points: Vec<Vector3>,
         /// Number of the colour.
         style: usize,
@@ -34,16 +34,16 @@ pub enum Item {
     },
     /// A rod.
     Rod {
-        /// Its ends \[m\].
+        /// Ends of the rod \[m\].
         ends: [Vector3; 2],
         /// Number of the colour.
         style: usize,
     },
     /// A ball.
     Ball {
-        /// Its center \[m\].
+        /// Center of the ball \[m\].
         center: Vector3,
-        /// Its radius \[m\]; a small one is drawn large enough to be seen.
+        /// Radius of the ball \[m\]; a small one is drawn large enough to be seen.
         radius: f64,
         /// Number of the colour.
         style: usize,
@@ -66,7 +66,7 @@ const PARTS: usize = 10;
 struct View {
     right: Vector3,
     up: Vector3,
-    /// Towards the reader.
+    /// The direction towards the reader.
     near: Vector3,
     scale: f64,
     shift: (f64, f64),
@@ -125,7 +125,7 @@ fn corners(low: &Vector3, high: &Vector3) -> [Vector3; 8] {
 }
 
 impl Scene {
-    /// The scene as the text of an SVG file.
+    /// Returns the scene as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
@@ -165,7 +165,7 @@ impl Scene {
         svg.end()
     }
 
-    /// Corners of a box around everything, with a margin; round numbers are not needed.
+    /// Returns the corners of a box around everything, with a margin; round numbers are not needed.
     fn bounds(&self) -> (Vector3, Vector3) {
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         let mut see = |point: &Vector3, radius: f64| {
@@ -242,7 +242,8 @@ impl Scene {
         pieces
     }
 
-    /// The floor of the box with a grid, its height at one corner, and labels along the edges near the reader.
+    /// Draws the floor of the box with a grid, its height at one corner, and labels along the edges
+    /// near the reader.
     fn floor(&self, svg: &mut Svg, view: &View, low: &Vector3, high: &Vector3) {
         let grid = format!("stroke=\"{GRID}\" stroke-width=\"1\"");
         let edge = format!("stroke=\"{FAINT}\" stroke-width=\"1\"");
@@ -293,7 +294,7 @@ impl Scene {
     }
 }
 
-/// A colour nearer to white, or for a negative part to black.
+/// Returns a colour nearer to white, or for a negative part to black.
 fn mix(colour: &str, part: f64) -> String {
     let channel = |at: usize| {
         let value = u8::from_str_radix(&colour[at..at + 2], 16).map_or(0.0, f64::from);

@@ -1,8 +1,9 @@
 //! The sphere of directions as a map: tracks of boresights, and cones to keep out of or within.
 //!
-//! The projection is azimuthal equidistant about the middle of what is shown: a direction at the angle θ from the
-//! middle is drawn at a distance proportional to θ, in its true azimuth. A track is torn only where it passes behind the
-//! middle, by the point opposite to it, and a cone is one closed curve wherever it is.
+//! The projection is azimuthal equidistant about the middle of the tracks and cones: a direction
+//! at the angle θ from the middle is drawn at a distance proportional to θ, in its true azimuth.
+//! A track is torn only at the point opposite to the middle, and a cone is always one closed
+//! curve.
 
 mod disc;
 mod names;
@@ -41,19 +42,20 @@ pub struct Sky {
 /// A cone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyCone {
-    /// Its name.
+    /// The name of the constraint.
     pub name: String,
-    /// Its axis, a unit vector.
+    /// Axis of the cone, a unit vector.
     pub axis: Vector3,
     /// Half angle \[rad\].
     pub half_angle: f64,
     /// The condition of the cone.
     pub asks: ConeAsks,
-    /// When it acts, as parts of the motion from 0 to 1; `None`: always.
+    /// The times of activity, as parts of the motion from 0 to 1; `None` for always.
     pub acts: Option<Vec<[f64; 2]>>,
-    /// When it acts, in words: "from 0 to 40 s"; empty: always.
+    /// The times of activity, in words: "from 0 to 40 s"; empty for always.
     pub when: String,
-    /// Where it moves: axis and half angle at equal steps of time from start to end; else empty.
+    /// The motion of the cone: axis and half angle at equal steps of time from start to end;
+    /// empty if it does not move.
     pub way: Vec<(Vector3, f64)>,
 }
 
@@ -64,7 +66,7 @@ pub enum ConeAsks {
     KeepOut,
     /// Boresights stay inside.
     KeepIn,
-    /// Boresights stay on its surface.
+    /// Boresights stay on the surface of the cone.
     HoldOn,
 }
 
@@ -82,7 +84,7 @@ impl ConeAsks {
 /// The way of a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyTrack {
-    /// Its name.
+    /// The name of the direction.
     pub name: String,
     /// Number of its colour.
     pub style: usize,
@@ -90,7 +92,7 @@ pub struct SkyTrack {
     pub points: Vec<Vector3>,
 }
 
-/// A closed curve, as of what a direction is within.
+/// A closed curve, such as the border of the range of a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyRing {
     /// Number of its colour.
@@ -104,13 +106,13 @@ pub struct SkyRing {
 /// A direction with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyMark {
-    /// Its name.
+    /// The name of the direction.
     pub name: String,
     /// A unit vector.
     pub at: Vector3,
 }
 
-/// Where a map looks and how far.
+/// The middle of a map and its radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyView {
     /// Unit vector of the middle.
@@ -133,7 +135,7 @@ const NAME: f64 = 11.0;
 /// Points around a cone.
 const AROUND: usize = 180;
 
-/// Colour of what is forbidden.
+/// The colour of forbidden areas.
 const FORBIDDEN: &str = "#a01818";
 
 impl SkyView {
@@ -146,8 +148,8 @@ impl SkyView {
         if across == 0.0 { (angle, 0.0) } else { (angle * part.x / across, angle * part.y / across) }
     }
 
-    /// Whether the map is torn between two neighbours on a track: both are behind the middle, which one sees across it from the
-    /// other, by more than an eighth of a turn.
+    /// Returns whether the map is torn between two neighbours on a track: both are behind the
+    /// middle, which one sees across it from the other, by more than an eighth of a turn.
     fn tears(&self, a: &Vector3, b: &Vector3) -> bool {
         let behind = [a, b].iter().all(|point| point.dot(&self.middle) < 0.0);
         let ((ax, ay), (bx, by)) = (self.project(a), self.project(b));
@@ -178,7 +180,7 @@ impl Sky {
         }
     }
 
-    /// The map as the text of an SVG file.
+    /// Returns the map as the text of an SVG file.
     pub fn svg(&self) -> String {
         let mut svg = Svg::new(SIZE.0, SIZE.1);
         self.draw(&mut svg, "plot");
@@ -286,7 +288,7 @@ impl Sky {
         self.legend(svg);
     }
 
-    /// Numbers along the middle of the map: the grid lines that cross it.
+    /// Returns the numbers along the middle of the map: the grid lines that cross it.
     pub fn labels(&self, view: &SkyView) -> Vec<(String, Vector3)> {
         let inside = |at: &Vector3| {
             let (x, y) = view.project(at);
@@ -347,7 +349,7 @@ impl Sky {
     }
 }
 
-/// Where the remarks below the legend begin \[px\].
+/// The position of the remarks below the legend \[px\].
 const BOTTOM_LINE: f64 = 430.0;
 
 /// A ring at the start, a filled disc at the end.
@@ -360,7 +362,7 @@ fn sphere(tilt: f64, about: f64) -> Vector3 {
     Vector3::new(tilt.cos() * about.cos(), tilt.cos() * about.sin(), tilt.sin())
 }
 
-/// The directions at `angle` \[rad\] from `axis`.
+/// Returns the directions at `angle` \[rad\] from `axis`.
 pub fn circle(axis: &Vector3, angle: f64) -> Vec<Vector3> {
     let other = if axis.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
     let u = axis.cross(&other).normalize();
@@ -384,7 +386,8 @@ fn graticule() -> Vec<Vec<Vector3>> {
     (-2..=2).map(parallel).chain((0..12).map(meridian)).collect()
 }
 
-/// The stretches of a line that are not near the point opposite to the middle, where the map is torn.
+/// Returns the stretches of a line that are not near the point opposite to the middle, where the
+/// map is torn.
 fn near(line: &[Vector3], view: &SkyView) -> Vec<Vec<Vector3>> {
     let is_near = |point: &Vector3| point.dot(&view.middle) > -0.995;
     line.split(|point| !is_near(point)).filter(|stretch| stretch.len() > 1).map(<[Vector3]>::to_vec).collect()
@@ -422,7 +425,8 @@ mod tests {
         }
     }
 
-    /// A track once round the sphere past the point opposite to the middle, and one that stays before it.
+    /// A track once round the sphere past the point opposite to the middle, and one that stays
+    /// before it.
     #[test]
     fn a_track_is_torn_where_it_passes_behind_the_middle_and_nowhere_else() {
         let view = SkyView { middle: Vector3::x(), right: Vector3::y(), up: Vector3::z(), reach: PI };

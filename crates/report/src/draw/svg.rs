@@ -17,12 +17,12 @@ pub(super) const INK: &str = "#222222";
 pub(super) const FAINT: &str = "#666666";
 pub(super) const GRID: &str = "#dddddd";
 
-/// A drawing on its way.
+/// A drawing in progress.
 pub(super) struct Svg {
     text: String,
 }
 
-/// Where a text stands relative to its point.
+/// The position of a text relative to its point.
 #[derive(Clone, Copy)]
 pub(super) enum Anchor {
     Start,
@@ -71,7 +71,7 @@ impl Svg {
         self.raw(&format!("<{name} points=\"{}\" {style}/>", list.join(" ")));
     }
 
-    /// The area between closed curves, by their fill rule.
+    /// Fills the area between closed curves by their fill rule.
     pub fn area(&mut self, curves: &[&[(f64, f64)]], style: &str) {
         let mut path = String::new();
         for curve in curves {
@@ -120,7 +120,7 @@ fn rich(text: &str) -> String {
     out + &escape(rest)
 }
 
-/// Text for XML and HTML, between tags and in quoted attributes.
+/// Returns the text for XML and HTML, between tags and in quoted attributes.
 pub fn escape(text: &str) -> String {
     let mut out = String::new();
     for character in text.chars() {
@@ -146,7 +146,7 @@ pub(super) fn shortened(name: &str, room: usize) -> String {
     name.chars().take(room - 1).chain(['…']).collect()
 }
 
-/// A coordinate: a hundredth of a pixel is enough.
+/// Returns a coordinate: a hundredth of a pixel is enough.
 fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

@@ -1,4 +1,4 @@
-//! The plan flown: percentiles of where boresights point and of what is commanded, over the time of many cases.
+//! Flights of the plan: percentiles of the boresights and of the commands over many cases.
 //!
 //! The bands are drawn with the linear theory. The cases are few enough to fly while a page is
 //! made, and always equal.
@@ -47,7 +47,7 @@ struct Bands {
     commands: Vec<Vec<Vec<f64>>>,
 }
 
-/// The charts; none where nothing is uncertain.
+/// Returns the charts; none where nothing is uncertain.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let Some(bands) = flown(subject) else { return Vec::new() };
     pointing(subject, &bands).into_iter().chain(commands(subject, &bands)).collect()

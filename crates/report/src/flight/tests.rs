@@ -7,7 +7,7 @@ use slewkit::plan::{self, Plan, Silent};
 use slewkit_files::flown::UncertaintyRecord;
 use slewkit_files::spec::{self, Format, Loaded, Override};
 
-/// The slew that flies, without a chance to keep, on fewer steps.
+/// Returns the slew that flies, without a chance to keep, on fewer steps.
 fn planned() -> (Loaded, Plan) {
     let text = include_str!("../../../../problems/flies.toml").replace("chance = 0.01\n", "");
     let fewer = [Override::parse("maneuver.steps=60").unwrap()];
@@ -40,7 +40,8 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     let shown = pictures(&subject);
     let beside = subject.beside().unwrap();
 
-    // Radii: the one of the file at the end, outer levels outside of inner ones, gains better than none.
+    // Radii: the one of the file at the end, outer levels outside of inner ones, gains better than
+    // none.
     let uncertainty = loaded.closed_loop.uncertainty.as_ref();
     let record = UncertaintyRecord::new(&loaded.problem, beside, uncertainty).unwrap();
     let closed = record.closed_loop.as_ref().unwrap();
@@ -135,7 +136,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     assert_eq!(row[1], significant(record.open_loop.pointing[0].within_9973_deg, 3));
 }
 
-/// Nothing asked, gains alone, and no gains.
+/// Checks a spec without requests, with gains alone, and without gains.
 #[test]
 fn what_is_not_asked_is_not_shown() {
     let (mut loaded, plan) = planned();

@@ -1,4 +1,5 @@
-//! Things side by side: methods, objectives or ways to switching times on one maneuver, integrators on one motion.
+//! Things side by side: methods, objectives or ways to switching times on one maneuver, integrators
+//! on one motion.
 
 pub(crate) mod clock;
 pub mod integrators;

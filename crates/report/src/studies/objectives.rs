@@ -28,17 +28,18 @@ pub const STRETCH: f64 = 1.5;
 pub struct ObjectiveRun {
     /// The objective: `time`, `fuel` or `effort`.
     pub minimises: &'static str,
-    /// How it ended; absent where such a plan cannot be made.
+    /// The status; absent if such a plan cannot be made.
     pub status: Option<Status>,
-    /// Why it cannot, or what is missing.
+    /// The reason for its absence, or the shortfall.
     pub reason: Option<String>,
     /// Duration \[s\].
     pub duration_s: Option<f64>,
     /// `∫ ½ uᵀWu dt` of the inputs \[N²·m²·s\], up to the weights.
     pub effort: Option<f64>,
-    /// `∫ Σ c_j |u_j| dt` of the inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to the prices.
+    /// `∫ Σ c_j |u_j| dt` of the inputs, or `c ∫ |τ| dt` under a limit of the norm \[N·m·s\], up to
+    /// the prices.
     pub fuel: Option<f64>,
-    /// How many times an input switches, of plans that switch.
+    /// The number of switches of an input, for plans that switch.
     pub switches: Option<usize>,
     /// The possible gain, to first order, in seconds or in fuel, of plans that switch.
     pub gap: Option<f64>,
@@ -168,7 +169,8 @@ impl<'a> Measures<'a> {
     }
 }
 
-/// Over the inputs as they act: held over a step, or kicks at the nodes, which have half their weight at the ends.
+/// Integrates over the inputs as they act: held over a step, or kicks at the nodes, with half
+/// their weight at the ends.
 fn integral(trajectory: &Trajectory, rate: impl Fn(&[f64]) -> f64) -> f64 {
     let time = &trajectory.time;
     let steps = time.len().saturating_sub(1);
@@ -251,7 +253,7 @@ mod tests {
         let runs = compare(&problem, &Settings::discrete(), &mut Silent).unwrap();
         let [shortest, given] = [0, 2].map(|row: usize| runs[row].duration_s.unwrap());
         assert!(given >= STRETCH * shortest && given < 1.05 * STRETCH * shortest, "{runs:?}");
-        // Nothing limits the torques: only effort can be planned.
+        // If no limit bounds the torques, only effort can be planned.
         let unlimited =
             slew(5.0).with_actuation(Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body)));
         let runs = compare(&unlimited, &Settings::discrete(), &mut Silent).unwrap();

@@ -1,14 +1,16 @@
 //! The methods for a plan that switches, side by side: the smoothed law, Newton on switching
 //! times, and the convex iteration.
 //!
-//! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching times is in it;
-//! - **switching times**: what a plan takes, arcs at the limits on steps that end where inputs switch;
+//! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching
+//!   times is in it;
+//! - **switching times**: the method of a plan: arcs at the limits on steps that end where inputs
+//!     switch;
 //! - **convex**: SCP on equal steps with inputs at the nodes, and with the duration as an unknown
 //!     if it is free. It is the method for maneuvers with constraints, and the method of
 //!     `method = "scp"`.
 //!
-//! The three discretise differently, so that durations agree but for the square of the step, where they find the same
-//! extremal: each is a local minimum of its own search.
+//! The three discretise differently, so that durations agree but for the square of the step, where
+//! they find the same extremal: each is a local minimum of its own search.
 
 use serde::Serialize;
 use slewkit::maneuver::Shortfall;
@@ -22,9 +24,9 @@ use std::time::Instant;
 pub struct WayRun {
     /// `smoothed`, `switching_times` or `convex`.
     pub way: &'static str,
-    /// How it ended; absent where the way does not apply.
+    /// The status; absent if the method does not apply.
     pub status: Option<Status>,
-    /// Why it does not apply, or what is missing.
+    /// The reason for which it does not apply, or the shortfall.
     pub reason: Option<String>,
     /// Duration \[s\].
     pub duration_s: Option<f64>,
@@ -32,7 +34,7 @@ pub struct WayRun {
     pub cost: Option<f64>,
     /// The possible gain, to first order, of the continuous extremal of the plan.
     pub gap: Option<f64>,
-    /// How many times an input switches.
+    /// The number of switches of an input.
     pub switches: Option<usize>,
     /// ε of the smoothed law on the grid, scaled.
     pub smoothing: Option<f64>,
@@ -42,12 +44,13 @@ pub struct WayRun {
     pub solve_time_s: f64,
 }
 
-/// Plans a maneuver whose inputs switch by each of the ways.
+/// Plans a maneuver whose inputs switch by each of the methods.
 ///
 /// A time limit applies to each solve. A stop by the observer ends them all.
 ///
 /// # Errors
-/// [`PlanError`] when problem or settings cannot be used, or inputs do not switch. A way that does not apply is no error.
+/// Returns [`PlanError`] if problem or settings cannot be used, or inputs do not switch. A method
+/// that does not apply is not an error.
 pub fn compare(
     problem: &Problem,
     settings: &Settings,
@@ -129,7 +132,8 @@ mod tests {
         Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)).with_steps(steps)
     }
 
-    /// One duration by three ways: they differ by the square of the step, and what is smoothed takes longer.
+    /// The three methods give one duration up to the square of the step, and a smoothed law takes
+    /// longer.
     #[test]
     fn the_ways_meet_as_the_grid_is_refined() {
         let spread = |steps: usize| {

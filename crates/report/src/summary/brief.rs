@@ -31,7 +31,7 @@ const SAME: f64 = 5e-4;
 /// The clearance below which a cone counts as touched \[deg\].
 const LITTLE: f64 = 1e-3;
 
-/// The lines below the headline, but for what to type next.
+/// Returns the lines below the headline, but for what to type next.
 pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
     let solution = &plan.solution;
     let problem = &solution.on_grid(problem);
@@ -142,7 +142,7 @@ fn slew(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Cost with its unit, and against the turn about a fixed axis.
+/// Returns the cost with its unit, and against the turn about a fixed axis.
 fn cost(problem: &Problem, solution: &Solution, identity: &Identity) -> String {
     let (what, unit) = match &problem.objective {
         Objective::Time => ("least time", "s"),
@@ -181,7 +181,7 @@ fn against(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Where the true motion ends.
+/// Describes the end of the true motion.
 fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<String> {
     let off = |value: f64, unit: &str| match value {
         value if value.is_finite() => format!("{} {unit}", significant(value, 2)),
@@ -213,7 +213,7 @@ fn arrives(problem: &Problem, settings: &Settings, found: &Verification) -> Vec<
     lines
 }
 
-/// The largest rate, of the true motion where it is limited, and its limit.
+/// Returns the largest rate, of the true motion where it is limited, and its limit.
 fn rate(problem: &Problem, found: &Verification) -> String {
     let peak = format!("{} deg/s", significant(found.peak_rate_rad_s.to_degrees(), 3));
     let limits = problem.constraints.iter().filter(|limit| !matches!(limit.rule, Rule::Pointing(_)));
@@ -246,7 +246,7 @@ fn met(margin: &Margin) -> f64 {
     if value.abs() <= Margin::ROUND_OFF * scale { 0.0 } else { value }
 }
 
-/// The cones, nearest first, as many as there is room for.
+/// Returns the cones, nearest first, for which there is room.
 fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room: usize) -> Vec<String> {
     let is_cone = |margin: &&Margin| {
         let rule = problem.constraints.iter().find(|constraint| constraint.name == margin.name);
@@ -338,7 +338,7 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Describes the way of a path.
+/// Names the direction in which a path turns: the short way or the long way.
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
         _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",
@@ -348,7 +348,7 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// Describes the rivals.
+/// Describes the other extremals of the maneuver, if any.
 fn also(problem: &Problem, solution: &Solution) -> Option<String> {
     let best = solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before);
     let nearest = solution.rivals.first()?;

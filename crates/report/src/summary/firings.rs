@@ -14,20 +14,21 @@ const OFF: f64 = 0.01;
 pub(crate) struct Firing {
     /// The number of the thruster.
     pub input: usize,
-    /// When it opens \[s\].
+    /// The start \[s\].
     pub from: f64,
-    /// When it closes \[s\].
+    /// The end \[s\].
     pub to: f64,
 }
 
 impl Firing {
-    /// How long \[s\].
+    /// Returns the length \[s\].
     pub fn length(&self) -> f64 {
         self.to - self.from
     }
 }
 
-/// All firings of thrusters, by thruster and time; none where the inputs push to both sides.
+/// Returns all firings of thrusters, by thruster and time; none where the inputs push to both
+/// sides.
 ///
 /// The firings of a plan of arcs are those of its grid, whose nodes are at the switches.
 pub(crate) fn firings(problem: &Problem, solution: &Solution) -> Vec<Firing> {
@@ -129,7 +130,7 @@ pub(crate) fn told(problem: &Problem, solution: &Solution, identity: &Identity) 
     lines
 }
 
-/// When each thruster is on, a line a thruster: `T4 on 0.000–2.653 s, 5.1–6 s`.
+/// Returns the on-times of each thruster, one line for each: `T4 on 0.000–2.653 s, 5.1–6 s`.
 pub(crate) fn times(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<String> {
     let found = firings(problem, solution);
     let of = found.chunk_by(|a, b| a.input == b.input);

@@ -11,17 +11,18 @@ use slewkit::lie;
 use slewkit::maneuver::{Motion, Objective, Problem, Solution};
 use slewkit::mechanics::AxisFrame;
 
-/// Nodes of f: its integral is known to about their square, 1e-5.
+/// Number of nodes of f. The relative error of its integral is about the inverse square, 1e-5.
 const NODES: usize = 256;
 
-/// Newton steps; a convex polynomial of degree four takes a handful.
+/// Largest number of Newton steps. A convex polynomial of degree four takes about five.
 const MOST_STEPS: usize = 60;
 
 /// A rate below this \[rad/s\] times the duration is rest.
 const REST: f64 = 1e-9;
 
-/// The least cost of the shorter turn about a fixed axis in the duration of the plan, by its own objective and without limits;
-/// `None` where this is not known: in a field, between other rates than zero, of fuel, with wheels that store momentum.
+/// Returns the least cost of the shorter turn about a fixed axis in the duration of the plan, by
+/// its own objective and without limits; `None` where this is not known: in a field, between other
+/// rates than zero, of fuel, with wheels that store momentum.
 pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     if let Some(duration) = solution.switching.as_ref().and_then(|switching| switching.eigenaxis_s) {
         return Some(duration);
@@ -98,7 +99,7 @@ fn profile(k: f64) -> Option<f64> {
                 break None;
             }
         };
-        // Nothing is lower: this is the least, to round-off.
+        // No neighbour is lower: this is the minimum, to round-off.
         let Some((tried, found)) = next else { break };
         let gained = reached - found;
         (f, reached) = (tried, found);
@@ -144,7 +145,8 @@ mod tests {
             let cubic = 12.0 + k * 1296.0 / 630.0;
             assert!(12.0_f64.max(k) < least && least < cubic * (1.0 + 2.0 * h2), "{k}: {least} of {cubic}");
         }
-        // Where the gyroscopic torque is all the rate is nearly constant: no more than with ramps of length w, in closed form.
+        // If the gyroscopic torque dominates, the rate is nearly constant: the cost is at most
+        // that of ramps of length w, in closed form.
         let (k, w) = (1e4_f64, 0.02_f64);
         let level = 1.0 / (1.0 - w);
         let ramps = 2.0 * level.powi(2) / w + k * level.powi(4) * (1.0 - 1.6 * w);

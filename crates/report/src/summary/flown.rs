@@ -138,7 +138,7 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     )
 }
 
-/// When a constraint may be violated with its chance, where that is not the worst instant.
+/// Describes the time to which a chance refers, if it is not the worst instant.
 fn when(asked: &slewkit_files::spec::Chance) -> &'static str {
     if asked.of_motion { " over the motion" } else { "" }
 }
@@ -148,7 +148,7 @@ fn radii(problem: &Problem, covariance: &Covariance) -> f64 {
     boresights(problem).iter().map(|boresight| Radius::of(boresight, &of_attitude).within).fold(0.0, f64::max)
 }
 
-/// Where a boresight ends with 99.73 %.
+/// Describes the 99.73 % range of a boresight at the end.
 fn uncertain(problem: &Problem, open: &Covariance, closed: Option<&Covariance>) -> String {
     let of = |covariance: &Covariance| significant(radii(problem, covariance).to_degrees(), 3);
     match closed {

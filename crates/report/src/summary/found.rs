@@ -16,7 +16,7 @@ const SMALL_GAP: f64 = 1e-4;
 /// Durations that differ by this part are one.
 const SAME_DURATION: f64 = 1e-12;
 
-/// The name of a discretisation.
+/// Returns the name of a discretisation.
 pub fn scheme(scheme: Scheme) -> &'static str {
     match scheme {
         Scheme::LieVerlet => "Lie–Verlet",
@@ -167,7 +167,7 @@ fn landed(landing: &Landing) -> String {
     }
 }
 
-/// Why a plan has as many steps as it has.
+/// Describes the choice of the number of steps.
 fn steps(steps: usize, chosen: &ChosenSteps) -> String {
     let cost = match chosen.cost_error {
         Some(part) => format!("the cost is about {} above the cost of ever shorter steps", percent(part)),
@@ -182,7 +182,7 @@ fn percent(part: f64) -> String {
     format!("{} %", significant(100.0 * part, 2))
 }
 
-/// Duration or fuel, arcs and certificate of a plan whose inputs switch.
+/// Returns the duration or fuel, arcs and certificate of a plan whose inputs switch.
 fn switched(
     problem: &Problem,
     solution: &Solution,
@@ -271,7 +271,7 @@ fn switched(
     lines
 }
 
-/// How many pulses, how long they are, and what that costs.
+/// Describes the number of pulses, their lengths, and their cost.
 fn pulsed(problem: &Problem, switching: &Switching, pulses: &Pulses) -> String {
     let (without, cost) = (pulses.cost_without, switching.continuous_cost);
     let asked = problem.shortest_pulse().map_or(String::new(), |asked| {
@@ -296,8 +296,8 @@ fn way(problem: &Problem, sense: Sense) -> &'static str {
     }
 }
 
-/// The angle of the rotation the short way round [deg], between states at rest, where the path turns by more than half a turn and would
-/// by its length alone pass for the long one.
+/// Returns the angle of the rotation the short way round [deg], between states at rest, where the
+/// path turns by more than half a turn and would by its length alone pass for the long one.
 pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Option<f64> {
     let (start, end) = (&problem.start, &problem.end);
     let known = problem.aim().is_none() && !problem.ends_in_any_attitude();
@@ -306,7 +306,7 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
     (known && rests && astray).then(|| lie::minus(&end.attitude, &start.attitude).norm().to_degrees())
 }
 
-/// How many residuals are shown before and after an ellipsis.
+/// The number of residuals that are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
 
 /// Describes the optimality of a plan of time or fuel by the convex iteration, whose second order
@@ -324,7 +324,8 @@ fn minimal(solution: &Solution) -> String {
     }
 }
 
-/// Iterations of the winning start over all grids, and the residuals of those on the requested grid.
+/// Iterations of the winning start over all grids, and the residuals of those on the requested
+/// grid.
 fn iterations(solution: &Solution) -> Vec<String> {
     let convex = solution.method == Method::Scp;
     let won = |rung: &&RungReport| {
@@ -352,13 +353,14 @@ fn iterations(solution: &Solution) -> Vec<String> {
         ),
     };
     let mut lines = vec![line("iterations", &format!("{count}{over}, {}", time(solution.solve_time)))];
-    // A subproblem's residual is a defect, Newton's one of all conditions: they make no one sequence.
+    // A subproblem's residual is a defect, Newton's one of all conditions: they make no one
+    // sequence.
     let last = won.iter().rfind(|rung| rung.steps == solution.steps && rung.rung != Rung::Scp);
     let mut residuals = last.map_or(Vec::new(), |rung| rung.residuals.clone());
     residuals.dedup();
     let shown = |errors: &[f64]| errors.iter().map(|value| error(*value)).collect::<Vec<_>>().join(" → ");
     let course = match &residuals[..] {
-        // Where the grid before left nothing to do.
+        // The coarser grid left no work for this one.
         [] | [_] => return lines,
         short if short.len() <= SHOWN.0 + SHOWN.1 => shown(short),
         long => format!("{} → … → {}", shown(&long[..SHOWN.0]), shown(&long[long.len() - SHOWN.1..])),

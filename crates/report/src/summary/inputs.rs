@@ -1,4 +1,4 @@
-//! Inputs in their own units: what each is called, its peak, and what part of its limit that is.
+//! Inputs in their own units: the name, the peak, and the part of its limit.
 
 use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use slewkit::maneuver::{Fuel, Motion, Problem, Solution};
@@ -34,7 +34,7 @@ pub(crate) fn name(problem: &Problem, identity: &Identity, index: usize) -> Stri
     }
 }
 
-/// The coordinate axis that an input is along.
+/// Returns the coordinate axis that an input is along.
 fn axis(set: &ActuatorSet, number: usize) -> Option<&'static str> {
     let axis = set.axes().get(number)?;
     let at = axis.iamax();
@@ -68,7 +68,7 @@ pub(super) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str 
     }
 }
 
-/// The peaks of all inputs, and the momenta of the wheels.
+/// Returns the peaks of all inputs, and the momenta of the wheels.
 pub(super) fn told(
     problem: &Problem,
     solution: &Solution,
@@ -158,12 +158,13 @@ impl Channel<'_> {
     }
 }
 
-/// The margin of a limit relative to it; what acts touches it up to round-off, of either sign.
+/// Returns the margin of a limit relative to it; an active limit is touched up to round-off, of
+/// either sign.
 fn rounded(margin: &Margin) -> f64 {
     if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.scaled }
 }
 
-/// The largest size of each of `range`, of rows of `count` numbers.
+/// Returns the largest size of each of `range`, of rows of `count` numbers.
 fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64> {
     let mut peaks = vec![0.0_f64; range.len()];
     for row in rows.chunks_exact(count.max(1)) {
@@ -174,7 +175,7 @@ fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64
     peaks
 }
 
-/// Names and peaks, and the largest part of a limit.
+/// Returns the names and the peaks, and the largest part of a limit.
 fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &str) -> String {
     let mut order: Vec<usize> = (0..peaks.len()).collect();
     let part = |index: usize| limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
@@ -202,7 +203,7 @@ fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &st
     text
 }
 
-/// A part of a limit, which it is where only round-off is between.
+/// Returns a part of a limit, which it is where only round-off is between.
 fn rounded_part(part: f64) -> f64 {
     if (part - 1.0).abs() <= Margin::ROUND_OFF { 1.0 } else { part }
 }

@@ -12,7 +12,8 @@ const LABELLED: usize = 13;
 /// Columns for the text of a labelled line, in a window of eighty.
 pub const TEXT: usize = 80 - LABELLED - 1;
 
-/// `text` in lines of at most `width` characters, broken between words; a longer word has a line of its own.
+/// `text` in lines of at most `width` characters, broken between words; a longer word has a line of
+/// its own.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
@@ -28,12 +29,12 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// A labelled line of a summary.
+/// Returns a labelled line of a summary.
 pub fn line(label: &str, text: &str) -> String {
     format!("  {label:<11} {text}")
 }
 
-/// Label and text of a labelled line.
+/// Returns the label and text of a labelled line.
 pub fn parts(line: &str) -> (String, String) {
     let split = line.char_indices().nth(LABELLED).map_or(line.len(), |(at, _)| at);
     let (label, text) = line.split_at(split);
@@ -66,7 +67,7 @@ pub enum Tone {
     Good,
     /// It did not.
     Bad,
-    /// Something to know.
+    /// A remark.
     Note,
 }
 
@@ -80,14 +81,14 @@ pub fn paint(colour: bool, tone: Tone, text: &str) -> String {
     if colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.into() }
 }
 
-/// The first line: name to the left, verdict to the right.
+/// Returns the first line: name to the left, verdict to the right.
 pub fn headline(colour: bool, name: &str, verdict: &str, tone: Tone) -> String {
     let name = escape(name);
     let gap = WIDTH.saturating_sub(name.chars().count() + verdict.chars().count()).max(2);
     format!("{name}{}{}", " ".repeat(gap), paint(colour, tone, verdict))
 }
 
-/// A part in percent, never 100 where it is more.
+/// Returns a part in percent, never 100 where it is more.
 pub(super) fn percent(part: f64) -> String {
     match 100.0 * part {
         percent if (percent - 100.0).abs() <= 1e-4 => "100 %".into(),

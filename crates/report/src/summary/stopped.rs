@@ -1,4 +1,5 @@
-//! Where a solve came to where it has no plan: why it stopped, its best iterate, what was tried.
+//! The summary of a solve without a plan: the reason of its end, its best iterate, and the
+//! attempts.
 
 use super::found::terminal;
 use super::lines::Lines;
@@ -61,7 +62,7 @@ pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     told
 }
 
-/// How near the best iterate came to the end.
+/// Describes the distance of the best iterate from the end.
 pub(super) fn nearest(error: &TerminalError) -> String {
     let attitude = error.attitude_rad.to_degrees();
     if !error.largest().is_finite() {
@@ -94,13 +95,13 @@ fn ended(outcome: Outcome) -> &'static str {
 /// runs.
 const CROWD: usize = 8;
 
-/// Everything tried, one line a run, a crowd of equal ones in one.
+/// Lists the attempts: one line for each run, and one line for several equal runs.
 pub(super) fn ladder(rungs: &[RungReport]) -> Vec<String> {
     let texts = rungs
         .chunk_by(|a, b| a.rung == b.rung)
         .flat_map(|runs| if runs.len() > CROWD { vec![crowd(runs)] } else { runs.iter().map(run).collect() });
     let mut lines = Vec::new();
-    lines.lines("ladder", texts.map(|text| text.trim_end().to_string()));
+    lines.lines("attempts", texts.map(|text| text.trim_end().to_string()));
     lines
 }
 

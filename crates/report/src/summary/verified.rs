@@ -19,7 +19,7 @@ pub struct Judged<'a> {
     pub active: Option<&'a [ActiveConstraint]>,
 }
 
-/// Limits and verdicts of the witnesses, and every check that fails.
+/// Returns the limits and verdicts of the witnesses, and every check that fails.
 pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> Vec<String> {
     if verification.was_stopped() {
         // Their numbers are NaN.
@@ -75,7 +75,7 @@ pub fn verified(colour: bool, judged: &Judged, verification: &Verification) -> V
     lines
 }
 
-/// Every check that fails, with its value and its limit.
+/// Returns every check that fails, with its value and its limit.
 pub(super) fn failures(colour: bool, verification: &Verification) -> Vec<String> {
     let mut lines = Vec::new();
     for check in verification.checks.iter().filter(|check| !check.passed) {
@@ -103,7 +103,7 @@ fn ran<'a>(verification: &'a Verification, witness: &str) -> Option<&'a Testimon
     verification.witnesses.iter().find(|ran| ran.witness == witness)
 }
 
-/// Over what part of the plan it ran, where that is not the whole.
+/// Describes the part of the plan over which it ran, if that is not the whole plan.
 fn over(ran: &Testimony, judged: &Judged) -> String {
     if ran.windows <= 1 {
         return String::new();
@@ -133,7 +133,7 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     let at = name.unwrap_or(&margin.at);
     let at = if at.is_empty() { String::new() } else { format!(", {}", escape(at)) };
     let (value, time) = (significant(value, 3), significant(margin.time_s, 4));
-    // Where the limit acts the continuous motion oversteps it by the error of the discretisation.
+    // At an active limit the continuous motion exceeds it by the error of the discretisation.
     let noticed = -Margin::ROUND_OFF.to_degrees();
     let continuous = margin.continuous_margin.filter(|continuous| *continuous < noticed);
     let overstepped = continuous.map_or(String::new(), |continuous| {
@@ -142,7 +142,8 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     format!("{state}margin {value} {} at {time} s{between}{at}{overstepped}", margin.unit)
 }
 
-/// How many moments a constraint acts at; several inputs may at one.
+/// Returns the number of times at which a constraint is active; several inputs may be active at
+/// one time.
 fn moments(active: &ActiveConstraint) -> usize {
     let mut times: Vec<u64> = active.time_s.iter().map(|time| time.to_bits()).collect();
     times.sort_unstable();

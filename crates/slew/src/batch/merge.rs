@@ -34,7 +34,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }
@@ -78,12 +78,12 @@ pub fn checked_ending(path: &Path, endings: &[&str]) -> Result<(), Failure> {
     Err(Failure::Output(Message::new("E0105", reason, remedy)))
 }
 
-/// Whether a file of this name is to be a table of comma-separated values.
+/// Returns whether a file of this name is to be a table of comma-separated values.
 pub fn is_csv(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
-/// Whether a file of this name is to be Parquet.
+/// Returns whether a file of this name is to be Parquet.
 pub fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"))
 }

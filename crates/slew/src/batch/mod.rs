@@ -21,7 +21,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// How cases are planned and where results go, the same in all commands of many cases.
+/// The options for planning cases and for their results, common to all commands of many cases.
 #[derive(Debug, clap::Args)]
 pub struct Running {
     /// Append the results to FILE.jsonl, one JSON object on each line; an incomplete file is
@@ -35,19 +35,21 @@ pub struct Running {
     /// Number of threads; by default the number of the machine. It does not change the results
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Only every n-th case from the i-th on, for one of n processes; `slew merge` puts them together
+    /// Only every n-th case from the i-th on, for one of n processes; `slew merge` puts them
+    /// together
     #[arg(long, value_name = "i/n")]
     pub shard: Option<String>,
-    /// Also write the plan file of every case into a folder, which is made if it does not exist
+    /// Also write the plan file of every case into a folder, which slew creates if needed
     #[arg(long, value_name = "DIR")]
     pub plans: Option<PathBuf>,
     /// Plan the case of this number alone, as `slew plan` does
     #[arg(long, value_name = "NUMBER", conflicts_with_all = ["shard", "plans", "threads", "times"])]
     pub case: Option<u64>,
-    /// Put the wall time of each solve into its line; the same run then gives another file each time
+    /// Put the wall time of each solve into its line; the same run then gives another file each
+    /// time
     #[arg(long)]
     pub times: bool,
-    /// Tell progress also where stderr is no terminal, every ten seconds
+    /// Print progress also if stderr is not a terminal, every ten seconds
     #[arg(long)]
     pub progress: bool,
     /// No text but errors
@@ -56,7 +58,7 @@ pub struct Running {
 }
 
 impl Running {
-    /// The part that failures need.
+    /// Returns the part that failures need.
     pub fn common(&self) -> Common {
         Common { quiet: self.quiet, json: false }
     }
@@ -216,7 +218,7 @@ fn one(
     )
 }
 
-/// The spec that the cases change, with the overrides of the command line.
+/// Returns the spec that the cases change, with the overrides of the command line.
 pub fn base(spec: &Path, reading: &Reading) -> Result<Base, Failure> {
     let (overrides, format) = super::spec_file::arguments(spec, reading)?;
     Ok(if spec.as_os_str() == "-" {
@@ -234,7 +236,7 @@ fn make(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Where results go.
+/// The destination of results.
 enum Sink {
     Nowhere,
     Stdout,

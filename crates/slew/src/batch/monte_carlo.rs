@@ -1,4 +1,4 @@
-//! `slew monte-carlo`: random draws of what is uncertain.
+//! `slew monte-carlo`: random draws of uncertain numbers.
 
 use super::{Asked, Running, base, conduct};
 use crate::advice::word;

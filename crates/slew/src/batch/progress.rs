@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// The interval between progress lines without a terminal.
 const SELDOM: Duration = Duration::from_secs(10);
 
-/// A run that goes on.
+/// The progress of a run.
 pub struct Progress {
     cases: u64,
     /// Results that were there before.
@@ -44,7 +44,7 @@ impl Progress {
     }
 }
 
-/// A span of time for people.
+/// Returns a span of time for people.
 pub fn span(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {

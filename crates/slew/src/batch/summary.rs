@@ -27,7 +27,7 @@ pub struct Facts<'a> {
     pub forced: bool,
 }
 
-/// The summary.
+/// Returns the summary.
 pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     let Facts { header, shard, tally, stopped, .. } = facts;
     let cases = shard.count(header.cases);
@@ -76,7 +76,7 @@ pub fn text(console: &Console, facts: &Facts<'_>) -> String {
     lines.join("\n")
 }
 
-/// How one case is planned by itself: the first that failed, else the costliest.
+/// Returns the command that plans one case alone: the first that failed, else the costliest.
 fn again(facts: &Facts<'_>) -> Option<String> {
     let failures = facts.tally.statuses.iter().filter(|(status, _)| *status != "solved");
     let failed = failures.filter_map(|(_, (_, first))| first.first().copied()).min();

@@ -38,7 +38,7 @@ pub fn bound(_: &Problem, _: &Settings, _: Option<usize>, _: &mut dyn Observer) 
     Err(Failure::Internal("a bound without semidefinite programs".into()))
 }
 
-/// The bound of `problem` on `steps` steps.
+/// Returns the bound of `problem` on `steps` steps.
 #[cfg(feature = "sdp")]
 pub fn bound(
     problem: &Problem,

@@ -26,8 +26,8 @@ pub struct StudyArgs {
     /// Horizons in seconds, shortest first
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub horizon: Vec<f64>,
-    /// Mean energy errors at which to compare work, largest first; by default up to five that the first
-    /// integrator reaches
+    /// Mean energy errors at which to compare work, largest first; by default up to five that the
+    /// first integrator reaches
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub error: Vec<f64>,
     /// Draw figures: SVG files in the folder DIR, which is made if it does not exist
@@ -45,7 +45,7 @@ impl StudyArgs {
         self.figures.is_some() || !self.integrators.is_empty() || lists.iter().any(|list| !list.is_empty())
     }
 
-    /// The files of the figures, checked before any work; none that is `spec`.
+    /// Returns the files of the figures, checked before any work; none that is `spec`.
     fn targets(&self, spec: &Path) -> Result<Vec<Target>, Failure> {
         let Some(folder) = &self.figures else { return Ok(Vec::new()) };
         if !folder.exists() {
@@ -62,7 +62,7 @@ impl StudyArgs {
         FIGURES.iter().map(target).collect()
     }
 
-    /// Why a study cannot be made: a matter of the command line where it names numbers.
+    /// Builds the failure of a study; it is a usage error if the command line gives the numbers.
     fn refusal(&self, error: &StudyError) -> Failure {
         if [&self.step, &self.horizon, &self.error].iter().any(|list| !list.is_empty()) {
             return Failure::Usage(format!("--step, --horizon, --error: {error}"));
@@ -134,7 +134,7 @@ pub fn run(args: &Args, loaded: &LoadedSimulation, console: &mut Console) -> Res
     Ok(exit)
 }
 
-/// How the bodies are drawn.
+/// Returns the outlines of the bodies.
 fn outlines(loaded: &LoadedSimulation) -> Vec<Outline> {
     let outline = |(name, shape): (&String, &Option<BodyShape>)| match shape {
         Some(BodyShape::Dumbbell(dumbbell)) => Outline::dumbbell(name, dumbbell),

@@ -1,4 +1,5 @@
-//! `slew compare`: the methods or the objectives side by side on the maneuver of a spec, the integrators on a simulation.
+//! `slew compare`: the methods or the objectives side by side on the maneuver of a spec, the
+//! integrators on a simulation.
 
 mod bound;
 mod integrators;
@@ -58,8 +59,8 @@ pub struct Args {
     pub spec: SpecArgs,
     #[command(flatten)]
     pub report: ReportArgs,
-    /// Add a global lower bound on the grid of `--bound-steps`, a plan on that grid, and the gap between them.
-    /// Free bodies only; the bound leaves limits out. Needs the cargo feature `sdp`
+    /// Add a global lower bound on the grid of `--bound-steps`, a plan on that grid, and the gap
+    /// between them. Free bodies only; the bound leaves limits out. Needs the cargo feature `sdp`
     #[arg(long)]
     pub bound: bool,
     /// Steps of the grid of the bound, by default 8; the time to solve grows fast with them
@@ -76,7 +77,8 @@ pub struct Args {
 }
 
 impl Args {
-    /// The file of the page, checked before any work: it replaces neither the spec nor the `files` that this names.
+    /// Returns the file of the page, checked before any work: it replaces neither the spec nor the
+    /// `files` that this names.
     fn target(&self, files: &[PathBuf]) -> Result<Option<Target>, Failure> {
         let inputs: Vec<&Path> =
             std::iter::once(&self.spec.spec).chain(files).map(PathBuf::as_path).collect();

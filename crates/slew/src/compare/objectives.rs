@@ -79,7 +79,7 @@ fn status(runs: &[ObjectiveRun]) -> Status {
     known.find(|status| matches!(status, Status::Solved | Status::Interrupted)).unwrap_or(first)
 }
 
-/// A header, and a row per way.
+/// Returns a header, and a row per way.
 fn ways_told(runs: &[WayRun]) -> Vec<Vec<String>> {
     let header = ["way", "", "duration / s", "cost", "switches", "gap", "smoothing", "misses / deg", "time"];
     let row = |run: &WayRun| {
@@ -101,7 +101,7 @@ fn ways_told(runs: &[WayRun]) -> Vec<Vec<String>> {
     std::iter::once(header.map(String::from).to_vec()).chain(runs.iter().map(row)).collect()
 }
 
-/// A header, and a row per objective.
+/// Returns a header, and a row per objective.
 fn rows(runs: &[ObjectiveRun]) -> Vec<Vec<String>> {
     let header = ["least", "", "duration / s", "effort", "fuel", "switches", "gap", "time"].map(String::from);
     let row = |run: &ObjectiveRun| {

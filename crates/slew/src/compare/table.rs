@@ -33,7 +33,7 @@ fn standing(standing: Standing) -> &'static str {
     }
 }
 
-/// The summary of a comparison.
+/// Returns the summary of a comparison.
 pub fn lines(console: &Console, problem: &Problem, comparison: &Comparison) -> Vec<String> {
     let agreement = &comparison.agreement;
     let (verdict, tone) = match (comparison.status(), agreement.verdict) {
@@ -73,7 +73,7 @@ fn found_alone(run: &MethodRun, by_itself: &ByItself) -> String {
     )
 }
 
-/// A header, and a row per method.
+/// Returns a header, and a row per method.
 fn rows(runs: &[MethodRun]) -> Vec<Vec<String>> {
     let header = ["method", "", "cost", "terminal", "KKT", "subproblems", "Newton", "time"].map(String::from);
     let row = |run: &MethodRun| {

@@ -1,4 +1,4 @@
-//! `slew plan --warm`: what is left of a plan, planned again from where the craft is.
+//! `slew plan --warm`: replans the rest of a plan from the present state of the craft.
 
 use super::{Failure, Message, Watcher, refusal, spec_file};
 use slewkit::maneuver::{Problem, Settings};
@@ -21,7 +21,8 @@ pub struct Warm<'a> {
     at: f64,
 }
 
-/// Reads the plan at `path` that `problem` is to be begun from at a time \[s\] of it; the epoch of what is left is that moment.
+/// Reads the plan at `path`, from a time \[s\] of which `problem` starts; that time is the epoch
+/// of the rest.
 pub fn begun<'a>(
     path: &'a Path,
     at: Option<f64>,
@@ -63,7 +64,7 @@ pub fn begun<'a>(
     Ok(Warm { path, replanner, at })
 }
 
-/// When what is left begins.
+/// Returns the epoch of the rest.
 fn epoch(given: Option<Epoch>, of_plan: Option<Epoch>, at: f64) -> Result<Option<Epoch>, Failure> {
     let Some(of_plan) = of_plan else { return Ok(given) };
     let begins = of_plan.after(at);
@@ -100,7 +101,7 @@ impl Warm<'_> {
     }
 }
 
-/// Why a plan is not begun from, and what to do instead.
+/// Builds the failure of a plan from which replanning is impossible, with the remedy.
 fn refused(path: &Path, error: &NotReplanned) -> Failure {
     let remedy = match error {
         NotReplanned::Time { .. } => return Failure::Usage(format!("--at: {error}")),

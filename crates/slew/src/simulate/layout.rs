@@ -21,12 +21,12 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Whether any body has position and velocity.
+    /// Returns whether any body has position and velocity.
     pub fn anything_moves(&self) -> bool {
         self.moves.contains(&true)
     }
 
-    /// Momentum of each wheel [N·m·s].
+    /// Returns the momentum of each wheel [N·m·s].
     pub fn wheel_momenta(&self, time: f64) -> Vec<f64> {
         self.wheels.iter().map(|(start, rate)| start + time * rate).collect()
     }

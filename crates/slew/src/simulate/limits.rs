@@ -4,14 +4,15 @@ use slewkit::maneuver::Problem;
 use slewkit::mechanics::{InputLimit, LimitKind};
 use slewkit::numerics::figures::significant;
 
-/// Momentum of each reaction wheel at the start, and its rate of change: what the body gains the wheel loses.
+/// Returns the momentum of each reaction wheel at the start, and its rate of change, which is
+/// opposite to that of the body.
 pub fn wheel_momenta(problem: &Problem, inputs: Option<&[f64]>) -> Vec<(f64, f64)> {
     let Some(wheels) = &problem.actuation.wheels else { return Vec::new() };
     let torque = |wheel: usize| inputs.map_or(0.0, |inputs| inputs.get(wheel).copied().unwrap_or(0.0));
     wheels.momentum.iter().enumerate().map(|(wheel, momentum)| (*momentum, -torque(wheel))).collect()
 }
 
-/// The limits that `inputs` exceed, in words. The number of inputs may be wrong.
+/// Returns the limits that `inputs` exceed, in words. The number of inputs may be wrong.
 pub fn exceeded(problem: &Problem, inputs: Option<&[f64]>) -> Vec<String> {
     let given = inputs.filter(|inputs| inputs.len() == problem.actuation.count());
     let momenta = wheel_momenta(problem, inputs);

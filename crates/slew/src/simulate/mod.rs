@@ -1,4 +1,5 @@
-//! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row after row.
+//! `slew simulate`: propagate the bodies of a spec from their start, without optimisation, row
+//! after row.
 
 mod layout;
 mod limits;
@@ -56,7 +57,8 @@ pub struct Args {
     /// Method; by default that of the spec, or lie_verlet
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Kind::NAMES).try_map(|name| name.parse::<Kind>()))]
     pub integrator: Option<Kind>,
-    /// Inputs of a maneuver, held throughout, forces before torques, as in `--inputs 0,0,0.1`; by default none
+    /// Inputs of a maneuver, held throughout, forces before torques, as in `--inputs 0,0,0.1`; by
+    /// default none
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true)]
     pub inputs: Option<Vec<f64>>,
 }
@@ -151,7 +153,7 @@ struct Motion {
     carrier: Carrier,
 }
 
-/// Who propagates it.
+/// The propagator.
 enum Carrier {
     /// Bodies by an integrator.
     Integrator(Box<Simulation>),
@@ -159,9 +161,9 @@ enum Carrier {
     Witness(Box<Problem>, Propagator, Option<Vec<f64>>),
 }
 
-/// Why a motion ends before its end.
+/// The reason of an early end of the motion.
 enum Ended {
-    /// A number is no longer finite: the rows before it stay.
+    /// A number became infinite or NaN: the rows before it are kept.
     NotFinite(Message),
     /// It cannot be followed.
     Failed(Failure),
@@ -258,27 +260,28 @@ impl Motion {
     }
 }
 
-/// Whether inputs change the energy.
+/// Returns whether inputs change the energy.
 fn works(inputs: Option<&[f64]>) -> bool {
     inputs.is_some_and(|inputs| inputs.iter().any(|input| input.abs() > 0.0))
 }
 
-/// A simulation on its way to an output.
+/// A simulation whose rows go to an output.
 struct Job<'a> {
     motion: &'a Motion,
     seen: Option<Seen>,
     run: Option<Run>,
-    /// Why the motion could not be followed to its end: the output is then given up.
+    /// The reason for which the motion could not be propagated to its end: the output is then
+    /// discarded.
     failure: Option<Failure>,
-    /// How the program will end where the motion ends early, and the steps made until then: before Ctrl-C, or up to
-    /// the last row whose numbers are finite.
+    /// The exit code of an early end, and the steps until then: before Ctrl-C, or up to the last
+    /// row with finite numbers.
     stopped: Option<(Exit, u64)>,
     /// The message for the user.
     message: Option<Message>,
 }
 
 impl Job<'_> {
-    /// A motion that was interrupted or left the finite numbers is written up to where it came.
+    /// Runs the motion and writes it. A motion that ended early is written up to its last row.
     fn run(
         &mut self,
         format: Format,
@@ -366,7 +369,7 @@ impl Observer for Writer<'_, '_> {
     }
 }
 
-/// The progress line, and when to look at the clock again: that costs as much as a short step.
+/// The progress line, and the next check of the clock, which costs as much as a short step.
 struct ProgressLine<'a> {
     console: &'a mut Console,
     steps: u64,

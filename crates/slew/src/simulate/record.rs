@@ -1,7 +1,8 @@
-//! Rows of a simulation as CSV, JSON lines and one JSON document, all three from one list of fields.
+//! Rows of a simulation as CSV, JSON lines and one JSON document, all three from one list of
+//! fields.
 //!
-//! A single body has its columns and keys without a prefix; several are `body1_…`, `body2_…` in a table, and a list
-//! `bodies` in JSON.
+//! A single body has its columns and keys without a prefix; several are `body1_…`, `body2_…` in a
+//! table, and a list `bodies` in JSON.
 
 use super::layout::Layout;
 use super::report::Seen;
@@ -18,17 +19,17 @@ use std::io::Write;
 struct Field {
     /// The body that it is of.
     body: Option<usize>,
-    /// Its key in JSON.
+    /// Key of the quantity in JSON.
     key: String,
-    /// Its columns in a table.
+    /// Columns of the quantity in a table.
     columns: Vec<String>,
     /// Whether it is one number, not a list.
     scalar: bool,
-    /// The index of its first number in the row.
+    /// Index of the first number of the quantity in the row.
     at: usize,
 }
 
-/// The fields of every row of a simulation.
+/// Returns the fields of every row of a simulation.
 fn fields(layout: &Layout) -> Vec<Field> {
     let mut fields: Vec<Field> = Vec::new();
     let prefix =
@@ -105,7 +106,7 @@ impl<'a> Recorder<'a> {
         Self { layout, fields, width, numbers: Vec::new() }
     }
 
-    /// The first line of the table.
+    /// Writes the first line of the table.
     pub fn write_header(&self, output: &mut dyn Write) -> Result<(), ExportError> {
         let columns: Vec<&str> =
             self.fields.iter().flat_map(|field| &field.columns).map(String::as_str).collect();
@@ -143,8 +144,8 @@ impl<'a> Recorder<'a> {
         Object { fields: &self.fields, rows, bodies: &self.layout.bodies, name: None }
     }
 
-    /// Writes all that is held, with what the run came to; `interrupted`: how the program will end, and the steps
-    /// made.
+    /// Writes all held rows, with the result of the run; `interrupted` has the exit code of the
+    /// program, and the steps made.
     pub fn write_document(
         &self,
         run: Option<&Run>,

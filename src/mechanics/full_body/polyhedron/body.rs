@@ -22,12 +22,14 @@ pub struct HomogeneousPolyhedron {
 }
 
 impl HomogeneousPolyhedron {
-    /// This solid at a density [kg/m³], with `order³` Gauss points per face where another polyhedron attracts.
+    /// This solid at a density [kg/m³], with `order³` Gauss points per face where another
+    /// polyhedron attracts.
     ///
     /// # Errors
-    /// A [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the density is not a positive number, the mass
-    /// center is not the origin ([`Polyhedron::centered`] moves it there), or the order is not within 1 and
-    /// [`Polyhedron::ORDER`] or gives more than [`PointCloud::POINTS`] points.
+    /// A [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the density is not a
+    /// positive number, the mass center is not the origin ([`Polyhedron::centered`] moves it
+    /// there), or the order is not within 1 and [`Polyhedron::ORDER`] or gives more than
+    /// [`PointCloud::POINTS`] points.
     pub fn new(shape: Polyhedron, density: f64, order: usize) -> Checked<Self> {
         positive("density", density)?;
         count("order of the cubature", order, Polyhedron::ORDER)?;
@@ -41,7 +43,7 @@ impl HomogeneousPolyhedron {
         Ok(Self { density, mass, field: PolyhedronField::new(&shape), cubature, shape })
     }
 
-    /// The body with a given mass \[kg\].
+    /// Returns the body with a given mass \[kg\].
     ///
     /// # Errors
     /// Returns the errors of [`HomogeneousPolyhedron::new`].
@@ -50,27 +52,27 @@ impl HomogeneousPolyhedron {
         Self::new(shape, density, order)
     }
 
-    /// The solid.
+    /// Returns the solid.
     pub fn shape(&self) -> &Polyhedron {
         &self.shape
     }
 
-    /// Density [kg/m³].
+    /// Returns the density [kg/m³].
     pub fn density(&self) -> f64 {
         self.density
     }
 
-    /// Mass \[kg\].
+    /// Returns the mass \[kg\].
     pub fn mass(&self) -> f64 {
         self.mass
     }
 
-    /// Inertia about the mass center [kg·m²], 3×3, body axes.
+    /// Returns the inertia about the mass center [kg·m²], 3×3, body axes.
     pub fn inertia(&self) -> Matrix3 {
         self.density * self.shape.unit_inertia()
     }
 
-    /// Its exact field, for `G` and density 1.
+    /// Returns the exact field of the body, for `G` and density 1.
     pub fn field(&self) -> &PolyhedronField {
         &self.field
     }
@@ -81,7 +83,8 @@ impl HomogeneousPolyhedron {
         &self.cubature
     }
 
-    /// Acceleration of a point at `y` (body axes \[m\]) for a gravitational constant of 1 \[kg/m²\].
+    /// Acceleration of a point at `y` (body axes \[m\]) for a gravitational constant of 1
+    /// \[kg/m²\].
     pub fn attraction(&self, y: &Vector3) -> Vector3 {
         self.density * self.field.attraction(y)
     }

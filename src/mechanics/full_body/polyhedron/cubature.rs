@@ -1,4 +1,5 @@
-//! Gauss points of a polyhedron: conical products over the tetrahedra from the mass center to the faces.
+//! Gauss points of a polyhedron: conical products over the tetrahedra from the mass center to the
+//! faces.
 //!
 //! A tetrahedron with apex 0 and base a, b, c is the image of the cube,
 //! `ρ = u (a + v ((b − a) + w (c − b)))` with `dV = 6V u² v du dv dw`. Gauss–Jacobi points for
@@ -45,8 +46,8 @@ impl Polyhedron {
     }
 }
 
-/// Nodes and weights of the n-point Gauss rule of `∫₀¹ x^β f(x) dx`: with `t = 2x − 1`, the roots of the Jacobi
-/// polynomial `P_n^{(0,β)}(t)` and `1/((1 − t²) P'(t)²)`.
+/// Returns the nodes and weights of the n-point Gauss rule of `∫₀¹ x^β f(x) dx`: with `t = 2x − 1`,
+/// the roots of the Jacobi polynomial `P_n^{(0,β)}(t)` and `1/((1 − t²) P'(t)²)`.
 fn gauss_jacobi(n: usize, beta: usize) -> Vec<(f64, f64)> {
     let mut roots: Vec<f64> = Vec::with_capacity(n);
     for index in 0..n {
@@ -71,7 +72,8 @@ fn gauss_jacobi(n: usize, beta: usize) -> Vec<(f64, f64)> {
     roots.into_iter().map(node).collect()
 }
 
-/// `P_n^{(0,β)}(t)` and its derivative, by the three-term recurrence (Abramowitz and Stegun 22.7.1, 22.8.1).
+/// `P_n^{(0,β)}(t)` and its derivative, by the three-term recurrence (Abramowitz and Stegun 22.7.1,
+/// 22.8.1).
 fn jacobi(n: usize, beta: usize, t: f64) -> (f64, f64) {
     let b = beta as f64;
     let (mut before, mut value) = (0.0, 1.0);

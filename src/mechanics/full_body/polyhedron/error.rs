@@ -1,8 +1,9 @@
-//! Why vertices and faces are not the surface of a solid.
+//! The reasons for which vertices and faces are not the surface of a solid.
 
 use thiserror::Error;
 
-/// Why vertices and faces are not the surface of a solid. Vertices and faces are counted from 1.
+/// The reason for which vertices and faces are not the surface of a solid. Vertices and faces are
+/// counted from 1.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShapeError {
     /// More of something than memory is good for, or none.
@@ -10,17 +11,18 @@ pub enum ShapeError {
     Count {
         /// "vertices" or "faces".
         name: &'static str,
-        /// How many there are.
+        /// The number of items.
         count: usize,
         /// The largest possible number.
         limit: usize,
     },
-    /// A coordinate is NaN, infinite, or so large that the fifth power of lengths leaves the range of numbers.
+    /// A coordinate is NaN, infinite, or so large that the fifth power of lengths leaves the range
+    /// of numbers.
     #[error("vertex {vertex} has the coordinate {value} m; magnitudes up to {limit:e} are possible")]
     Coordinate {
         /// The number of the vertex.
         vertex: usize,
-        /// Its coordinate \[m\].
+        /// The coordinate \[m\].
         value: f64,
         /// The largest magnitude \[m\].
         limit: f64,
@@ -32,7 +34,7 @@ pub enum ShapeError {
         face: usize,
         /// The vertex it names.
         vertex: usize,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
     /// A face names a vertex twice.
@@ -50,9 +52,9 @@ pub enum ShapeError {
     Open {
         /// The face.
         face: usize,
-        /// Where the edge starts.
+        /// The first vertex of the edge.
         from: usize,
-        /// Where it ends.
+        /// The last vertex of the edge.
         to: usize,
     },
     /// An edge has more than two faces.
@@ -62,11 +64,11 @@ pub enum ShapeError {
     NotManifold {
         /// One of the faces.
         face: usize,
-        /// How many there are.
+        /// The number of its faces.
         faces: usize,
-        /// Where the edge starts.
+        /// The first vertex of the edge.
         from: usize,
-        /// Where it ends.
+        /// The last vertex of the edge.
         to: usize,
     },
     /// Two neighbours run along their edge in the same sense.
@@ -75,13 +77,13 @@ pub enum ShapeError {
          faces run counterclockwise seen from outside"
     )]
     Orientation {
-        /// The one face.
+        /// The first face.
         face: usize,
-        /// The other.
+        /// The second face.
         other: usize,
-        /// Where the edge starts.
+        /// The first vertex of the edge.
         from: usize,
-        /// Where it ends.
+        /// The last vertex of the edge.
         to: usize,
     },
     /// All faces look inwards.

@@ -8,8 +8,8 @@
 //! L_e = ln[(a + b + e)/(a + b − e)]                     a, b distances to the ends, e length
 //! tan(ω_f/2) = r₁·(r₂×r₃) / [r₁r₂r₃ + r₁(r₂·r₃) + r₂(r₃·r₁) + r₃(r₁·r₂)]
 //! ```
-//! `U` and `∇U` are exact and continuous everywhere, inside, outside and on the surface. A face without area
-//! adds nothing.
+//! `U` and `∇U` are exact and continuous everywhere, inside, outside and on the surface. A face
+//! without area adds nothing.
 //!
 //! In floating point each term has an error of a few ulps: `L_e` as an odd series in `e/(a + b)`
 //! instead of the logarithm of a number near one, the numerator of `ω_f` as `2A n·r`. Their sum
@@ -23,7 +23,8 @@ use super::surface::half_edges;
 use crate::Vector3;
 use crate::mechanics::full_body::lanes::{LANES, Lanes};
 
-/// The exact gravity of a homogeneous polyhedron on points, in its axes, per unit of `G` and density.
+/// The exact gravity of a homogeneous polyhedron on points, in its axes, per unit of `G` and
+/// density.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolyhedronField {
     edges: Vec<Edge>,
@@ -53,7 +54,7 @@ pub(in crate::mechanics::full_body) struct Attraction {
 }
 
 impl PolyhedronField {
-    /// The field of this solid.
+    /// Builds the field of this solid.
     pub fn new(shape: &Polyhedron) -> Self {
         let faces: Vec<_> = shape.triangles().map(Face::new).collect();
         let vertex = |index: u32| shape.vertices[index as usize];
@@ -81,12 +82,13 @@ impl PolyhedronField {
         Vector3::from(self.at(&side_by_side(&[*point; LANES])).gradient.map(|lanes| lanes.0[0]))
     }
 
-    /// `∇² ∫ dV/|r|`: −4π inside, zero outside; it jumps at the surface, and there may be anything between.
+    /// `∇² ∫ dV/|r|`: −4π inside, zero outside; it jumps at the surface, and there may be anything
+    /// between.
     pub fn laplacian(&self, point: &Vector3) -> f64 {
         -self.at(&side_by_side(&[*point; LANES])).solid_angle.0[0]
     }
 
-    /// Everything at four points.
+    /// Returns `U`, `∇U` and `Σ ω` at four points.
     pub(in crate::mechanics::full_body) fn at(&self, y: &[Lanes; 3]) -> Attraction {
         let (mut potential, mut gradient) = (Lanes::ZERO, [Lanes::ZERO; 3]);
         for edge in &self.edges {
@@ -159,7 +161,8 @@ fn face_angle(corners: &[[Lanes; 3]; 3], numerator: Lanes) -> Lanes {
     Lanes::splat(2.0) * arc_tangent(numerator, denominator)
 }
 
-/// `ln[(s + e)/(s − e)]` for `s = a + b ≥ e`; on the edge itself, where it is infinite, a large number.
+/// `ln[(s + e)/(s − e)]` for `s = a + b ≥ e`; on the edge itself, where it is infinite, a large
+/// number.
 ///
 /// With `2^k` the power of two nearest to the ratio, `ln = k ln 2 + 2 atanh z`, `|z| ≤ 0.1716`,
 /// `z = ((s + e) − 2^k (s − e))/((s + e) + 2^k (s − e))`. For `k = 0`, away from the edge,
@@ -204,7 +207,7 @@ fn edge_logarithm(s: Lanes, e: f64) -> Lanes {
     k * Lanes::splat(std::f64::consts::LN_2) + (z + z) + z * w * odd
 }
 
-/// No lane below `bound`; NaN stays.
+/// Returns no lane below `bound`; NaN stays.
 #[inline(always)]
 fn at_least(value: Lanes, bound: f64) -> Lanes {
     value.map(|value| if value < bound { bound } else { value })

@@ -7,15 +7,16 @@ use crate::mechanics::full_body::{MassPoint, PointCloud};
 use crate::mechanics::number::positive;
 
 impl HomogeneousPolyhedron {
-    /// Equal masses at the centers of the cubes of edge `spacing` \[m\] that lie inside, with the mass of the
-    /// solid, shifted so that their mass center is the origin.
+    /// Equal masses at the centers of the cubes of edge `spacing` \[m\] that lie inside, with the
+    /// mass of the solid, shifted so that their mass center is the origin.
     ///
-    /// All masses are positive for any shape, but inertia and field differ from the solid's like the spacing
-    /// squared at best; [`Polyhedron::cubature`] is far better where the body is not very close.
+    /// All masses are positive for any shape, but inertia and field differ from the solid's like
+    /// the spacing squared at best; [`Polyhedron::cubature`] is far better where the body is not
+    /// very close.
     ///
     /// # Errors
-    /// A [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the spacing is not a positive number, or no
-    /// center or more than [`PointCloud::POINTS`] of them are inside.
+    /// A [`FullBodyError`](crate::mechanics::full_body::FullBodyError) if the spacing is not a
+    /// positive number, or no center or more than [`PointCloud::POINTS`] of them are inside.
     pub fn lattice(&self, spacing: f64) -> Checked<PointCloud> {
         positive("spacing of the lattice", spacing)?;
         let cells = self.shape().volume() / spacing.powi(3);
@@ -33,7 +34,8 @@ impl HomogeneousPolyhedron {
 }
 
 impl Polyhedron {
-    /// Centers of the cells inside, lattice centered at the origin: columns along z, filled between crossings.
+    /// Returns the centers of the cells inside, lattice centered at the origin: columns along z,
+    /// filled between crossings.
     fn lattice_points(&self, spacing: f64) -> Vec<Vector3> {
         let at = |index: i64| (index as f64 + 0.5) * spacing;
         let mut points = Vec::new();
@@ -59,7 +61,7 @@ impl Polyhedron {
     }
 }
 
-/// The rows of cells that the solid reaches along an axis.
+/// Returns the rows of cells that the solid reaches along an axis.
 fn rows(shape: &Polyhedron, axis: usize, spacing: f64) -> impl Iterator<Item = i64> + Clone {
     let values = shape.vertices().iter().map(move |vertex| vertex[axis]);
     let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
@@ -68,16 +70,18 @@ fn rows(shape: &Polyhedron, axis: usize, spacing: f64) -> impl Iterator<Item = i
     (index(low) - 1)..=(index(high) + 1)
 }
 
-/// Whether the corners lie on both sides of `value` along an axis; one on it counts as beyond.
+/// Returns whether the corners lie on both sides of `value` along an axis; one on it counts as
+/// beyond.
 fn spans(corners: &[Vector3; 3], axis: usize, value: f64) -> bool {
     let beyond = corners.map(|corner| corner[axis] > value);
     beyond.contains(&true) && beyond.contains(&false)
 }
 
-/// Where the line along z at (x, y) meets the triangle, and +1 where it enters the solid, −1 where it leaves.
+/// Returns the point at which the line along z at (x, y) meets the triangle, with +1 if it enters
+/// the solid, −1 if it leaves.
 ///
-/// Each edge decides by itself, from its ends in a fixed order, on which side of it the line passes, so that
-/// the two faces of an edge agree and no line slips between them.
+/// Each edge decides by itself, from its ends in a fixed order, on which side of it the line
+/// passes, so that the two faces of an edge agree and no line slips between them.
 fn crossing(corners: &[Vector3; 3], x: f64, y: f64) -> Option<(f64, i32)> {
     let mut inside = false;
     for k in 0..3 {

@@ -1,7 +1,8 @@
 //! Volume, mass center and second moments of a solid bounded by triangles, in closed form.
 //!
-//! The divergence theorem turns the integrals of 1, x and x xᵀ over the solid into sums of polynomials over
-//! its faces (Mirtich 1996, Eberly 2002), which are those of the tetrahedra from a common apex, `d = a·(b × c)`:
+//! The divergence theorem turns the integrals of 1, x and x xᵀ over the solid into sums of
+//! polynomials over its faces (Mirtich 1996, Eberly 2002), which are those of the tetrahedra from a
+//! common apex, `d = a·(b × c)`:
 //! ```text
 //! V = Σ d/6      V x̄ = Σ d (a + b + c)/24      ∫ x xᵀ dV = Σ d [a aᵀ + b bᵀ + c cᵀ + s sᵀ]/120,   s = a + b + c
 //! ```
@@ -25,7 +26,8 @@ impl MassProperties {
     const ROUND_OFF: f64 = 1e-12;
 
     pub fn new(vertices: &[Vector3], faces: &[[u32; 3]]) -> Result<Self, ShapeError> {
-        // About the middle and in units of the size, so that nothing cancels or leaves the range of numbers.
+        // About the middle and in units of the size, so that nothing cancels or leaves the range of
+        // numbers.
         let apex = vertices.iter().map(|vertex| vertex / vertices.len() as f64).sum::<Vector3>();
         let size = vertices.iter().map(|vertex| (vertex - apex).amax()).fold(0.0, f64::max);
         let (mut volume, mut area, mut first, mut second) = (0.0, 0.0, Vector3::zeros(), Matrix3::zeros());

@@ -38,7 +38,8 @@ impl Polyhedron {
     /// Largest magnitude of a coordinate \[m\].
     pub const COORDINATE: f64 = 1e30;
 
-    /// The solid within these triangles, which name vertices from 0 and run counterclockwise seen from outside.
+    /// Builds the solid within these triangles, which name vertices from 0 and run counterclockwise
+    /// seen from outside.
     ///
     /// # Errors
     /// A [`ShapeError`] that names the vertex, face or edge. A triangle may have no area.
@@ -48,7 +49,8 @@ impl Polyhedron {
         Ok(Self { vertices, faces, properties })
     }
 
-    /// The octahedron with corners at `±a e₁`, `±b e₂`, `±c e₃` \[m\], as in Fahnestock et al. (2006).
+    /// Builds the octahedron with corners at `±a e₁`, `±b e₂`, `±c e₃` \[m\], as in Fahnestock et
+    /// al. (2006).
     ///
     /// # Errors
     /// A [`ShapeError`] if a semi-axis is not a positive number.
@@ -63,7 +65,7 @@ impl Polyhedron {
         Self::new((0..6).map(corner).collect(), octants.collect())
     }
 
-    /// The cuboid with these edges \[m\] along the axes, its center at the origin.
+    /// Builds the cuboid with these edges \[m\] along the axes, its center at the origin.
     ///
     /// # Errors
     /// A [`ShapeError`] if an edge is not a positive number.
@@ -75,45 +77,46 @@ impl Polyhedron {
         Self::new((0..8).map(corner).collect(), halves.collect())
     }
 
-    /// The vertices \[m\].
+    /// Returns the vertices \[m\].
     pub fn vertices(&self) -> &[Vector3] {
         &self.vertices
     }
 
-    /// The triangles, which name vertices from 0.
+    /// Returns the triangles, which name vertices from 0.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// Volume \[m³\].
+    /// Returns the volume \[m³\].
     pub fn volume(&self) -> f64 {
         self.properties.volume
     }
 
-    /// Mass center at constant density \[m\].
+    /// Returns the mass center at constant density \[m\].
     pub fn center(&self) -> &Vector3 {
         &self.properties.center
     }
 
-    /// Inertia about the mass center at constant density 1 kg/m³, `∫ (|ρ|² I − ρ ρᵀ) dV` \[m⁵\], 3×3.
+    /// Returns the inertia about the mass center at constant density 1 kg/m³,
+    /// `∫ (|ρ|² I − ρ ρᵀ) dV` \[m⁵\], 3×3.
     pub fn unit_inertia(&self) -> Matrix3 {
         let second = self.properties.second;
         second.trace() * Matrix3::identity() - second
     }
 
-    /// Distance of the farthest vertex from the origin \[m\].
+    /// Returns the distance of the farthest vertex from the origin \[m\].
     pub fn radius(&self) -> f64 {
         self.vertices.iter().map(|vertex| vertex.norm()).fold(0.0, f64::max)
     }
 
-    /// Whether every point of the surface is seen from the mass center: the weights of
+    /// Returns whether every point of the surface is seen from the mass center: the weights of
     /// [`cubature`](Self::cubature) are then all positive.
     pub fn is_star_shaped(&self) -> bool {
         let center = self.center();
         self.triangles().all(|[a, b, c]| (a - center).dot(&(b - a).cross(&(c - a))) >= 0.0)
     }
 
-    /// The solid with its mass center at the origin.
+    /// Builds the solid with its mass center at the origin.
     #[must_use]
     pub fn centered(&self) -> Self {
         let center = *self.center();
@@ -122,10 +125,10 @@ impl Polyhedron {
         Self { vertices, faces: self.faces.clone(), properties }
     }
 
-    /// The solid centered and turned to its principal axes, the smallest moment first, and the rotation
-    /// from the new axes to the old ones.
+    /// Returns the solid centered and turned to its principal axes, the smallest moment first, and
+    /// the rotation from the new axes to the old ones.
     ///
-    /// Where two moments agree to round-off their axes are any two that fit.
+    /// If two moments agree to round-off, their axes are arbitrary.
     pub fn principal(&self) -> (Self, Matrix3) {
         let (_, axes) = principal_axes(&self.unit_inertia());
         let centered = self.centered();
@@ -136,7 +139,7 @@ impl Polyhedron {
         (Self { vertices, faces: centered.faces, properties }, axes)
     }
 
-    /// The corners of every triangle.
+    /// Returns the corners of every triangle.
     fn triangles(&self) -> impl Iterator<Item = [Vector3; 3]> {
         self.faces.iter().map(|face| face.map(|index| self.vertices[index as usize]))
     }

@@ -18,7 +18,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("line {line}: {problem}")]
 pub struct ObjError {
-    /// Line, from 1; for what the whole shows, the last one, or the one of the face that shows it.
+    /// The line, from 1; for an error of the whole file, the last line, or the line of the face.
     pub line: usize,
     /// The kind of the error.
     pub problem: ObjProblem,
@@ -48,10 +48,10 @@ pub enum ObjProblem {
     /// A line starts with no keyword of the format.
     #[error("`{0}` is no keyword of a Wavefront OBJ file")]
     Keyword(String),
-    /// A vertex has fewer than three coordinates or more than OBJ knows.
+    /// A vertex has fewer than three coordinates or more than OBJ allows.
     #[error("a vertex has {0} numbers; three coordinates are needed, a weight or a color may follow")]
     Coordinates(usize),
-    /// A coordinate is no number, or not finite.
+    /// A coordinate is not a number, or not finite.
     #[error("`{0}` is not a finite number")]
     Number(String),
     /// A face has fewer than three corners.
@@ -67,13 +67,13 @@ pub enum ObjProblem {
     BeforeFirst {
         /// The index.
         index: i64,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
     /// The scale is not a positive number.
     #[error("the scale is {0}; it must be a positive number")]
     Scale(f64),
-    /// The vertices and faces are no solid.
+    /// The vertices and faces are not a solid.
     #[error(transparent)]
     Shape(ShapeError),
 }
@@ -87,12 +87,12 @@ const LINE: usize = 1 << 16;
 /// Most bytes of a file.
 const FILE: u64 = 1 << 28;
 
-/// The solid of a Wavefront OBJ file, its coordinates multiplied by `scale` \[m\].
+/// Returns the solid of a Wavefront OBJ file, its coordinates multiplied by `scale` \[m\].
 ///
 /// Memory is bounded by [`Polyhedron::SIZE`], a file by 256 MiB and a line by 64 KiB.
 ///
 /// # Errors
-/// An [`ObjError`] with the line and what is wrong there.
+/// Returns an [`ObjError`] with the line and the reason.
 pub fn read_obj(reader: impl BufRead, scale: f64) -> Result<Polyhedron, ObjError> {
     if !(scale > 0.0 && scale.is_finite()) {
         return Err(ObjError { line: 0, problem: ObjProblem::Scale(scale) });
@@ -219,7 +219,8 @@ impl Mesh {
         Ok(())
     }
 
-    /// The vertex of a corner, from 0. A positive index may name a vertex that is yet to come.
+    /// Returns the vertex of a corner, from 0. A positive index may name a vertex that is yet to
+    /// come.
     fn corner(&self, word: &str) -> Result<u32, ObjProblem> {
         let wrong = || ObjProblem::Corner(shortened(word));
         let mut parts = word.split('/');
@@ -248,7 +249,8 @@ impl Mesh {
         }
     }
 
-    /// The solid. Errors count vertices and faces as the file does, and have the line of their face.
+    /// Returns the solid. Errors count vertices and faces as the file does, and have the line of
+    /// their face.
     fn solid(mut self, last: usize) -> Result<Polyhedron, ObjError> {
         let at_face = |line, error| ObjError { line, problem: ObjProblem::Shape(error) };
         let count = self.vertices.len();
@@ -300,7 +302,7 @@ impl Mesh {
     }
 }
 
-/// The line of an error, and the error with the numbers of vertices and faces of the file.
+/// Returns the line of an error, and the error with the numbers of vertices and faces of the file.
 fn in_file(error: ShapeError, places: &[usize], origins: &[Origin]) -> (Option<usize>, ShapeError) {
     use ShapeError::{Coordinate, NotManifold, Open, Orientation};
     let place = |vertex: usize| places[vertex - 1];

@@ -17,7 +17,7 @@ impl HalfEdge {
     }
 }
 
-/// All sides of all edges, the two of an edge next to each other.
+/// Returns all sides of all edges, the two of an edge next to each other.
 pub(super) fn half_edges(faces: &[[u32; 3]]) -> Vec<HalfEdge> {
     let of = |(face, &[a, b, c]): (usize, &[u32; 3])| {
         [(a, b), (b, c), (c, a)].map(|(from, to)| HalfEdge { from, to, face })

@@ -6,9 +6,10 @@
 //!
 //! 0 = −g_ν  (ν < s)        0 = J_r(ξ_s) P − g_s                    then Π_1 = exp S(ξ_s)ᵀ P
 //! ```
-//! The last is the printed `J_r⁻¹ g_s − h Σ b_i exp S(ξ_i) M_i = Π_0`, free of the inverse. Because
-//! `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end needs no `g_s`: it is the old one and the impulses,
-//! turned, and so kept to round-off however far the iteration was driven.
+//! The last equation is the printed `J_r⁻¹ g_s − h Σ b_i exp S(ξ_i) M_i = Π_0` without its inverse.
+//! Because `J_l⁻¹ = exp S(ξ)ᵀ J_r⁻¹`, the momentum at the end needs no `g_s`: it is the sum of the
+//! old momentum and the impulses, rotated. So the momentum is exact to round-off, whatever error
+//! the iteration leaves.
 
 use super::convergence::relative;
 use super::kinetic::Chart;
@@ -65,7 +66,8 @@ impl Arc {
         }
     }
 
-    /// Starts from an angular velocity [rad/s] and its derivative [rad/s²], as if that were constant.
+    /// Starts from an angular velocity [rad/s] and its derivative [rad/s²], as if that were
+    /// constant.
     pub fn constant_acceleration(&mut self, scheme: &Scheme, h: f64, rate: &Vector3, acceleration: &Vector3) {
         for (xi, d) in self.xi.iter_mut().zip(&scheme.times) {
             let t = h * d;
@@ -93,8 +95,8 @@ impl Arc {
         }
     }
 
-    /// Adds a Newton correction; returns its size relative to the curve's, not finite when the curve has left
-    /// the chart.
+    /// Adds a Newton correction; returns its size relative to the curve's, not finite when the
+    /// curve has left the chart.
     pub fn correct(&mut self, correction: &[f64]) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (xi, delta) in self.xi.iter_mut().zip(correction.chunks_exact(3)) {
@@ -159,7 +161,7 @@ impl Arc {
         }
     }
 
-    /// Adds to the Jacobian what the quadrature points contribute, block by block.
+    /// Adds the contributions of the quadrature points to the Jacobian, block by block.
     fn add_hessians(&mut self, scheme: &Scheme, matrix: &mut Dense, offset: usize) {
         let (s, Scheme { slopes, values, .. }) = (scheme.degree, scheme);
         for nu in 0..s {

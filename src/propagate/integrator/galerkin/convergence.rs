@@ -1,6 +1,6 @@
-//! When an iteration on the stage equations is done.
+//! The stopping criterion of an iteration on the stage equations.
 
-/// Relative accuracy that is as good as none missing.
+/// The relative accuracy that counts as exact.
 const ROUND_OFF: f64 = 2e-16;
 
 /// Below this, relative, a correction that no longer shrinks is noise.
@@ -9,7 +9,7 @@ const NOISE: f64 = 1e-11;
 /// Newton takes 2–4, iterations without the potential's gradient up to a dozen.
 pub(super) const MAX_ITERATIONS: u32 = 40;
 
-/// Watches the corrections, each relative to the size of what it corrects.
+/// Watches the corrections, each relative to the size of its quantity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Convergence {
     /// Whether the Jacobian is exact, so that convergence is quadratic.
@@ -36,7 +36,8 @@ impl Convergence {
             return Next::GiveUp;
         }
         let ratio = correction / self.last;
-        // The error left: Δθ² where corrections shrink like Δ, CΔ², C³Δ⁴, …; Δθ/(1 − θ) where by a factor.
+        // The error left: Δθ² where corrections shrink like Δ, CΔ², C³Δ⁴, …; Δθ/(1 − θ) where by a
+        // factor.
         let left = match (ratio < 0.5, self.exact) {
             (true, true) => correction * ratio * ratio,
             (true, false) => correction * ratio / (1.0 - ratio),
@@ -50,8 +51,8 @@ impl Convergence {
     }
 }
 
-/// `|Δ|` over the size of what it corrects.
+/// Returns `|Δ|` over the size of the corrected quantity.
 pub(super) fn relative(correction: f64, size: f64) -> f64 {
-    // Nothing to correct in nothing: a body at rest.
+    // A body at rest has the size zero and needs no correction.
     if correction == 0.0 { 0.0 } else { correction / size }
 }

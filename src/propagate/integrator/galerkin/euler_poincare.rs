@@ -1,6 +1,7 @@
 //! The higher-order discrete Euler–Poincaré equations: a Galerkin method reduced by the rotations.
 //!
-//! The free body's Lagrangian does not know its attitude, so the stage equations close in `Π` alone:
+//! The free body's Lagrangian does not know its attitude, so the stage equations close in `Π`
+//! alone:
 //! ```text
 //! g_ν(ξ) = 0 (ν < s) ,   J_r⁻¹(ξ_s) g_s(ξ) = Π_0 ,   F = exp S(ξ_s) ,   Π_1 = FᵀΠ_0
 //! ```
@@ -57,7 +58,7 @@ pub struct ReducedStep {
 }
 
 impl EulerPoincare {
-    /// Curves of `degree` 1 … 6, order twice that, with steps of `step` \[s\].
+    /// Builds the curves of `degree` 1 … 6, order twice that, with steps of `step` \[s\].
     ///
     /// # Errors
     /// [`SystemError::Degree`], [`SystemError::Step`].

@@ -6,7 +6,8 @@
 //! T_vv = J_rᵀ J J_r/h²     T_vξ = (J_rᵀ J D/h + ∂(J_rᵀp)/∂ξ)/h     ∂(J_r(ξ)ᵀp)/∂ξ = −D(−ξ, p)
 //! T_ξξ = (Dᵀ J D/h + ∂²(p·J_r v)/∂ξ²)/h
 //! ```
-//! (section 2.2 with the corrections of the left-trivialised derivative: J_r, not J_l; 1/h in Ω; a term in D.)
+//! (section 2.2 with the corrections of the left-trivialised derivative: J_r, not J_l; 1/h in Ω; a
+//! term in D.)
 
 use crate::lie::{Second, hat, skew_polynomial};
 use crate::{Matrix3, Vector3};
@@ -79,7 +80,8 @@ impl Chart {
         half + half.transpose() + Matrix3::from_diagonal_element(diagonal)
     }
 
-    /// The kinetic energy of a body of inertia `j` at velocity `v = dξ/dτ`, over a step `h`.
+    /// Returns the kinetic energy of a body of inertia `j` at velocity `v = dξ/dτ`, over a step
+    /// `h`.
     pub fn kinetic(&self, j: &Matrix3, h: f64, v: &Vector3) -> Kinetic {
         let p = j * (self.j_r * v) / h;
         let d = self.directional(v);
@@ -100,7 +102,8 @@ mod tests {
     use crate::lie;
     use crate::testing::{Random, full_inertia};
 
-    /// Every derivative against central differences of the one below it, below and above the switches.
+    /// Every derivative against central differences of the one below it, below and above the
+    /// switches.
     #[test]
     fn derivatives_agree_with_finite_differences() {
         let mut random = Random(5);

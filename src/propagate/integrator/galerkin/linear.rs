@@ -26,7 +26,7 @@ impl Dense {
         }
     }
 
-    /// The 3×3 block with its corner at (`row`, `column`).
+    /// Returns the 3×3 block with its corner at (`row`, `column`).
     pub fn block(&self, row: usize, column: usize) -> crate::Matrix3 {
         let row = |i: usize| &self.rows[(row + i) * self.size + column..][..3];
         let [a, b, c] = [row(0), row(1), row(2)];
@@ -41,11 +41,12 @@ impl Dense {
         }
     }
 
-    /// Overwrites `b` by the solution of `A x = b`, and `A` by rubble. A singular matrix leaves numbers that
-    /// are not finite.
+    /// Overwrites `b` by the solution of `A x = b`, and `A` by rubble. A singular matrix leaves
+    /// numbers that are not finite.
     pub fn solve(&mut self, b: &mut [f64]) {
         let n = self.size;
-        // Rows are momenta of one kind or another, in different units: pivots compare only after scaling.
+        // Rows are momenta of one kind or another, in different units: pivots compare only after
+        // scaling.
         for (row, b) in self.rows.chunks_exact_mut(n).zip(b.iter_mut()) {
             let largest = row.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
             let scale = 1.0 / largest;

@@ -5,14 +5,15 @@
 //! R(τ) = R_0 exp S(Σ ξ_ν l_ν(τ)) ,   x(τ) = x_0 + Σ y_ν l_ν(τ) ,   τ ∈ [0, 1] ,   ν = 1…s
 //! L_d  = ext Σ_i h b_i L(R(c_i), Ω(c_i), x(c_i), ẋ(c_i)) ,   Ω = J_r(ξ) ξ'/h ,   ẋ = y'/h
 //! ```
-//! Stationarity in the interior control points and the discrete Legendre transforms at the ends give 3s
-//! equations per attitude (see `attitude.rs`) and as many per position:
+//! Stationarity in the interior control points and the discrete Legendre transforms at the ends
+//! give 3s equations per attitude (see `attitude.rs`) and as many per position:
 //! ```text
 //! g_ν = h Σ b_i [ l'_ν(c_i) m y'(c_i)/h² + l_ν(c_i) f_i ]
 //! 0 = g_ν (ν < s) ,   γ_0 + h Σ b_i f_i = g_s          then γ_1 = γ_0 + h Σ b_i f_i
 //! ```
-//! The chart sits at the start of the step and the same curve seen from the end is no polynomial: for s ≥ 2 the
-//! methods are symplectic and keep momenta, but are not symmetric in time.
+//! The chart is centred at the start of the step, and the curve is not a polynomial in the chart
+//! at its end. For s ≥ 2 the methods are symplectic and keep momenta, but are not symmetric in
+//! time.
 //!
 //! Inputs enter like forces of the potential (discrete Lagrange–d'Alembert). Newton solves all
 //! equations together. If the gradient of the potential is available, or loads do not depend on
@@ -81,7 +82,7 @@ struct Curve {
     arc: Arc,
     /// `y_1 … y_s`; empty for a body that only turns.
     shifts: Vec<Vector3>,
-    /// Where its unknowns start.
+    /// Index of the first unknown of the curve.
     offset: usize,
 }
 
@@ -163,7 +164,8 @@ impl Galerkin {
             if warm {
                 curve.arc.extrapolate(&self.scheme);
                 let Some(&end) = curve.shifts.last() else { continue };
-                // Highest first: the combination needs the old values of all, so they go through a buffer.
+                // Highest first: the combination needs the old values of all, so they go through a
+                // buffer.
                 let right = &mut self.right[curve.offset..];
                 for (row, out) in self.scheme.ahead.iter().zip(right.chunks_exact_mut(3)) {
                     out.copy_from_slice((combine(row, &curve.shifts) - end).as_slice());
@@ -184,7 +186,8 @@ impl Galerkin {
         }
     }
 
-    /// Puts all bodies at the quadrature points and evaluates what acts on them there, where that depends on it.
+    /// Moves all bodies to the quadrature points and evaluates the loads there, if they depend on
+    /// the poses.
     fn look(&mut self, inputs: &[Input]) {
         for curve in &mut self.curves {
             curve.arc.place(&self.scheme);
@@ -207,7 +210,8 @@ impl Galerkin {
         }
     }
 
-    /// The right-hand sides, and where bodies are solved for alone their corrections at once.
+    /// Returns the right-hand sides, and where bodies are solved for alone their corrections at
+    /// once.
     fn correct(&mut self) -> f64 {
         let (h, n, s) = (self.course.loads.step, self.curves.len(), self.scheme.degree);
         if let Some((blocks, matrix)) = &mut self.coupled {
@@ -366,7 +370,7 @@ fn solve_linear(stiffness: &Stiffness, mass: f64, right: &mut [f64]) {
     }
 }
 
-/// Adds what the gradient of the potential at point `i` contributes to the matrix.
+/// Adds the contribution of the gradient of the potential at point `i` to the matrix.
 ///
 /// `δM = rx δy + rr J_r δξ` and `δf = xx δy + xr J_r δξ` enter row ν with
 /// `h b (l_ν J_rᵀ − [ν = s] J_r(ξ_s) exp S(ξ))` and `h b (l_ν − [ν = s])`.

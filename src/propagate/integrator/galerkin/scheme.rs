@@ -1,11 +1,12 @@
-//! Degree and quadrature of a Galerkin method, with the values of its basis at the quadrature points.
+//! Degree and quadrature of a Galerkin method, with the values of its basis at the quadrature
+//! points.
 
 use std::ops::RangeInclusive;
 
 /// Degrees that are offered.
 pub const DEGREES: RangeInclusive<usize> = 1..=6;
 
-/// Where the action of a step is sampled.
+/// The points at which the action of a step is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quadrature {
     /// s Gauss points, exact to degree 2s − 1.
@@ -16,7 +17,8 @@ pub enum Quadrature {
 
 /// Curves of degree s through the s + 1 Lobatto points of a step, and a quadrature.
 ///
-/// `l_ν`, ν = 1…s, are the Lagrange polynomials of all control times but the first, where the curves vanish.
+/// `l_ν`, ν = 1…s, are the Lagrange polynomials of all control times but the first, where the
+/// curves vanish.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheme {
     /// Degree s.
@@ -68,7 +70,7 @@ impl Scheme {
     }
 }
 
-/// The `index`-th Lagrange polynomial of `nodes` at `t`, and its derivative.
+/// Returns the `index`-th Lagrange polynomial of `nodes` at `t`, and its derivative.
 fn lagrange(nodes: &[f64], index: usize, t: f64) -> (f64, f64) {
     let (mut value, mut slope) = (1.0, 0.0);
     for (other, node) in nodes.iter().enumerate() {
@@ -106,7 +108,8 @@ fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     rule.unzip()
 }
 
-/// Lobatto's rule of n ≥ 2 points on [0, 1]: ±1 and the zeros of `P'_{n−1}`, weights `2/(n(n−1) P_{n−1}²)`.
+/// Lobatto's rule of n ≥ 2 points on [0, 1]: ±1 and the zeros of `P'_{n−1}`, weights
+/// `2/(n(n−1) P_{n−1}²)`.
 fn lobatto(n: usize) -> (Vec<f64>, Vec<f64>) {
     let m = n - 1;
     let rule = (0..n).map(|i| {

@@ -1,10 +1,12 @@
-//! Long runs: what compensated updates keep over 10⁶ steps (10⁷: `cargo bench -p benches --bench integrators`).
+//! Long runs: what compensated updates keep over 10⁶ steps (10⁷:
+//! `cargo bench --bench integrators`).
 
 use super::*;
 use crate::mechanics::body::Inertia;
 use crate::propagate::integrator::Quadrature;
 
-/// Rotation about the axis of the largest moment of a body whose axes are tilted: every step rounds alike.
+/// Returns the rotation about the axis of the largest moment of a body whose axes are tilted: every
+/// step rounds alike.
 fn steady_rotation() -> (System, SystemState) {
     let axes = lie::exp(&Vector3::new(0.5, -0.4, 0.3));
     let moments = Matrix3::from_diagonal(&Vector3::new(1.0, 1.7, 2.2));
@@ -68,7 +70,8 @@ fn momentum_energy_and_orthogonality_hold_over_1e6_steps() {
     }
 }
 
-/// Curves of a degree that is seldom taken for a million steps, in a steady rotation, where rounding adds up soonest.
+/// Curves of a degree that is seldom taken for a million steps, in a steady rotation, where
+/// rounding adds up soonest.
 #[test]
 fn galerkin_methods_hold_a_steady_rotation_over_1e6_steps() {
     let (system, state) = steady_rotation();

@@ -25,7 +25,8 @@ impl Environment for Turning {
     }
 }
 
-/// A dumbbell about an attracting point: seen from a turning frame, the motion is the inertial one turned back.
+/// A dumbbell about an attracting point: seen from a turning frame, the motion is the inertial one
+/// turned back.
 #[test]
 fn a_frame_turns_positions_attitudes_and_momenta_alike() {
     let rate = Vector3::new(0.3, -0.4, 0.6);
@@ -67,8 +68,8 @@ fn a_frame_turns_positions_attitudes_and_momenta_alike() {
     }
 }
 
-/// A torque and a force, smooth in time, handed out as straight lines over the steps: all methods converge
-/// to the motion under them.
+/// A torque and a force, smooth in time, handed out as straight lines over the steps: all methods
+/// converge to the motion under them.
 #[test]
 fn inputs_act_alike_in_every_method() {
     let duration = 1.6;

@@ -73,7 +73,8 @@ impl Potential for Held {
     }
 }
 
-/// Claim: where a load is known not to depend on the pose Newton is exact, and two iterations do from the first step on.
+/// Claim: where a load is known not to depend on the pose Newton is exact, and two iterations do
+/// from the first step on.
 #[test]
 fn a_held_moment_takes_two_iterations_a_step() {
     let moment = Vector3::new(0.3, -0.5, 0.4);

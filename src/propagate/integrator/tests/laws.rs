@@ -9,7 +9,7 @@ fn variational() -> Vec<Kind> {
     Kind::all().filter(|kind| kind.facts().symplectic).collect()
 }
 
-/// A state displaced by (ζ, δΠ) per body, and (δx, δγ) where it translates.
+/// Returns a state displaced by (ζ, δΠ) per body, and (δx, δγ) where it translates.
 fn displaced(system: &System, state: &SystemState, z: &[f64]) -> SystemState {
     let (mut poses, mut momenta) = (state.poses().to_vec(), state.momenta().to_vec());
     let mut parts = z.chunks_exact(3).map(Vector3::from_column_slice);
@@ -24,7 +24,7 @@ fn displaced(system: &System, state: &SystemState, z: &[f64]) -> SystemState {
     SystemState::new(poses, momenta)
 }
 
-/// The displacement that leads from `a` to `b`.
+/// Returns the displacement that leads from `a` to `b`.
 fn displacement(system: &System, a: &SystemState, b: &SystemState) -> Vec<f64> {
     let mut z = Vec::new();
     for (index, body) in system.bodies().iter().enumerate() {
@@ -40,7 +40,8 @@ fn displacement(system: &System, a: &SystemState, b: &SystemState) -> Vec<f64> {
     z
 }
 
-/// The canonical form in left-trivialised displacements: `[[−S(Π), I], [−I, 0]]` for an attitude (6.1).
+/// Returns the canonical form in left-trivialised displacements: `[[−S(Π), I], [−I, 0]]` for an
+/// attitude (6.1).
 fn form(system: &System, state: &SystemState) -> DMatrix<f64> {
     let size: usize = system.bodies().iter().map(|body| if body.mass.is_some() { 12 } else { 6 }).sum();
     let mut form = DMatrix::zeros(size, size);
@@ -62,7 +63,7 @@ fn form(system: &System, state: &SystemState) -> DMatrix<f64> {
     form
 }
 
-/// Largest violation of `Aᵀ Ω(Π⁺) A = Ω(Π)` by one step, A by central differences.
+/// Returns the largest violation of `Aᵀ Ω(Π⁺) A = Ω(Π)` by one step, A by central differences.
 fn twisted(kind: Kind, (system, state): &(System, SystemState), h: f64) -> f64 {
     let step = |state: &SystemState| {
         let mut method = method(kind, system, state, h);
@@ -140,8 +141,8 @@ fn symmetric_methods_are_reversible_in_time() {
     }
 }
 
-/// Spatial momentum of a free body, its vertical component for the pendulum, linear and angular momentum of
-/// two bodies: kept to round-off by every variational method.
+/// Spatial momentum of a free body, its vertical component for the pendulum, linear and angular
+/// momentum of two bodies: kept to round-off by every variational method.
 #[test]
 fn momentum_maps_are_kept_to_round_off() {
     for kind in variational() {

@@ -1,10 +1,11 @@
-//! Measured orders of convergence, and the two independent references against each other and closed forms.
+//! Measured orders of convergence, and the two independent references against each other and closed
+//! forms.
 
 use super::*;
 
 const DURATION: f64 = 1.6;
 
-/// End of a case by one of the references, tightest tolerance.
+/// Returns the end of a case by one of the references, tightest tolerance.
 fn reference_end(kind: Kind, (system, state): &(System, SystemState), duration: f64) -> SystemState {
     let settings = ErrorControl { tolerance: 1e-14 };
     let mut reference = kind.start(system, state, duration / 192.0, &settings).unwrap();
@@ -32,9 +33,10 @@ fn cases() -> [(&'static str, (System, SystemState)); 3] {
     [("free", free_body()), ("pendulum", pendulum()), ("dumbbells", dumbbells(2.5, 1.0))]
 }
 
-/// Duration, and steps between which the slope is taken: asymptotic, and above the plateau of rounding. Short
-/// steps over a long time, where the leading coefficient of order 8 nearly cancels (free body), and a short time
-/// where motions diverge (dumbbells). Orders 10 and 12 have their window on the pendulum alone.
+/// Duration, and steps between which the slope is taken: asymptotic, and above the plateau of
+/// rounding. Short steps over a long time, where the leading coefficient of order 8 nearly cancels
+/// (free body), and a short time where motions diverge (dumbbells). Orders 10 and 12 have their
+/// window on the pendulum alone.
 fn window(order: u32, case: &str) -> Option<(f64, u32, u32)> {
     Some(match (order, case) {
         (1 | 2, _) => (DURATION, 128, 256),

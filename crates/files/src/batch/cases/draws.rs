@@ -18,7 +18,7 @@ impl Draws {
         self.0.varied.iter().map(|varied| varied.key.clone()).collect()
     }
 
-    /// The case of this number.
+    /// Returns the case of this number.
     pub fn case(&self, number: u64) -> Result<Case, BatchError> {
         let Dispersion { seed, varied, .. } = &self.0;
         let draw = |(index, varied): (usize, &Varied)| {

@@ -8,7 +8,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The names of its specs, sorted.
+/// A folder with the sorted names of its specs.
 #[derive(Debug)]
 pub(super) struct Folder {
     path: PathBuf,
@@ -18,8 +18,9 @@ pub(super) struct Folder {
 }
 
 impl Folder {
-    /// The files of `path` that end in `.toml` or `.json`, in the order of the bytes of their names, and the hash of
-    /// their names and contents, and of the orbits that they name as files.
+    /// Returns the files of `path` that end in `.toml` or `.json`, in the order of the bytes of
+    /// their names, and the hash of their names and contents, and of the orbits that they name as
+    /// files.
     pub fn open(path: &Path, mut fingerprint: Fingerprint) -> Result<(Self, Fingerprint), BatchError> {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let mut names = Vec::new();
@@ -70,7 +71,7 @@ impl Folder {
         &self.path
     }
 
-    /// The files that the specs name.
+    /// Returns the files that the specs name.
     pub fn beside(&self) -> &[PathBuf] {
         &self.beside
     }
@@ -79,7 +80,7 @@ impl Folder {
         self.names.len() as u64
     }
 
-    /// The case of this number, which is one of the folder.
+    /// Returns the case of this number, which is one of the folder.
     pub fn case(&self, number: u64) -> Case {
         let name = self.names[number as usize - 1].clone();
         Case { number, spec: Some(self.path.join(&name)), name: Some(name), set: Vec::new() }

@@ -16,7 +16,7 @@ impl Axis {
     /// both ends; or `key=a,b,c`, any values of the key, such as `[1, 0, 0],[0, 1, 0]`.
     ///
     /// # Errors
-    /// Returns the error of the text.
+    /// Fails when the text does not describe an axis.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let remedy = "write key=start:stop:count, as in maneuver.duration_s=20:200:37, or key=a,b,c";
         let wrong = |reason: String| Err(BatchError::argument("E0110", format!("--over: {reason}"), remedy));
@@ -52,18 +52,19 @@ impl Axis {
         Ok(Self { key: key.into(), values })
     }
 
-    /// The dotted key.
+    /// Returns the dotted key.
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// Its values, as a spec would have them.
+    /// Returns the values of the axis as a spec would hold them.
     pub fn values(&self) -> &[String] {
         &self.values
     }
 }
 
-/// Numbers at equal distances. Whole numbers stay whole, so that a number of steps can be swept.
+/// Returns the numbers at equal distances. Whole numbers stay whole, so that a number of steps can
+/// be swept.
 fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     let value = |index: u64| match index {
         0 => start,
@@ -83,7 +84,7 @@ fn spaced(start: f64, stop: f64, count: u64) -> Vec<String> {
     (0..count).map(|index| text(value(index))).collect()
 }
 
-/// The parts between commas, but for those in brackets, braces and quotes.
+/// Returns the parts between commas, but for those in brackets, braces and quotes.
 fn split(text: &str) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0_i32, None);
     for (at, sign) in text.char_indices() {
@@ -152,7 +153,7 @@ impl Grid {
             .flat_map(|axis| [axis.key.as_str()].into_iter().chain(axis.values.iter().map(String::as_str)))
     }
 
-    /// The case of this number, which is one of the grid.
+    /// Returns the case of this number, which is one of the grid.
     pub fn case(&self, number: u64) -> Case {
         let mut place = number - 1;
         let mut set: Vec<Override> = Vec::with_capacity(self.axes.len());

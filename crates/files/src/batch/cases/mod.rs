@@ -18,7 +18,7 @@ use grid::Grid;
 use std::path::{Path, PathBuf};
 use table::Table;
 
-/// Most cases of one batch: what is kept of each for the summary is some bytes.
+/// The largest number of cases of one batch: the summary keeps some bytes of each.
 pub const MAX_CASES: u64 = MOST_CASES as u64;
 
 /// Cases that can be counted, and given one after the other.
@@ -34,7 +34,7 @@ enum Source {
 #[derive(Debug)]
 pub struct Batch {
     base: Option<Base>,
-    /// Set in every case, where there is no base.
+    /// The keys that are set in every case, if there is no base.
     overrides: Vec<Override>,
     source: Source,
     /// The header of the results, of all cases.
@@ -45,11 +45,12 @@ pub struct Batch {
 pub type Stream<'a> = Box<dyn Iterator<Item = Result<Case, BatchError>> + Send + 'a>;
 
 impl Batch {
-    /// One case for each row of the table at `path`: comma-separated, its head has dotted keys of the spec. A column
-    /// `name` names the cases, an empty cell leaves its key as the spec has it.
+    /// One case for each row of the table at `path`: comma-separated, its head has dotted keys of
+    /// the spec. A column `name` names the cases, an empty cell leaves its key as the spec has it.
     ///
     /// # Errors
-    /// The file; keys that a spec does not have; rows, values and names that are wrong, with their places.
+    /// The file; keys that a spec does not have; rows, values and names that are wrong, with their
+    /// places.
     pub fn of_table(base: Base, path: &Path) -> Result<Self, BatchError> {
         let (table, cases, fingerprint) = Table::open(path, &base, of_base(&base))?;
         let keys = table.keys();
@@ -59,7 +60,7 @@ impl Batch {
     /// One case for each spec in a folder, in the order of their names; `overrides` hold for all.
     ///
     /// # Errors
-    /// The folder, or one of its files.
+    /// Fails when the folder, or one of its files, cannot be read.
     pub fn of_folder(path: &Path, overrides: Vec<Override>) -> Result<Self, BatchError> {
         let set = overrides.iter().flat_map(|set| [set.path(), set.value()]);
         let begun = set.fold(Fingerprint::of_program(), |found, text| found.and(text.as_bytes()));
@@ -83,7 +84,7 @@ impl Batch {
     /// One case for each draw of the `[dispersion]` of the spec.
     ///
     /// # Errors
-    /// The spec, or what is uncertain in it.
+    /// Returns an error of the spec, or of its dispersion.
     pub fn of_dispersion(base: Base) -> Result<Self, BatchError> {
         let Some(dispersion) = base.read(&[])?.dispersion else {
             let reason = format!("{}: the spec has no [dispersion]", escape(base.name()));
@@ -135,17 +136,17 @@ impl Batch {
         }
     }
 
-    /// How many cases there are.
+    /// Returns the number of cases.
     pub fn count(&self) -> u64 {
         self.header.cases
     }
 
-    /// The header of the results of a shard; `times`: lines hold wall times.
+    /// Returns the header of the results of a shard; `times`: lines hold wall times.
     pub fn header(&self, shard: Shard, times: bool) -> Header {
         Header { shard: (shard != Shard::ALL).then_some(shard), times, ..self.header.clone() }
     }
 
-    /// The cases of a shard but for the first `done` of them.
+    /// Returns the cases of a shard but for the first `done` of them.
     ///
     /// # Errors
     /// The table cannot be read any more.
@@ -165,7 +166,7 @@ impl Batch {
         })
     }
 
-    /// The case of this number.
+    /// Returns the case of this number.
     ///
     /// # Errors
     /// Returns an error if the case does not exist.
@@ -180,10 +181,10 @@ impl Batch {
         self.stream(Shard::ALL, number - 1)?.next().unwrap_or_else(|| Err(none()))
     }
 
-    /// The maneuver of a case.
+    /// Returns the maneuver of a case.
     ///
     /// # Errors
-    /// Everything that is wrong with its spec.
+    /// All errors of the spec of the case.
     pub fn read(&self, case: &Case) -> Result<Loaded, Diagnostics> {
         match (&self.base, &case.spec) {
             (Some(base), None) => base.read(&case.set),

@@ -14,14 +14,14 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub(super) struct Cell {
     pub text: String,
-    /// Where it begins: column of its line in characters, from 1.
+    /// The column of its start in characters, from 1.
     pub column: usize,
 }
 
 /// One row.
 #[derive(Debug)]
 pub(super) struct Row {
-    /// Its line, from 1.
+    /// Line of the row, from 1.
     pub line: usize,
     pub cells: Vec<Cell>,
 }
@@ -39,7 +39,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Opens a file that can be read more than once; what is read is added to the hash.
+    /// Opens a file that can be read more than once, and adds its contents to the hash.
     pub fn open(path: &Path, fingerprint: Fingerprint) -> Result<Self, BatchError> {
         let unreadable = |error| BatchError::unreadable(path, &error);
         let file = File::open(path).map_err(unreadable)?;
@@ -58,24 +58,24 @@ impl Rows {
         })
     }
 
-    /// The hash of what has been read.
+    /// Returns the hash of the text that has been read.
     pub fn fingerprint(&self) -> Fingerprint {
         self.fingerprint
     }
 
-    /// The place of a cell, for messages.
+    /// Returns the place of a cell, for messages.
     pub fn origin(&self, row: &Row, cell: &Cell) -> Origin {
         Origin { file: self.name.clone(), line: row.line, column: cell.column }
     }
 
-    /// An error of a row, or of the whole file before there is one.
+    /// Returns an error of a row, or of the whole file before there is one.
     pub fn refuse(&self, row: Option<&Row>, code: &'static str, reason: String, remedy: &str) -> BatchError {
         let origin = Origin { file: self.name.clone(), line: row.map_or(1, |row| row.line), column: 1 };
         let text = row.and_then(|row| row.cells.first()).map_or("", |cell| cell.text.as_str());
         BatchError::Spec(Diagnostics(vec![Diagnostic::in_text(code, &origin, text, reason, remedy)]))
     }
 
-    /// The next row that is not blank.
+    /// Returns the next row that is not blank.
     pub fn next(&mut self) -> Result<Option<Row>, BatchError> {
         loop {
             let mut bytes = Vec::new();
@@ -121,7 +121,7 @@ impl Rows {
     }
 }
 
-/// The cells of a line.
+/// Returns the cells of a line.
 fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell>, &'static str> {
     // A table of one column has no sign between its cells, and its cells may hold blanks.
     let cells = cells::cells(line, Some(separator.unwrap_or(',')))?;

@@ -25,13 +25,14 @@ pub(super) struct Table {
     path: PathBuf,
     /// Keys by column.
     columns: Vec<String>,
-    /// How many cases it has, and its hash before and after all that was read.
+    /// The number of its cases, and its hash before and after the text.
     count: u64,
     hashes: [Fingerprint; 2],
 }
 
 impl Table {
-    /// Reads all of the table at `path` once: its keys, the number of its rows and the hash of its bytes.
+    /// Reads all of the table at `path` once: its keys, the number of its rows and the hash of its
+    /// bytes.
     pub fn open(
         path: &Path,
         base: &Base,
@@ -89,7 +90,7 @@ impl Table {
         Ok((table, count, hash))
     }
 
-    /// The keys that it sets.
+    /// Returns the keys that it sets.
     pub fn keys(&self) -> Vec<String> {
         self.columns.iter().filter(|column| *column != NAME && *column != UNNAMED).cloned().collect()
     }
@@ -109,7 +110,7 @@ impl Table {
         }))
     }
 
-    /// The next case of a reading.
+    /// Returns the next case of a reading.
     fn read(&self, number: u64, rows: &mut Rows) -> Result<Case, BatchError> {
         let Some(row) = rows.next()? else { return Err(changed(rows)) };
         let case = self.case(number, &row, rows)?;

@@ -21,7 +21,7 @@ const NAME: usize = 40;
 
 /// One array with its summary.
 pub(super) struct Segment {
-    /// Its name.
+    /// Name of the array.
     pub name: String,
     /// First and last time.
     pub bounds: [f64; 2],
@@ -85,7 +85,8 @@ impl Daf {
         output.write_all(&vec![0; (RECORD - over) % RECORD])
     }
 
-    /// The comment area: lines parted by NUL, the last followed by EOT, in records of 1000 characters.
+    /// Returns the comment area: lines parted by NUL, the last followed by EOT, in records of 1000
+    /// characters.
     fn comments(&self) -> Vec<u8> {
         let mut text: Vec<u8> = Vec::new();
         for line in &self.comment {

@@ -35,13 +35,13 @@ fn number(record: &Record<'_>) -> Result<i32, Lacking> {
     record.identity.spice_id.ok_or(Lacking::SpiceId)
 }
 
-/// The C-kernel.
+/// Writes the C-kernel.
 pub(super) fn write_ck(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let number = number(record)?;
     let frame = inertial_frame(&record.identity).ok_or(Lacking::SpiceFrame)?;
     let ticks: Vec<f64> = record.trajectory.time.iter().map(|time| time * TICKS).collect();
-    // Attitudes and rates, then times, every hundredth time, the start of the one interval of interpolation, no
-    // directory of such starts, and both counts.
+    // Attitudes and rates, then times, every hundredth time, the start of the one interval of
+    // interpolation, no directory of such starts, and both counts.
     let mut numbers = Vec::with_capacity(9 * ticks.len());
     for (k, quaternion) in record.trajectory.quaternion.iter().enumerate() {
         let [w, x, y, z] = *quaternion;
@@ -74,7 +74,7 @@ fn comment(record: &Record<'_>, number: i32) -> Result<Vec<String>, ExportError>
     Ok(lines)
 }
 
-/// The clock kernel.
+/// Writes the clock kernel.
 pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let (number, epoch) = (number(record)?, record.epoch()?);
     let clock = number.unsigned_abs();
@@ -91,7 +91,7 @@ pub(super) fn write_sclk(record: &Record<'_>, output: &mut dyn Write) -> Result<
     Ok(())
 }
 
-/// The frame kernel.
+/// Writes the frame kernel.
 pub(super) fn write_fk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let number = number(record)?;
     let (frame, name) = (number * 1000, record.identity.body_frame());

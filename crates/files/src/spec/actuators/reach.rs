@@ -23,7 +23,8 @@ pub(crate) fn lacking(actuation: &Actuation, moves: bool) -> Option<String> {
         })
 }
 
-/// A unit vector along which no input has an output, or none of both signs and this one lacks.
+/// Returns a unit vector along which no input has an output, or none of both signs and this one
+/// lacks.
 fn direction(set: &ActuatorSet) -> Option<Vector3> {
     match set.rank() {
         (3, _) if !set.limits().one_sided => None,
@@ -55,7 +56,7 @@ fn half_space(axes: &[Vector3]) -> Option<Vector3> {
     (amid.norm() > NOTHING).then(|| amid.normalize())
 }
 
-/// Three components to three decimals.
+/// Writes three components to three decimals.
 fn shown(vector: &Vector3) -> String {
     let [x, y, z] = [vector.x, vector.y, vector.z].map(|part| (part * 1e3).round() / 1e3 + 0.0);
     format!("({x}, {y}, {z})")

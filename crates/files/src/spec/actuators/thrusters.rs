@@ -16,18 +16,18 @@ struct Thruster {
     /// The position from the mass center \[m\]; absent for a thruster that is given by its
     /// torque.
     position: Option<Vector3>,
-    /// The way in which it pushes, or the axis of its torque; of length 1.
+    /// Direction of the force of the thruster, or axis of its torque; a unit vector.
     axis: Vector3,
     /// Largest force \[N\], or torque [N·m].
     limit: f64,
-    /// The price of a unit of it, per second.
+    /// Price of a unit of force or torque, per second.
     price: f64,
 }
 
 /// A lever shorter than this, relative to the distance from the mass center, gives no torque.
 const NO_LEVER: f64 = 1e-9;
 
-/// The inputs of the thrusters, and the price of each.
+/// Returns the inputs of the thrusters, and the price of each.
 pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
     let others = ["wheel", "torque_axes_body", "torque_axes_reference", "effort_weight", "fuel_price"];
     let forces = ["force_axes_reference", "force_axes_body", "force_effort_weight", "force_fuel_price"];

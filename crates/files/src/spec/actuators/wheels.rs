@@ -16,10 +16,11 @@ struct Wheel {
     weight: f64,
 }
 
-/// Length defect of an axis that needs no warning: four digits, each rounded by 5e-5 at most, leave 9e-5.
+/// Length defect of an axis that needs no warning: four digits, each rounded by 5e-5 at most, leave
+/// 9e-5.
 const SILENT: f64 = 1e-4;
 
-/// The torque channel of the wheels, and the wheels.
+/// Returns the torque channel of the wheels, and the wheels.
 pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, Weights)> {
     let others = ["torque_axes_body", "torque_axes_reference", "effort_weight"];
     let others = others.into_iter().chain(TORQUE_LIMITS).filter(|key| section.has(key));
@@ -116,7 +117,7 @@ fn read(section: &Section, index: usize) -> Option<Wheel> {
     Some(Wheel { axis: axis?, torque_limit, momentum_limit, momentum, weight: weight? })
 }
 
-/// The spin axis, made of length 1.
+/// Returns the spin axis, made of length 1.
 fn axis(section: &Section, index: usize) -> Option<Vector3> {
     let axis = section.vector("axis_body")?;
     let size = axis.amax();
@@ -150,7 +151,7 @@ fn axis(section: &Section, index: usize) -> Option<Vector3> {
     Some(section.unit(axis))
 }
 
-/// The torque limits: of every wheel or of none.
+/// Returns the torque limits: of every wheel or of none.
 fn torque_limits(wheels: &[Wheel], sections: &[Section]) -> Option<Option<Vec<f64>>> {
     let limits: Vec<f64> = wheels.iter().filter_map(|wheel| wheel.torque_limit).collect();
     if limits.is_empty() {

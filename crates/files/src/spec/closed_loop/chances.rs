@@ -1,4 +1,4 @@
-//! Chances that limits keep, and what a plan holds of them.
+//! Chances of limits, and the margins and reserves that a plan holds.
 
 use crate::spec::{Limits, Section, escape};
 use slewkit::assured::{self, Over};
@@ -21,19 +21,20 @@ pub struct Chance {
     pub(crate) key: Option<&'static str>,
 }
 
-/// Keys of `[actuators]` for a limit of the torques: its chance, and what is held of it.
+/// Keys of `[actuators]` for a limit of the torques: its chance, and its reserve.
 pub(crate) const LIMITS: [(LimitKind, &str, &str); 3] = [
     (LimitKind::Size, "torque_limit_chance", "torque_limit_reserve_n_m"),
     (LimitKind::Norm, "torque_norm_limit_chance", "torque_norm_limit_reserve_n_m"),
     (LimitKind::Rate, "torque_rate_limit_chance", "torque_rate_limit_reserve_n_m_per_s"),
 ];
 
-/// The limit of the torques that is of this kind.
+/// Returns whether the torques have a limit of this kind.
 fn has(problem: &Problem, kind: LimitKind) -> bool {
     problem.actuation.limits().any(|limit| !limit.of_force && limit.kind == kind)
 }
 
-/// A limit of the actuators under `key`, if they have it and torques may be held back of it.
+/// Checks a limit of the actuators under `key`: whether they have it and torques may be held back
+/// of it.
 fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> bool {
     let name = problem.actuation.limit_name(kind, false);
     let (reason, remedy) = if problem.actuation.torque.limits().one_sided {
@@ -50,7 +51,7 @@ fn fits(section: &Section, key: &str, kind: LimitKind, problem: &Problem) -> boo
     false
 }
 
-/// The chances of limits; each needs something uncertain.
+/// Returns the chances of limits; each needs something uncertain.
 pub(super) fn chances(root: &Section, problem: &Problem, uncertain: bool) -> Vec<Chance> {
     let mut chances = Vec::new();
     for (section, constraint) in root.list("constraint").iter().zip(&problem.constraints) {
@@ -137,8 +138,8 @@ fn can_be_counted(section: &Section, key: &str, at_most: f64) {
     }
 }
 
-/// The chance that any of several limits is exceeded at any time: those that are named, or all constraints without a chance of
-/// their own.
+/// Returns the chance that any of several limits is exceeded at any time: those that are named, or
+/// all constraints without a chance of their own.
 fn joint(section: &Section, problem: &Problem, own: &[Chance]) -> Option<Chance> {
     if !section.has("chance") {
         if section.has("chance_of") {

@@ -25,7 +25,7 @@ fn several(section: Option<&Section>, key: &str, unit: f64, count: usize, all: &
     }
 }
 
-/// Three deviations, about the body axes.
+/// Reads three standard deviations, about the body axes.
 fn three(section: Option<&Section>, key: &str, unit: f64) -> Vector3 {
     Vector3::from_column_slice(&several(section, key, unit, 3, "all axes"))
 }
@@ -124,8 +124,8 @@ fn variances(section: Option<&Section>) -> Matrix6 {
     both
 }
 
-/// Errors of the inertia that are independent, with their deviations: the principal ones of the covariance of its six numbers, which are
-/// xx, yy, zz, xy, xz, yz.
+/// Returns the errors of the inertia that are independent, with their deviations: the principal
+/// ones of the covariance of its six numbers, which are xx, yy, zz, xy, xz, yz.
 fn inertias(section: Option<&Section>) -> Vec<(Matrix3, f64)> {
     let Some(covariance) = section.and_then(|section| covariance::<6>(section, "covariance_kg2_m4")) else {
         return Vec::new();

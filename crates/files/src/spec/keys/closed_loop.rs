@@ -64,7 +64,8 @@ tables! {
         "attitude_covariance_deg2": Square(q::COVARIANCE);
         /// Covariance of the angular velocity instead, (deg/s)².
         "angular_velocity_covariance_deg2_s2": Square(q::COVARIANCE);
-        /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in deg/s.
+        /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in
+        /// deg/s.
         "covariance_deg_deg_s": Square(q::COVARIANCE);
     }
 
@@ -73,7 +74,8 @@ tables! {
         "relative": Spread(q::SPREAD);
         /// Each product of inertia.
         "products_kg_m2": Number(q::SPREAD);
-        /// Covariance of the six numbers instead: rows and columns in the order xx, yy, zz, xy, xz, yz.
+        /// Covariance of the six numbers instead: rows and columns in the order xx, yy, zz, xy, xz,
+        /// yz.
         "covariance_kg2_m4": Square(q::COVARIANCE);
     }
 
@@ -89,9 +91,11 @@ tables! {
         "scale": Spread(q::SPREAD);
         /// A constant external torque, body axes.
         "constant_n_m": Spread(q::SPREAD);
-        /// Noise of the torque: the square root of its intensity. Over a step of h seconds it changes the momentum by this times √h.
+        /// Noise of the torque: the square root of its intensity. Over a step of h seconds it
+        /// changes the momentum by this times √h.
         "noise_n_m_sqrt_s": Spread(q::SPREAD);
-        /// Intensity of that noise instead, three rows of three: its covariance over a step of h seconds is this over h.
+        /// Intensity of that noise instead, three rows of three: its covariance over a step of h
+        /// seconds is this over h.
         "noise_intensity_n2_m2_s": Square(q::COVARIANCE);
     }
 
@@ -104,7 +108,8 @@ tables! {
         "attitude_covariance_deg2": Square(q::COVARIANCE);
         /// Covariance of the angular velocity instead, (deg/s)².
         "angular_velocity_covariance_deg2_s2": Square(q::COVARIANCE);
-        /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in deg/s.
+        /// Covariance of both instead: six rows of six, attitude in deg, then angular velocity in
+        /// deg/s.
         "covariance_deg_deg_s": Square(q::COVARIANCE);
         /// Scale of the measured angular velocity about each axis, relative.
         "scale": Number(q::SPREAD);

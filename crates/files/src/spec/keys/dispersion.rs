@@ -38,16 +38,20 @@ tables! {
         /// and end.rotation_from_start. A rotation vector δ is then drawn, in body axes, and the
         /// attitude is R exp(δ), for every notation of R.
         "key": Text(200), needed "key = \"actuators.torque_limit_n_m\"";
-        /// Distribution about the value of the key: normal, uniform between bounds, uniform within an ellipsoid.
+        /// Distribution about the value of the key: normal, uniform between bounds, uniform within
+        /// an ellipsoid.
         "kind": Choice(&["normal", "uniform", "ellipsoid"], &[]), needed "kind = \"normal\"";
-        /// Standard deviation in the unit of the key: one for all its numbers, or one for each, independent. For an inertia one for
-        /// all, three for its diagonal, or six: xx, yy, zz, xy, xz, yz.
+        /// Standard deviation in the unit of the key: one for all its numbers, or one for each,
+        /// independent. For an inertia one for all, three for its diagonal, or six: xx, yy, zz, xy,
+        /// xz, yz.
         "sigma": Spread(q::SPREAD), only NORMAL;
         /// Standard deviation relative to the number that varies.
         "sigma_relative": Spread(q::SPREAD), only NORMAL;
-        /// Covariance in the unit of the key squared, rows, or a diagonal; as many numbers as for sigma.
+        /// Covariance in the unit of the key squared, rows, or a diagonal; as many numbers as for
+        /// sigma.
         "covariance": Square(q::COVARIANCE), only NORMAL;
-        /// Half the distance between the bounds, in the unit of the key; as many numbers as for sigma.
+        /// Half the distance between the bounds, in the unit of the key; as many numbers as for
+        /// sigma.
         "half_width": Spread(q::SPREAD), only UNIFORM;
         /// Half the distance between the bounds relative to the number that varies.
         "half_width_relative": Spread(q::SPREAD), only UNIFORM;

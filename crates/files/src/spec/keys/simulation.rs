@@ -67,8 +67,8 @@ tables! {
         "name": Text(100);
         /// Mass; required if the body moves, unless its shape gives it.
         "mass_kg": Number(q::MASS);
-        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor signs:
-        /// three rows, or a diagonal of three. Default: that of the shape.
+        /// Inertia about the mass center (about the pivot under uniform_gravity), body axes, tensor
+        /// signs: three rows, or a diagonal of three. Default: that of the shape.
         "inertia_kg_m2": Inertia;
         /// Shape: it gives the inertia and the gravity of the body. A body without a shape
         /// attracts to second order in its size.
@@ -121,9 +121,11 @@ tables! {
         "semi_axes_m": Vector(q::SIZE), only OCTAHEDRON, needed "semi_axes_m = [1, 2, 3]";
         /// Vertices; the origin moves to the mass center.
         "vertices_m": Vertices(q::POSITION), only POLYHEDRON;
-        /// Triangles of three vertices, counted from 1, counterclockwise seen from outside; with vertices_m.
+        /// Triangles of three vertices, counted from 1, counterclockwise seen from outside; with
+        /// vertices_m.
         "faces": Faces, only POLYHEDRON;
-        /// A Wavefront OBJ file, relative to the folder of the spec; instead of vertices_m and faces.
+        /// A Wavefront OBJ file, relative to the folder of the spec; instead of vertices_m and
+        /// faces.
         "obj": Text(1000), only POLYHEDRON;
         /// Length of one unit of the OBJ file. Default: 1.
         "obj_unit_m": Number(q::SIZE), only POLYHEDRON;
@@ -150,8 +152,8 @@ tables! {
         "energy_error_at_most": Number(q::COST);
         /// Bound on the change of the total angular momentum, relative to the one at the start.
         "angular_momentum_error_at_most": Number(q::COST);
-        /// Bound on the change of the total linear momentum, relative to the sum of the sizes of all at the
-        /// start.
+        /// Bound on the change of the total linear momentum, relative to the sum of the sizes of
+        /// all at the start.
         "linear_momentum_error_at_most": Number(q::COST);
         /// Bound on ‖I − RᵀR‖ of every body.
         "orthogonality_at_most": Number(q::COST);

@@ -1,11 +1,12 @@
-//! When a cone acts: `while` and `during_s`.
+//! The times at which a cone is active: `while` and `during_s`.
 
 use super::super::Section;
 use super::Reading;
 use slewkit::maneuver::During;
 use slewkit_sky::Condition;
 
-/// What a boresight that is held on a cone may be off by between nodes, where nothing is stated \[deg\].
+/// What a boresight that is held on a cone may be off by between nodes, where nothing is stated
+/// \[deg\].
 const WITHIN_DEG: f64 = 0.1;
 
 /// What a boresight that is held on a cone may be off by \[rad\].
@@ -18,7 +19,8 @@ pub(in crate::spec) fn within(section: &Section) -> Option<f64> {
 }
 
 impl Reading {
-    /// When a constraint acts, of which the directions have been read; `known` targets stood there before.
+    /// Reads the times of activity of a constraint whose directions have been read; `known`
+    /// targets were read before it.
     pub fn during(&self, section: &Section, known: usize) -> Option<During> {
         if section.has("during_s") {
             let pairs = section.square("during_s")?;
@@ -60,7 +62,7 @@ impl Reading {
         Some(During::intervals(intervals))
     }
 
-    /// How many targets have been read.
+    /// Returns the number of targets that have been read.
     pub fn targets_read(&self) -> usize {
         self.targets.len()
     }

@@ -1,4 +1,4 @@
-//! `[scenery]`: what stands around the spacecraft, as a plan file tells it or as the orbit has it.
+//! `[scenery]`: the surroundings of the spacecraft, from a plan file or from the orbit.
 
 use super::super::Section;
 use super::{Named, Reading, track};
@@ -7,7 +7,8 @@ use slewkit::{Direction, Matrix3};
 use slewkit_sky::Target;
 
 impl Reading {
-    /// What stands around the spacecraft: as a plan file tells it, or from the orbit where something is aimed at by name.
+    /// Returns the surroundings of the spacecraft: from a plan file, or from the orbit if the
+    /// spec aims at a named target.
     pub fn scenery(&self, root: &Section) -> Option<Scenery> {
         if let Some(section) = root.section("scenery") {
             return told_scenery(section);
@@ -39,7 +40,7 @@ impl Reading {
     }
 }
 
-/// The scenery as a plan file writes it.
+/// Returns the scenery as a plan file writes it.
 fn told_scenery(section: &Section) -> Option<Scenery> {
     let way = |name: &str| match track(section.section(name)?)? {
         Direction::Moving(track) => Some(track),

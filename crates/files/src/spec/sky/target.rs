@@ -5,7 +5,7 @@ use slewkit::mechanics::direction::Track;
 use slewkit::{Direction, Vector3};
 use slewkit_sky::Target;
 
-/// A direction that stands still, as angles or as a vector.
+/// Returns a direction that stands still, as angles or as a vector.
 pub(in crate::spec) fn star(section: &Section) -> Option<Vector3> {
     let (angles, vector) = (["ra_deg", "dec_deg"], "vector");
     let given: Vec<&str> = angles.into_iter().filter(|name| section.has(name)).collect();
@@ -67,7 +67,7 @@ fn keys_of(word: &str) -> &'static [&'static str] {
     }
 }
 
-/// Refuses a key that goes with another word of `at`: what is not used was meant to be.
+/// Refuses a key that belongs to another word of `at`, because an unused key is a mistake.
 pub(super) fn own_keys(section: &Section, word: &str) -> Option<()> {
     let own = keys_of(word);
     for owner in ["ground", "limb", "satellite", "orbit_vector", "turning", "track"] {
@@ -118,7 +118,7 @@ pub(super) fn station(section: &Section) -> Option<Target> {
     Some(Target::Ground { latitude_deg: latitude_deg?, longitude_deg: longitude_deg?, height_m })
 }
 
-/// The vector of coefficients as a plan file writes it.
+/// Returns the vector of coefficients as a plan file writes it.
 pub(super) fn track(section: &Section) -> Option<Direction> {
     let (from, piece) = (section.number("from_s").unwrap_or(0.0), section.number("piece_s"));
     let (terms, all) = (section.count("terms"), section.vectors("coefficients"));

@@ -12,7 +12,7 @@ const MAX_AXES: usize = ActuatorSet::MAX_INPUTS;
 /// Most boresights or directions of one constraint.
 pub(crate) const MAX_DIRECTIONS: usize = MAX_AXES;
 
-/// What every element says, or all that is wrong with any of them.
+/// Reads every element; returns all values, or all errors.
 pub(crate) fn each<I, T>(
     items: impl IntoIterator<Item = I>,
     mut read: impl FnMut(I) -> Read<T>,
@@ -27,7 +27,7 @@ pub(crate) fn each<I, T>(
     if faults.is_empty() { Ok(values) } else { Err(faults) }
 }
 
-/// The elements of a list; `what` they are and a `sample` where the value is none.
+/// Returns the elements of a list; `what` they are and a `sample` where the value is none.
 fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     match &node.value {
         Value::Array(items) => Ok(items),
@@ -38,18 +38,18 @@ fn list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     }
 }
 
-/// The elements of a list that should have `wanted` of them; `what` names them.
+/// Returns the elements of a list that should have `wanted` of them; `what` names them.
 fn items<'a>(node: &'a Node, wanted: usize, what: &str) -> Read<&'a [Node]> {
     let (described, sample) = (format!("{wanted} {what}"), format!("a list in brackets, {wanted} {what}"));
     let items = list(node, &described, &sample)?;
     if items.len() == wanted {
         return Ok(items);
     }
-    let reason = format!("has {}, and needs {described}", items.len());
+    let reason = format!("has {} entries, and needs {described}", items.len());
     wrong("E0026", node, reason, format!("write a list of {wanted}"))
 }
 
-/// The elements of a list that may be long; `sample` shows one.
+/// Returns the elements of a list that may be long; `sample` shows one.
 fn long_list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     let items = list(node, what, sample)?;
     if items.len() > MAX_LISTED {
@@ -66,19 +66,19 @@ pub(super) fn numbers<const N: usize>(node: &Node, quantity: &Quantity, what: &s
     <[f64; N]>::try_from(values).map_err(|_| Vec::new())
 }
 
-/// Three numbers.
+/// Reads three numbers.
 pub(super) fn vector(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
     numbers(node, quantity, "numbers (x, y, z)")
 }
 
-/// Three rows of three numbers.
+/// Reads three rows of three numbers.
 pub(super) fn rows(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     let items = items(node, 3, "rows of three numbers")?;
     let rows = each(items, |row| numbers(row, quantity, "numbers in a row"))?;
     <[_; 3]>::try_from(rows).map_err(|_| Vec::new())
 }
 
-/// Three rows, or a diagonal.
+/// Reads an inertia: three rows, or the diagonal.
 pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     let items = match &node.value {
         Value::Array(items)
@@ -98,7 +98,7 @@ pub(super) fn inertia(node: &Node, quantity: &Quantity) -> Read<[[f64; 3]; 3]> {
     Ok([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])
 }
 
-/// An axis: a vector that has a direction.
+/// Returns an axis: a vector that has a direction.
 fn axis(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
     let axis = vector(node, quantity)?;
     if axis.iter().all(|value| *value == 0.0) {
@@ -108,7 +108,7 @@ fn axis(node: &Node, quantity: &Quantity) -> Read<[f64; 3]> {
     Ok(axis)
 }
 
-/// A list of axes, at most [`MAX_AXES`].
+/// Returns a list of axes, at most [`MAX_AXES`].
 pub(super) fn axes(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     let items = list(node, "axes", "one axis per inner list: [[1, 0, 0], [0, 1, 0]]")?;
     if !items.is_empty() && items.iter().all(|item| matches!(item.value, Value::Number(_))) {
@@ -122,7 +122,7 @@ pub(super) fn axes(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     each(items, |item| axis(item, quantity))
 }
 
-/// One vector, or a list of them, at most [`MAX_AXES`]; none of length zero.
+/// Reads one vector, or a list of them, at most [`MAX_AXES`]; none of length zero.
 pub(super) fn vectors(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     match &node.value {
         Value::Array(items) if items.is_empty() => {
@@ -161,8 +161,8 @@ pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     Ok(Limits::Each(each(given, |item| number(item, quantity))?))
 }
 
-/// A square matrix: n numbers (its diagonal) or n rows of n numbers. Returned as rows. `what` they are, one for each of
-/// which.
+/// Returns a square matrix: n numbers (its diagonal) or n rows of n numbers. Returned as rows.
+/// `what` they are, one for each of which.
 pub(super) fn square(node: &Node, quantity: &Quantity, what: &str, which: &str) -> Read<Vec<Vec<f64>>> {
     let given = list(node, what, &format!("one number per {which}: [1, 1, 1]"))?;
     let count = given.len();
@@ -191,7 +191,7 @@ pub(super) fn texts(node: &Node, most: usize) -> Read<Vec<String>> {
     each(items, |item| Ok(text(item, 200)?.to_string()))
 }
 
-/// A list of points.
+/// Returns a list of points.
 pub(super) fn vertices(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> {
     let items = long_list(node, "vertices", "[[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]")?;
     each(items, |item| vector(item, quantity))
@@ -200,7 +200,7 @@ pub(super) fn vertices(node: &Node, quantity: &Quantity) -> Read<Vec<[f64; 3]>> 
 /// Most intervals in which a constraint acts.
 pub(crate) const MAX_INTERVALS: usize = 1000;
 
-/// A list of intervals of time \[s\], one after another.
+/// Returns a list of intervals of time \[s\], one after another.
 pub(super) fn intervals(node: &Node) -> Read<Vec<[f64; 2]>> {
     let given = list(node, "intervals", "[[0, 40], [60, 90]]")?;
     if given.len() > MAX_INTERVALS {
@@ -227,7 +227,7 @@ pub(super) fn intervals(node: &Node) -> Read<Vec<[f64; 2]>> {
     }
 }
 
-/// A list of triangles, vertices counted from 1.
+/// Returns a list of triangles, vertices counted from 1.
 pub(super) fn faces(node: &Node) -> Read<Vec<[u32; 3]>> {
     let corner = |node| Ok(u32::try_from(count(node, 1, MAX_LISTED as i64)?).unwrap_or(u32::MAX));
     each(long_list(node, "faces", "[[1, 2, 3], [1, 4, 2], [2, 4, 3], [3, 4, 1]]")?, |face| {

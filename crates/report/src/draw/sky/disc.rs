@@ -1,4 +1,5 @@
-//! Discs on the sphere of directions, as they move: Earth, Moon and Sun, and points that are aimed at.
+//! Discs on the sphere of directions, as they move: Earth, Moon and Sun, and points that are aimed
+//! at.
 
 use super::super::svg::Svg;
 use super::{SkyView, circle};
@@ -7,11 +8,12 @@ use slewkit::Vector3;
 /// A disc that moves, or a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyDisc {
-    /// Its name.
+    /// The name of the target.
     pub name: String,
     /// The kind of the disc.
     pub kind: DiscKind,
-    /// Unit vector to its middle and the angle to its limb \[rad\], at equal steps of time from start to end; never empty.
+    /// Unit vector to its middle and the angle to its limb \[rad\], at equal steps of time from
+    /// start to end; never empty.
     pub way: Vec<(Vector3, f64)>,
 }
 
@@ -32,7 +34,7 @@ pub enum DiscKind {
 const LEAST: f64 = 4.0;
 
 impl DiscKind {
-    /// Its name in the style sheet of pages.
+    /// Returns the name of the kind in the style sheet of pages.
     pub fn word(self) -> &'static str {
         match self {
             Self::Earth => "earth",
@@ -59,8 +61,8 @@ impl SkyDisc {
         [self.way.first(), self.way.last()].map(|end| end.copied().unwrap_or(nothing))
     }
 
-    /// The disc at the end, its outline at the start, and the way of its middle; `scale` is the radius of the map \[px\], `rim` a curve
-    /// around it.
+    /// Draws the disc at the end, its outline at the start, and the way of its middle; `scale` is
+    /// the radius of the map \[px\], `rim` a curve around it.
     pub(super) fn draw(
         &self,
         svg: &mut Svg,

@@ -9,14 +9,15 @@ const BESIDE: f64 = 7.0;
 /// The number of rows above and below in which a free place is searched.
 const ROWS: i32 = 12;
 
-/// Where names stand already: left, top, right, bottom \[px\].
+/// The rectangles of placed names: left, top, right, bottom \[px\].
 #[derive(Default)]
 pub(super) struct Names {
     taken: Vec<[f64; 4]>,
 }
 
 impl Names {
-    /// Where the text of a name begins whose size is given \[px\]: right of what it names or left of it, in the nearest row that is free.
+    /// Returns the position of the text of a name with the given size \[px\]: right or left of
+    /// its object, in the nearest free row.
     pub fn beside(&mut self, (x, y): (f64, f64), name: &str, size: f64) -> (f64, f64) {
         let width = Self::width(name, size);
         // A little below first, then a little above, then row by row away from there.

@@ -1,13 +1,13 @@
 //! The work of each method for the same mean energy error.
 //!
-//! Between two steps `log(work)` and `log(step)` are taken as linear in `log(error)`: exact where both follow
+//! Between two steps `log(work)` and `log(step)` are linear in `log(error)`: exact if both follow
 //! powers of the step.
 
 use super::run::Name;
 use super::{IntegratorRun, Study};
 use serde::{Deserialize, Serialize};
 
-/// How well the work at an error level is known.
+/// The kind of knowledge of the work at an error level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
@@ -29,7 +29,7 @@ pub struct EqualError {
     /// Name of the method.
     #[serde(deserialize_with = "super::run::name")]
     pub method: Name,
-    /// How the numbers below are to be read; for the step the other way round.
+    /// The meaning of the numbers below; for the step the bound is reversed.
     pub bound: Bound,
     /// The step \[s\]; `None` where no step brings the method to the horizon.
     pub step_s: Option<f64>,
@@ -37,7 +37,7 @@ pub struct EqualError {
     pub force_evaluations: Option<f64>,
     /// Time \[s\].
     pub time_s: Option<f64>,
-    /// How the ratios are to be read; `None`: nothing follows.
+    /// The meaning of the ratios; `None` if they are unknown.
     pub ratio_bound: Option<Bound>,
     /// The ratio of its evaluations to those of the first method.
     pub force_evaluation_ratio: Option<f64>,
@@ -71,7 +71,7 @@ pub(super) fn levels(study: &Study, runs: &[IntegratorRun]) -> Vec<f64> {
     inside.into_iter().step_by(stride).collect()
 }
 
-/// All horizons, levels and methods.
+/// Returns all horizons, levels and methods.
 pub(super) fn table(study: &Study, levels: &[f64], runs: &[IntegratorRun]) -> Vec<EqualError> {
     let mut table = Vec::new();
     for (&horizon, &level) in study.horizons.iter().flat_map(|t| levels.iter().map(move |e| (t, e))) {
@@ -83,7 +83,7 @@ pub(super) fn table(study: &Study, levels: &[f64], runs: &[IntegratorRun]) -> Ve
                     run.method == kind.name() && run.horizon_s.to_bits() == horizon.to_bits()
                 };
                 let runs: Vec<&IntegratorRun> = runs.iter().filter(of).collect();
-                // None after an interruption.
+                // The list is empty after an interruption.
                 (!runs.is_empty()).then(|| at_level(&runs, kind.name(), horizon, level))
             })
             .collect();
@@ -97,7 +97,7 @@ fn error(run: &IntegratorRun) -> Option<f64> {
     run.errors.map(|errors| errors.energy_error_mean)
 }
 
-/// The runs of one method to one horizon, longest step first.
+/// Returns the runs of one method to one horizon, longest step first.
 fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level: f64) -> EqualError {
     let good = |run: &&IntegratorRun| error(run).is_some_and(|error| error <= level);
     // The longest step from which on all shorter ones are good: one accurate long step may be
@@ -125,7 +125,8 @@ fn at_level(runs: &[&IntegratorRun], method: &'static str, horizon_s: f64, level
         return row(Bound::AtMost, Some(numbers(fine)));
     };
     let fine_error = error(fine).unwrap_or(level);
-    // 0 at the coarse step, 1 at the fine one; an error of exactly zero is as good as the fine step gets.
+    // 0 at the coarse step, 1 at the fine one; an error of exactly zero is as good as the fine step
+    // gets.
     let part = (coarse_error / level).ln() / (coarse_error / fine_error).ln();
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 };
     let (a, b) = (numbers(coarse), numbers(fine));

@@ -30,7 +30,7 @@ pub struct Figure {
     pub svg: String,
 }
 
-/// How a body is drawn: rods and balls in its axes \[m\].
+/// The outline of a body: rods and balls in its axes \[m\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
     /// Name in the legend.
@@ -51,7 +51,7 @@ impl Outline {
         Self { name: name.into(), rods: vec![[along(half - radius), along(radius - half)]], balls }
     }
 
-    /// The edges of a solid.
+    /// Builds the edges of a solid.
     pub fn polyhedron(name: impl Into<String>, solid: &slewkit::mechanics::full_body::Polyhedron) -> Self {
         let corner = |index: u32| solid.vertices()[index as usize];
         let edges = solid.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
@@ -60,7 +60,7 @@ impl Outline {
         Self { name: name.into(), rods, balls: Vec::new() }
     }
 
-    /// The points of a cloud, a few hundred of them.
+    /// Builds the points of a cloud, a few hundred of them.
     pub fn points(name: impl Into<String>, cloud: &slewkit::mechanics::full_body::PointCloud) -> Self {
         let points = cloud.points();
         let shown = points.iter().step_by(points.len().div_ceil(300).max(1));
@@ -68,13 +68,13 @@ impl Outline {
         Self { name: name.into(), rods: Vec::new(), balls }
     }
 
-    /// A point.
+    /// Builds a point.
     pub fn point(name: impl Into<String>) -> Self {
         Self { name: name.into(), rods: Vec::new(), balls: vec![(Vector3::zeros(), 0.0)] }
     }
 }
 
-/// Name of a method in the legends, with the survey's where it has one.
+/// Returns the name of a method in the legends, with the survey's where it has one.
 fn label(kind: Kind) -> String {
     let survey = match kind {
         Kind::LieVerlet => "\nLGVI in the survey",
@@ -100,7 +100,8 @@ pub const FIGURES: [&str; 10] = [
     "work_precision",
 ];
 
-/// All figures, in the order of [`FIGURES`]. `outlines` has one per body, or fewer: the others are points.
+/// Returns all figures, in the order of [`FIGURES`]. `outlines` has one per body, or fewer: the
+/// others are points.
 pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Outline]) -> Vec<Figure> {
     let trajectories = Drawn { title, study, found }.trajectories(outlines);
     let charts = charts(title, study, found).into_iter().map(|(name, chart)| (name, chart.svg()));
@@ -108,7 +109,7 @@ pub fn figures(title: &str, study: &Study, found: &WorkPrecision, outlines: &[Ou
     all.map(|(name, svg)| Figure { name, svg }).collect()
 }
 
-/// All but the trajectories; those over time only where `found` has histories.
+/// Returns all but the trajectories; those over time only where `found` has histories.
 pub fn charts(title: &str, study: &Study, found: &WorkPrecision) -> Vec<(&'static str, Chart)> {
     let drawn = Drawn { title, study, found };
     let relative = "|E − E₀| / (T₀ + |U₀|)";
@@ -157,7 +158,7 @@ impl Drawn<'_> {
         self.chart_over_time(title, Axis::logarithmic(unit), of)
     }
 
-    /// The methods that drift most lie below, so that the others are seen.
+    /// Returns the methods that drift most lie below, so that the others are seen.
     fn energy_over_time(&self) -> Chart {
         let of = |history: &History| {
             let band = history.moments.iter().map(|moment| (moment.time, moment.energy.0, moment.energy.1));
@@ -240,7 +241,7 @@ impl Drawn<'_> {
     }
 }
 
-/// Snapshots on the first revolution, and revolutions that are drawn.
+/// The number of snapshots in the first revolution, and the number of revolutions drawn.
 const SNAPSHOTS: usize = 8;
 const REVOLUTIONS: usize = 3;
 
@@ -256,7 +257,8 @@ fn thinned<T: Clone>(points: &[T]) -> Vec<T> {
     thin
 }
 
-/// Paths of the mass centers with snapshots of the bodies; also the index of the last pose drawn.
+/// Returns the paths of the mass centers with snapshots of the bodies; also the index of the last
+/// pose drawn.
 fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) {
     let first = revolution(path);
     let last = (REVOLUTIONS * first).min(path.poses[0].len() - 1);
@@ -284,8 +286,8 @@ fn orbits(path: &Path, outlines: &[Outline]) -> (Vec<Item>, Vec<String>, usize) 
     (items, names, last)
 }
 
-/// Index of the pose at the end of the first revolution of the first body, about the second one or the
-/// origin; the last index where it is not completed.
+/// Returns the index of the pose at the end of the first revolution of the first body, about the
+/// second one or the origin; the last index where it is not completed.
 fn revolution(path: &Path) -> usize {
     let count = path.poses[0].len();
     let arm = |index: usize| {
@@ -302,7 +304,7 @@ fn revolution(path: &Path) -> usize {
     count - 1
 }
 
-/// Paths of the tips of the first body's axes; also the index of the last pose drawn.
+/// Returns the paths of the tips of the first body's axes; also the index of the last pose drawn.
 fn tips(path: &Path) -> (Vec<Item>, Vec<String>, usize) {
     let poses = &path.poses[0];
     let tip = |axis: usize| -> Vec<Vector3> {

@@ -15,7 +15,7 @@ const POSES: u64 = 4000;
 pub struct History {
     /// The method.
     pub kind: Kind,
-    /// Its step \[s\].
+    /// Step of the method \[s\].
     pub step: f64,
     /// Energy at the start \[J\].
     pub start_energy: f64,
@@ -23,10 +23,10 @@ pub struct History {
     pub moments: Vec<Moment>,
 }
 
-/// A stretch of time.
+/// An interval of the time axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// Its middle \[s\].
+    /// Middle of the interval \[s\].
     pub time: f64,
     /// Lowest and highest `(E − E₀)/(T₀ + |U₀|)`.
     pub energy: (f64, f64),

@@ -46,10 +46,11 @@ pub struct Study {
     pub kinds: Vec<Kind>,
     /// Their steps \[s\], longest first.
     pub steps: Vec<f64>,
-    /// How long to follow the motion \[s\], shortest first; each is a whole number of every step.
+    /// The durations of the motion \[s\], shortest first; each is a whole number of every step.
     pub horizons: Vec<f64>,
-    /// Mean energy errors `e_E` at which work is compared. None: 1, 3, 10, 30, … times a power of ten, five at most,
-    /// within what the first method reaches to the longest horizon, and above round-off.
+    /// The mean energy errors `e_E` at which work is compared. Empty for 1, 3, 10, 30, … times a
+    /// power of ten, at most five, within the range of the first method at the longest horizon,
+    /// and above round-off.
     pub levels: Vec<f64>,
     /// The step whose runs are recorded over time, one of `steps` \[s\].
     pub shown_step: f64,
@@ -73,7 +74,7 @@ pub struct Asked {
     pub levels: Vec<f64>,
 }
 
-/// Why a study cannot be made.
+/// The reason for which a study cannot be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum StudyError {
     /// A list is empty or too long.
@@ -81,9 +82,9 @@ pub enum StudyError {
     Count {
         /// The contents of the list.
         what: &'static str,
-        /// How many there are.
+        /// The number found.
         found: usize,
-        /// How many there may be.
+        /// The largest allowed number.
         limit: usize,
     },
     /// A number is not positive and finite, or the list is not in order.
@@ -136,7 +137,7 @@ pub enum StudyError {
 pub struct StudyProgress {
     /// The method that runs.
     pub kind: Kind,
-    /// Its step \[s\].
+    /// Step of the current run \[s\].
     pub step: f64,
     /// Runs done, and in all; each is made once to watch it and again to time it.
     pub runs: (usize, usize),
@@ -159,7 +160,7 @@ pub struct WorkPrecision {
     /// The motion over the horizon in the middle, by the first method at the shortest step.
     #[serde(skip)]
     pub path: Path,
-    /// Whether the study was stopped before its end; what it has found so far is there.
+    /// Whether the study was stopped before its end; its results so far are kept.
     pub interrupted: bool,
 }
 
@@ -169,14 +170,14 @@ impl Study {
     /// Most steps to a horizon.
     pub const STEPS: f64 = 1e9;
 
-    /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM), explicit midpoint
-    /// (RK) and implicit midpoint (SRK).
+    /// The comparison of the survey's section 3.4: Lie–Verlet (LGVI), Crouch–Grossman (LGM),
+    /// explicit midpoint (RK) and implicit midpoint (SRK).
     pub const SURVEY: [Kind; 4] =
         [Kind::LieVerlet, Kind::CrouchGrossman2, Kind::ExplicitMidpoint, Kind::ImplicitMidpoint];
 
-    /// The methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a tenth and a hundredth
-    /// of it, to the nearest whole number of the longest step; levels are chosen. Short motions have shorter steps and
-    /// fewer horizons. Both are in seconds.
+    /// Builds the methods of the survey at 16, 8, 4, 2, 1, ½ and ¼ times `step`, over `duration`, a
+    /// tenth and a hundredth of it, to the nearest whole number of the longest step; levels are
+    /// chosen. Short motions have shorter steps and fewer horizons. Both are in seconds.
     pub fn survey(step: f64, duration: f64) -> Self {
         let step = step.min(duration);
         let factors = [16.0, 8.0, 4.0, 2.0, 1.0];
@@ -230,12 +231,12 @@ impl Study {
         study
     }
 
-    /// Steps of `step` to `horizon`.
+    /// Returns the steps of `step` to `horizon`.
     fn count(step: f64, horizon: f64) -> u64 {
         (horizon / step).round() as u64
     }
 
-    /// Whether the study can be made.
+    /// Checks that the study can be made.
     ///
     /// # Errors
     /// Returns a [`StudyError`] that names the wrong value.
@@ -262,7 +263,7 @@ impl Study {
                 return Err(StudyError::Division { step, horizon });
             }
         }
-        // One of the list itself, not the result of arithmetic.
+        // The step must be an element of the list, not the result of arithmetic.
         if !self.steps.iter().any(|step| step.to_bits() == self.shown_step.to_bits()) {
             return Err(StudyError::ShownStep { step: self.shown_step });
         }

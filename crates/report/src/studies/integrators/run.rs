@@ -1,4 +1,4 @@
-//! One method with one step: once to watch what it conserves, and again to time it.
+//! One method with one step: one run to record its conserved quantities, and another to time it.
 
 use super::StudyError;
 use super::history::Recorder;
@@ -12,11 +12,12 @@ use std::ops::ControlFlow;
 /// States looked at to the longest horizon, about; evenly spaced.
 const SAMPLES: u64 = 200_000;
 
-/// Steps between two looks at the clock and at whether to go on.
+/// The number of steps between two checks of the clock and of a stop.
 const CHUNK: u64 = 1024;
 
-/// Time that the repetitions of a run take at least, and time after which it is not repeated \[s\].
+/// A run is repeated until its repetitions take this time \[s\].
 const SHORT: f64 = 0.02;
+/// A run is not repeated after this time \[s\].
 const LONG: f64 = 1.0;
 
 /// Most repetitions of a run.
@@ -41,8 +42,9 @@ pub struct IntegratorRun {
     pub force_evaluations: u64,
     /// Newton or fixed-point iterations, summed over the bodies where each has its own.
     pub iterations: u64,
-    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the feature `cpu-time`.
-    /// Where many points attract each other on several threads it is the share of that one.
+    /// Least CPU time of all repetitions, of the thread that steps \[s\]; wall time without the
+    /// feature `cpu-time`. Where many points attract each other on several threads it is the share
+    /// of that one.
     pub time_s: f64,
     /// The reason for which the method did not reach the horizon.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -52,13 +54,14 @@ pub struct IntegratorRun {
 /// A name of [`Kind::NAMES`].
 pub type Name = &'static str;
 
-/// The name of a method that there is.
+/// Returns the name of a method that there is.
 pub(super) fn name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
     let name = String::deserialize(from)?;
     name.parse().map(Kind::name).map_err(serde::de::Error::custom)
 }
 
-/// Errors of what an exact motion keeps, over the states looked at: every step, or evenly spaced ones of long runs.
+/// Errors of conserved quantities, over the checked states: every step, or evenly spaced steps of
+/// long runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Largest `e_E`.
@@ -69,9 +72,9 @@ pub struct Errors {
     pub orthogonality_error_max: f64,
     /// Mean `e_R`.
     pub orthogonality_error_mean: f64,
-    /// Largest `e_P`; of a body in a field, what the field has changed.
+    /// The largest `e_P`; for a body in a field, the change due to the field.
     pub linear_momentum_error_max: f64,
-    /// Largest `e_L`; of a body in a field, what the field has changed.
+    /// The largest `e_L`; for a body in a field, the change due to the field.
     pub angular_momentum_error_max: f64,
 }
 
@@ -124,7 +127,7 @@ pub(super) struct Measured {
     pub stopped: bool,
 }
 
-/// How a pass over the steps ended.
+/// The end of a pass over the steps.
 enum End {
     Reached,
     Failed(String),

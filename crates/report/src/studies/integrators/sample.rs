@@ -33,7 +33,7 @@ impl Scales {
             each().map(|(pose, p)| (pose.position.cross(&p.linear) + pose.attitude * p.angular).norm()).sum();
         let potential = system.potential().map_or(0.0, |potential| potential.energy(poses));
         let energy = invariants::kinetic_energy(system.bodies(), momenta) + potential.abs();
-        // Nothing there to compare with: the error itself.
+        // If the reference is zero, the error itself is used.
         let scale = |size: f64| if size > 0.0 { size } else { 1.0 };
         Self {
             start: system.invariants(start),

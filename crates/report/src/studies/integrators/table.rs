@@ -7,7 +7,7 @@ use slewkit::numerics::figures::{scientific, short};
 use std::fmt;
 
 impl fmt::Display for WorkPrecision {
-    /// A table of the runs to each horizon, and the work at equal energy error.
+    /// Returns a table of the runs to each horizon, and the work at equal energy error.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,

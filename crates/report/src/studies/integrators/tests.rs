@@ -1,4 +1,5 @@
-//! The comparison of the survey's section 3.4, against the table of an independent calculation, and its laws.
+//! The comparison of the survey's section 3.4, against the table of an independent calculation, and
+//! its laws.
 
 use super::figures::{Outline, figures};
 use super::*;
@@ -49,9 +50,9 @@ fn study() -> Study {
     }
 }
 
-/// Mean |ΔE|, mean ‖I − RᵀR‖ and error of the angular momentum over 300 s, from a calculation in Python
-/// whose norms and samples are not on record: what is not an energy is compared to a factor of two, and round-off
-/// as such.
+/// Mean |ΔE|, mean ‖I − RᵀR‖ and error of the angular momentum over 300 s, from a calculation in
+/// Python whose norms and samples are not on record: what is not an energy is compared to a factor
+/// of two, and round-off as such.
 #[test]
 fn four_methods_on_two_dumbbells_meet_an_independent_table() {
     let (system, start) = dumbbells();
@@ -103,7 +104,7 @@ fn row<'a>(found: &'a WorkPrecision, method: &str, step: f64, horizon: f64) -> &
     found.runs.iter().find(of).unwrap()
 }
 
-/// A run whose numbers follow powers of its step.
+/// Returns a run whose numbers follow powers of its step.
 fn power(method: &'static str, step: f64, order: i32, cost: f64) -> IntegratorRun {
     IntegratorRun {
         method,
@@ -157,7 +158,7 @@ fn work_at_equal_error_is_exact_for_powers_of_the_step() {
     let explicit = row(12, "explicit_midpoint");
     assert_eq!((explicit.bound, explicit.ratio_bound), (Bound::AtLeast, Some(Bound::AtLeast)));
     assert!((explicit.time_ratio.unwrap() - 16.0).abs() < 1e-12, "{explicit:?}");
-    // Where the next longer step fails, the first that works is as much as is known.
+    // If the next longer step fails, the first step that succeeds is the only bound.
     let fourth = row(9, "rkmk4");
     assert_eq!((fourth.bound, fourth.ratio_bound), (Bound::AtMost, Some(Bound::AtMost)));
     assert!((fourth.time_ratio.unwrap() - 2_f64.powf(2.5)).abs() < 1e-12, "{fourth:?}");

@@ -33,7 +33,7 @@ pub struct Agreement {
     pub duals_before_polish: Option<f64>,
     /// Multipliers after polish against the shooting's costates.
     pub duals_after_polish: Option<f64>,
-    /// Duals before polish against multipliers after it: what the polish changes.
+    /// The difference of the duals before polish and the multipliers after it.
     pub polish_change: Option<f64>,
     /// Whether the costates are unique: full rank of the shooting's sensitivity matrix.
     pub costates_unique: Option<bool>,
@@ -46,7 +46,7 @@ pub struct Agreement {
 /// Newton shooting from `λ_0` of the convex iteration's duals, before polish.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FromDuals {
-    /// How it ended.
+    /// The outcome.
     pub outcome: Outcome,
     /// The number of Newton steps until the scaled terminal error met the tolerance.
     pub newton_steps: Option<usize>,
@@ -112,12 +112,12 @@ fn spread(problem: &Problem, costs: &[f64]) -> f64 {
     (largest - smallest) / smallest.abs().max(floor)
 }
 
-/// Largest angle between the attitudes of two answers to one extremal \[rad\]: far above what a convex
-/// iteration leaves, far below what two extremals differ by.
+/// The largest angle between the attitudes of two answers with one extremal \[rad\]: far above
+/// the error of a convex iteration, far below the difference of two extremals.
 const SAME_PATH: f64 = 1e-3;
 
-/// Whether two converged answers have the same cost and go the same way; two optima of equal cost, as of a
-/// turn by 180°, are not one.
+/// Returns whether two converged answers have the same cost and go the same way; two optima of
+/// equal cost, as of a turn by 180°, are not one.
 pub(super) fn same_extremal(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     let angle = |(a, b): (&[f64; 4], &[f64; 4])| {
         let chord = |sign: f64| a.iter().zip(b).map(|(a, b)| (a - sign * b).powi(2)).sum::<f64>().sqrt();
@@ -131,12 +131,13 @@ pub(super) fn same_extremal(problem: &Problem, a: &Solution, b: &Solution) -> bo
         && apart <= SAME_PATH
 }
 
-/// Whether the first answer is cheaper by more than costs of one extremal differ.
+/// Returns whether the first answer is cheaper by more than costs of one extremal differ.
 pub(super) fn cheaper(problem: &Problem, a: &Solution, b: &Solution) -> bool {
     a.cost < b.cost && spread(problem, &[a.cost, b.cost]) > Agreement::COST_TOLERANCE
 }
 
-/// Largest difference of two histories of costates, scaled, relative to the largest of the second.
+/// Returns the largest difference of two histories of costates, scaled, relative to the largest of
+/// the second.
 fn distance(problem: &Problem, first: &[f64], second: &[f64]) -> f64 {
     let units = Units::of(problem);
     let scale: Vec<f64> = match problem.motion {
@@ -152,7 +153,7 @@ fn distance(problem: &Problem, first: &[f64], second: &[f64]) -> f64 {
     difference / largest(&mut second.iter().copied()).max(Agreement::COST_FLOOR)
 }
 
-/// Nodes of every limit at which only one of the two has it acting.
+/// Returns the nodes of every limit at which only one of the two has it acting.
 fn differing(problem: &Problem, first: &Solution, second: &Solution) -> usize {
     let nodes = |solution: &Solution| -> BTreeSet<(String, usize)> {
         let step = problem.step();

@@ -25,16 +25,16 @@ pub struct Global {
     pub same_grid: bool,
     /// No covered maneuver of that discrete problem costs less.
     pub lower_bound: f64,
-    /// Cost of the plan of that discrete problem.
+    /// Cost of the plan of the discrete problem.
     pub cost: f64,
-    /// Its cost without limits and constraints, where there are any.
+    /// Cost without limits and constraints, where there are any.
     pub cost_without_limits: Option<f64>,
     /// `(cost − lower_bound)/cost`: what may still be gained, at most.
     pub gap: f64,
-    /// The gap without limits: the share of it that is the relaxation's.
+    /// The part of the gap that comes from the relaxation: the gap without limits.
     pub gap_without_limits: f64,
-    /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise the bound
-    /// is loose, or a cheaper maneuver exists.
+    /// Whether the plan without limits is proved globally optimal to [`Global::TIGHT`]; otherwise
+    /// the bound is loose, or a cheaper maneuver exists.
     pub tight: bool,
     /// The maneuvers that the bound covers.
     pub coverage: Coverage,
@@ -42,7 +42,8 @@ pub struct Global {
     pub relaxation: Relaxation,
     /// The outcome of the cone solver; the bound is proved for any outcome.
     pub solver: SolverEnd,
-    /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation is exact.
+    /// Second over first eigenvalue of the moment matrices, the largest: near zero the relaxation
+    /// is exact.
     pub rank_one_defect: Option<f64>,
     /// Number of moments.
     pub moments: usize,
@@ -60,23 +61,23 @@ impl Global {
 /// The reason for which no gap exists.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum GlobalError {
-    /// The maneuver cannot be planned on that grid.
+    /// The maneuver cannot be planned on the grid of the bound.
     #[error("no lower bound on {steps} steps: {error}")]
     Plan {
         /// Steps.
         steps: usize,
-        /// Why not.
+        /// The reason.
         error: PlanError,
     },
-    /// Nothing was found on that grid to compare the bound with.
+    /// No plan was found on that grid for a comparison with the bound.
     #[error("no lower bound on {steps} steps: the maneuver was not solved there ({outcome:?})")]
     NotSolved {
         /// Steps.
         steps: usize,
-        /// How the solve ended.
+        /// The outcome of the solve.
         outcome: Outcome,
     },
-    /// There is no bound.
+    /// No bound was found.
     #[error(transparent)]
     Bound(#[from] BoundError),
 }

@@ -11,9 +11,9 @@
 //! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of
 //! the second method starts the first. [`Agreement`] measures the difference.
 //!
-//! A maneuver has several extremals, and the methods search differently. Where they find different ones,
-//! those that found a costlier one, or none, are started once more from the cheapest, so that one extremal
-//! is compared; [`MethodRun::by_itself`] keeps what they found alone.
+//! A maneuver has several extremals, and the methods search differently. If they find different
+//! ones, the methods with a costlier one, or with none, start again from the cheapest, so that
+//! one extremal is compared; [`MethodRun::by_itself`] has their own results.
 //!
 //! # What does `slew compare` compare?
 //!
@@ -61,11 +61,11 @@ pub enum Contender {
     ScpPolish,
 }
 
-/// How a method ended.
+/// The end of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
-    /// The convex iteration converged by its own measure; its terminal error is what it is.
+    /// The convex iteration converged by its own criterion; its terminal error is not checked.
     Converged,
     /// The method cannot take such a problem.
     DoesNotApply,
@@ -74,10 +74,10 @@ pub enum Standing {
     Ended(Status),
 }
 
-/// Where a limit or constraint is active.
+/// The nodes at which a limit or constraint is active.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ActiveNodes {
-    /// Its name.
+    /// The name of the limit or constraint.
     pub name: String,
     /// Times at which it is active, each once \[s\].
     pub time_s: Vec<f64>,
@@ -86,9 +86,9 @@ pub struct ActiveNodes {
 /// The result of a method before it started from another's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ByItself {
-    /// How that ended.
+    /// The outcome of the method.
     pub status: Standing,
-    /// Its cost, where it reached the end.
+    /// Cost of the result, where it reached the end.
     pub cost: Option<f64>,
 }
 
@@ -98,11 +98,13 @@ pub struct ByItself {
 pub struct MethodRun {
     /// The method.
     pub method: Contender,
-    /// How it ended.
+    /// The outcome.
     pub status: Standing,
-    /// Its own result, if the rest belongs to a second run along the path of a cheaper answer.
+    /// The method's own result, if the rest belongs to a second run along the path of a cheaper
+    /// answer.
     pub by_itself: Option<ByItself>,
-    /// Why it does not apply, or why no input can meet the terminal conditions.
+    /// The reason for which it does not apply, or for which no input can meet the terminal
+    /// conditions.
     pub reason: Option<String>,
     /// Discrete cost.
     pub cost: Option<f64>,
@@ -146,8 +148,8 @@ pub struct Comparison {
 /// stop by the observer ends them all.
 ///
 /// # Errors
-/// [`PlanError`] when problem or settings cannot be used. A method that does not apply, or stops, is no
-/// error.
+/// Returns [`PlanError`] if problem or settings cannot be used. A method that does not apply, or
+/// stops, is not an error.
 pub fn compare(
     problem: &Problem,
     settings: &Settings,
@@ -242,7 +244,7 @@ struct Answer {
     by_itself: Option<Plan>,
 }
 
-/// A solution that no witness has judged.
+/// Returns a solution that no witness has judged.
 fn bare(solution: Solution) -> Plan {
     Plan::new(solution, None, Status::NotConverged)
 }
@@ -292,13 +294,13 @@ impl Comparison {
         order.into_iter().find(ended).unwrap_or(Status::NotConverged)
     }
 
-    /// The run of a method.
+    /// Returns the run of a method.
     pub fn run(&self, method: Contender) -> Option<&MethodRun> {
         self.methods.iter().find(|run| run.method == method)
     }
 }
 
-/// How a solve ended that no witness judges.
+/// Returns the outcome of a solve that no witness judges.
 fn unjudged(solution: &Solution) -> Standing {
     match solution.outcome {
         Outcome::Converged => Standing::Converged,

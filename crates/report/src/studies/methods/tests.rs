@@ -100,7 +100,8 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
         if problem.objective.switches() || problem.seeks_duration() {
             continue;
         }
-        // Hundreds of nodes show nothing that a hundred do not, and a subproblem each takes its time.
+        // Hundreds of nodes show nothing that a hundred do not, and a subproblem each takes its
+        // time.
         let steps = problem.steps.min(200);
         let mut problem = problem.with_steps(steps);
         problem.name = name.clone();
@@ -114,7 +115,8 @@ fn every_shipped_problem_is_solved_alike_by_all_methods() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// The slew of tests/reference/min_energy_so3.json, each torque limited to a share of the largest.
+/// Returns the slew of tests/reference/min_energy_so3.json, each torque limited to a share of the
+/// largest.
 fn reference_slew(share: Option<f64>) -> Problem {
     let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
@@ -129,7 +131,7 @@ fn reference_slew(share: Option<f64>) -> Problem {
     share.map_or(free.clone(), |share| limited(&free, share))
 }
 
-/// The same with every input limited to a share of the largest of the plan without limits.
+/// Returns the same with every input limited to a share of the largest of the plan without limits.
 fn limited(free: &Problem, share: f64) -> Problem {
     let plan = plan::plan(free, &Settings::discrete(), None, &mut Silent).unwrap();
     let peak = plan.solution.trajectory.input.iter().fold(0.0f64, |peak, input| peak.max(input.abs()));
@@ -155,7 +157,8 @@ fn the_reference_costs_come_from_every_method() {
             let allowed = if run.method == Contender::Scp { COST } else { digits + 2e-13 };
             assert!(off.abs() < allowed, "{:?} {share:?}: off by {off:e}", run.method);
         }
-        // Duals of the convex iteration, before any polish, are costates: two steps of Newton remain.
+        // Duals of the convex iteration, before any polish, are costates: two steps of Newton
+        // remain.
         let started = found.agreement.from_duals.as_ref().unwrap();
         assert!(started.newton_steps.is_some_and(|steps| steps <= 2), "{started:?}");
         let acts =
