@@ -1,6 +1,7 @@
-//! What Linux tells of a process, and the binary beside an example.
+//! What the system tells of a process, and the binary beside this one.
 
 use std::path::PathBuf;
+use std::time::Instant;
 use std::{env, fs};
 
 /// CPU time of all threads of a process so far \[s\], in hundredths; `None` where it is gone, or where the system does not tell.
@@ -12,10 +13,33 @@ pub fn cpu_seconds(process: &str) -> Option<f64> {
     Some((ticks(11)? + ticks(12)?) / 100.0)
 }
 
-/// The same of the example itself; NaN where the system does not tell.
+/// CPU time of all threads of this process so far \[s\], in hundredths; NaN where the system does not tell.
 pub fn own_cpu_seconds() -> f64 {
     cpu_seconds("self").unwrap_or(f64::NAN)
 }
+
+/// Measures what something takes of the processor, beside other work.
+pub struct Watch {
+    clock: Instant,
+    cpu: f64,
+}
+
+impl Watch {
+    /// Starts to measure.
+    pub fn start() -> Self {
+        Self { clock: Instant::now(), cpu: own_cpu_seconds() }
+    }
+
+    /// CPU time of all threads since then \[s\]: what the clock says, within the hundredth that the system tells; the clock alone
+    /// where it does not tell.
+    pub fn seconds(&self) -> f64 {
+        let (clock, cpu) = (self.clock.elapsed().as_secs_f64(), own_cpu_seconds() - self.cpu);
+        if cpu.is_nan() { clock } else { clock.clamp((cpu - HUNDREDTH).max(0.0), cpu + HUNDREDTH) }
+    }
+}
+
+/// How finely the system tells CPU time [s].
+const HUNDREDTH: f64 = 0.01;
 
 /// The most memory that was resident at any time \[bytes\], of the process `self` or a number; `None` as above.
 pub fn peak_memory(process: &str) -> Option<f64> {
@@ -25,7 +49,7 @@ pub fn peak_memory(process: &str) -> Option<f64> {
     Some(1024.0 * kib)
 }
 
-/// The binary that was built with this example.
+/// The binary of a name that was built beside this one.
 pub fn beside_this(name: &str) -> Result<PathBuf, Box<dyn std::error::Error>> {
     let built = env::current_exe()?.parent().map(|folder| folder.join(name));
     built

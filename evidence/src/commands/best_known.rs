@@ -7,7 +7,7 @@
 //! A line tells the cost of the discrete optimum and by how much it is above what is known. Ends with 1 where one is by more than 0.1 %
 //! or has no plan.
 
-use crate::words::{Misuse, Words};
+use evidence::words::{Misuse, Words};
 use slewkit::maneuver::{Settings, Target};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
@@ -20,7 +20,7 @@ use std::time::Instant;
 const NEAR: f64 = 1e-3;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
-    let word = words.next().unwrap_or_default();
+    let word = words.take().unwrap_or_default();
     let grids: Vec<usize> = words.numbers("number of steps")?;
     let mut files: Vec<_> = fs::read_dir(Path::new(evidence::ROOT).join("evidence/best_known"))?
         .filter_map(|entry| Some(entry.ok()?.path()))

@@ -5,7 +5,7 @@
 //! all that was tried, and with what becomes of it without the cones; with a folder, as one JSON plan file a case. Of these
 //! it counts for how many a shortest duration is found, and how much longer that is.
 
-use crate::words::Words;
+use evidence::words::Words;
 use slewkit::maneuver::{Problem, Rung, Settings};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::export::PlanFile;
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let count: u64 = words.number("number of cases", 2000)?;
-    let folder = words.next();
+    let folder = words.take();
     words.end()?;
     let settings = Settings::default();
     let (mut times, mut cone_time) = (Vec::new(), 0.0);

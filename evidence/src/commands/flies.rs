@@ -12,8 +12,8 @@
 //! of one or the other, of a fifth of the maneuvers, and of one chance of 5e-2 that any of these is exceeded at any time, what flights of other cases have; sampled over linear deviations; the time that gains, covariances and a flight take beside the solve alone; and a table of a
 //! published CubeSat and of an effort slew of it with 2 % of error in the inertia, open and closed loop.
 
-use crate::words::Words;
 use evidence::Random;
+use evidence::words::Words;
 use slewkit::assured::{self, Beside, Kept, Over};
 use slewkit::closed_loop::{Campaign, Flown, Moment, Plant, Proportion, Sampled};
 use slewkit::feedback::{Gains, Kind};

@@ -5,9 +5,9 @@
 //! many the first is the best, by how much the worst of all is dearer than an image of it, how often some images are solved and
 //! others are not, and how long plans take. The laws stand in `evidence::switching`.
 
-use crate::words::Words;
 use evidence::metamorphic::images;
 use evidence::switching::{KINDS, cost_and_gap, maneuver};
+use evidence::words::Words;
 use slewkit::maneuver::{Problem, Settings, Target};
 use slewkit::plan::{Silent, Status, plan};
 use std::error::Error;

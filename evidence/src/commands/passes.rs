@@ -12,7 +12,7 @@
 //! It prints how many are solved, how far the end of the plan is from the model of the sky that the planner does not use (full theories,
 //! not fitted, rates by differences), and how long a plan takes. Ends with 1 where a plan is not solved, or is off by more than 1″.
 
-use crate::words::Words;
+use evidence::words::Words;
 use evidence::{Random, median};
 use slewkit::maneuver::Aim;
 use slewkit::maneuver::constraint::angle_between;

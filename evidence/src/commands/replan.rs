@@ -14,7 +14,7 @@
 //! The time of a warm plan is the quickest of five runs, that of a search is of one: the ratio flatters the warm plan. `moving 10` is
 //! printed and does not decide how it ends: it was the first choice of bodies, and 98 of 100 of them took three steps.
 
-use crate::words::Words;
+use evidence::words::Words;
 use evidence::{Random, median};
 use slewkit::maneuver::{Outcome, Settings};
 use slewkit::optimize::search::solve;

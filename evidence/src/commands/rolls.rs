@@ -8,8 +8,8 @@
 //! It prints how many are as cheap as the best of the rolls, and how long a plan takes, as a multiple of that to the end that was
 //! found, given. Ends with 1 where fewer than 99.5 % are.
 
-use crate::words::Words;
 use evidence::Random;
+use evidence::words::Words;
 use slewkit::maneuver::{Aim, Path, Settings, Target};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Body, Direction, Matrix3, Problem, State, Vector3, lie};

@@ -5,7 +5,7 @@
 //! the JSON of OLD must be in that of NEW, bit for bit; NEW may say more. With a folder, specs and answers of OLD
 //! stay there for the next time. Ends with 1 where something differs.
 
-use crate::words::{Misuse, Words, parsed};
+use evidence::words::{Misuse, Words, parsed};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
