@@ -1,6 +1,6 @@
 //! Solve time of constrained slews: 100 steps, torque box, two keep-out cones, cold start.
 //!
-//! `cargo bench -p evidence --bench constrained` prints the median over 100 random slews that are
+//! `cargo bench -p benches --bench constrained` prints the median over 100 random slews that are
 //! solved, next to that of plans whose discrete motion meets the end, the part of it inside the
 //! cone solver, and the number of subproblems. `evidence/src/constrained.rs` has the law of the
 //! slews.

@@ -1,7 +1,7 @@
 //! The cost of a step of each integrator, of the implicit equation by three methods, and the
 //! conservation over long runs.
 //!
-//! `cargo bench -p evidence --bench integrators` measures one step of every method on the free
+//! `cargo bench -p benches --bench integrators` measures one step of every method on the free
 //! asymmetric body and on two dumbbells, then the implicit equation, then conservation over 10⁶
 //! and 10⁷ steps. Without `--bench` (as `cargo test` calls it) everything runs once and briefly.
 //! Times are the fastest of many batches, because other work on the machine moves a median.

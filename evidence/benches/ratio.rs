@@ -4,7 +4,7 @@
 //! Both use the library's own step. They run in turns, and the ratio is the median over the
 //! pairs, so that a drifting clock affects both. Then the whole default plan of another body
 //! follows: best homotopy class, second order, all witnesses, in turns with the plan that does
-//! not land. `cargo bench -p evidence --bench ratio`; without `--bench` (as `cargo test` calls
+//! not land. `cargo bench -p benches --bench ratio`; without `--bench` (as `cargo test` calls
 //! it) only the smallest grid runs, once.
 
 use evidence::measured;

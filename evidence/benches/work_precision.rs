@@ -1,7 +1,7 @@
 //! Work at equal energy error: the survey's two dumbbells, and two octahedra against
 //! Runge–Kutta–Fehlberg 7(8).
 //!
-//! `cargo bench -p evidence --bench work_precision`. Without `--bench` (as `cargo test` calls it)
+//! `cargo bench -p benches --bench work_precision`. Without `--bench` (as `cargo test` calls it)
 //! everything runs shortly, once. The figures of the first comparison are drawn by
 //! `slew compare problems/two_dumbbells.toml`.
 

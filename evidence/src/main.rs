@@ -1,7 +1,8 @@
-//! What the figures of slewkit are counted by: one program, a command for each count.
+//! The program that counts the figures of slewkit: one command for each count.
 //!
-//! `cargo run --release -p evidence -- COMMAND …`; `evidence help` is the index of the commands, `evidence help COMMAND` the page of
-//! one. Ends with 2 where the command line is wrong, with 1 where a count finds what must not be.
+//! `cargo run --release -p evidence -- COMMAND …` runs a command. `evidence help` lists the
+//! commands, and `evidence help COMMAND` prints the page of one. The exit code is 2 if the command
+//! line is wrong, and 1 if a count finds something that must not occur.
 
 #![forbid(unsafe_code)]
 
@@ -11,9 +12,9 @@ use commands::COMMANDS;
 use evidence::words::{Misuse, Words};
 use std::process::ExitCode;
 
-/// What the command line is for, above the index.
+/// The usage of the command line, printed above the index.
 const USE: &str = "usage: evidence COMMAND [WORD …]
-       evidence help [COMMAND]   what a command counts, and the words that it takes
+       evidence help [COMMAND]   what a command counts, and which words it takes
 
 commands:";
 
@@ -49,13 +50,14 @@ fn main() -> ExitCode {
     ExitCode::FAILURE
 }
 
-/// All commands, a line each.
+/// Returns the list of all commands, one line for each.
 fn index() -> String {
     let longest = COMMANDS.iter().map(|command| command.name.len()).max().unwrap_or_default();
     let line = |command: &commands::Command| format!("  {:longest$}  {}\n", command.name, command.counts());
     format!("{USE}\n{}", COMMANDS.iter().map(line).collect::<String>())
 }
 
+/// Reports a command that does not exist.
 fn unknown(name: &str) -> ExitCode {
     eprintln!("evidence: `{name}` is no command\n\n{}", index());
     ExitCode::from(2)

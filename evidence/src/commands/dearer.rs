@@ -1,4 +1,5 @@
 //! Whether a change of the search raises the cost of plans of least time and fuel, one by one.
+//!
 //! Changes of its constants are measured by this program.
 //!
 //! `cargo run --release -p evidence -- dearer COUNT FILE [KIND ...]` plans COUNT maneuvers

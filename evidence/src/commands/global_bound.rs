@@ -1,8 +1,9 @@
-//! Is the plan the best there is? Slews of a tilted body from rest to rest on coarse grids, each
-//! with a proved lower bound of the cost of every maneuver, whichever way round.
+//! The gaps between plans on coarse grids and proved lower bounds of the cost of every maneuver, in
+//! any homotopy class.
 //!
-//! `cargo run --release -p evidence --features sdp -- global_bound [STEPS]`: slews of a tilted body from rest to rest on grids of at
-//! most STEPS (4), up to 16. The bounds take the feature `sdp`, which links OpenBLAS.
+//! `cargo run --release -p evidence --features sdp -- global_bound [STEPS]`: slews of a tilted body
+//! from rest to rest on grids of at most STEPS (4), up to 16. The bounds need the feature `sdp`,
+//! which links OpenBLAS.
 
 use evidence::words::Words;
 use std::error::Error;

@@ -1,4 +1,4 @@
-//! All commands. A file of this folder is one, and what stands above its code is its page.
+//! All commands. Each file of this folder is one command, and the comment at its top is its page.
 
 mod best_known;
 mod consistency;
@@ -34,7 +34,7 @@ mod tiny_grids;
 use evidence::words::Words;
 use std::error::Error;
 
-/// A count by its name.
+/// A command and its name.
 pub struct Command {
     pub name: &'static str,
     source: &'static str,
@@ -42,15 +42,17 @@ pub struct Command {
 }
 
 impl Command {
-    /// What stands above the code: what is counted, by which law, the words that it takes, how it ends.
+    /// Returns the page of the command, the comment at the top of its file: what is counted, by
+    /// which law, which words the command takes, and how it ends.
     pub fn page(&self) -> String {
         let lines = self.source.lines().map_while(|line| line.strip_prefix("//!"));
         lines.map(|line| format!("{}\n", line.trim_start_matches(' '))).collect()
     }
 
-    /// What is counted, in a line.
-    pub fn counts(&self) -> &'static str {
-        self.source.lines().next().unwrap_or_default().trim_start_matches("//! ")
+    /// Returns what is counted: the first paragraph of the page, in one line.
+    pub fn counts(&self) -> String {
+        let page = self.page();
+        page.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
     }
 }
 

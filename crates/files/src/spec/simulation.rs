@@ -301,8 +301,8 @@ fn long_steps(gravity: &MutualGravity, section: &Section, members: &[Member<'_>]
     section.warn_here("W0137", reason, remedy);
 }
 
-/// Interactions a second on one processor, roughly: `cargo bench --bench bodies` prints the time of
-/// 10⁸.
+/// Interactions a second on one processor, roughly: `cargo bench -p benches --bench bodies` prints
+/// the time of 10⁸.
 const PER_SECOND: f64 = 2e8;
 
 /// Checks the steps: the implicit attitude equation has a solution at the start.

@@ -1,5 +1,5 @@
 //! Long runs: what compensated updates keep over 10⁶ steps (10⁷:
-//! `cargo bench --bench integrators`).
+//! `cargo bench -p benches --bench integrators`).
 
 use super::*;
 use crate::mechanics::body::Inertia;
