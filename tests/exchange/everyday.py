@@ -367,7 +367,7 @@ def main():
                 rows.append(compared(spec, folder, asked))
                 print(f"  {kind} {number}: " + ", ".join(
                     f"{name} {rows[-1][name][0]:.8g} in {rows[-1][name][1]:.2f} s" for name in ("slew", "direct", "expanded")
-                ) + ("; compared on more steps: {:.8g}, {:.8g}".format(*rows[-1]["pair"]) if "fine" in rows[-1] else ""))
+                ) + ("; compared on more steps: {:.8g}, {:.8g}".format(*rows[-1]["pair"]) if "fine" in rows[-1] else ""), flush=True)
             told(kind, rows)
 
 

@@ -73,20 +73,20 @@ const SECTIONS: [Section; 9] = [
         case: |name| of_file("evidence/best_known", name),
     },
     Section { name: "limited_arcs", quick: 7, names: || Ok(numbers(28)), case: limited_arc },
-    Section { name: "grids", quick: 12, names: || Ok(grid_names()), case: grid },
+    Section { name: "grids", quick: 6, names: || Ok(grid_names()), case: grid },
     Section { name: "families", quick: 10, names: || Ok(each(&["F10", "F11", "F12"], 40)), case: family },
     Section { name: "constrained_robustness", quick: 10, names: || Ok(numbers(100)), case: constrained_case },
-    Section { name: "images", quick: 30, names: || Ok(image_names()), case: image },
+    Section { name: "images", quick: 15, names: || Ok(image_names()), case: image },
     Section { name: "pulses", quick: 7, names: || Ok(each(&PULSES, 20)), case: pulses },
     Section { name: "public_set", quick: 20, names: || Ok(each(&PUBLIC, 200)), case: public },
 ];
 
 /// Steps of the maneuvers of `grids`.
-const GRIDS: [usize; 2] = [50, 100];
+const GRIDS: [usize; 1] = [100];
 
 /// Maneuvers of each kind of `grids`, and of `images`.
 const OF_GRIDS: usize = 3;
-const OF_IMAGES: usize = 20;
+const OF_IMAGES: usize = 10;
 
 const PULSES: [&str; 2] = ["box-pulses", "thruster-pulses"];
 
@@ -341,10 +341,11 @@ enum Change {
     Lost,
 }
 
-fn change(before: Option<&Row>, now: &Row, within: f64) -> Option<Change> {
-    let Some(before) = before.filter(|row| row.is_answer()) else {
+/// How a case compares with its row.
+fn change(before: &Row, now: &Row, within: f64) -> Option<Change> {
+    if !before.is_answer() {
         return now.is_answer().then_some(Change::New);
-    };
+    }
     if now.verdict != before.verdict {
         return Some(Change::Lost);
     }
@@ -360,11 +361,10 @@ fn change(before: Option<&Row>, now: &Row, within: f64) -> Option<Change> {
     }
 }
 
-fn told(row: Option<&Row>) -> String {
-    match row {
-        None => "not in the table".into(),
-        Some(Row { cost: Some(cost), seconds, .. }) => format!("{cost:.9e} in {seconds} s"),
-        Some(Row { verdict, .. }) => verdict.clone(),
+fn told(row: &Row) -> String {
+    match row.cost {
+        Some(cost) => format!("{cost:.10} in {} s", row.seconds),
+        None => row.verdict.clone(),
     }
 }
 
@@ -431,10 +431,10 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         [(Change::Better, "better"), (Change::Worse, "worse"), (Change::New, "new"), (Change::Lost, "lost")]
     {
         for ((section, name), row) in cases.iter().zip(&rows) {
-            let before = table.get(*section).and_then(|rows| rows.get(name));
+            let Some(before) = table.get(*section).and_then(|rows| rows.get(name)) else { continue };
             if self::change(before, row, within) == Some(change) {
                 counts[change as usize] += 1;
-                println!("{word:<7}{section}, {name}: {}; was {}", told(Some(row)), told(before));
+                println!("{word:<7}{section}, {name}: {}; was {}", told(row), told(before));
             }
         }
     }
@@ -447,10 +447,13 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     }
     times(&table, &cases, &rows);
     LEFT_OUT.iter().for_each(|(section, name, reason)| println!("left out: {section}, {name}: {reason}"));
+    let of_table =
+        |(section, name): &&(&str, String)| table.get(*section).is_some_and(|rows| rows.contains_key(name));
+    let added = cases.len() - cases.iter().filter(of_table).count();
     let [better, worse, new, lost] = counts;
     let answers = rows.iter().filter(|row| row.is_answer()).count();
     println!(
-        "{answers} answers of {} cases; {better} better, {worse} worse, {new} new, {} lost",
+        "{answers} answers of {} cases; {better} better, {worse} worse, {new} new, {} lost; {added} in no table yet",
         rows.len(),
         lost + gone
     );
@@ -498,7 +501,7 @@ fn times(table: &Table, cases: &[(&'static str, String)], rows: &[Row]) {
             }
         }
         if !now.is_empty() {
-            let sums = [now.iter().sum::<f64>(), was.iter().sum()];
+            let sums = [&now, &was].map(|seconds| seconds.iter().fold(0.0, |sum, one| sum + one));
             let (count, middles) = (now.len(), [median(&mut now), median(&mut was)]);
             println!(
                 "{:<24}{count:>7}{:>9.2}{:>9.2}{:>9.3}{:>9.3}",
