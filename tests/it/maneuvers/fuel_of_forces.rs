@@ -12,6 +12,8 @@ use slewkit::{Matrix3, Vector3, lie};
 
 pub(super) const MASS: f64 = 4.0;
 const STEPS: usize = 40;
+/// Steps of maneuvers that are planned several times, and compared with each other alone.
+pub(super) const FEW: usize = 24;
 
 pub(super) fn each(limit: f64) -> Limits {
     Limits { size: Some(vec![limit; 3]), ..Limits::default() }
@@ -172,7 +174,7 @@ fn is_cheapest_in_its_duration(sought: &Problem, price: f64) {
 #[test]
 fn a_duration_is_sought_in_a_frame_that_turns() {
     let fuel = |price| Objective::Fuel(Fuel { time_price: Some(price), ..Fuel::default() });
-    let turn = on_an_orbit(0.2).with_duration(Duration::SOUGHT);
+    let turn = on_an_orbit(0.2).with_steps(FEW).with_duration(Duration::SOUGHT);
     is_cheapest_in_its_duration(&turn.clone().with_objective(fuel(0.05)), 0.05);
     // The shortest one leaves nothing shorter, and a little more than it has a plan.
     let quickest = solved(&turn.clone().with_objective(Objective::Time)).solution.cost;
@@ -183,8 +185,11 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
     assert_eq!(given(1.001 * quickest), Status::Solved);
     assert_eq!(given(0.99 * quickest), Status::NotConverged);
     // Where the frame hardly turns it is that of a free body.
-    let slow = solved(&on_an_orbit(1e-7).with_duration(Duration::SOUGHT).with_objective(Objective::Time));
-    let free = on_an_orbit(0.0).with_duration(Duration::SOUGHT).with_objective(Objective::Time);
+    let slow = solved(
+        &on_an_orbit(1e-7).with_steps(FEW).with_duration(Duration::SOUGHT).with_objective(Objective::Time),
+    );
+    let free =
+        on_an_orbit(0.0).with_steps(FEW).with_duration(Duration::SOUGHT).with_objective(Objective::Time);
     near(slow.solution.cost, by_scp(&free).solution.cost, 1e-6);
 }
 
@@ -206,7 +211,7 @@ fn a_duration_is_sought_where_a_body_moves_through_a_field() {
     flight.start.velocity = Vector3::new(0.1, 0.8, -0.2);
     flight.end.velocity = Vector3::new(-0.3, 0.6, 0.1);
     let pull = SecondOrderGravity::new(0.8, MASS, &flight.body.inertia).unwrap();
-    let flight = flight.with_environment(pull).with_duration(Duration::SOUGHT);
+    let flight = flight.with_steps(FEW).with_environment(pull).with_duration(Duration::SOUGHT);
     let fuel = Fuel { time_price: Some(2.0), ..Fuel::default() };
     is_cheapest_in_its_duration(&flight.clone().with_objective(Objective::Fuel(fuel)), 2.0);
     let mut unlimited = flight.clone().with_objective(effort(1.0));

@@ -204,13 +204,13 @@ fn case(random: &mut Random, canted: bool, moves: bool) -> Problem {
         .with_actuation(Actuation::torques(torques))
 }
 
-/// Of 24 random maneuvers, every third in a duration that is sought; their arcs lead to the end by another integrator too, and none
+/// Of 12 random maneuvers, every third in a duration that is sought; their arcs lead to the end by another integrator too, and none
 /// burns less than without a shortest pulse.
 #[test]
 fn random_maneuvers_have_pulses_that_lead_to_the_end() {
     let mut random = Random::new(7);
     let mut found = 0;
-    for index in 0..24 {
+    for index in 0..12 {
         let problem = case(&mut random, index % 2 == 1, index % 4 > 1);
         let shortest = random.within(0.01, 0.08) * problem.seconds();
         let problem = pulsed(&problem, shortest);
@@ -235,7 +235,7 @@ fn random_maneuvers_have_pulses_that_lead_to_the_end() {
         // An extremal with a gap is no lower bound.
         assert!(switching.continuous_cost >= told.cost_without * (1.0 - 1e-3), "case {index}: {told:?}");
     }
-    assert!(found >= 22, "{found} of 24");
+    assert!(found >= 11, "{found} of 12");
 }
 
 #[test]

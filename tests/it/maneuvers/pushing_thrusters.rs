@@ -1,7 +1,7 @@
 //! Minimum fuel and time by thrusters that push and turn a body at once: closed forms, torques and forces of their own that do
 //! the same, what is refused.
 
-use super::fuel_of_forces::{MASS, each, flight, near, pushes};
+use super::fuel_of_forces::{FEW, MASS, each, flight, near, pushes};
 use super::minimum_time::solved;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, ProblemError};
 use slewkit::mechanics::{Actuation, ActuatorSet, ActuatorSetError, AxisFrame, Limits};
@@ -44,6 +44,7 @@ fn a_shift_costs_what_one_force_along_each_axis_does() {
     // Pushes along two axes at once are stronger: a body that turns on its way is there sooner.
     let fastest =
         by_thrusters([0.0; 3], shift, 1.25).with_objective(Objective::Time).with_duration(Duration::SOUGHT);
+    let fastest = fastest.with_steps(FEW);
     assert!(solved(&fastest).solution.cost < 2.0 * (MASS * 0.9 / 2.5_f64).sqrt());
 }
 
@@ -100,7 +101,7 @@ fn a_push_while_the_body_turns_goes_where_it_points() {
 #[test]
 fn a_weak_thruster_among_strong_ones_does_not_lead_the_search_astray() {
     let strong = by_thrusters([0.3, 0.2, -0.1], [0.5, -0.3, 0.4], 2.0);
-    let strong = strong.with_objective(Objective::Time).with_duration(Duration::SOUGHT);
+    let strong = strong.with_objective(Objective::Time).with_duration(Duration::SOUGHT).with_steps(FEW);
     let twelve = &strong.actuation;
     let (positions, directions) = (
         twelve.thrusters.as_ref().unwrap().positions.clone(),
