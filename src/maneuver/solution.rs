@@ -292,6 +292,8 @@ pub enum Rung {
     Scp,
     /// Newton on the active set, from what the convex iteration left.
     Polish,
+    /// The interior point.
+    InteriorPoint,
     /// Smoothed extremals of minimum time or fuel, from a path between the boundary states.
     Smoothed,
     /// Newton on switching times, from a smoothed extremal.
@@ -317,6 +319,7 @@ impl Rung {
             Self::Limits => "limits",
             Self::Scp => "scp",
             Self::Polish => "polish",
+            Self::InteriorPoint => "interior_point",
             Self::Smoothed => "smoothed",
             Self::Switches => "switches",
             Self::Pulses => "pulses",

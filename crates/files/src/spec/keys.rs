@@ -740,9 +740,9 @@ tables! {
     }
 
     static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
-        /// Which solver: shooting on the costates, or sequential convex programming. Default: auto, which
-        /// takes the second where something is constrained.
-        "method": Choice(&["auto", "shooting", "scp"], &[]);
+        /// Which solver: shooting on the costates, sequential convex programming, or an interior point within all limits.
+        /// Default: auto, which takes the second where something is constrained.
+        "method": Choice(&["auto", "shooting", "scp", "interior_point"], &[]);
         /// How much is tried before an answer counts as the best: quick, default, or thorough with two hundred starts.
         "search": Choice(&["quick", "default", "thorough"], &[]);
         /// Discretisation: lie_verlet (second order) or lie_euler (first order). Default: lie_verlet.
