@@ -484,10 +484,10 @@ impl Problem {
         self.objective.switches() && !self.switches()
     }
 
-    /// Builds the maneuver as `method` plans it: by SCP on equal steps.
+    /// Builds the maneuver as `method` plans it: by SCP and by the interior point on equal steps.
     #[doc(hidden)]
     pub fn planned_by(self, method: Method) -> Self {
-        let stepping = if method == Method::Scp { Stepping::Equal } else { self.stepping };
+        let stepping = if method.is_on_equal_steps() { Stepping::Equal } else { self.stepping };
         Self { stepping, ..self }
     }
 

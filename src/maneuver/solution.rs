@@ -301,6 +301,8 @@ pub enum Rung {
     Scp,
     /// Newton on the active set, from the result of the convex iteration.
     Polish,
+    /// The interior point.
+    InteriorPoint,
     /// Smoothed extremals of minimum time or fuel, from a path between the boundary states.
     Smoothed,
     /// Newton on switching times, from a smoothed extremal.
@@ -327,6 +329,7 @@ impl Rung {
             Self::Limits => "limits",
             Self::Scp => "scp",
             Self::Polish => "polish",
+            Self::InteriorPoint => "interior_point",
             Self::Smoothed => "smoothed",
             Self::Switches => "switches",
             Self::Pulses => "pulses",

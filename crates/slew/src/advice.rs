@@ -1,7 +1,7 @@
 //! The suggested next commands, the most promising first.
 
 use super::SpecArgs;
-use slewkit::maneuver::{Method, Outcome, Problem, Settings};
+use slewkit::maneuver::{Outcome, Problem, Settings};
 use slewkit::numerics::figures::{about, rounded_up, short};
 use slewkit::plan::{Plan, Status};
 use slewkit::verify::Accuracy;
@@ -51,7 +51,7 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         from it: --guess neighbour.json"
             .to_string()
     };
-    let convex = solution.method == Method::Scp;
+    let convex = solution.method.is_on_equal_steps();
     let witnessed = plan.verification.as_ref();
     let accuracy = witnessed.map(|found| Accuracy::of(found, problem, settings.continuous_limit()));
     // The discrete maneuver is solved; the true motion under its torque ends elsewhere.

@@ -52,7 +52,7 @@ pub(super) fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>)
 fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
     let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
     // SCP has ranked what it found from its own seeds: its winner is on the requested grid, its rivals are not.
-    let ranked = |plan: &Attempt| plan.candidate.provenance.method == Road::Scp;
+    let ranked = |plan: &Attempt| plan.candidate.provenance.method.is_on_equal_steps();
     let elsewhere = |plan: &Attempt| plan.candidate.steps() != search.problem.steps;
     let own = !search.is_free() || found.is_guessed() || found.plans().iter().any(elsewhere);
     if !(own && found.plans().iter().any(ranked)) {
@@ -62,7 +62,10 @@ fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution 
     // One that cannot be followed from its start is no plan.
     let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
     let shortfall = found.shortfall.clone();
-    let method = if search.ask.shooting { Road::Shooting } else { Road::Scp };
+
+    let asked = search.context.settings.method;
+    let own = if asked == Road::InteriorPoint { asked } else { Road::Scp };
+    let method = if search.ask.shooting { Road::Shooting } else { own };
     let mut solution = Solution { method, rivals, shortfall, ..unsolved };
     if let Some(chosen) = found.best().or(found.missed()) {
         write(search, &found.work, &mut solution, chosen);
@@ -82,7 +85,7 @@ fn rival<const N: usize>(search: &Search<N>, rival: &Attempt) -> Rival {
     let Way { sense, turned_deg, .. } = asked::way(search, candidate);
     let conjugate_points = match candidate.provenance.method {
         _ if !search.context.settings.test_second_order => None,
-        Road::Scp => None,
+        Road::Scp | Road::InteriorPoint => None,
         _ => second_order::conjugate_points(asked::told_on(search, candidate), &candidate.costate::<N>()),
     };
     let (start, cost) = (candidate.provenance.start.clone(), rival.cost * search.fine.dynamics.units.cost);
@@ -133,7 +136,7 @@ pub(super) fn write_aimed<const N: usize>(
     if candidate.steps() != search.problem.steps {
         return;
     }
-    let scp = provenance.method == Road::Scp;
+    let scp = provenance.method.is_on_equal_steps();
     let chain = scp.then(|| {
         let mut chain = search.chain_of_given_duration(candidate.steps());
         if let Some(target) = target {

@@ -90,7 +90,7 @@ pub(super) fn told_on<'s, 'a, const N: usize>(
 /// How a candidate goes round.
 pub(super) fn way<const N: usize>(search: &Search<N>, candidate: &Candidate) -> Way {
     let way = match candidate.provenance.method {
-        Road::Scp => {
+        Road::Scp | Road::InteriorPoint => {
             let mut path = Follower::new();
             let model = Model::new(search.problem, candidate.steps());
             for (attitude, rate) in body_rates(&model, candidate) {

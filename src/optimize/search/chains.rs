@@ -32,11 +32,14 @@ use super::transfer::transfer;
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::Problem;
+use crate::maneuver::settings;
 use crate::maneuver::solution::{Rung, Trajectory};
 use crate::mechanics::environment::Pose;
 use crate::optimize::discrete::candidate::{Candidate, Provenance};
 use crate::optimize::discrete::step::{Dynamics, Point};
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::methods::interior_point::method::InteriorPoint;
+use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
@@ -125,8 +128,22 @@ pub(super) fn descend<const N: usize>(
     seed: Candidate,
 ) {
     let options = options(search, chain);
-    let attempt = search.context.attempt(Rung::Scp, &ConvexIteration { chain, options: &options }, seed);
-    found.keep(attempt);
+    found.keep(optimised(search, chain, &options, seed));
+}
+
+/// What the interior point makes of a candidate where that is asked for, or else the convex iteration.
+fn optimised<const N: usize>(
+    search: &Search<N>,
+    chain: &Chain,
+    options: &ScpOptions,
+    from: Candidate,
+) -> Attempt {
+    if search.context.settings.method != settings::Method::InteriorPoint {
+        return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
+    }
+    let tuning = Tuning::default();
+    let polish = Some(options).filter(|options| options.polish);
+    search.context.attempt(Rung::InteriorPoint, &InteriorPoint { chain, tuning: &tuning, polish }, from)
 }
 
 /// How the iteration ends on the grid of a chain.
@@ -220,7 +237,7 @@ fn refine<const N: usize>(
             let near = (tried.cost - plan.cost).abs() <= NEAR * plan.cost;
             search.context.noted(Rung::Scp, near.then_some(tried)?)
         }
-        Road::Convex => search.context.attempt(Rung::Scp, &ConvexIteration { chain: fine, options }, start),
+        Road::Convex => optimised(search, fine, options, start),
     };
     if attempt.converged() {
         found.add_work(&attempt);

@@ -82,6 +82,7 @@ use super::given_duration::{search_of, searched};
 use super::goal::{SAME_COST, cheapest};
 use super::ladder::Ask;
 use super::paths::shortest_way;
+use super::rungs::interior;
 use super::shares::SHARE;
 use super::switching;
 use crate::Vector3;
@@ -154,7 +155,10 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     // To any attitude there is none, unless the body has the rate that it should have.
     let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
     let mut within = None;
+    let interior = interior::plans(problem, context.settings);
     let quick = match problem.motion {
+        // Paths about a fixed axis, bent and past cones, are enough.
+        _ if interior => unsolved.clone(),
         Motion::Attitude if !open || arrived => {
             let bare = without_field(bare);
             let unconstrained = may_be_unconstrained(problem)
@@ -278,7 +282,11 @@ fn of_dimension<const N: usize>(
     context: &Context,
     quick: &Trajectory,
 ) -> Solution {
-    let goal = Goal { objective: objective.clone(), effort: Effort::of_share(SHARE) };
+    let interior = objective.switches()
+        && interior::plans(&stated.clone().with_objective(objective.clone()), context.settings);
+    // The interior point needs no effort that decides what time and fuel leave open.
+    let share = if interior { 0.0 } else { SHARE };
+    let goal = Goal { objective: objective.clone(), effort: Effort::of_share(share) };
     let advise = !objective.counts_time();
     let lands = context.lands() || stated.met().is_some();
     let ask = Ask { advise, lands, ..Ask::of_goal(Some(goal), context.settings) };
@@ -288,9 +296,12 @@ fn of_dimension<const N: usize>(
     if paths.is_empty() {
         // Without a plan of inputs that switch.
         paths.push(shortest_way(&coarse.model));
+        if interior {
+            paths = bent(paths);
+        }
     }
-    let unlimited = unlimited_paths(&search, &coarse);
-    if objective.fuel().is_some() {
+    let unlimited = if interior { Vec::new() } else { unlimited_paths(&search, &coarse) };
+    if objective.fuel().is_some() && !interior {
         paths.extend(effort_paths(&search, &unlimited));
     }
     paths.extend(unlimited);
@@ -300,7 +311,7 @@ fn of_dimension<const N: usize>(
         // The nearest miss may have a duration of its own, which is none of a plan.
         let missed = found.missed();
         let mut unsolved = Solution {
-            method: Method::Scp,
+            method: if interior { Method::InteriorPoint } else { Method::Scp },
             outcome: context.interrupt().or(missed.map(|missed| missed.outcome)).unwrap_or(Outcome::Stalled),
             shortfall: missed.and_then(|missed| missed.shortfall.clone()),
             ..Solution::unsolved(stated, context.settings.tolerance)

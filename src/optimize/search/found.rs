@@ -2,7 +2,6 @@
 
 use super::pool::{Pool, SAME};
 use super::starts::GUESS;
-use crate::maneuver::settings::Method as Road;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Solution};
 use crate::maneuver::switching::Switching;
@@ -115,7 +114,7 @@ pub(super) fn cheapest_first(mut plans: Vec<Attempt>) -> Vec<Attempt> {
 
 /// Whether two attempts ended at the same plan.
 pub(super) fn same<const N: usize>(a: &Attempt, b: &Attempt) -> bool {
-    if b.candidate.provenance.method == Road::Scp {
+    if b.candidate.provenance.method.is_on_equal_steps() {
         return (a.cost - b.cost).abs() <= SAME_COST * b.cost.abs().max(1e-12);
     }
     let (a, b) = (a.candidate.costate::<N>(), b.candidate.costate::<N>());

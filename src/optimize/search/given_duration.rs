@@ -7,7 +7,6 @@ use super::{advice, answer, any_attitude, asked, rungs, shots, starts};
 use crate::Vector3;
 use crate::maneuver::infeasible;
 use crate::maneuver::problem::{Motion, Path, Problem};
-use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::mechanics::Description;
 use std::f64::consts::PI;
@@ -40,7 +39,7 @@ fn answer<const N: usize>(search: &Search<N>) -> Solution {
     let mut found = search.climb();
     let solution = answer::conclude(search, &mut found);
     let mut solution = asked::held_to_its_way(search, solution);
-    if solution.method == Method::Scp {
+    if solution.method.is_on_equal_steps() {
         if search.ask.shooting {
             solution = answer::confirm(search, solution);
         }

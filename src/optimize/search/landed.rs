@@ -7,7 +7,9 @@ use crate::maneuver::settings::Method as Road;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate};
-use crate::optimize::methods::method::{Attempt, Method, Swept};
+use crate::optimize::methods::interior_point::method::InteriorPoint;
+use crate::optimize::methods::interior_point::tuning::Tuning;
+use crate::optimize::methods::method::{Attempt, Budget, Method, Swept};
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration};
@@ -23,7 +25,7 @@ pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> O
     if !ready || search.stopped() {
         return None;
     }
-    if candidate.provenance.method != Road::Scp {
+    if !candidate.provenance.method.is_on_equal_steps() {
         return costate_landed(search, attempt, &candidate.costate());
     }
     let mut chain = search.chain_of_given_duration(candidate.steps());
@@ -31,8 +33,11 @@ pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> O
         Some(record::chain(search.problem, &search.fine, chain, &attempt.candidate).ok()?.trajectory)
     };
     let options = &search.ask.last;
+    let interior = candidate.provenance.method == Road::InteriorPoint;
     land_chain(Aim::of(search.problem), &mut chain, attempt.clone(), record, |chain, attempt| {
-        warm(search, chain, attempt, options)
+        let again = interior
+            .then(|| search.context.within(|budget| within_limits(chain, attempt, Some(options), budget)));
+        again.flatten().or_else(|| warm(search, chain, attempt, options))
     })
 }
 
@@ -81,6 +86,25 @@ fn warm<const N: usize>(
     })
 }
 
+/// Solves again on a chain that is aimed a little elsewhere by the interior point: its optimum is the centre of all that are as cheap,
+/// and moves with the aim.
+fn within_limits(
+    chain: &Chain,
+    attempt: &Attempt,
+    polish: Option<&ScpOptions>,
+    budget: &Budget,
+) -> Option<Attempt> {
+    let tuning = Tuning::default();
+    let again = InteriorPoint { chain, tuning: &tuning, polish }.improve(attempt.candidate.clone(), budget);
+    let provenance = attempt.candidate.provenance.clone();
+    again.converged().then(|| Attempt {
+        candidate: Candidate { provenance, ..again.candidate },
+        runs: attempt.runs.clone(),
+        work: attempt.work,
+        ..again
+    })
+}
+
 /// A plan of a chain with a goal, whose duration may be sought, made to land, and the share of the effort in its cost.
 pub(super) fn landed_with_goal<const N: usize>(
     search: &Search<N>,
@@ -108,6 +132,9 @@ pub(super) fn landed_with_goal<const N: usize>(
     let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone() };
     let mut least = goal.effort.share;
     let solve = |chain: &Chain, attempt: &Attempt| {
+        if found.candidate.provenance.method == Road::InteriorPoint {
+            return search.context.within(|budget| within_limits(chain, attempt, None, budget));
+        }
         let sharp = warm(search, chain, attempt, &options);
         if sharp.is_some() || !goal.objective.switches() {
             return sharp;

@@ -50,7 +50,7 @@ impl PeakMemory {
         let steps = problem.steps as f64;
         let moves = problem.motion == Motion::RigidBody;
         let plain = BASE + steps * if moves { NODE_WITH_POSITION } else { NODE };
-        let shooting = settings.method != Method::Scp && control_law::obstacle(problem).is_none();
+        let shooting = !settings.method.is_on_equal_steps() && control_law::obstacle(problem).is_none();
         let convex = settings.method == Method::Auto && problem.is_constrained() || !shooting;
         if problem.clone().planned_by(settings.method).switches() || !convex {
             return Self { likely: plain, most: plain };

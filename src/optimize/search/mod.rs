@@ -334,7 +334,10 @@ fn solve_on(
         Formulation::Chain => {
             check_for_chain(problem, settings, guess)?;
             let context = Context::new(settings, observer);
-            Ok(limited::with_arcs(problem, &context, cheapest::solve(problem, &context)))
+            let found = cheapest::solve(problem, &context);
+            // Arcs are what a search by SCP begins from and leads to.
+            let arcs = settings.method != Method::InteriorPoint;
+            Ok(if arcs { limited::with_arcs(problem, &context, found) } else { found })
         }
     }
 }
@@ -386,7 +389,7 @@ fn in_given_duration(
     if settings.method == Method::Shooting {
         obstacle.clone()?;
     }
-    let shooting = settings.method != Method::Scp && obstacle.is_ok();
+    let shooting = !settings.method.is_on_equal_steps() && obstacle.is_ok();
     let fits = check_for_scp(problem);
     if !shooting {
         fits.clone()?;

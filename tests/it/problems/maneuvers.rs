@@ -2,7 +2,7 @@
 
 use super::told::{picture_faults, summary_faults};
 use slewkit::maneuver::problem::Problem;
-use slewkit::maneuver::settings::{Settings, Target};
+use slewkit::maneuver::settings::{Method, Settings, Target};
 use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
 use slewkit_files::spec::{self, Expect, Format, Loaded, Spec};
 use std::path::PathBuf;
@@ -79,6 +79,29 @@ fn a_time_limit_ends_the_convex_road_on_a_fine_grid() {
     let most = slewkit::optimize::search::MAX_CONVEX_STEPS;
     let error = plan_error(&problem.with_steps(most + 1), &settings);
     assert_eq!(error, PlanError::TooManySteps { steps: most + 1 });
+}
+
+/// Other programs' costs of least time and fuel within limits are met by the interior point as well, on the same grids.
+#[test]
+fn the_interior_point_has_the_costs_of_other_programs() {
+    let names = [
+        "shortest_keep_out",
+        "shortest_rate",
+        "shortest_torque_rate",
+        "shortest_wheels",
+        "minimum_fuel_wheels",
+        "minimum_fuel_keep_out",
+    ];
+    for name in names {
+        let Loaded { problem, settings, expect, .. } = problem(name);
+        let settings = Settings { method: Method::InteriorPoint, ..settings };
+        let plan = solve(&problem, &settings);
+        let mut expect = expect.unwrap_or_else(|| panic!("{name} expects something"));
+        // Arcs are another method's.
+        (expect.continuous_cost, expect.switches, expect.gap_at_most) = (None, None, None);
+        assert_eq!(unmet(&expect, &plan), Vec::<String>::new(), "{name}: {:?}", plan.solution.shortfall);
+        assert_eq!(plan.solution.method, Method::InteriorPoint);
+    }
 }
 
 fn plan_error(problem: &Problem, settings: &Settings) -> PlanError {

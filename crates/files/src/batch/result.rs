@@ -73,7 +73,7 @@ pub struct CaseResult {
     /// Number of steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<usize>,
-    /// "shooting" or "scp".
+    /// "shooting", "scp" or "interior_point".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
     /// The outcome of the solve.

@@ -36,7 +36,7 @@ pub struct PlanFile<'a> {
     pub exit_code: u8,
     /// Name of the maneuver.
     pub name: String,
-    /// The solver: "shooting", or "scp" for sequential convex programming.
+    /// The solver: "shooting", "scp" for sequential convex programming, or "interior_point".
     pub method: String,
     /// "lie_verlet" or "lie_euler".
     pub scheme: String,
@@ -314,11 +314,12 @@ impl<'a> PlanFile<'a> {
         if none {
             return Ok(problem.clone());
         }
-        let scp = self.method == Method::Scp.name();
+        let mut of_chain = [Method::Scp, Method::InteriorPoint].into_iter();
+        let own = of_chain.find(|method| method.name() == self.method);
         let arcs = self.method == Method::Shooting.name() && self.switching.is_some();
         let planned = match problem.clone() {
             problem if arcs => problem.planned_on_arcs(),
-            problem => problem.planned_by(if scp { Method::Scp } else { Method::Auto }),
+            problem => problem.planned_by(own.unwrap_or(Method::Auto)),
         };
         let problem = self.trajectory.0.completed(&planned).with_steps(steps).with_scheme(scheme);
         check_trajectory(&self.trajectory.0, &problem)?;

@@ -104,8 +104,11 @@ pub(super) fn differences(
         (None, Some(_)) => apart.tell("landing", &Value::Null, &"a target that was shifted"),
         (None, None) => {}
     }
-    if ![Method::Shooting, Method::Scp].iter().any(|method| method.name() == file.method) {
-        apart.tell("method", &file.method, &"shooting or scp");
+    if ![Method::Shooting, Method::Scp, Method::InteriorPoint]
+        .iter()
+        .any(|method| method.name() == file.method)
+    {
+        apart.tell("method", &file.method, &"shooting, scp or interior_point");
     }
     match &file.switching {
         Some(switching) => apart.switching(switching),

@@ -13,7 +13,7 @@ impl PlanFile<'_> {
     /// [`ExportError::Scheme`].
     pub fn plan(&self) -> Result<Plan, ExportError> {
         let scheme = self.scheme().ok_or_else(|| ExportError::Scheme(self.scheme.clone()))?;
-        let methods = [Method::Shooting, Method::Scp];
+        let methods = [Method::Shooting, Method::Scp, Method::InteriorPoint];
         let method = methods.into_iter().find(|method| method.name() == self.method).unwrap_or(Method::Auto);
         let mut solution = Solution::unknown();
         solution.outcome = self.outcome;

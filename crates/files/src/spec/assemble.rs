@@ -168,7 +168,7 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         steps,
         chooses_steps: !section.has("steps") && !section.has("step_s"),
         scheme,
-        stepping: if settings.method == Method::Scp { Stepping::Equal } else { Stepping::Formulated },
+        stepping: if settings.method.is_on_equal_steps() { Stepping::Equal } else { Stepping::Formulated },
         path,
         constraints,
         alternatives,

@@ -784,9 +784,9 @@ tables! {
     }
 
     static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
-        /// The solver: shooting on the costates, or sequential convex programming. Default: auto,
-        /// which uses the second if the maneuver has constraints.
-        "method": Choice(&["auto", "shooting", "scp"], &[]);
+        /// The solver: shooting on the costates, sequential convex programming, or an interior point
+        /// within all limits. Default: auto, which uses the second if the maneuver has constraints.
+        "method": Choice(&["auto", "shooting", "scp", "interior_point"], &[]);
         /// The number of attempts before an answer counts as the best: quick, default, or
         /// thorough with two hundred starts.
         "search": Choice(&["quick", "default", "thorough"], &[]);

@@ -116,6 +116,7 @@ pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
     settings.method = match section.word("method") {
         Some("shooting") => Method::Shooting,
         Some("scp") => Method::Scp,
+        Some("interior_point") => Method::InteriorPoint,
         _ => Method::Auto,
     };
     settings.search = match section.word("search") {

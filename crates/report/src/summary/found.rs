@@ -33,6 +33,7 @@ pub(super) fn method(problem: &Problem, solution: &Solution) -> String {
             }
             None => "SCP".into(),
         },
+        Method::InteriorPoint => "interior point".into(),
         Method::Shooting | Method::Auto if problem.switches() => {
             "shooting: smoothed extremals, then switching times".into()
         }
@@ -95,8 +96,8 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
     lines.extend(solution.chosen.as_ref().map(|chosen| line("steps", &steps(solution.steps, chosen))));
     let optimality = &solution.optimality;
     let second = match optimality.conjugate_points {
-        Some(0) if solution.method == Method::Scp => "strict local minimum".into(),
-        Some(count) if solution.method == Method::Scp => {
+        Some(0) if solution.method.is_on_equal_steps() => "strict local minimum".into(),
+        Some(count) if solution.method.is_on_equal_steps() => {
             format!("cost decreases in {}: not a minimum", counted(count, "direction"))
         }
         Some(0) => "no conjugate point".into(),
@@ -128,7 +129,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         };
         let mut path = format!("{}, turned {:.1} deg", way(problem, rival.sense), rival.turned_deg);
         // Paths on different sides of a cone may have one homotopy class.
-        if solution.method == Method::Scp {
+        if solution.method.is_on_equal_steps() {
             path.push_str(&format!(", from {}", escape(&rival.start)));
         }
         if solution.switching.is_some() && !problem.is_shaped() {
@@ -327,9 +328,9 @@ fn minimal(solution: &Solution) -> String {
 /// Iterations of the winning start over all grids, and the residuals of those on the requested
 /// grid.
 fn iterations(solution: &Solution) -> Vec<String> {
-    let convex = solution.method == Method::Scp;
+    let convex = solution.method.is_on_equal_steps();
     let won = |rung: &&RungReport| {
-        let method = convex == [Rung::Scp, Rung::Polish].contains(&rung.rung);
+        let method = convex == [Rung::Scp, Rung::Polish, Rung::InteriorPoint].contains(&rung.rung);
         method && rung.start == solution.start && rung.outcome == Outcome::Converged
     };
     let won: Vec<&RungReport> = solution.ladder.iter().filter(won).collect();

@@ -3,7 +3,7 @@
 
 use super::found::terminal;
 use super::lines::Lines;
-use slewkit::maneuver::{Method, Outcome, Problem, RungReport, Solution, TerminalError};
+use slewkit::maneuver::{Outcome, Problem, RungReport, Solution, TerminalError};
 use slewkit::numerics::figures::{about, counted, error, rounded_up, short, significant};
 use slewkit_files::spec::escape;
 
@@ -11,7 +11,7 @@ pub(super) fn stopped(solution: &Solution) -> &'static str {
     match solution.outcome {
         Outcome::Converged => "the terminal conditions are met",
         Outcome::IterationLimit => "the iteration limit was reached",
-        Outcome::Stalled if solution.method == Method::Scp => {
+        Outcome::Stalled if solution.method.is_on_equal_steps() => {
             "no plan was found within the limits and constraints"
         }
         Outcome::Stalled => "no step reduces the terminal error any more",

@@ -47,6 +47,8 @@ const LONGEST_STRETCH: [f64; 2] = [0.5, 3.0];
 /// The duration's increment is one of `s^POWER`, in which the limits of inputs are linear: `s ← s (1 + POWER ζ)^(1/POWER)`. A first
 /// derivative `f'` by `ln s` is one by ζ too, and a second one becomes `f'' − POWER f'`.
 const POWER: f64 = 2.0;
+/// A multiplier below this adds no curvature that a step would feel.
+const FELT: f64 = 1e-9;
 /// A duration in which a path is just within the limits is stretched by this.
 const ROOM: f64 = 1.1;
 
@@ -134,7 +136,8 @@ struct Stage {
     carried: Vector3,
     /// Physical angular velocity at the node.
     rate: Vector3,
-    /// The drift: `F`, its logarithm, momentum and attitude after.
+    /// The drift; its turn, the logarithm of that, momentum and attitude after.
+    drift: Option<GyrostatDrift>,
     turned: Matrix3,
     arc: Vector3,
     momentum_after: Vector3,
@@ -485,6 +488,7 @@ impl<'a> ChainProgram<'a> {
             linear,
             carried,
             rate,
+            drift: None,
             turned: Matrix3::identity(),
             arc: Vector3::zeros(),
             momentum_after: after,
@@ -503,6 +507,7 @@ impl<'a> ChainProgram<'a> {
                 stage.attitude_after = lie::exp(&(passed * (-h * stretch))) * stage.attitude_after;
             }
             stage.position_after = position + linear * h;
+            stage.drift = Some(drift);
         }
         Some(stage)
     }
@@ -1017,11 +1022,7 @@ impl ChainProgram<'_> {
         }
         space.kick_first.push(space.kick.len());
         // The drift.
-        let drift = if k < model.steps {
-            Some(model.dynamics.gyrostat_drift(k, &stage.momentum, &stage.carried).ok()?)
-        } else {
-            None
-        };
+        let drift = stage.drift.as_ref();
         let defect = &out.values.defects[k * n..][..n];
         let off = Vector3::new(defect[zeta], defect[zeta + 1], defect[zeta + 2]);
         let frame = lie::exp(&off);
@@ -1034,7 +1035,7 @@ impl ChainProgram<'_> {
         for i in 0..3 {
             space.turn[zeta + i] = f_t.column(i).into_owned();
         }
-        if let Some(drift) = &drift {
+        if let Some(drift) = drift {
             for i in 0..3 {
                 space.arc[pi + i] = drift.by_momentum.column(i).into_owned();
             }
@@ -1297,7 +1298,9 @@ impl ChainProgram<'_> {
                             space.by_y[duration] = found.by_duration;
                         }
                         of_arc += found.by_arc * multiplier;
-                        self.bend_cone(cone, k, stage, multiplier, space);
+                        if multiplier.abs() > FELT {
+                            self.bend_cone(cone, k, stage, multiplier, space);
+                        }
                     }
                     if cone.is_of_arc() {
                         through_kick(space, multiplier, m, places, out);
@@ -1313,7 +1316,7 @@ impl ChainProgram<'_> {
                 (_, What::Burn { .. } | What::BurnOfNorm { .. }) => {}
             }
         }
-        if let Some(drift) = &drift {
+        if let Some(drift) = drift {
             self.bend_drift(k, stage, drift, (&frame, next), of_arc, space);
             if let Some(duration) = model.duration.filter(|_| passed != Vector3::zeros()) {
                 let mu = frame.tr_mul(&Vector3::new(next[zeta], next[zeta + 1], next[zeta + 2]));

@@ -6,6 +6,8 @@ use super::tuning::Tuning;
 use crate::maneuver::constraint::{Constraint, Direction, During, Pointing, Rule, Side};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
+use crate::maneuver::settings;
+use crate::maneuver::solution::Outcome;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::{Body, Inertia};
 use crate::optimize::discrete::candidate::Candidate;
@@ -13,9 +15,9 @@ use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
 use crate::optimize::methods::scp::model::{Effort, Goal};
 use crate::optimize::methods::scp::road::{Chain, path};
 use crate::optimize::methods::scp::tests::straight;
+use crate::optimize::search;
 use crate::testing::Random;
 use crate::{Matrix3, Vector3, lie};
-use std::time::Instant;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
@@ -56,7 +58,7 @@ fn everyday(random: &mut Random, kind: Kind) -> Problem {
     }
     if matches!(kind, Kind::Cone | Kind::Effort) {
         let count = draw(1.0, 4.0) as usize;
-        for side in sides.iter().take(count) {
+        for (index, side) in sides.iter().take(count).enumerate() {
             let (half, part, far) = (draw(8.0, 25.0).to_radians(), draw(0.25, 0.75), draw(0.2, 1.1));
             let seen = lie::exp(&(axis * (angle * part))) * boresight;
             let off = (side - seen * seen.dot(side)).normalize();
@@ -73,57 +75,58 @@ fn everyday(random: &mut Random, kind: Kind) -> Problem {
                     margin: 0.0,
                     during: During::default(),
                 });
-                problem = problem.with_constraint(Constraint { name: "cone".into(), rule });
+                problem = problem.with_constraint(Constraint { name: format!("cone {index}"), rule });
             }
         }
     }
     problem
 }
 
-fn solved(problem: &Problem, kind: Kind, steps: usize, tuning: &Tuning) -> (Attempt, f64) {
+fn solved(problem: &Problem, kind: Kind) -> Attempt {
+    let steps = problem.steps;
     let chain = if kind == Kind::Effort {
         Chain::new(problem, steps)
     } else {
         Chain::with_goal(problem, steps, &Goal { objective: Objective::Time, effort: Effort::of_share(0.0) })
     };
     let start: Candidate = path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter());
-    let began = Instant::now();
     let budget = Budget { iterations: 200, watch: Watch::NONE };
-    let attempt = InteriorPoint { chain: &chain, tuning }.improve(start, &budget);
-    (attempt, began.elapsed().as_secs_f64())
+    InteriorPoint { chain: &chain, tuning: &Tuning::default(), polish: None }.improve(start, &budget)
 }
 
 /// Maneuvers of each kind.
 const CASES: usize = 8;
 
-/// Nearly all are solved from their one start: 2,792 of 2,800 in a count of another implementation.
+/// Each from its one start, to round-off: 2,792 of 2,800 in a count of another implementation, in 13 to 21 iterations to 1e-8.
 #[test]
 fn everyday_maneuvers_are_solved_from_one_start() {
     for kind in [Kind::Time, Kind::Rate, Kind::Cone, Kind::Effort] {
         let mut random = Random(kind as u64 + 1);
-        let (mut iterations, mut seconds, mut unsolved) = (Vec::new(), Vec::new(), Vec::new());
+        let mut iterations = Vec::new();
         for case in 0..CASES {
-            let problem = everyday(&mut random, kind);
-            let (attempt, took) = solved(&problem, kind, problem.steps, &Tuning::default());
-            let count = attempt.runs.first().map_or(0, |run| run.report.iterations);
-            if attempt.converged() {
-                iterations.push(count);
-                seconds.push(took);
-            } else {
-                unsolved.push((case, attempt.outcome, count, attempt.residual, attempt.stationarity));
-            }
+            let attempt = solved(&everyday(&mut random, kind), kind);
+            let told = (attempt.outcome, attempt.residual, attempt.stationarity);
+            assert!(attempt.converged() && attempt.residual < 1e-9, "{kind:?} {case}: {told:?}");
+            assert!(attempt.stationarity < 1e-8, "{kind:?} {case}: {told:?}");
+            iterations.extend(attempt.runs.first().map(|run| run.report.iterations));
         }
         iterations.sort();
-        seconds.sort_by(f64::total_cmp);
-        let (middle, most) = (iterations.len() / 2, iterations.len() - 1);
-        println!(
-            "{kind:?}: {} of {CASES}, {} to {} iterations, {:.1} to {:.1} ms, {unsolved:?}",
-            iterations.len(),
-            iterations[middle],
-            iterations[most],
-            1e3 * seconds[middle],
-            1e3 * seconds[most],
-        );
-        assert!(unsolved.is_empty(), "{kind:?} {unsolved:?}");
+        assert!(iterations[CASES / 2] < 45, "{kind:?} {iterations:?}");
+    }
+}
+
+/// The whole plan, with its search over starts and its landing.
+#[test]
+fn everyday_maneuvers_land() {
+    for kind in [Kind::Rate, Kind::Cone] {
+        let mut random = Random(kind as u64 + 1);
+        let problem = everyday(&mut random, kind);
+        let problem = problem.with_objective(Objective::Time).with_duration(crate::Duration::SOUGHT);
+        let settings =
+            settings::Settings { method: settings::Method::InteriorPoint, ..settings::Settings::default() };
+        let found = search::solve(&problem, &settings, None, &mut search::Silent).unwrap();
+        assert_eq!(found.outcome, Outcome::Converged, "{kind:?}: {:?}", found.shortfall);
+        let landing = found.landing.expect("it lands");
+        assert!(landing.misses.last().is_some_and(|miss| *miss < 1e-9), "{kind:?}: {landing:?}");
     }
 }

@@ -5,6 +5,7 @@ use super::iteration::{End, Run, Solver};
 use super::program::Program;
 use super::tuning::Tuning;
 use crate::Vector3;
+use crate::maneuver::settings;
 use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
 use crate::maneuver::solution::Outcome;
 use crate::mechanics::environment::Pose;
@@ -12,14 +13,18 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
+use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::first_iterate;
 use crate::optimize::methods::scp::iterate::Iterate;
+use crate::optimize::methods::scp::polish::{Told, polish};
 use crate::optimize::methods::scp::road::{Chain, with_iterate};
 use crate::optimize::methods::scp::rows::LimitRows;
 
 /// Violations above this, relative or in radians, and misses of the end are told: what an elastic row gives way by is the barrier term
 /// over its price elsewhere.
 const VIOLATED: f64 = 1e-8;
+/// Newton on the active set may change the cost by this part: more is another optimum.
+const NEAR: f64 = 1e-6;
 /// Part of the inputs that a path asks for with which the iteration begins: between what the path needs and the middle of its limits.
 const CENTRED: f64 = 0.5;
 /// Rounds in which the first duration is fitted to a path whose ends move, and where they end.
@@ -30,6 +35,8 @@ const CLOSE: f64 = 0.05;
 pub(crate) struct InteriorPoint<'a> {
     pub chain: &'a Chain,
     pub tuning: &'a Tuning,
+    /// How Newton on the active set ends the digits, where it may: of a cost that bends along all that its rows leave.
+    pub polish: Option<&'a ScpOptions>,
 }
 
 impl Method for InteriorPoint<'_> {
@@ -45,7 +52,7 @@ impl Method for InteriorPoint<'_> {
         if !run.dual.is_finite() {
             return unsolved(candidate);
         }
-        let (iterate, multipliers) = program.found(&solver.point, &solver.duals);
+        let (mut iterate, mut multipliers) = program.found(&solver.point, &solver.duals);
         let (excess, tuning) = (run.violation.max(run.miss), self.tuning);
         let kept = excess <= VIOLATED.max(tuning.tolerance);
         let outcome = match run.end {
@@ -56,13 +63,22 @@ impl Method for InteriorPoint<'_> {
             End::Stopped => (budget.watch.interrupt)().unwrap_or(Outcome::Interrupted),
         };
         let shortfall = (outcome != Outcome::Converged).then(|| self.lacking(&iterate, &run));
-        let residual = run.primal.max(excess);
+        let mut residual = run.primal.max(excess);
+        let mut stationarity = run.dual.max(run.primal).max(run.complementarity);
         let residuals = vec![f64::NAN, run.dual.max(residual)];
-        let cost = if outcome == Outcome::Converged { iterate.cost(model) } else { f64::NAN };
-        let candidate = with_iterate(candidate, iterate, multipliers);
+        let mut cost = if outcome == Outcome::Converged { iterate.cost(model) } else { f64::NAN };
+        let polished = self.polish.filter(|_| outcome == Outcome::Converged).and_then(|options| {
+            polish(model, rows, &iterate, &multipliers, options, Told::Roughly, &budget.watch)
+        });
+        if let Some(polished) = polished.filter(|polished| (polished.cost - cost).abs() <= NEAR * cost.abs())
+        {
+            (iterate, multipliers, cost) = (polished.iterate, polished.multipliers, polished.cost);
+            (residual, stationarity) = (polished.residual, polished.residual);
+        }
+        let mut candidate = with_iterate(candidate, iterate, multipliers);
+        candidate.provenance.method = settings::Method::InteriorPoint;
         let report = Report { outcome, iterations: run.iterations, residuals };
         let attempt = Attempt::of(candidate, report);
-        let stationarity = run.dual.max(run.primal).max(run.complementarity);
         Attempt { cost, residual, stationarity, shortfall, ..attempt }
     }
 }

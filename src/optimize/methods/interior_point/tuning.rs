@@ -69,8 +69,8 @@ impl Default for Tuning {
             tolerance: 1e-11,
             first: 0.1,
             last: 1e-11,
-            tail: 1e-6,
-            tail_mean: 1e-5,
+            tail: 1e-7,
+            tail_mean: 1e-6,
             slack: 0.1,
             lowered_at: 10.0,
             lowered: (0.2, 1.5),
@@ -88,5 +88,12 @@ impl Default for Tuning {
             patience: 40,
             kept: 1e10,
         }
+    }
+}
+
+impl Tuning {
+    /// Roughly, where optima of a coarse grid are compared.
+    pub fn roughly() -> Self {
+        Self { tolerance: 1e-6, last: 1e-7, ..Self::default() }
     }
 }

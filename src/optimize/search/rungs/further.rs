@@ -60,7 +60,7 @@ fn leave<const N: usize>(search: &Search<N>, found: &mut Found<N>, saddle: &Cand
     }
     let known = found.plans().len();
     let path = match saddle.provenance.method {
-        Method::Scp => Ok(paths::of_states(&search.fine, saddle)),
+        Method::Scp | Method::InteriorPoint => Ok(paths::of_states(&search.fine, saddle)),
         _ => paths::of_extremal(&search.fine, saddle),
     };
     if let Ok(path) = path {

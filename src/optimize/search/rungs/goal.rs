@@ -23,7 +23,7 @@ pub(super) struct OfGoal;
 
 impl<const N: usize> Climb<N> for OfGoal {
     fn applies(&self, search: &Search<N>, _: &Found<N>) -> bool {
-        search.ask.goal.is_some()
+        search.ask.goal.as_ref().is_some_and(|goal| goal.effort.share > 0.0 || !goal.objective.switches())
     }
 
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {

@@ -5,6 +5,7 @@ mod extremals;
 mod further;
 mod given;
 mod goal;
+pub(super) mod interior;
 mod saturated;
 mod shortest;
 
@@ -15,7 +16,7 @@ struct Steps<const N: usize>;
 
 impl<const N: usize> Steps<N> {
     /// A guess, `Saturated` and `Shortest` work on the requested grid, the others on a coarse one first.
-    const LADDER: [&'static dyn Climb<N>; 7] = [
+    const LADDER: [&'static dyn Climb<N>; 8] = [
         // guess
         &given::Given,
         // newton, descent and lifted
@@ -24,7 +25,9 @@ impl<const N: usize> Steps<N> {
         &saturated::Saturated,
         // scp and polish: of time, fuel and a duration that is sought
         &goal::OfGoal,
-        // the same of effort
+        // interior_point: the same
+        &interior::Interior,
+        // scp and polish of effort
         &convex::Convex,
         // the same from a plan in less time
         &shortest::Shortest,

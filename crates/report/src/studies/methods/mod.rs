@@ -345,7 +345,9 @@ impl MethodRun {
         let reached = solution.cost.is_finite();
         // A convex run that fails has only subproblems to count.
         let subproblems = match solution.method {
-            Method::Scp => Some(solution.convex.map_or(solution.iterations, |work| work.subproblems)),
+            Method::Scp | Method::InteriorPoint => {
+                Some(solution.convex.map_or(solution.iterations, |work| work.subproblems))
+            }
             Method::Auto | Method::Shooting => None,
         };
         let converged = solution.outcome == Outcome::Converged;
