@@ -202,8 +202,8 @@
 //!   moment of inertia is 1.
 //! - **Quaternions** are Hamilton, scalar first, `[w, x, y, z]`; `q` and `−q` are one attitude.
 //! - **Numbers of equations**, such as (4.13), refer to Leok, *An overview of Lie group
-//!     variational integrators and their applications to optimal control*. Other sources are
-//!     named where they are used.
+//!   variational integrators and their applications to optimal control*. Other sources are
+//!   named where they are used.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -8,6 +8,7 @@ use slewkit::{Matrix3, Vector3};
 
 pub mod attitude_files;
 pub mod constrained;
+pub mod everyday;
 pub mod families;
 pub mod held;
 pub mod hostile;
@@ -19,6 +20,7 @@ mod random;
 pub mod random_specs;
 pub mod switching;
 mod turning;
+pub mod words;
 
 pub use random::Random;
 pub use turning::Turning;

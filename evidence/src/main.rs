@@ -7,11 +7,10 @@
 #![forbid(unsafe_code)]
 
 mod commands;
-mod words;
 
 use commands::COMMANDS;
+use evidence::words::{Misuse, Words};
 use std::process::ExitCode;
-use words::{Misuse, Words};
 
 /// The usage of the command line, printed above the index.
 const USE: &str = "usage: evidence COMMAND [WORD …]
@@ -22,12 +21,12 @@ commands:";
 fn main() -> ExitCode {
     let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
     let mut words = Words::new(words.collect());
-    let Some(name) = words.next() else {
+    let Some(name) = words.take() else {
         eprint!("{}", index());
         return ExitCode::from(2);
     };
     if ["help", "--help", "-h"].contains(&name.as_str()) {
-        return match words.next() {
+        return match words.take() {
             None => {
                 print!("{}", index());
                 ExitCode::SUCCESS

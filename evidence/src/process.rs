@@ -1,6 +1,7 @@
 //! Data that Linux reports of a process, and the path of a binary.
 
 use std::path::PathBuf;
+use std::time::Instant;
 use std::{env, fs};
 
 /// Returns the CPU time of all threads of a process so far \[s\], in hundredths; `None` if it has
@@ -20,6 +21,24 @@ pub fn own_cpu_seconds() -> f64 {
 
 /// Returns the most memory that was resident at any time \[bytes\], of the process `self` or a
 /// number; `None` as above.
+pub struct Watch {
+    clock: Instant,
+    cpu: f64,
+}
+
+impl Watch {
+    pub fn start() -> Self {
+        Self { clock: Instant::now(), cpu: own_cpu_seconds() }
+    }
+
+    pub fn seconds(&self) -> f64 {
+        let (clock, cpu) = (self.clock.elapsed().as_secs_f64(), own_cpu_seconds() - self.cpu);
+        if cpu.is_nan() { clock } else { clock.clamp((cpu - HUNDREDTH).max(0.0), cpu + HUNDREDTH) }
+    }
+}
+
+const HUNDREDTH: f64 = 0.01;
+
 pub fn peak_memory(process: &str) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -41,7 +41,7 @@ impl Words {
     }
 
     /// Takes the next word, if there is one.
-    pub fn next(&mut self) -> Option<String> {
+    pub fn take(&mut self) -> Option<String> {
         self.0.next()
     }
 
@@ -52,12 +52,12 @@ impl Words {
 
     /// Takes a word that must be there.
     pub fn word(&mut self, what: &str) -> Result<String, Misuse> {
-        self.next().ok_or_else(|| Misuse(format!("the {what} is missing")))
+        self.take().ok_or_else(|| Misuse(format!("the {what} is missing")))
     }
 
     /// Takes a number, or the default where the words have ended.
     pub fn number<T: FromStr>(&mut self, what: &str, default: T) -> Result<T, Misuse> {
-        self.next().map_or(Ok(default), |word| parsed(what, &word))
+        self.take().map_or(Ok(default), |word| parsed(what, &word))
     }
 
     /// Takes a number that must be there.
@@ -72,7 +72,7 @@ impl Words {
 
     /// Takes one of the known words, if there is a word at all.
     pub fn one_of(&mut self, what: &str, known: &[&str]) -> Result<Option<String>, Misuse> {
-        match self.next() {
+        match self.take() {
             Some(word) if !known.contains(&word.as_str()) => Err(Misuse::of(what, &word, known)),
             word => Ok(word),
         }
@@ -90,7 +90,7 @@ impl Words {
 
     /// Refuses words that no command has taken.
     pub fn end(&mut self) -> Result<(), Misuse> {
-        self.next().map_or(Ok(()), |word| Err(Misuse(format!("`{word}` is a word too many"))))
+        self.take().map_or(Ok(()), |word| Err(Misuse(format!("`{word}` is a word too many"))))
     }
 }
 

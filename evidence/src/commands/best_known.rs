@@ -9,7 +9,7 @@
 //! A line has the cost of the discrete optimum and its excess over the known cost. It ends with 1
 //! if an excess is more than 0.1 %, or a maneuver has no plan.
 
-use crate::words::{Misuse, Words};
+use evidence::words::{Misuse, Words};
 use slewkit::maneuver::{Settings, Target};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
@@ -22,7 +22,7 @@ use std::time::Instant;
 const NEAR: f64 = 1e-3;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
-    let word = words.next().unwrap_or_default();
+    let word = words.take().unwrap_or_default();
     let grids: Vec<usize> = words.numbers("number of steps")?;
     let mut files: Vec<_> = fs::read_dir(Path::new(evidence::ROOT).join("evidence/best_known"))?
         .filter_map(|entry| Some(entry.ok()?.path()))

@@ -20,8 +20,8 @@
 //! Ends with 1 where a mirror image costs something else, or a turn is called solved that is
 //! another.
 
-use crate::words::{Misuse, Words};
 use evidence::families::{self, FAMILIES};
+use evidence::words::{Misuse, Words};
 use slewkit::maneuver::{Method, Outcome, Path, Problem, Settings, Solution, State};
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::optimize::search::{Guess, polish, solve};

@@ -6,7 +6,7 @@
 //! cones; with a folder, as one JSON plan file for each case. For these it counts how often a
 //! shortest duration is found, and how much longer it is.
 
-use crate::words::Words;
+use evidence::words::Words;
 use slewkit::maneuver::{Problem, Rung, Settings};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::export::PlanFile;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let count: u64 = words.number("number of cases", 2000)?;
-    let folder = words.next();
+    let folder = words.take();
     words.end()?;
     let settings = Settings::default();
     let (mut times, mut cone_time) = (Vec::new(), 0.0);

@@ -15,9 +15,9 @@
 //! `cargo run --release -p evidence -- dearer spec KIND INDEX` writes one of the maneuvers as
 //! a spec in JSON.
 
-use crate::words::{Misuse, Words};
 use evidence::median;
 use evidence::switching::{KINDS, Kind, cost_and_gap, maneuver};
+use evidence::words::{Misuse, Words};
 use slewkit::maneuver::{Settings, Target, Thoroughness};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::SpecDocument;

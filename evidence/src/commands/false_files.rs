@@ -7,9 +7,9 @@
 //!
 //! Ends with 1 where anything was wrong.
 
-use crate::words::Words;
 use evidence::Random;
 use evidence::attitude_files::{Frame, Kind, Motion, Notation, Row, Style, file, rows};
+use evidence::words::Words;
 use slewkit::verify::DEFAULT_ACCURACY_DEG;
 use slewkit::{Vector3, lie};
 use slewkit_files::exchange::{FileReport, judge_file, read_attitudes};

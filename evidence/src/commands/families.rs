@@ -5,8 +5,8 @@
 //! lowest of a thorough search of two hundred starts and more. A hit is within 1e-6. Every case
 //! depends on the seed and its number alone.
 
-use crate::words::{Misuse, Words};
 use evidence::families::{self, FAMILIES};
+use evidence::words::{Misuse, Words};
 use slewkit::maneuver::problem::Problem;
 use slewkit::maneuver::settings::{Method, Settings, Thoroughness};
 use slewkit::maneuver::solution::{Outcome, Solution};
@@ -92,7 +92,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     let mut only = None;
     let (mut cases, mut seed, mut search) = (500, 1, Thoroughness::Default);
     let known = FAMILIES.each_ref().map(|family| family.name.split(' ').next().unwrap_or_default());
-    while let Some(word) = words.next() {
+    while let Some(word) = words.take() {
         match word.as_str() {
             "--cases" => cases = words.required("number of cases")?,
             "--seed" => seed = words.required("seed")?,

@@ -20,8 +20,8 @@
 //! - A table of a published CubeSat and of an effort slew of it with an error of 2 % in the
 //!   inertia, in open and closed loop.
 
-use crate::words::Words;
 use evidence::Random;
+use evidence::words::Words;
 use slewkit::assured::{self, Beside, Kept, Over};
 use slewkit::closed_loop::{Campaign, Flown, Moment, Plant, Proportion, Sampled};
 use slewkit::feedback::{Gains, Kind};

@@ -16,7 +16,7 @@
 //! quarter of it; `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center,
 //! in up to a swing.
 
-use crate::words::Words;
+use evidence::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State};
 use slewkit::mechanics::{
     Actuation, ActuatorSet, AxisFrame, Body, GravityGradient, Inertia, Limits, SecondOrderGravity,

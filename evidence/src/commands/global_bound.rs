@@ -5,7 +5,7 @@
 //! from rest to rest on grids of at most STEPS (4), up to 16. The bounds need the feature `sdp`,
 //! which links OpenBLAS.
 
-use crate::words::Words;
+use evidence::words::Words;
 use std::error::Error;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
@@ -17,7 +17,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
 #[cfg(not(feature = "sdp"))]
 fn bounds(_: usize) -> Result<(), Box<dyn Error>> {
     let remedy = "cargo run --release -p evidence --features sdp -- global_bound";
-    Err(crate::words::Misuse::new(format!("this program was built without the feature sdp: {remedy}")).into())
+    Err(evidence::words::Misuse::new(format!("this program was built without the feature sdp: {remedy}"))
+        .into())
 }
 
 #[cfg(feature = "sdp")]

@@ -11,8 +11,8 @@
 //! rival of the plan. The summary counts them, and gives the median error of each grid next to
 //! the finest, which determines the constants of that rule. Times are CPU times.
 
-use crate::words::{Misuse, Words};
 use evidence::process::own_cpu_seconds;
+use evidence::words::{Misuse, Words};
 use evidence::{Random, median};
 use slewkit::maneuver::{Constraint, Direction, Pointing, Problem, Rule, Settings, Side, State};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits, Wheels};
@@ -50,14 +50,14 @@ impl Observer for Patience {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Limited {
+pub(super) enum Limited {
     Cones,
     Rates,
     TorqueRates,
     Wheels,
 }
 
-const KINDS: [(&str, Limited, bool); 8] = [
+pub(super) const KINDS: [(&str, Limited, bool); 8] = [
     ("time-cones", Limited::Cones, false),
     ("time-rates", Limited::Rates, false),
     ("time-torque-rates", Limited::TorqueRates, false),
@@ -112,7 +112,7 @@ impl Compared {
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     let count: usize = words.number("number of cases", 75)?;
-    let asked = words.next().filter(|word| word != "all");
+    let asked = words.take().filter(|word| word != "all");
     let first: usize = words.number("number of the first case", 0)?;
     words.end()?;
     let kinds = KINDS.map(|(name, ..)| name);
@@ -187,7 +187,7 @@ fn compared(index: usize, problem: &Problem) -> Compared {
 }
 
 /// Returns the maneuver of this index among those of a kind; `None` where it cannot be built.
-fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Problem> {
+pub(super) fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Problem> {
     let mut random = Random::of_case(0x6a1d_5000 + limited as u64 + 16 * u64::from(fuel), index);
     let moments = random.mean_moments(5.0);
     let body = Body { inertia: Inertia::diagonal(moments).ok()?, mass: None };

@@ -8,10 +8,10 @@
 //!
 //! Ends with 1 where anything was wrong.
 
-use crate::words::Words;
 use evidence::Random;
 use evidence::hostile::{Answer, Corpus, READERS};
 use evidence::process::own_cpu_seconds;
+use evidence::words::Words;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Most CPU time of an input \[s\].

@@ -7,9 +7,9 @@
 //! the first is the best, the largest excess over a symmetric maneuver, how often some are solved
 //! and others are not, and the time of plans. `evidence::switching` has the laws.
 
-use crate::words::Words;
 use evidence::metamorphic::images;
 use evidence::switching::{KINDS, cost_and_gap, maneuver};
+use evidence::words::Words;
 use slewkit::maneuver::{Problem, Settings, Target};
 use slewkit::plan::{Silent, Status, plan};
 use std::error::Error;

@@ -8,7 +8,7 @@
 //! the body's own axes make it sharper than T₁. At three durations in between a plan may be
 //! infeasible only where that bound says so; at 1.3 T_e none may be.
 
-use crate::words::Words;
+use evidence::words::Words;
 use slewkit::maneuver::{Problem, Settings, State};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};

@@ -7,9 +7,9 @@
 //! the process no say. Ends with 1 where the results differ, or where a run ended before it could
 //! be killed.
 
-use crate::words::Words;
 use evidence::Random;
 use evidence::process::{beside_this, peak_memory};
+use evidence::words::Words;
 use std::fs::{self, File};
 use std::io::{BufReader, Read};
 use std::path::Path;

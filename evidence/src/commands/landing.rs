@@ -9,9 +9,9 @@
 //!
 //! Ends with 1 where a plan that is called solved does not land, or exceeds a constraint.
 
-use crate::words::Words;
 use evidence::held::{Flown, flown};
 use evidence::random_specs::{RandomSpec, random_spec, random_switching_spec};
+use evidence::words::Words;
 use slewkit::plan::{Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
 use std::time::Instant;

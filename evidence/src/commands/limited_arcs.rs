@@ -9,7 +9,7 @@
 //!
 //! `… -- limited_arcs spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 
-use crate::words::Words;
+use evidence::words::Words;
 use slewkit::maneuver::{
     Constraint, Direction, Duration, Fuel, Motion, Objective, Pointing, Problem, Rule, Settings, Side, State,
     Target,
@@ -39,7 +39,7 @@ const KINDS: [&str; 8] =
     ["axis-rates", "rate-norm", "cones", "moving-cone", "wheels", "orbit", "flight", "torque-rates"];
 
 /// Returns a maneuver of a kind, by its number.
-fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
+pub(super) fn case(seed: usize, kind: &str, fuel: bool) -> Option<Problem> {
     let mut random = Random::of_case(39, seed);
     let moments = loop {
         let m = Vector3::from_fn(|_, _| 5.0_f64.powf(random.unit()));
@@ -156,7 +156,7 @@ fn arcs(found: &Plan) -> Option<(f64, f64)> {
 }
 
 /// Returns the kind of a case, among all of them or of one alone, and whether it is of least fuel.
-fn kind_of(seed: usize, only: Option<&str>) -> (&str, bool) {
+pub(super) fn kind_of(seed: usize, only: Option<&str>) -> (&str, bool) {
     let kind = only.unwrap_or(KINDS[seed / 2 % KINDS.len()]);
     (kind, seed % 2 == 1 && kind != "torque-rates")
 }

@@ -8,8 +8,8 @@
 //! Ends with 1 where a plan takes more than the larger figure, or the smaller figure is more than
 //! three times what it takes.
 
-use crate::words::{Misuse, Words};
 use evidence::process::peak_memory;
+use evidence::words::{Misuse, Words};
 use slewkit::plan::{PeakMemory, Silent, plan};
 use slewkit_files::spec::{Override, read};
 use slewkit_report::studies::methods::compare;

@@ -9,9 +9,9 @@
 //!
 //! Ends with 1 where a law is broken.
 
-use crate::words::Words;
 use evidence::Random;
 use evidence::metamorphic::{LAWS, Planned, complaint};
+use evidence::words::Words;
 use slewkit_files::spec::{Format, from_str};
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {

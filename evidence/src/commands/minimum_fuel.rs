@@ -15,7 +15,7 @@
 //! inputs off or at a limit, with a shortest pulse from 1 to 10 % of the duration, uniform in its
 //! logarithm; how much dearer they are than the same maneuvers without it.
 
-use crate::words::Words;
+use evidence::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Plan, Silent, Status, plan};
@@ -34,7 +34,7 @@ const COMPARED: usize = 20;
 
 /// The limited and counted quantity.
 #[derive(Clone, Copy, PartialEq)]
-enum Family {
+pub(super) enum Family {
     Box,
     Thrusters,
     Norm,
@@ -45,7 +45,7 @@ enum Family {
 }
 
 impl Family {
-    const ALL: [Self; 7] = [
+    pub(super) const ALL: [Self; 7] = [
         Self::Box,
         Self::Thrusters,
         Self::Norm,
@@ -67,7 +67,7 @@ impl Family {
         matches!(self, Self::BoxPulses | Self::ThrusterPulses)
     }
 
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Box => "box",
             Self::Thrusters => "thrusters",
@@ -180,19 +180,27 @@ fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
     Ok(problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits)?)))
 }
 
+/// Returns the next maneuver of a family with a shortest pulse; `None` where no shortest duration is found.
+pub(super) fn pulses_case(
+    random: &mut Random,
+    family: Family,
+    moving: bool,
+) -> Result<Option<Problem>, Box<dyn Error>> {
+    let case = case(random, family, moving)?;
+    let part = 0.01 * 10.0_f64.powf(random.within(0.0, 1.0));
+    case.map(|(problem, duration)| pulsed(&problem, part * duration)).transpose()
+}
+
 /// Prints how many maneuvers with a shortest pulse are solved and verified, their additional
 /// cost, and their time.
 fn pulses(random: &mut Random, family: Family, count: usize) -> Result<(), Box<dyn Error>> {
     let (mut solved, mut matched, mut above, mut dearer) = (0, 0, Vec::new(), Vec::new());
     let (mut solve_ms, mut pulses) = (Vec::new(), Vec::new());
     for index in 0..count {
-        let case = case(random, family, index % 2 == 1)?;
-        let part = 0.01 * 10.0_f64.powf(random.within(0.0, 1.0));
-        let Some((problem, duration)) = case else {
+        let Some(problem) = pulses_case(random, family, index % 2 == 1)? else {
             println!("  case {index}: no shortest duration was found");
             continue;
         };
-        let problem = pulsed(&problem, part * duration)?;
         let found = plan(&problem, &Settings::default(), None, &mut Silent)?;
         let thorough = Settings { search: Thoroughness::Thorough, ..Settings::default() };
         let best = if index < COMPARED { cost(&plan(&problem, &thorough, None, &mut Silent)?) } else { None };

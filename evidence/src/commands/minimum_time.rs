@@ -15,8 +15,8 @@
 //! attitudes; rates at both ends up to 1 in the unit of time. 2000 by default. The plan, when there
 //! is one, has passed the witnesses.
 
-use crate::words::Words;
 use evidence::Random;
+use evidence::words::Words;
 use slewkit::maneuver::{Problem, Settings, State, Structure, Thoroughness};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia, Limits};
 use slewkit::plan::{Silent, Status, plan};
@@ -60,7 +60,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     let count = words.number("number of cases", usize::MAX)?;
     let folder = Path::new(evidence::ROOT).join("evidence/public_set");
     let shipped = ["rest.csv", "moving_ends.csv", "asymmetric.csv"].map(|name| folder.join(name));
-    let files: Vec<PathBuf> = words.next().map_or(shipped.to_vec(), |file| vec![file.into()]);
+    let files: Vec<PathBuf> = words.take().map_or(shipped.to_vec(), |file| vec![file.into()]);
     words.end()?;
     for file in files {
         let name = file.file_name().unwrap_or_default().to_string_lossy().to_string();
@@ -75,9 +75,13 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn case(index: usize, line: &str, inertia: [f64; 3], tally: &mut Tally) -> Result<(), Box<dyn Error>> {
-    let cells: Vec<&str> = line.split(',').collect();
-    let numbers: Vec<f64> = cells.iter().take(14).map(|cell| cell.parse()).collect::<Result<_, _>>()?;
+/// The maneuver of a line of the set.
+pub(super) fn maneuver(line: &str, inertia: [f64; 3]) -> Result<Problem, Box<dyn Error>> {
+    let cells = line.split(',');
+    let numbers: Vec<f64> = cells.take(14).map(str::parse).collect::<Result<_, _>>()?;
+    if numbers.len() < 14 {
+        return Err(format!("{} numbers where 14 are needed", numbers.len()).into());
+    }
     let [start, end] = [0, 7].map(|at| {
         let quaternion = [numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3]];
         // Six digits: no rotation before it is made one.
@@ -87,8 +91,12 @@ fn case(index: usize, line: &str, inertia: [f64; 3], tally: &mut Tally) -> Resul
     let body = Body { inertia: Inertia::diagonal(inertia.into())?, mass: None };
     let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
     let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits)?;
-    let problem = Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques));
+    Ok(Problem::minimum_time(body, start, end).with_actuation(Actuation::torques(torques)))
+}
 
+fn case(index: usize, line: &str, inertia: [f64; 3], tally: &mut Tally) -> Result<(), Box<dyn Error>> {
+    let cells: Vec<&str> = line.split(',').collect();
+    let problem = maneuver(line, inertia)?;
     let began = Instant::now();
     let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
     tally.whole_ms.push(began.elapsed().as_secs_f64() * 1e3);

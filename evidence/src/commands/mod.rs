@@ -4,12 +4,14 @@ mod best_known;
 mod consistency;
 mod constrained_robustness;
 mod dearer;
+mod everyday;
 mod false_files;
 mod families;
 mod flies;
 mod fuel_of_forces;
 mod global_bound;
 mod grids;
+mod guard;
 mod hostile;
 mod images;
 mod infeasible;
@@ -29,7 +31,7 @@ mod signals;
 mod throughput;
 mod tiny_grids;
 
-use crate::words::Words;
+use evidence::words::Words;
 use std::error::Error;
 
 /// A command and its name.
@@ -70,12 +72,14 @@ pub const COMMANDS: &[Command] = commands! {
     consistency
     constrained_robustness
     dearer
+    everyday
     false_files
     families
     flies
     fuel_of_forces
     global_bound
     grids
+    guard
     hostile
     images
     infeasible

@@ -17,7 +17,7 @@
 //! that the planner does not use (full theories, not fitted, rates by differences), and the time
 //! of a plan. It ends with 1 if a plan is not solved, or misses by more than 1″.
 
-use crate::words::Words;
+use evidence::words::Words;
 use evidence::{Random, median};
 use slewkit::maneuver::Aim;
 use slewkit::maneuver::constraint::angle_between;

@@ -19,7 +19,7 @@
 //! favours the warm plan. `moving 10` is printed and does not affect the exit code: it was the
 //! first choice of bodies, and 98 of 100 of them took three steps.
 
-use crate::words::Words;
+use evidence::words::Words;
 use evidence::{Random, median};
 use slewkit::maneuver::{Outcome, Settings};
 use slewkit::optimize::search::solve;

@@ -5,8 +5,8 @@
 //! the shooting alone and by the default method. Every case depends on the seed and its number
 //! alone.
 
-use crate::words::Words;
 use evidence::Random;
+use evidence::words::Words;
 use slewkit::maneuver::{Method, Problem, Rung, Scheme, Settings, State};
 use slewkit::mechanics::{Body, Inertia, Limits};
 use slewkit::optimize::search::solve;

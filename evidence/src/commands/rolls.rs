@@ -10,8 +10,8 @@
 //! It prints how many cost as little as the best of the rolls, and the time of a plan relative to
 //! that with the given end. It ends with 1 if fewer than 99.5 % do.
 
-use crate::words::Words;
 use evidence::Random;
+use evidence::words::Words;
 use slewkit::maneuver::{Aim, Path, Settings, Target};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Body, Direction, Matrix3, Problem, State, Vector3, lie};

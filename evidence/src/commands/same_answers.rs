@@ -6,7 +6,7 @@
 //! may have more. With a folder, specs and answers of OLD are kept for the next run. It ends with
 //! 1 if something differs.
 
-use crate::words::{Misuse, Words, parsed};
+use evidence::words::{Misuse, Words, parsed};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -8,9 +8,9 @@
 //! that: the best iterate of a million steps is a file of 400 MB. It must end with an exit code
 //! that is its own, no torn file and no temporary one left. Ends with 1 where one did not.
 
-use crate::words::{Misuse, Words};
 use evidence::Random;
 use evidence::process::{beside_this, cpu_seconds};
+use evidence::words::{Misuse, Words};
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -76,7 +76,7 @@ const COMMANDS: [(&str, &str); 17] = [
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let count: u64 = words.number("number of signals", 200)?;
     let mut random = Random::new(words.number("seed", 1)?);
-    let wanted = words.next().unwrap_or_default();
+    let wanted = words.take().unwrap_or_default();
     words.end()?;
     let names = COMMANDS.map(|(name, _)| name);
     if !names.iter().any(|name| name.contains(&wanted)) {

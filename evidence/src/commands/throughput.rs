@@ -10,8 +10,8 @@
 //! both alike; where it does much, the time of the processor, of Linux, tells more. `NAME`, as
 //! `bare`, picks one.
 
-use crate::words::{Misuse, Words};
 use evidence::process::{own_cpu_seconds, peak_memory};
+use evidence::words::{Misuse, Words};
 use slewkit::lie;
 use slewkit::maneuver::{Outcome, Problem, Settings};
 use slewkit::optimize::search;
@@ -50,7 +50,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     let cases: u64 = words.number("number of slews", 400)?;
     let steps: usize = words.number("number of steps", 100)?;
     let rounds: usize = words.number("number of rounds", 3)?;
-    let wanted = words.next().unwrap_or_default();
+    let wanted = words.take().unwrap_or_default();
     words.end()?;
     let names = ["bare, shortest way", "quick, shortest way", "default"];
     if !names.iter().any(|name| name.contains(&wanted)) {

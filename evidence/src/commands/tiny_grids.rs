@@ -12,8 +12,8 @@
 //!
 //! Ends with 1 where anything was wrong.
 
-use crate::words::Words;
 use evidence::random_specs::{RandomSpec, random_spec};
+use evidence::words::Words;
 use evidence::{Random, held};
 use slewkit::maneuver::{Problem, Trajectory, infeasible};
 use slewkit::plan::{Plan, Silent, Status, plan};

@@ -4,10 +4,10 @@
 //! - cones that leave no attitude at some moment ([`conflict`]);
 //! - `storage`: momentum that the wheels must hold in the end and cannot;
 //! - `impulse`: a change of momentum, or a distance, for which torque or force and time do not
-//!     suffice;
+//!   suffice;
 //! - `demand`: an angle, or the path of a boresight, for which torque, rate and time do not
-//!     suffice. The bounds of `envelope` hold for the discrete maneuver and for the continuous
-//!     one: a claim is made if both are impossible.
+//!   suffice. The bounds of `envelope` hold for the discrete maneuver and for the continuous
+//!   one: a claim is made if both are impossible.
 //!
 //! Some infeasible maneuvers have no such proof.
 //!

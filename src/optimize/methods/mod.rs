@@ -3,6 +3,8 @@
 pub(crate) mod continuation;
 pub(crate) mod descent;
 pub(crate) mod driver;
+#[cfg_attr(not(test), allow(dead_code))]
+pub(crate) mod interior_point;
 pub(crate) mod lifted;
 pub(crate) mod limited;
 pub(crate) mod method;

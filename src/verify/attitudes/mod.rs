@@ -1,14 +1,14 @@
 //! Checks of a motion of which only attitudes and rates are known.
 //!
 //! - **Ends and duration** must be those of the problem, and the rows must cover the time between
-//!     them.
+//!   them.
 //! - **Cones and rates** are judged at the rows and on the motion between them. There the body
-//!     turns about one axis at one rate, and the extremum of every angle has a closed form. If
-//!     the file has rates, the cubic through attitudes and rates is judged too, by a bound on its
-//!     rate.
+//!   turns about one axis at one rate, and the extremum of every angle has a closed form. If
+//!   the file has rates, the cubic through attitudes and rates is judged too, by a bound on its
+//!   rate.
 //! - **Rates** are held against the attitudes ([`consistency`]).
 //! - **Torque** that the rows need, computed from their rates and from their attitudes, is
-//!     reported and compared with the limits of the actuators.
+//!   reported and compared with the limits of the actuators.
 //!
 //! Inputs, cost and optimality are not in the file and are not judged. [`AttitudeReport::open`]
 //! lists checks that could not be decided.

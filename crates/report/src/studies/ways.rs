@@ -4,10 +4,10 @@
 //! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching
 //!   times is in it;
 //! - **switching times**: the method of a plan: arcs at the limits on steps that end where inputs
-//!     switch;
+//!   switch;
 //! - **convex**: SCP on equal steps with inputs at the nodes, and with the duration as an unknown
-//!     if it is free. It is the method for maneuvers with constraints, and the method of
-//!     `method = "scp"`.
+//!   if it is free. It is the method for maneuvers with constraints, and the method of
+//!   `method = "scp"`.
 //!
 //! The three discretise differently, so that durations agree but for the square of the step, where
 //! they find the same extremal: each is a local minimum of its own search.

@@ -19,6 +19,7 @@ pub(crate) mod lanes;
 mod linearization;
 mod units;
 
+pub(crate) use gyrostat::GyrostatDrift;
 pub use linearization::Linearization;
 pub use units::Units;
 

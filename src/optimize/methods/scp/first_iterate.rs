@@ -71,8 +71,9 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
         }
     };
     let lack = state::difference(model, &states[stage], &end);
+    // Where effort costs nothing the least inputs are as good as any.
     let price = model.weight.clone().cholesky().map(|factor| factor.solve(&slope.transpose()));
-    let Some(price) = price else { return zero };
+    let price = price.unwrap_or_else(|| slope.transpose());
     let authority = &slope * &price;
     let threshold = 1e-10 * authority.amax();
     let Ok(inverse) = authority.pseudo_inverse(threshold) else { return zero };

@@ -425,4 +425,4 @@ fn longest(model: &Model, step: &Move) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

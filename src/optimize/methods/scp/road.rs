@@ -133,7 +133,7 @@ impl Chain {
     }
 
     /// The iterate of a candidate: as it is, or the first one along its path.
-    fn iterate(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
+    pub fn iterate(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         if candidate.inputs.is_empty() {
             let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
             let stretch = candidate.grid.duration();

@@ -23,7 +23,7 @@ use std::sync::atomic::AtomicBool;
 const STEP: f64 = 1e-5;
 const CLOSE: f64 = 1e-8;
 
-fn wheeled(random: &mut Random) -> Problem {
+pub(crate) fn wheeled(random: &mut Random) -> Problem {
     let mut problem = attitude_only(moving_ends(random, AxisFrame::Body));
     let axes = [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0]];
     let axes: Vec<Vector3> = axes.map(|axis| Vector3::from(axis).normalize()).to_vec();
@@ -117,7 +117,7 @@ fn problems() -> Vec<Problem> {
 
 /// Their chains on steps of equal length, on steps of which the longest is five times the shortest, and those that seek
 /// the duration.
-fn chains() -> impl Iterator<Item = (Problem, Model)> {
+pub(crate) fn chains() -> impl Iterator<Item = (Problem, Model)> {
     problems().into_iter().flat_map(|problem| {
         let grid = graded(problem.scheme, problem.steps);
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
@@ -129,7 +129,7 @@ fn chains() -> impl Iterator<Item = (Problem, Model)> {
     })
 }
 
-fn random_inputs(random: &mut Random, count: usize) -> Vec<f64> {
+pub(crate) fn random_inputs(random: &mut Random, count: usize) -> Vec<f64> {
     (0..count).map(|_| random.uniform()).collect()
 }
 
@@ -234,7 +234,7 @@ fn the_curvature_of_a_step_is_the_derivative_of_what_carries_costates_back() {
 }
 
 /// Another duration than the stated one, where it is sought.
-fn stretch(model: &Model) -> f64 {
+pub(crate) fn stretch(model: &Model) -> f64 {
     if model.duration.is_some() { 1.3 } else { 1.0 }
 }
 
@@ -337,7 +337,7 @@ fn wheels_keep_the_total_momentum_in_space() {
 }
 
 /// theory.md's rest-to-rest slew by 120° of the body with a full inertia, W = diag(1, 2, 0.5).
-fn reference_slew(share_of_peak: Option<f64>) -> Problem {
+pub(crate) fn reference_slew(share_of_peak: Option<f64>) -> Problem {
     let weight = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.5]));
     let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
     let channel = ActuatorSet::new(axes, AxisFrame::Body).unwrap();
@@ -355,12 +355,12 @@ fn reference_slew(share_of_peak: Option<f64>) -> Problem {
     problem.with_actuation(Actuation::torques(channel.with_limits(limits).unwrap()))
 }
 
-fn shot(problem: &Problem) -> crate::maneuver::solution::Solution {
+pub(crate) fn shot(problem: &Problem) -> crate::maneuver::solution::Solution {
     let settings = crate::maneuver::settings::Settings::discrete();
     crate::optimize::search::solve(problem, &settings, None, &mut crate::optimize::search::Silent).unwrap()
 }
 
-fn straight(model: &Model) -> Vec<Pose> {
+pub(crate) fn straight(model: &Model) -> Vec<Pose> {
     let relative = lie::log(&model.start.attitude.tr_mul(&model.target.attitude));
     let pose = |stage: usize| {
         let t = model.dynamics.grid.time(stage);

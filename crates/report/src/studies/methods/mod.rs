@@ -4,8 +4,8 @@
 //!
 //! - **shooting**: Newton on the costates, forward and backward sweeps of the extremal;
 //! - **scp**: sequential convex programming, to its own convergence on the requested grid. The
-//!     duals of its last subproblem serve as costates; its result contains nothing of Newton's
-//!     method;
+//!   duals of its last subproblem serve as costates; its result contains nothing of Newton's
+//!   method;
 //! - **scp + polish**: SCP as a plan takes it, ended by Newton on the active set.
 //!
 //! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of

@@ -97,6 +97,34 @@ pub fn after_full_kick(
     rest.tr_mul(costate)
 }
 
+/// The state before the kick of a stage, from the one after it.
+pub fn before_kick(model: &Model, stage: usize, after: &ChainState, inputs: &[f64]) -> ChainState {
+    kicked(model, after, &kick(model, after, inputs), inputs, -model.kick_weight(stage))
+}
+
+/// The state after the kick of a stage.
+pub fn after_kick(model: &Model, stage: usize, before: &ChainState, inputs: &[f64]) -> ChainState {
+    kicked(model, before, &kick(model, before, inputs), inputs, model.kick_weight(stage))
+}
+
+/// `(I + κG)⁻ᵀ λ`: the costate of the state after the kick of a stage, from that of the state before it.
+pub fn costate_after_kick(
+    model: &Model,
+    stage: usize,
+    before: &ChainState,
+    inputs: &[f64],
+    costate: &DVector<f64>,
+) -> DVector<f64> {
+    let (kick, weight) = (kick(model, before, inputs), model.kick_weight(stage));
+    let mut back = DMatrix::identity(model.n, model.n);
+    add_gradient(model, &mut back, &kick.gradient, -weight);
+    let mut out = back.tr_mul(costate);
+    if let Some(duration) = model.duration {
+        out[duration] -= by_duration(model, &kick, weight).dot(costate);
+    }
+    out
+}
+
 /// Applies a kick of weight `weight`.
 fn kicked(model: &Model, state: &ChainState, kick: &Kick, inputs: &[f64], weight: f64) -> ChainState {
     let mut out = state.clone();

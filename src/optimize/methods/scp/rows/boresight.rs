@@ -46,14 +46,19 @@ impl BoresightArc {
         self.slopes(fraction).0
     }
 
-    /// Where between two fractions of the arc the value is largest; `None` where that is at an end of the arc, whose node tells it. An
-    /// arc turns far less than half a turn, so the slope changes its sign once at most.
-    pub fn extremum(&self, [mut low, mut high]: [f64; 2]) -> Option<f64> {
+    /// Where between two fractions of the arc the value is largest; `None` where that is at an end of the arc, whose node tells it.
+    pub fn extremum(&self, within: [f64; 2]) -> Option<f64> {
+        Some(self.highest(within)).filter(|at| *at > 0.0 && *at < 1.0)
+    }
+
+    /// Where between two fractions of the arc the value is largest. An arc turns far less than half a turn, so the slope changes its
+    /// sign once at most.
+    pub fn highest(&self, [mut low, mut high]: [f64; 2]) -> f64 {
         if self.slope(low) <= 0.0 {
-            return (low > 0.0).then_some(low);
+            return low;
         }
         if self.slope(high) >= 0.0 {
-            return (high < 1.0).then_some(high);
+            return high;
         }
         let mut at = 0.5 * (low + high);
         for _ in 0..60 {
@@ -66,10 +71,10 @@ impl BoresightArc {
             let newton = at - first / second;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if (next - at).abs() <= 1e-15 {
-                return Some(next);
+                return next;
             }
             at = next;
         }
-        Some(at)
+        at
     }
 }

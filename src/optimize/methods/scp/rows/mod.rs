@@ -31,7 +31,7 @@ use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::{InputLimit, LimitKind};
 use std::ops::Range;
 pub(crate) use value::RowValue;
-pub(crate) use what::{Place, What};
+pub(crate) use what::{Cone, ConeAt, Place, What};
 
 /// A row at its stage.
 #[derive(Clone, Debug)]

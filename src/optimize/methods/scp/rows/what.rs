@@ -6,7 +6,7 @@ use super::boresight::BoresightArc;
 use crate::maneuver::constraint::{Direction, During, Pointing, Rule, Side, angle_between, on_arc};
 use crate::maneuver::problem::{Problem, State};
 use crate::optimize::methods::scp::model::step;
-use crate::{Vector3, lie};
+use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DVector, Matrix3xX};
 
 /// What one row bounds.
@@ -273,20 +273,72 @@ fn off_at_ends(
     })
 }
 
+/// A cone's row at a node or on an arc, with its derivatives by the turn of the attitude, the arc `log F`, and `ln s`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ConeAt {
+    pub c: f64,
+    pub by_attitude: Vector3,
+    pub by_arc: Vector3,
+    pub by_duration: f64,
+    /// Where on the arc it is met: 0 and 1 at its ends.
+    pub fraction: f64,
+}
+
 impl Cone {
     /// The row at a place of stage `stage`.
     fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
+        let along = place.arc.filter(|_| self.arc);
+        let (attitude, stretch) = (&place.state.attitude, place.state.stretch);
+        let Some(found) = self.met(model, stage, (attitude, stretch), along.map(|arc| &arc.turn), false)
+        else {
+            return RowValue::Idle;
+        };
+        let mut state = DVector::zeros(model.n);
+        state.rows_mut(model.zeta(), 3).copy_from(&found.by_attitude);
+        if let Some(arc) = along {
+            state += arc.slope.tr_mul(&found.by_arc);
+        }
+        if let Some(duration) = model.duration {
+            state[duration] += found.by_duration;
+        }
+        RowValue::half(found.c, Some(state), None)
+    }
+
+    /// Whether it is one of an arc.
+    pub(crate) fn is_of_arc(&self) -> bool {
+        self.arc
+    }
+
+    /// Whether it is the same cone at a node as another one on an arc.
+    pub(crate) fn is_node_of(&self, other: &Self) -> bool {
+        !self.arc
+            && other.arc
+            && self.boresight == other.boresight
+            && self.sign == other.sign
+            && self.half_angle == other.half_angle
+            && self.direction == other.direction
+            && self.during == other.during
+    }
+
+    /// The row at the attitude of stage `stage` and along the arc from there, at its highest point: that of the arc with its ends where
+    /// it is `closed`, else of what lies between them. `None` where it does not act.
+    pub(crate) fn met(
+        &self,
+        model: &Model,
+        stage: usize,
+        (attitude, stretch): (&Matrix3, f64),
+        arc: Option<&Vector3>,
+        closed: bool,
+    ) -> Option<ConeAt> {
         let (unit, grid) = (model.dynamics.units.time, &model.dynamics.grid);
         // In seconds, as directions know the time.
-        let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * place.state.stretch);
-        let along = place.arc.filter(|_| self.arc);
-        let (time, step) = (grid.after(stage) * seconds, along.map_or(0.0, |_| grid.step(stage) * seconds));
+        let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * stretch);
+        let (time, step) = (grid.after(stage) * seconds, arc.map_or(0.0, |_| grid.step(stage) * seconds));
         let near = EDGE * grid.duration() * seconds;
-        let acting = match along {
+        let acting = match arc {
             Some(_) => self.during.hull(time + near, step - 2.0 * near),
             None => self.during.hull(time - near, 2.0 * near).map(|_| [0.0, 0.0]),
-        };
-        let Some(acting) = acting else { return RowValue::Idle };
+        }?;
         let target = on_arc(&self.direction, time, step, &frame_rate);
         let part = grid.after(stage) / grid.duration();
         let off = self.on.map_or(0.0, |[first, last]| first + part * (last - first));
@@ -298,30 +350,30 @@ impl Cone {
             lie::exp(&(frame_rate * -time)) * target.turn
         };
         let pointing = BoresightArc {
-            attitude: place.state.attitude,
+            attitude: *attitude,
             boresight: self.boresight,
             direction: self.direction.at(time, &frame_rate),
             turn,
-            arc: along.map_or_else(Vector3::zeros, |arc| arc.turn),
+            arc: arc.copied().unwrap_or_else(Vector3::zeros),
             sign: self.sign,
         };
-        let fraction = if self.arc { pointing.extremum(acting) } else { Some(0.0) };
-        let Some(fraction) = fraction else { return RowValue::Idle };
+        let fraction = match arc {
+            None => 0.0,
+            Some(_) if closed => pointing.highest(acting),
+            Some(_) => pointing.extremum(acting)?,
+        };
         let (cosine, slope) = pointing.at(fraction);
         // Near the edge of the cone this is the violation in rad.
         let scale = 1.0 / half_angle.sin();
-        let mut state = DVector::zeros(model.n);
-        let mut by_zeta = state.rows_mut(model.zeta(), 3);
-        match along {
-            Some(Arc { turn, slope: of_turn }) => {
-                let arrived = lie::exp(&(turn * -fraction));
-                by_zeta.copy_from(&(arrived.tr_mul(&slope) * scale));
-                let along = lie::right_jacobian(&(turn * fraction)) * fraction;
-                state += of_turn.tr_mul(&along.tr_mul(&slope)) * scale;
-            }
-            None => by_zeta.copy_from(&(slope * scale)),
+        let (mut by_attitude, mut by_arc) = (slope * scale, Vector3::zeros());
+        if let Some(turn) = arc {
+            let arrived = lie::exp(&(turn * -fraction));
+            by_attitude = arrived.tr_mul(&slope) * scale;
+            let along = lie::right_jacobian(&(turn * fraction)) * fraction;
+            by_arc = along.tr_mul(&slope) * scale;
         }
-        if let Some(duration) = model.duration {
+        let mut by_duration = 0.0;
+        if model.duration.is_some() {
             let passed = match &self.direction {
                 Direction::Fixed(_) => frame_rate * -time,
                 Direction::InFrame(_) => pointing.turn * fraction,
@@ -332,11 +384,12 @@ impl Cone {
                 }
             };
             // A moment at which it begins or ends to act stays where it is while the nodes go by.
-            let is_edge = self.arc && acting.contains(&fraction);
+            let is_edge = fraction > 0.0 && fraction < 1.0 && acting.contains(&fraction);
             let slid = if is_edge { pointing.slope(fraction) * (time / step + fraction) } else { 0.0 };
-            state[duration] += (pointing.along(fraction, &passed) - slid) * scale;
+            by_duration = (pointing.along(fraction, &passed) - slid) * scale;
         }
-        RowValue::half((cosine - self.sign * half_angle.cos()) * scale, Some(state), None)
+        let c = (cosine - self.sign * half_angle.cos()) * scale;
+        Some(ConeAt { c, by_attitude, by_arc, by_duration, fraction })
     }
 }
 

@@ -1,0 +1,109 @@
+//! Plans of everyday maneuvers: how many are solved and verified, in what time, at what cost.
+//!
+//! `cargo bench -p benches --bench everyday [-- [KIND …] [--cases COUNT] [--seed SEED] [--limit SECONDS] [--costs FILE]]`: COUNT (100)
+//! maneuvers of each kind (`time`, `rate`, `cone`, `effort`) by the law of `evidence::everyday`, one after the other, planned by
+//! default, each within SECONDS of wall time where they are given. Times are of the processor, all threads of a plan together, where
+//! the system tells; of the clock otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan: kind, seed, number,
+//! verdict, cost, seconds.
+//!
+//! Without `--bench` (as `cargo test` calls it) one maneuver of least effort is planned.
+
+use evidence::everyday::{KINDS, STEPS, maneuver};
+use evidence::process::Watch;
+use evidence::words::{Misuse, Words};
+use slewkit::maneuver::Settings;
+use slewkit::plan::{Silent, Status, plan};
+use std::error::Error;
+use std::fmt::Write as _;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// What is asked for.
+struct Asked {
+    kinds: Vec<String>,
+    cases: usize,
+    seed: u64,
+    limit: Option<Duration>,
+    costs: Option<String>,
+}
+
+impl Asked {
+    fn read(words: &mut Words) -> Result<Self, Misuse> {
+        let known = KINDS.map(|(name, _)| name);
+        let mut asked = Self { kinds: Vec::new(), cases: 100, seed: 1, limit: None, costs: None };
+        let mut is_bench = false;
+        while let Some(word) = words.take() {
+            match word.as_str() {
+                "--bench" => is_bench = true,
+                "--cases" => asked.cases = words.required("number of cases")?,
+                "--seed" => asked.seed = words.required("seed")?,
+                "--limit" => {
+                    let seconds: f64 = words.required("number of seconds")?;
+                    let limit = Duration::try_from_secs_f64(seconds);
+                    asked.limit =
+                        Some(limit.map_err(|_| Misuse::new(format!("no time limit: {seconds} s")))?);
+                }
+                "--costs" => asked.costs = Some(words.word("file")?),
+                kind if known.contains(&kind) => asked.kinds.push(word),
+                _ => return Err(Misuse::of("kind or option", &word, &known)),
+            }
+        }
+        if !is_bench {
+            asked = Self { kinds: vec!["effort".into()], cases: 1, ..asked };
+        }
+        Ok(asked)
+    }
+}
+
+fn main() -> ExitCode {
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let told =
+        Asked::read(&mut Words::new(words.collect())).map_err(Into::into).and_then(|asked| run(&asked));
+    let Err(error) = told else { return ExitCode::SUCCESS };
+    eprintln!("everyday: {error}");
+    ExitCode::from(if error.is::<Misuse>() { 2 } else { 1 })
+}
+
+fn run(asked: &Asked) -> Result<(), Box<dyn Error>> {
+    let mut written = String::new();
+    println!("everyday maneuvers, {STEPS} steps, seed {}, {} of each kind", asked.seed, asked.cases);
+    println!(
+        "{:<8}{:>14}{:>12}{:>10}{:>10}{:>14}",
+        "kind", "solved", "median s", "99 % s", "worst s", "mean cost"
+    );
+    for (name, kind) in KINDS {
+        if !(asked.kinds.is_empty() || asked.kinds.iter().any(|kind| kind == name)) {
+            continue;
+        }
+        let (mut seconds, mut costs) = (Vec::new(), Vec::new());
+        for number in 0..asked.cases {
+            let problem = maneuver(kind, asked.seed, number);
+            let settings = Settings { time_limit: asked.limit, ..Settings::default() };
+            let watch = Watch::start();
+            let found = plan(&problem, &settings, None, &mut Silent)?;
+            let took = watch.seconds();
+            seconds.push(took);
+            let (status, cost) = (found.status, found.solution.cost);
+            if status == Status::Solved {
+                costs.push(cost);
+            } else {
+                println!("  {name} {number}: {}", status.name());
+            }
+            writeln!(written, "{name},{},{number},{},{cost:e},{took}", asked.seed, status.name())?;
+        }
+        let solved = format!("{} of {}", costs.len(), asked.cases);
+        seconds.sort_by(f64::total_cmp);
+        // The least that so large a part does not exceed.
+        let at = |part: f64| {
+            let rank = (part * seconds.len() as f64).ceil() as usize;
+            seconds.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
+        };
+        let mean = (costs.iter().map(|cost| cost.ln()).sum::<f64>() / costs.len() as f64).exp();
+        println!("{name:<8}{solved:>14}{:>12.3}{:>10.3}{:>10.3}{mean:>14.6e}", at(0.5), at(0.99), at(1.0));
+    }
+    println!("mean costs are geometric");
+    if let Some(file) = &asked.costs {
+        std::fs::write(file, written).map_err(|error| format!("{file}: {error}"))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,106 @@
+//! Everyday maneuvers: four reaction wheels turn a spacecraft from rest to rest, within limits.
+//!
+//! The law. One of three buses, each as often: mean moment J, torque τ and momentum h of a wheel (0.12 kg·m², 4 mN·m,
+//! 20 mN·m·s), (40, 0.1, 2), (900, 0.6, 25). Principal moments J·(a, b, c) along the body axes: a and b uniform in 0.6 … 1.4, c
+//! between max(1.1 |a − b|, 0.5) and min(0.9 (a + b), 1.5). Wheels about (±0.8, 0, 0.6) and (0, ±0.8, 0.6), without momentum
+//! at the start. From rest to rest through an angle θ uniform in 25 … 170° about a uniform axis; 100 steps.
+//!
+//! - `time`: in least time.
+//! - `rate`: the same with each rate at most √(1.6 θτ/J) times a number uniform in 0.45 … 0.8.
+//! - `cone`: the same past up to three cones.
+//! - `effort`: of least effort past up to three cones, in 2.2 √(θJ/1.6τ) times a number uniform in 1.2 … 2.
+//!
+//! Of cones one, two or three are drawn for one uniform boresight, of half angles α uniform in 8 … 25°, each about a direction that lies
+//! tan(α·u), u uniform in 0.2 … 1.1, beside where the boresight points at a part, uniform in 25 … 75 %, of the turn about its
+//! axis; one that an end of the turn is in, or nearer to than 2°, is left out.
+
+use crate::Random;
+use slewkit::maneuver::{Constraint, Direction, Duration, Objective, Pointing, Problem, Rule, Side, State};
+use slewkit::mechanics::{Actuation, Body, Inertia, Wheels};
+use slewkit::{Matrix3, Vector3, lie};
+
+/// What of the law a maneuver has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Least time.
+    Time,
+    /// Least time with limited rates.
+    Rate,
+    /// Least time with limited rates past cones.
+    Cone,
+    /// Least effort past cones.
+    Effort,
+}
+
+/// The kinds by their names.
+pub const KINDS: [(&str, Kind); 4] =
+    [("time", Kind::Time), ("rate", Kind::Rate), ("cone", Kind::Cone), ("effort", Kind::Effort)];
+
+/// Mean moment \[kg·m²\], torque \[N·m\] and momentum [N·m·s] of a wheel.
+const BUSES: [[f64; 3]; 3] = [[0.12, 4e-3, 0.02], [40.0, 0.1, 2.0], [900.0, 0.6, 25.0]];
+
+/// What the four wheels together turn about one axis by, over the torque of one of them.
+const TOGETHER: f64 = 1.6;
+
+/// How far outside of a cone the ends are \[deg\].
+const OUTSIDE_DEG: f64 = 2.0;
+
+/// The steps of a maneuver.
+pub const STEPS: usize = 100;
+
+/// The maneuver of a number among those of a seed and a kind.
+pub fn maneuver(kind: Kind, seed: u64, number: usize) -> Problem {
+    let mut random = Random::of_case((seed << 2) | kind as u64, number);
+    let [mean, torque, momentum] = random.pick(&BUSES);
+    let (a, b) = (random.within(0.6, 1.4), random.within(0.6, 1.4));
+    let c = random.within((1.1 * (a - b).abs()).max(0.5), (0.9 * (a + b)).min(1.5));
+    let inertia = Inertia::diagonal(Vector3::new(a, b, c) * mean).expect("the moments of a body");
+    let (axis, angle) = (random.normal_direction(), random.within(25.0, 170.0).to_radians());
+    let end = lie::exp(&(axis * angle));
+    let axes = [(0.8, 0.0), (-0.8, 0.0), (0.0, 0.8), (0.0, -0.8)].map(|(x, y)| Vector3::new(x, y, 0.6));
+    let wheels = Wheels { momentum: vec![0.0; 4], momentum_limit: vec![momentum; 4] };
+    let actuation =
+        Actuation::of_wheels(axes.to_vec(), vec![torque; 4], wheels).expect("four wheels about unit vectors");
+    let (start, end_state) = (State::at_rest(Matrix3::identity()), State::at_rest(end));
+    let mut problem = Problem::attitude(Body { inertia, mass: None }, start, end_state, 1.0)
+        .with_actuation(actuation)
+        .with_steps(STEPS);
+    let (name, _) = KINDS[kind as usize];
+    problem.name = format!("{name} {number}, seed {seed}");
+    let unit = (angle * mean / (TOGETHER * torque)).sqrt();
+    if kind == Kind::Effort {
+        problem = problem.with_duration(2.2 * unit * random.within(1.2, 2.0));
+    } else {
+        problem = problem.with_objective(Objective::Time).with_duration(Duration::SOUGHT);
+    }
+    if matches!(kind, Kind::Rate | Kind::Cone) {
+        let rate = angle / unit * random.within(0.45, 0.8);
+        let rule = Rule::RateAxes(Vector3::repeat(rate));
+        problem = problem.with_constraint(Constraint { name: "rates".into(), rule });
+    }
+    if matches!(kind, Kind::Cone | Kind::Effort) {
+        problem = past_cones(problem, &(axis * angle), &mut random);
+    }
+    problem
+}
+
+/// The maneuver past those of one to three cones that hold neither end.
+fn past_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Problem {
+    let boresight = random.normal_direction();
+    for number in 1..=1 + random.below(3) {
+        let half_angle = random.within(8.0, 25.0).to_radians();
+        let passed = lie::exp(&(turn * random.within(0.25, 0.75))) * boresight;
+        let aside = passed.cross(&random.normal_direction()).normalize();
+        let beside = (half_angle * random.within(0.2, 1.1)).tan();
+        let direction = (passed + aside * beside).normalize();
+        let least = half_angle + OUTSIDE_DEG.to_radians();
+        let ends = [problem.start.attitude, problem.end.attitude];
+        if ends.iter().all(|end| (end * boresight).angle(&direction) >= least) {
+            let directions = vec![Direction::Fixed(direction)];
+            let pointing = Pointing::new(Side::KeepOut, vec![boresight], directions, half_angle);
+            let rule = Rule::Pointing(pointing);
+            problem = problem.with_constraint(Constraint { name: format!("cone {number}"), rule });
+        }
+    }
+    problem
+}

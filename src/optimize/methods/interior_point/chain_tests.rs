@@ -1,0 +1,272 @@
+//! The chain as a program: against the matrices of SCP's model and rows, and against central differences.
+
+use super::chain::ChainProgram;
+use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
+use crate::optimize::methods::scp::iterate::Iterate;
+use crate::optimize::methods::scp::model::{Model, step};
+use crate::optimize::methods::scp::rows::{LimitRows, Place, RowValue, What};
+use crate::optimize::methods::scp::tests::{chains, random_inputs, stretch};
+use crate::testing::Random;
+
+/// Step of the central differences, and what they may be off by: truncation and round-off.
+const STEP: f64 = 1e-5;
+const CLOSE: f64 = 3e-8;
+const CLOSE_TO_SECOND: f64 = 1e-6;
+
+/// A trajectory under random inputs that push to one side where they may push to no other.
+fn trajectory(random: &mut Random, model: &Model) -> Iterate {
+    let mut inputs: Vec<Vec<f64>> = (0..=model.steps).map(|_| random_inputs(random, model.m)).collect();
+    inputs.iter_mut().flatten().for_each(|u| *u = 0.2 + 0.3 * u.abs());
+    if model.first_input() > 0 {
+        inputs[0].fill(0.0);
+    }
+    let mut states = vec![step::opening(model, stretch(model), &inputs[0]).end];
+    for stage in 0..model.steps {
+        let end = step::step(model, stage, &states[stage], &inputs[stage + 1]).unwrap().end;
+        states.push(end);
+    }
+    Iterate { states, inputs }
+}
+
+/// All that a program gives, and the point there, of each of so many chains.
+fn programs(
+    every: usize,
+    mut of: impl FnMut(&ChainProgram, &Model, &LimitRows, &Iterate, &Point, &Duals),
+) -> usize {
+    let mut random = Random(17);
+    let mut seen = 0;
+    for (problem, model) in chains().step_by(every) {
+        let limits = LimitRows::of(&problem, &model);
+        let iterate = trajectory(&mut random, &model);
+        let Some(program) = ChainProgram::of(&model, &limits, &iterate) else { continue };
+        let shape = program.shape();
+        let mut point = Point::of(shape);
+        program.point(&iterate, &mut point);
+        // Both sides of an input that burns are used.
+        point.inputs.iter_mut().for_each(|w| *w += 0.01);
+        program.follow(&mut point);
+        let mut duals = Duals::of(shape);
+        let all = [&mut duals.costates, &mut duals.terminal, &mut duals.rows];
+        all.into_iter().flatten().for_each(|value| *value = random.uniform());
+        of(&program, &model, &limits, &iterate, &point, &duals);
+        seen += 1;
+    }
+    seen
+}
+
+/// A program's states are those of SCP's steps, its rows and its cost those of SCP.
+#[test]
+fn a_program_has_the_values_of_the_chain() {
+    let seen = programs(1, |program, model, limits, iterate, _, _| {
+        let shape = program.shape();
+        let (mut point, mut values) = (Point::of(shape), Values::of(shape));
+        program.point(iterate, &mut point);
+        assert!(program.values(&point, &mut values));
+        let defect = values.defects.iter().fold(0.0f64, |worst, value| worst.max(value.abs()));
+        assert!(defect < 1e-13, "{defect:.1e}");
+        let cost = iterate.cost(model);
+        assert!((values.cost / program.scale() - cost).abs() < 1e-12 * cost, "{} {cost}", values.cost);
+        let mut met = 0;
+        for (index, row) in program.of_rows() {
+            let row = &limits.rows[row];
+            if matches!(row.what, What::Burn { .. }) {
+                continue;
+            }
+            let state = &iterate.states[row.stage];
+            let inputs = &iterate.inputs[row.stage];
+            let next = iterate.inputs.get(row.stage + 1).unwrap_or(inputs);
+            let arc = (row.stage < model.steps).then(|| step::arc(model, row.stage, state).unwrap());
+            let place = Place { state, inputs, next, arc: arc.as_ref() };
+            if let RowValue::Half { c, .. } = row.what.at(model, row.stage, &place).smooth() {
+                assert!((c - values.rows[index]).abs() < 1e-12 * c.abs().max(1.0), "{:?} {c}", row.what);
+                met += 1;
+            }
+        }
+        assert!(met > 0);
+        let (there, multipliers) = program.found(&point, &Duals::of(shape));
+        assert_eq!(multipliers.rows.len(), limits.rows.len());
+        for (known, found) in iterate.states.iter().zip(&there.states) {
+            assert!((known.attitude - found.attitude).amax() < 1e-13);
+            assert!((known.momentum - found.momentum).amax() < 1e-12 * (1.0 + known.momentum.amax()));
+        }
+    });
+    assert!(seen > 60, "{seen}");
+}
+
+/// Moves one unknown of one stage.
+fn moved(program: &ChainProgram, at: &Point, stage: usize, place: usize, by: f64) -> Point {
+    let shape = program.shape();
+    let mut increment = Increment::of(shape);
+    match place.checked_sub(shape.m) {
+        Some(state) => increment.states[stage * shape.n + state] = by,
+        None => increment.inputs[stage * shape.m + place] = by,
+    }
+    let mut out = Point::of(shape);
+    program.moved(at, &increment, 1.0, &mut out);
+    out
+}
+
+/// Stages at both ends and between.
+fn stages(shape: &Shape) -> [usize; 4] {
+    [0, shape.stages / 2, shape.stages - 2, shape.stages - 1]
+}
+
+#[test]
+fn the_slopes_of_a_program_are_its_derivatives() {
+    programs(1, |program, model, _, _, point, duals| {
+        let shape = program.shape();
+        let mut at = Derivatives::of(shape);
+        assert!(program.derivatives(point, duals, &mut at));
+        let (n, z) = (shape.n, shape.z());
+        let [mut plus, mut minus] = [Values::of(shape), Values::of(shape)];
+        for stage in stages(shape) {
+            for place in 0..z {
+                if stage == 0 && place >= shape.m {
+                    continue;
+                }
+                let values = |by: f64, out: &mut Values| {
+                    assert!(program.values(&moved(program, point, stage, place, by), out));
+                };
+                values(STEP, &mut plus);
+                values(-STEP, &mut minus);
+                let slope = |plus: f64, minus: f64| (plus - minus) / (2.0 * STEP);
+                for i in 0..n {
+                    let found = slope(plus.defects[stage * n + i], minus.defects[stage * n + i]);
+                    let known = at.steps[(stage * z + place) * n + i];
+                    assert!((found - known).abs() < CLOSE, "step {stage} {place} {i}: {found} {known}");
+                }
+                let found = slope(plus.cost, minus.cost);
+                let known = at.gradients[stage * z + place];
+                assert!((found - known).abs() < CLOSE * (1.0 + known.abs()), "cost {place}: {found} {known}");
+                for row in shape.rows_of(stage) {
+                    let slopes = shape.slopes_of(row);
+                    let known = shape.unknowns[slopes.clone()]
+                        .iter()
+                        .zip(&at.slopes[slopes])
+                        .find(|(known, _)| usize::from(**known) == place)
+                        .map_or(0.0, |(_, value)| *value);
+                    let found = slope(plus.rows[row], minus.rows[row]);
+                    assert!(
+                        (found - known).abs() < CLOSE * (1.0 + known.abs()),
+                        "{:?} {place}: {found} {known}",
+                        program.what(row)
+                    );
+                }
+            }
+        }
+        // The last state, and the start by the duration.
+        for i in 0..n {
+            let values = |by: f64, out: &mut Values| {
+                assert!(program.values(&moved(program, point, shape.stages, shape.m + i, by), out));
+            };
+            values(STEP, &mut plus);
+            values(-STEP, &mut minus);
+            for (c, (plus, minus)) in plus.terminal.iter().zip(&minus.terminal).enumerate() {
+                // The terminal error's own derivative by the attitude is left out (`model.terminal`).
+                if (model.zeta()..model.zeta() + 3).contains(&i) {
+                    continue;
+                }
+                let found = (plus - minus) / (2.0 * STEP);
+                let known = at.terminal_slopes[c * n + i];
+                assert!((found - known).abs() < CLOSE, "end {c} {i}: {found} {known}");
+            }
+            let found = (plus.cost - minus.cost) / (2.0 * STEP);
+            assert!((found - at.last_gradient[i]).abs() < CLOSE * (1.0 + found.abs()));
+        }
+        if let Some(duration) = model.duration {
+            let values = |by: f64, out: &mut Values| {
+                assert!(program.values(&moved(program, point, 0, shape.m + duration, by), out));
+            };
+            values(STEP, &mut plus);
+            values(-STEP, &mut minus);
+            for i in 0..n {
+                let found = (plus.defects[i] - minus.defects[i]) / (2.0 * STEP);
+                let column = |place: usize| at.steps[(shape.m + place) * n + i];
+                let known: f64 = (0..n).map(|place| column(place) * at.start_slopes[place]).sum();
+                assert!((found - known).abs() < CLOSE, "start {i}: {found} {known}");
+            }
+        }
+    });
+}
+
+/// Step of second differences.
+const WIDE: f64 = 3e-4;
+
+/// `λ·step + z·c` and the cost of a stage, with one unknown moved; but for the duration's own equation.
+fn lagrangian(
+    program: &ChainProgram,
+    point: &Point,
+    duals: &Duals,
+    stage: usize,
+    place: usize,
+    by: f64,
+) -> f64 {
+    let shape = program.shape();
+    let mut values = Values::of(shape);
+    assert!(program.values(&moved(program, point, stage, place, by), &mut values));
+    let steps = (0..shape.n).filter(|i| i + shape.m != place).map(|i| stage * shape.n + i);
+    let steps: f64 = steps.map(|i| duals.costates[i + shape.n] * values.defects[i]).sum();
+    let rows: f64 = shape.rows_of(stage).map(|row| duals.rows[row] * values.rows[row]).sum();
+    steps + rows + values.cost
+}
+
+/// The symmetric part of the change of `[B A]ᵀλ + Cᵀz` and of the cost's gradient along the group.
+#[test]
+fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
+    let mut worst = 0.0f64;
+    // Of each maneuver one of its four chains.
+    programs(3, |program, model, _, _, point, duals| {
+        let shape = program.shape();
+        let mut at = Derivatives::of(shape);
+        assert!(program.derivatives(point, duals, &mut at));
+        let (n, z) = (shape.n, shape.z());
+        let mut there = Derivatives::of(shape);
+        for stage in stages(shape) {
+            let first = if stage == 0 { 0..shape.m } else { 0..z };
+            let size = first.len();
+            let mut bend = vec![0.0; size * size];
+            for place in first.clone() {
+                for (by, sign) in [(STEP, 1.0), (-STEP, -1.0)] {
+                    assert!(program.derivatives(&moved(program, point, stage, place, by), duals, &mut there));
+                    for i in first.clone() {
+                        let step = &there.steps[(stage * z + i) * n..][..n];
+                        let next = &duals.costates[(stage + 1) * n..][..n];
+                        let mut slope: f64 = step.iter().zip(next).map(|(a, b)| a * b).sum();
+                        slope += there.gradients[stage * z + i];
+                        for row in shape.rows_of(stage) {
+                            let slopes = shape.slopes_of(row);
+                            let values = shape.unknowns[slopes.clone()].iter().zip(&there.slopes[slopes]);
+                            let own = values.filter(|(known, _)| usize::from(**known) == i);
+                            slope += own.map(|(_, value)| value * duals.rows[row]).sum::<f64>();
+                        }
+                        bend[place * size + i] += sign * slope / (2.0 * STEP);
+                    }
+                }
+            }
+            if let Some(duration) = model.duration.filter(|_| stage > 0) {
+                // Along the increment of the duration itself, which is not that of its logarithm.
+                let place = shape.m + duration;
+                let [before, after] =
+                    [-WIDE, WIDE].map(|by| lagrangian(program, point, duals, stage, place, by));
+                let middle = lagrangian(program, point, duals, stage, place, 0.0);
+                bend[place * size + place] = (before - 2.0 * middle + after) / (WIDE * WIDE);
+            }
+            let blocks = [&at.hessians, &at.curvatures].map(|all| &all[stage * z * z..][..z * z]);
+            for i in first.clone() {
+                for j in first.clone() {
+                    let found = 0.5 * (bend[i * size + j] + bend[j * size + i]);
+                    let known = blocks[0][i * z + j] + blocks[1][i * z + j];
+                    if stage == 0 && model.first_input() > 0 {
+                        continue;
+                    }
+                    // Second differences have less digits.
+                    let wide = model.duration.is_some_and(|d| i == j && i == shape.m + d);
+                    let off = (found - known).abs() / (1.0 + known.abs()) * if wide { 0.1 } else { 1.0 };
+                    worst = worst.max(off);
+                    assert!(off < CLOSE_TO_SECOND, "{stage} {i} {j}: {found} {known}, m {}", shape.m);
+                }
+            }
+        }
+    });
+    assert!(worst > 0.0);
+}
