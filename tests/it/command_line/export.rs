@@ -255,7 +255,8 @@ fn the_steps_that_are_named_reach_the_accuracy() {
     };
     for scheme in ["lie_verlet", "lie_euler"] {
         let scheme = format!("solver.scheme={scheme}");
-        let first = plan(&["--set", &scheme]).ends(0).tells("deg off the target; ").tells(" steps would suffice");
+        let first =
+            plan(&["--set", &scheme]).ends(0).tells("deg off the target; ").tells(" steps would suffice");
         let accuracy = first.json()["accuracy"].clone();
         assert!(accuracy["continuous_attitude_deg"].as_f64().unwrap() > 0.01);
         let steps = accuracy["steps"].as_u64().unwrap();
