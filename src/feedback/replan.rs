@@ -189,7 +189,7 @@ struct Beginning {
     point: Point,
     /// `λ_{k−1}`.
     costate: Vector6,
-    /// `D_k`.
+    /// The matrix `D_k`, by which the error `z` corrects the costate.
     correction: Matrix6,
     /// Cost to go, and its derivatives by the physical state but for the curvature of a field.
     cost: f64,

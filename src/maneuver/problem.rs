@@ -143,7 +143,7 @@ pub struct Problem {
     pub end: State,
     /// The given part of the end state.
     pub end_condition: EndCondition,
-    /// Duration `T`: given, or the plan's to choose.
+    /// Duration `T`: given, or chosen by the plan.
     pub duration: Duration,
     /// Number of steps `N`; the step is `h = T/N`.
     pub steps: usize,
@@ -199,7 +199,7 @@ pub enum ProblemError {
         angle: f64,
         /// The bound.
         limit: f64,
-        /// The number of steps that would do.
+        /// The number of steps that would suffice.
         steps: usize,
     },
     /// Something that the motion needs is absent.

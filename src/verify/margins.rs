@@ -51,7 +51,8 @@ impl Margin {
         self.scaled >= -Self::ROUND_OFF
     }
 
-    /// Returns the number of the input that it is of, forces first, where it is of one.
+    /// Returns the number of the input that the margin belongs to, forces first, if it belongs to
+    /// one.
     pub fn input(&self, problem: &Problem) -> Option<usize> {
         let number = ["wheel ", "input "].iter().find_map(|kind| self.at.strip_prefix(kind))?;
         let index = number.parse::<usize>().ok()?.checked_sub(1)?;

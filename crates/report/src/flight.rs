@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_PI_6, TAU};
 /// plan.
 const MOST_NODES: usize = 120;
 
-/// Ellipses along a track.
+/// Number of ellipses along a track.
 const RINGS: usize = 12;
 
 /// Points around an ellipse.

@@ -48,7 +48,7 @@ impl Condition {
     /// Returns the windows in which it holds, from `from` on to `to` \[s\].
     ///
     /// # Errors
-    /// Returns the errors of [`Sky::direction`].
+    /// Passes on the errors of [`Sky::direction`].
     pub fn windows(&self, sky: &Sky, from: f64, to: f64) -> Result<Vec<Window>, SkyError> {
         intervals(from, to, &|time| self.holds(sky, time))
     }

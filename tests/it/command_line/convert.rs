@@ -34,7 +34,7 @@ fn simulate_follows_a_spinning_body_for_a_turn() {
     simulate(&["--inputs", "0,0,nan"]).ends(2).tells("finite");
     simulate(&["--steps", "0"]).ends(2);
     simulate(&["--steps", "1000000000", "--format", "json"]).ends(2).tells("--stride");
-    simulate(&["--steps", "2", "-o", "none.csv"]).ends(5).tells("raise `--steps`");
+    simulate(&["--steps", "2", "-o", "none.csv"]).ends(5).tells("increase `--steps`");
     assert_eq!(folder.names(), ["spec.toml"]);
 }
 

@@ -238,7 +238,7 @@ fn help_has_topics_and_commands_and_there_is_a_manual() {
     folder.slew(&["man", "nothing"]).ends(2).tells("export");
 }
 
-/// A plan that misses says by how much and how many steps would do, and these do.
+/// A plan that misses says by how much and how many steps would suffice, and these do.
 #[test]
 fn the_steps_that_are_named_reach_the_accuracy() {
     let folder = Folder::new();
@@ -255,7 +255,8 @@ fn the_steps_that_are_named_reach_the_accuracy() {
     };
     for scheme in ["lie_verlet", "lie_euler"] {
         let scheme = format!("solver.scheme={scheme}");
-        let first = plan(&["--set", &scheme]).ends(0).tells("deg off the target; ").tells(" steps would do");
+        let first =
+            plan(&["--set", &scheme]).ends(0).tells("deg off the target; ").tells(" steps would suffice");
         let accuracy = first.json()["accuracy"].clone();
         assert!(accuracy["continuous_attitude_deg"].as_f64().unwrap() > 0.01);
         let steps = accuracy["steps"].as_u64().unwrap();

@@ -163,7 +163,7 @@ fn wrong_inputs_and_outputs_are_told() {
     folder.slew(&["report", "absent.json", "-o", "a.html"]).ends(8).tells("cannot read absent.json");
     folder.slew(&["report", "plan.json", "-o", "a.txt"]).ends(2).tells("must end in .html");
     folder.slew(&["plan", "spec.toml", "--report", "a.json"]).ends(2).tells("must end in .html");
-    folder.slew(&["plot", "plan.json", "-o", "a.jpg"]).ends(2).tells("written as .svg, .png or .pdf");
+    folder.slew(&["plot", "plan.json", "-o", "a.jpg"]).ends(2).tells("pictures are .svg, .png or .pdf");
     folder
         .slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "forces"])
         .ends(2)

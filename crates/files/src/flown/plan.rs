@@ -80,7 +80,7 @@ pub struct LoopUncertainty {
     /// Half the extent of the attitude's ellipsoid at the end along the body axes, where every
     /// error is anywhere within one deviation and none has a distribution \[deg\].
     pub end_attitude_bound_deg: [f64; 3],
-    /// For each parameter which part of these six variances it makes.
+    /// The part of each of these six variances that comes from a parameter, by parameter.
     pub shares: Vec<(String, [f64; 6])>,
     /// The pointing error of each boresight at the end.
     pub pointing: Vec<PointingRecord>,

@@ -76,7 +76,7 @@ impl Chart {
         legibility::cut(&self.curves, self.y.scale)
     }
 
-    /// Draws it into `svg`, where `id` is used by nothing else.
+    /// Draws the chart into `svg`. No other element of the document may use `id`.
     pub(super) fn draw(&self, svg: &mut Svg, id: &str) {
         let mut curves = self.legible_curves();
         let levels = self.levels.iter().map(|level| level.value);

@@ -431,7 +431,7 @@ fn refusal_of_witness(error: WitnessError) -> Failure {
     match error {
         WitnessError::Problem(error) => plan::invalid(error),
         WitnessError::Rows { .. } => Failure::Usage(format!("--inputs: {reason}")),
-        WitnessError::StepTooLong { .. } => stopped("E0120", "raise `--steps`"),
+        WitnessError::StepTooLong { .. } => stopped("E0120", "increase `--steps`"),
         WitnessError::NotFinite { .. } => stopped("E0123", "increase `--steps`, or look at the rows before"),
         _ => stopped("E0122", "check the start and the environment"),
     }

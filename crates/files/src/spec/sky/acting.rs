@@ -5,11 +5,11 @@ use super::Reading;
 use slewkit::maneuver::During;
 use slewkit_sky::Condition;
 
-/// What a boresight that is held on a cone may be off by between nodes, where nothing is stated
+/// Default of the largest angle, between nodes, between a cone and a boresight that is held on it
 /// \[deg\].
 const WITHIN_DEG: f64 = 0.1;
 
-/// What a boresight that is held on a cone may be off by \[rad\].
+/// Returns the largest angle between a cone and a boresight that is held on it \[rad\].
 pub(in crate::spec) fn within(section: &Section) -> Option<f64> {
     if section.has("within_deg") || section.has("within_rad") {
         section.angle("within_deg", "within_rad").map(|angle| angle.radians())
