@@ -1,6 +1,8 @@
 //! An end on a target: a body axis points at it, which may move, and the roll about that axis is the plan's to choose, all of
 //! it or within a band.
 //!
+//! A spin s about the boresight may be asked besides, `Ω = s b` or `Ω = R(ρ)ᵀ ω + s b`: its phase is the roll.
+//!
 //! Such ends are a family of states over the roll ρ and the time T. With the direction `d(t)` and its rate in
 //! inertial space, axes of the reference frame as it stands at that time:
 //!
@@ -39,6 +41,8 @@ pub struct Aim {
     pub roll: Roll,
     /// At which rate the body turns.
     pub rate: AimRate,
+    /// At which rate it turns about the boresight besides \[rad/s\]: a spin that is kept.
+    pub roll_rate: f64,
 }
 
 /// The roll about the axis that points.
@@ -112,6 +116,8 @@ pub struct Ends {
     acceleration: Vector3,
     /// How far the roll may go to either side \[rad\].
     within: f64,
+    /// The rate about the boresight besides \[rad/s\].
+    roll_rate: f64,
 }
 
 /// An end that moves on with the duration that is found: a plan of least time meets its target where that is when it arrives.
@@ -136,7 +142,7 @@ impl Meeting {
 impl Aim {
     /// A body axis that points along a direction, moves with it, and has its roll where it costs least.
     pub fn new(boresight: Vector3, at: Direction) -> Self {
-        Self { boresight, at, roll: Roll::Free, rate: AimRate::Matched }
+        Self { boresight, at, roll: Roll::Free, rate: AimRate::Matched, roll_rate: 0.0 }
     }
 
     /// This end with a second axis towards a second direction, as well as it can or `within` \[rad\] of that.
@@ -147,6 +153,11 @@ impl Aim {
     /// This end with the body at rest.
     pub fn at_rest(self) -> Self {
         Self { rate: AimRate::Zero, ..self }
+    }
+
+    /// This end with a spin about the boresight [rad/s].
+    pub fn spinning(self, roll_rate: f64) -> Self {
+        Self { roll_rate, ..self }
     }
 
     /// Whether the end depends on the time at which it is come to, in axes of a reference frame that turns at `frame_rate`.
@@ -229,7 +240,8 @@ impl Aim {
             AimRate::Matched => (turning, acceleration),
             AimRate::Zero => (Vector3::zeros(), Vector3::zeros()),
         };
-        Ok(Ends { boresight: self.boresight, attitude, turning, rate, acceleration, within })
+        let (boresight, roll_rate) = (self.boresight, self.roll_rate);
+        Ok(Ends { boresight, attitude, turning, rate, acceleration, within, roll_rate })
     }
 }
 
@@ -247,7 +259,7 @@ impl Ends {
     /// Attitude and angular velocity, body axes \[rad/s\], at a roll \[rad\].
     pub fn at(&self, roll: f64) -> (Matrix3, Vector3) {
         let attitude = lie::project_to_rotation(&(self.attitude * lie::exp(&(self.boresight * roll))));
-        (attitude, attitude.tr_mul(&self.rate))
+        (attitude, attitude.tr_mul(&self.rate) + self.boresight * self.roll_rate)
     }
 
     /// The roll \[rad\] at which the end comes nearest to an attitude, within the band.

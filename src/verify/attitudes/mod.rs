@@ -13,6 +13,9 @@
 mod between;
 mod consistency;
 mod torque;
+mod turns;
+
+pub use turns::in_turns;
 
 use super::Check;
 use crate::maneuver::Problem;
@@ -29,6 +32,9 @@ pub struct AttitudeRows<'a> {
     pub rate: &'a [Vector3],
     /// Rows before which nothing may be interpolated.
     pub breaks: &'a [usize],
+    /// Which rows the file tells, where others stand between them that a polynomial makes; empty: all are told. Between told rows a
+    /// motion may enter a cone by the tolerance.
+    pub told: &'a [bool],
     /// What the printed digits leave open.
     pub rounding: Rounding,
 }
@@ -131,11 +137,25 @@ impl Motion<'_> {
     }
 }
 
+/// Attitude and angular velocity at which a maneuver to a target may end that come nearest to the last row: the roll is the plan's to
+/// choose, all of it or within a band. `None` where the end is told, or the target leaves it open at that time.
+fn aimed_end(problem: &Problem, motion: &Motion<'_>, duration: f64) -> Option<(Matrix3, Vector3)> {
+    let ends = problem.aim()?.ends(duration, &problem.start.attitude, &motion.frame_rate).ok()?;
+    Some(ends.at(ends.nearest(&motion.attitude[motion.last()])))
+}
+
 /// Judges rows. `tolerance` \[rad\] is for the attitudes at the ends, and for how deep the cubic between rows may enter a cone.
 pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f64) -> AttitudeReport {
     let frame_rate = problem.environment.frame_rate();
     let attitude = rows.quaternion.iter().map(lie::rotation_from_quaternion).collect();
     let motion = Motion { rows, attitude, frame_rate, tolerance };
+    let turned;
+    let problem = if problem.alternatives.is_empty() {
+        problem
+    } else {
+        turned = turns::kept(problem, &motion);
+        &turned
+    };
     let last = motion.last();
     let time = rows.time;
     let check = |name: &str, value: f64, limit: f64| Check {
@@ -153,14 +173,17 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
         (None, Some(longest)) => checks.push(check("longest duration", told / longest - 1.0, limit)),
         (None, None) => open.push("the duration: it is sought, and any will do".to_string()),
     }
-    for (name, k, end) in [("start", 0, &problem.start), ("end", last, &problem.end)] {
+    let aimed = aimed_end(problem, &motion, told);
+    let end = aimed.unwrap_or((problem.end.attitude, problem.end.angular_velocity));
+    let start = (problem.start.attitude, problem.start.angular_velocity);
+    for (name, k, (attitude, angular_velocity)) in [("start", 0, start), ("end", last, end)] {
         if k == 0 || !problem.ends_in_any_attitude() {
-            let angle = lie::minus(&motion.attitude[k], &end.attitude).norm();
+            let angle = lie::minus(&motion.attitude[k], &attitude).norm();
             checks.push(check(&format!("attitude at the {name}"), angle, tolerance));
         }
         if let Some(rate) = motion.inertial(k) {
             let limit = tolerance / (RATE_SHARE * duration);
-            checks.push(check(&format!("rate at the {name}"), (rate - end.angular_velocity).norm(), limit));
+            checks.push(check(&format!("rate at the {name}"), (rate - angular_velocity).norm(), limit));
         }
     }
     let mut report = AttitudeReport {

@@ -279,7 +279,8 @@ impl<'a> PlanFile<'a> {
     /// Whether a text that begins so is a plan file, and not a message or a table of attitudes. What is empty, or begins as
     /// no text does, is left to the reader of plans to tell.
     pub fn begins(text: &[u8]) -> bool {
-        if encoding::is_utf16(text) {
+        // What is no text is named by the reader of attitudes.
+        if encoding::is_utf16(text) || encoding::binary(text).is_some() {
             return false;
         }
         let text = text.strip_prefix(encoding::MARK).unwrap_or(text);
