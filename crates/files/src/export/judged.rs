@@ -3,8 +3,10 @@
 use super::recorded;
 use super::{ExportError, PlanFile};
 use crate::identity::Identity;
-use crate::spec::{ClosedLoop, Difference, SpecDocument};
+use crate::spec::{ClosedLoop, Difference, Loaded, SpecDocument};
 use slewkit::maneuver::{Problem, Settings};
+use slewkit::numerics::figures::{scientific, told_apart};
+use slewkit::plan::Status;
 use slewkit::verify::{self, Check, Verification};
 
 /// What the witnesses found of a plan file.
@@ -48,9 +50,17 @@ impl PlanFile<'_> {
         closed_loop: &ClosedLoop,
         stop: &dyn Fn() -> bool,
     ) -> Result<Judgement, ExportError> {
-        // The grid is the plan's own matter.
-        let problem = self.on_grid(problem)?;
         let held = self.spec.as_ref();
+        // The grid is the plan's own matter, and so is which of several sets of cones holds when.
+        let turned;
+        let problem = if problem.alternatives.is_empty() {
+            problem
+        } else {
+            let own = held.and_then(|held| held.read("the plan's spec", &[]).ok());
+            turned = verify::in_turns(problem, own.as_ref().map(|own| &own.problem), &self.trajectory.0);
+            &turned
+        };
+        let problem = self.on_grid(problem)?;
         let judged_by = SpecDocument::new(&problem, settings).ok();
         let judged_by = judged_by.map(|spec| spec.with_identity(identity).with_closed_loop(closed_loop));
         let differences = held.zip(judged_by).map_or(Vec::new(), |(held, other)| held.differences(&other));
@@ -105,6 +115,37 @@ impl PlanFile<'_> {
             });
         }
         Ok(Judgement { problem, verification, differences, recorded, not_judged })
+    }
+
+    /// The file with the verdict that the witnesses find where it claims to be solved and verified, and in words why they refuse that, if
+    /// they do; `loaded` is the spec that it holds.
+    pub fn settled(mut self, loaded: &Loaded) -> (Self, Option<String>) {
+        if self.status != Status::Solved {
+            return (self, None);
+        }
+        let Loaded { problem, settings, identity, closed_loop, .. } = loaded;
+        let why = match self.judge(problem, settings, identity, closed_loop, &|| false) {
+            Ok(judged) if judged.verification.passed() => return (self, None),
+            Ok(Judgement { verification, .. }) => {
+                let failed = verification.checks.iter().find(|check| !check.passed);
+                let why = failed.map_or_else(
+                    || "a witness refuses it".to_string(),
+                    |Check { name, value, limit, .. }| {
+                        let [value, limit] = told_apart([*value, *limit], 2, scientific);
+                        format!("{name} is {value}, at most {limit}")
+                    },
+                );
+                self.verified = Some(verification);
+                why
+            }
+            Err(error) => {
+                self.verified = None;
+                error.to_string()
+            }
+        };
+        self.status = Status::VerificationFailed;
+        self.exit_code = self.status.exit_code();
+        (self, Some(why))
     }
 
     /// Whether what the file tells of how the plan ended goes together.
