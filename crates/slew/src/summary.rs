@@ -41,19 +41,19 @@ pub struct Told<'a> {
     pub beside: Option<(&'a ClosedLoop, &'a Beside)>,
     /// What keeping chances took, where some are asked, also of a plan that is not solved.
     pub margins: Option<&'a MarginsRecord>,
-    /// How it was begun from another plan, or why that was left.
-    pub warm: Option<&'a str>,
+    /// How it was begun from another plan, or why that was left: a label and a text.
+    pub begun: Option<(&'a str, &'a str)>,
 }
 
 /// The summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
-    let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, warm } = *told;
+    let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, begun } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
     if verbose {
         lines.extend(summary::details(console.colour, problem, settings, plan, identity));
     }
-    if let Some(warm) = warm {
-        lines.lines("warm", summary::wrapped(&escape(warm), summary::TEXT));
+    if let Some((label, text)) = begun {
+        lines.lines(label, summary::wrapped(&escape(text), summary::TEXT));
     }
     let times = &plan.solution.trajectory.time;
     lines.extend(gains.iter().flat_map(|gains| summary::flown::gains(gains, times)));
