@@ -2,6 +2,7 @@
 
 use super::columns::{AFTER, BEFORE};
 use super::{CaseResult, Header};
+use crate::cells::no_formula;
 use crate::export::ExportError;
 use serde_json::Value;
 use std::io::Write;
@@ -55,7 +56,7 @@ impl<'o> CommaTable<'o> {
 /// In quotes where a reader would see more cells or lines than one. A line break becomes a blank: many readers take a line for a
 /// row.
 fn quoted(text: &str) -> String {
-    let text = text.replace(['\r', '\n'], " ");
+    let text = no_formula(&text.replace(['\r', '\n'], " ")).into_owned();
     if text.contains([',', '"', ';', '\t']) || text.trim() != text {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {
