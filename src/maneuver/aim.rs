@@ -1,6 +1,9 @@
 //! An end on a target: a body axis points at it, which may move, and the roll about that axis is
 //! the plan's to choose, all of it or within a band.
 //!
+//! A spin s about the boresight may be requested: `Ω = s b` or `Ω = R(ρ)ᵀ ω + s b`. Its phase is the
+//! roll.
+//!
 //! The end states on a target are a family over the roll ρ and the time T. The target has the
 //! direction `d(t)` and a rate, both in inertial axes (the axes of the reference frame at that
 //! time):
@@ -43,6 +46,8 @@ pub struct Aim {
     pub roll: Roll,
     /// The rate of the body at the end.
     pub rate: AimRate,
+    /// At which rate it turns about the boresight besides \[rad/s\]: a spin that is kept.
+    pub roll_rate: f64,
 }
 
 /// The roll about the axis that points.
@@ -122,6 +127,8 @@ pub struct Ends {
     acceleration: Vector3,
     /// The largest deviation of the roll to either side \[rad\].
     within: f64,
+    /// The rate about the boresight besides \[rad/s\].
+    roll_rate: f64,
 }
 
 /// An end that moves on with the duration that is found: a plan of least time meets its target
@@ -148,7 +155,7 @@ impl Aim {
     /// Builds a body axis that points along a direction, moves with it, and has its roll where it
     /// costs least.
     pub fn new(boresight: Vector3, at: Direction) -> Self {
-        Self { boresight, at, roll: Roll::Free, rate: AimRate::Matched }
+        Self { boresight, at, roll: Roll::Free, rate: AimRate::Matched, roll_rate: 0.0 }
     }
 
     /// This end with a second axis towards a second direction, as well as it can or `within`
@@ -160,6 +167,11 @@ impl Aim {
     /// This end with the body at rest.
     pub fn at_rest(self) -> Self {
         Self { rate: AimRate::Zero, ..self }
+    }
+
+    /// Returns this end with a spin about the boresight \[rad/s\].
+    pub fn spinning(self, roll_rate: f64) -> Self {
+        Self { roll_rate, ..self }
     }
 
     /// Returns whether the end depends on the arrival time, in axes of a reference frame that
@@ -245,7 +257,8 @@ impl Aim {
             AimRate::Matched => (turning, acceleration),
             AimRate::Zero => (Vector3::zeros(), Vector3::zeros()),
         };
-        Ok(Ends { boresight: self.boresight, attitude, turning, rate, acceleration, within })
+        let (boresight, roll_rate) = (self.boresight, self.roll_rate);
+        Ok(Ends { boresight, attitude, turning, rate, acceleration, within, roll_rate })
     }
 }
 
@@ -263,7 +276,7 @@ impl Ends {
     /// Returns the attitude and angular velocity, body axes \[rad/s\], at a roll \[rad\].
     pub fn at(&self, roll: f64) -> (Matrix3, Vector3) {
         let attitude = lie::project_to_rotation(&(self.attitude * lie::exp(&(self.boresight * roll))));
-        (attitude, attitude.tr_mul(&self.rate))
+        (attitude, attitude.tr_mul(&self.rate) + self.boresight * self.roll_rate)
     }
 
     /// Returns the roll \[rad\] at which the end comes nearest to an attitude, within the band.

@@ -5,8 +5,28 @@
 pub enum NoText {
     /// They are UTF-16, as some programs on Windows save it.
     Utf16,
+    /// They are a file of this kind, which is no text.
+    Binary(&'static str),
     /// The byte at this place is of no character of UTF-8.
     At(usize),
+}
+
+/// The first bytes of binary files, and the names of their kinds.
+const BINARY: [(&[u8], &str); 9] = [
+    (b"\x1f\x8b", "compressed by gzip"),
+    (b"PK\x03\x04", "an archive of ZIP"),
+    (b"BZh", "compressed by bzip2"),
+    (b"\xfd7zXZ\0", "compressed by xz"),
+    (b"\x28\xb5\x2f\xfd", "compressed by zstd"),
+    (b"\x1f\x9d", "compressed by compress"),
+    (b"DAF/CK", "a C-kernel of SPICE"),
+    (b"DAF/", "a binary kernel of SPICE"),
+    (b"\x89HDF", "a file of HDF"),
+];
+
+/// Returns the kind of a binary file by its first bytes; `None` for text.
+pub fn binary(bytes: &[u8]) -> Option<&'static str> {
+    BINARY.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, kind)| *kind)
 }
 
 /// The byte order mark of UTF-8, which has no meaning.
@@ -28,6 +48,9 @@ pub fn is_utf16(bytes: &[u8]) -> bool {
 /// # Errors
 /// [`NoText`].
 pub fn text(bytes: &[u8]) -> Result<&str, NoText> {
+    if let Some(kind) = binary(bytes) {
+        return Err(NoText::Binary(kind));
+    }
     if is_utf16(bytes) {
         return Err(NoText::Utf16);
     }
@@ -50,5 +73,7 @@ mod tests {
             assert_eq!(text(utf16), Err(NoText::Utf16));
         }
         assert_eq!(text(b"ab\xe9"), Err(NoText::At(2)));
+        assert_eq!(text(b"\x1f\x8b\x08\0"), Err(NoText::Binary("compressed by gzip")));
+        assert_eq!(text(b"DAF/CK  \x02\0\0\0"), Err(NoText::Binary("a C-kernel of SPICE")));
     }
 }

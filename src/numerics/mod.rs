@@ -12,6 +12,7 @@ pub(crate) mod hermite;
 pub(crate) mod least_squares;
 pub(crate) mod matrix_inertia;
 pub(crate) mod parallel;
+pub mod polynomial;
 pub mod random;
 pub(crate) mod tableau;
 pub(crate) mod three;

@@ -41,7 +41,9 @@ mod wheels;
 mod window;
 
 pub use accuracy::{Accuracy, DEFAULT_ACCURACY_DEG};
-pub use attitudes::{AttitudeReport, AttitudeRows, RATES_AGAINST_ATTITUDES, Rounding, judge_attitudes};
+pub use attitudes::{
+    AttitudeReport, AttitudeRows, RATES_AGAINST_ATTITUDES, Rounding, in_turns, judge_attitudes,
+};
 pub use course::{Clearance, Course, course};
 pub use margins::{ConeAngle, Margin, NodeMargins, cone_angles, margins_at_nodes, worst_violation};
 pub use motion::Phase;

@@ -3,7 +3,7 @@
 
     python tests/exchange/corpus.py SLEW [NAME OF A STYLE ...]
 
-All files are written here, by formulas of SciPy. The motion is a turn about two axes one after the other, `R(s) = R0 A(s) B(s)`, with
+Messages with orbits stand in orbits.py and are run with them. All files are written here, by formulas of SciPy. The motion is a turn about two axes one after the other, `R(s) = R0 A(s) B(s)`, with
 `3s² − 2s³` of each angle, so that attitudes and rates are formulas too. Every reader must find them, and `slew` must say that they agree
 with the maneuver.
 """
@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+import orbits
 from test_exchange import LEAPSECONDS, orekit_or_none
 
 SLEW = str(Path(sys.argv[1]).resolve())
@@ -339,6 +340,64 @@ def turn(name, folder):
         spiceypy.kclear()
 
 
+# ---- what is to be said of a file -----------------------------------------------------------------------------------
+
+
+def stk(kind="AttitudeTimeQuaternions", axes="J2000"):
+    rows = []
+    for time in TIMES:
+        attitude, rate = motion(time)
+        row = [time, *attitude.as_quat(), *(np.degrees(rate) if kind.endswith("AngVels") else [])]
+        rows.append(" ".join(f"{value:.12f}" for value in row))
+    return (f"stk.v.11.0\nBEGIN Attitude\nNumberOfAttitudePoints {len(TIMES)}\nScenarioEpoch 21 Nov 2026 07:00:00.000\n"
+            f"CentralBody Earth\nCoordinateAxes {axes}\n{kind}\n" + "\n".join(rows) + "\nEND Attitude\n")
+
+
+def aem(**changes):
+    return keywords(BASE | changes, Rotation.identity())
+
+
+def apm_before(text):
+    head, body = text.split("?>\n", 1)
+    apm = ("<apm id=\"CCSDS_APM_VERS\" version=\"2.0\"><header/><body><segment><metadata><TIME_SYSTEM>UTC</TIME_SYSTEM></metadata>"
+           "<data><EPOCH>2026-11-21T07:00:00</EPOCH></data></segment></body></apm>")
+    return f"{head}?>\n<ndm>{apm}{body}</ndm>"
+
+
+def interpolated(method, degree):
+    return aem().replace("META_STOP", f"INTERPOLATION_METHOD = {method}\nINTERPOLATION_DEGREE = {degree}\nMETA_STOP")
+
+
+def words(folder, wanted):
+    """Files with the exit code and the words that are due: 0 agrees, 3 refused."""
+    cases = {
+        "STK": (stk(), 0, "attitudes agree"),
+        "STK with rates": (stk("AttitudeTimeQuatAngVels"), 0, "attitudes agree"),
+        "STK in turning axes": (stk(axes="Fixed"), 3, "no rotation between the two is known"),
+        "STK by yaw, pitch, roll": (stk("AttitudeTimeYPRAngles"), 3, "rows of AttitudeTimeYPRAngles are not read"),
+        "behind an APM": (apm_before(xml(BASE | XML, Rotation.identity())), 0, "attitudes agree"),
+        "Lagrange": (interpolated("LAGRANGE", 5), 0, "attitudes agree"),
+        "a degree above all": (interpolated("LAGRANGE", 40), 0, "25 is the highest that is taken"),
+        "an unknown method": (interpolated("SPLINE", 3), 0, "SPLINE, which is not known"),
+        "Hermite without rates": (interpolated("HERMITE", 3), 0, "HERMITE takes rates"),
+        "an ACM": ("CCSDS_ACM_VERS = 2.0\n", 3, "an attitude comprehensive message (ACM)"),
+        "an APM": ("CCSDS_APM_VERS = 2.0\n", 3, "it has one moment"),
+        "an OPM": ("CCSDS_OPM_VERS = 2.0\n", 3, "an orbit parameter message (OPM)"),
+        "an OEM": (orbits.oem(60.0, 4, None), 3, "an orbit ephemeris message (OEM)"),
+        "compressed": (b"\x1f\x8b\x08\x00packed", 3, "compressed by gzip"),
+        "a kernel of others": (b"DAF/CK  " + bytes(80) + b"LTL-IEEE" + bytes(2000), 3, "ticks of a clock"),
+    }
+    for name, (text, code, word) in cases.items():
+        if wanted and name not in wanted:
+            continue
+        path = folder / "file"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        run = subprocess.run([SLEW, "verify", str(path), "--spec", str(folder / "spec.toml")], capture_output=True, text=True)
+        assert run.returncode == code or run.returncode in (3, 8) and code == 3, f"{name}: {run.returncode} {run.stderr}"
+        assert word in run.stderr, f"{name}: {run.stderr}"
+    print(f"{len(cases)} files have their word", flush=True)
+
+
 if __name__ == "__main__":
     wanted = sys.argv[2:]
     with tempfile.TemporaryDirectory() as name:
@@ -358,3 +417,6 @@ if __name__ == "__main__":
                 raise
             print(f"{name:32} slew: {told[0]:8} Orekit: {told[1]:24} ccsds-ndm: {told[2]}", flush=True)
         print(f"{len(STYLES) if not wanted else len(wanted)} styles")
+        words(folder, wanted)
+    if not wanted:
+        orbits.corpus(SLEW)

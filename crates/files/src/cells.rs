@@ -59,6 +59,13 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
     }
 }
 
+/// Returns a text for a cell of a table that spreadsheets open. A text that begins like a formula
+/// gets an apostrophe before it, which spreadsheets do not show. Numbers stay as they are.
+pub(crate) fn no_formula(text: &str) -> Cow<'_, str> {
+    let begins = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
+    if begins && text.parse::<f64>().is_err() { format!("'{text}").into() } else { text.into() }
+}
+
 /// Returns the position of the quote that closes a cell; doubled quotes belong to its text.
 fn closing(quoted: &str) -> Option<usize> {
     let bytes = quoted.as_bytes();
@@ -74,7 +81,22 @@ fn closing(quoted: &str) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::{cells, separator};
+    use super::{cells, no_formula, separator};
+
+    #[test]
+    fn no_cell_begins_as_a_formula() {
+        for (text, cell) in [
+            ("=1+1", "'=1+1"),
+            ("@SUM(A1)", "'@SUM(A1)"),
+            ("-x", "'-x"),
+            ("-1.5e-3", "-1.5e-3"),
+            ("+2", "+2"),
+            ("a=b", "a=b"),
+            ("", ""),
+        ] {
+            assert_eq!(no_formula(text), cell);
+        }
+    }
 
     #[test]
     fn cells_keep_their_places() {

@@ -26,9 +26,11 @@
 mod bodies;
 mod frames;
 mod light;
+mod mean_elements;
 mod orbit;
 mod target;
 mod time;
+mod two_lines;
 mod visibility;
 
 pub use frames::{
@@ -36,9 +38,11 @@ pub use frames::{
     teme_to_gcrs, true_of_date_to_gcrs,
 };
 pub use light::Light;
-pub use orbit::{Elements, Model, Orbit, OrbitError};
+pub use mean_elements::MeanElements;
+pub use orbit::{Between, Elements, Model, Orbit, OrbitError, Table, two_body};
 pub use target::{Sky, SkyError, Target};
 pub use time::{Clock, DATE_OF_LAST_LEAP_SECOND};
+pub use two_lines::TwoLinesError;
 pub use visibility::{Condition, Window, elevation};
 
 #[cfg(test)]

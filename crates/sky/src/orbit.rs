@@ -1,7 +1,11 @@
 //! Where a satellite is: two-line elements by SGP4, a Keplerian orbit, one with the Earth's flattening, a table.
 
 use crate::frames::{self, EARTH_RADIUS_M, Theory};
+use crate::mean_elements::MeanElements;
 use crate::time::Clock;
+use crate::two_lines::{self, TwoLinesError};
+use sgp4::chrono::{Datelike, Timelike};
+use slewkit::numerics::polynomial;
 use slewkit::{Matrix3, Vector3};
 use std::sync::Arc;
 use thiserror::Error;
@@ -45,7 +49,10 @@ pub struct Elements {
 pub enum OrbitError {
     /// The two lines are none.
     #[error("the two-line elements are wrong: {0}")]
-    TwoLines(String),
+    TwoLines(#[from] TwoLinesError),
+    /// SGP4 refuses these elements.
+    #[error("SGP4 refuses these elements: {0}")]
+    MeanElements(String),
     /// SGP4 cannot go there: it decays, as a rule.
     #[error("SGP4 has no position {0:.0} s after the epoch: the orbit decays")]
     Decays(f64),
@@ -75,43 +82,116 @@ pub struct Orbit {
 #[derive(Clone, Debug)]
 enum Path {
     TwoLines(Arc<sgp4::Constants>),
-    State {
-        position: Vector3,
-        velocity: Vector3,
-        model: Model,
-        pole: Vector3,
-    },
-    /// Times since the epoch of the maneuver, positions, and how many neighbours are interpolated between.
-    Table {
-        time: Arc<[f64]>,
-        position: Arc<[Vector3]>,
-        degree: usize,
-    },
+    State { position: Vector3, velocity: Vector3, model: Model, pole: Vector3 },
+    Table(Arc<Table>),
+}
+
+/// A table of positions and what goes between them.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Seconds since the epoch of the maneuver, rising.
+    pub time: Vec<f64>,
+    /// Positions, GCRS \[m\], as many.
+    pub position: Vec<Vector3>,
+    /// Velocities \[m/s\], as many; used by Hermite's polynomial alone.
+    pub velocity: Vec<Vector3>,
+    /// Of the rows about a moment.
+    pub between: Between,
+}
+
+/// The polynomial between the rows of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Between {
+    /// Through positions, of this degree.
+    Lagrange(usize),
+    /// Through positions and velocities, of this degree or one more: two for each row.
+    Hermite(usize),
+}
+
+impl Between {
+    /// How many rows it takes.
+    pub fn rows(self) -> usize {
+        match self {
+            Self::Lagrange(degree) => degree + 1,
+            Self::Hermite(degree) => (degree + 1).div_ceil(2),
+        }
+    }
+}
+
+impl Table {
+    /// Position at a time; `None` outside of the table.
+    pub fn position(&self, time: f64) -> Option<Vector3> {
+        // What sums of seconds in doubles leave is still inside.
+        const ROUNDED: f64 = 1e-6;
+        let (first, last) = (*self.time.first()?, *self.time.last()?);
+        if !(first - ROUNDED..=last + ROUNDED).contains(&time) {
+            return None;
+        }
+        let count = self.between.rows().min(self.time.len());
+        let from = polynomial::about(&self.time, count, time);
+        let rows = from..from + count;
+        // Differences from the first row, so that no digits are lost in nodes far from zero.
+        let nodes: Vec<f64> = self.time[rows.clone()].iter().map(|at| at - self.time[from]).collect();
+        let of = |vectors: &[Vector3]| -> Vec<[f64; 3]> {
+            vectors[rows.clone()].iter().map(|vector| (*vector).into()).collect()
+        };
+        let slopes = matches!(self.between, Between::Hermite(_)).then(|| of(&self.velocity));
+        let found =
+            polynomial::through(&nodes, &of(&self.position), slopes.as_deref(), time - self.time[from]);
+        found.map(Vector3::from)
+    }
 }
 
 impl Orbit {
     /// By SGP4, from two-line elements; `clock` is the epoch of the maneuver.
     ///
     /// # Errors
-    /// [`OrbitError::TwoLines`] with the place and the reason.
+    /// [`OrbitError::TwoLines`] with the columns and the reason; [`OrbitError::MeanElements`].
     pub fn of_two_lines(lines: [&str; 2], clock: Clock) -> Result<Self, OrbitError> {
-        let wrong = |error: &dyn std::fmt::Display| OrbitError::TwoLines(error.to_string());
-        let [first, second] = lines.map(str::trim_end);
-        let elements =
-            sgp4::Elements::from_tle(None, first.as_bytes(), second.as_bytes()).map_err(|e| wrong(&e))?;
+        Self::of_mean_elements(&two_lines::read(lines)?, clock)
+    }
+
+    /// By SGP4, from mean elements; `clock` is the epoch of the maneuver.
+    ///
+    /// # Errors
+    /// [`OrbitError::MeanElements`] of elements that are no orbit, or of an epoch that the calendar does not have.
+    pub fn of_mean_elements(mean: &MeanElements, clock: Clock) -> Result<Self, OrbitError> {
+        let wrong = |error: &dyn std::fmt::Display| OrbitError::MeanElements(error.to_string());
+        let seconds = (mean.nanoseconds_of_day / 1_000_000_000) as u32;
+        let nanoseconds = (mean.nanoseconds_of_day % 1_000_000_000) as u32;
+        let [hour, minute, second] = [seconds / 3600, seconds / 60 % 60, seconds % 60];
+        let date = sgp4::chrono::NaiveDate::from_yo_opt(mean.year, mean.day_of_year);
+        let moment = date.and_then(|date| {
+            // What rounds up to the end of a day is the beginning of the next.
+            let (date, hour) = if hour > 23 { (date.succ_opt()?, 0) } else { (date, hour) };
+            date.and_hms_nano_opt(hour, minute, second, nanoseconds)
+        });
+        let datetime = moment.ok_or_else(|| wrong(&"their epoch is no moment of UTC"))?;
+        // The crate counts without leap seconds: the epoch goes through TAI.
+        let date = [datetime.year(), datetime.month() as i32, datetime.day() as i32];
+        let epoch = Clock::of_utc(date, datetime.hour() as u8, minute as u8, second as u8, nanoseconds);
+        let epoch = epoch.ok_or_else(|| wrong(&"their epoch is no moment of UTC"))?;
+        let elements = sgp4::Elements {
+            object_name: None,
+            international_designator: None,
+            norad_id: 0,
+            classification: sgp4::Classification::Unclassified,
+            datetime,
+            mean_motion_dot: 0.0,
+            mean_motion_ddot: 0.0,
+            drag_term: mean.drag,
+            element_set_number: 0,
+            inclination: mean.inclination_deg,
+            right_ascension: mean.raan_deg,
+            eccentricity: mean.eccentricity,
+            argument_of_perigee: mean.argument_of_perigee_deg,
+            mean_anomaly: mean.mean_anomaly_deg,
+            mean_motion: mean.mean_motion,
+            revolution_number: 0,
+            ephemeris_type: 0,
+        };
         let constants =
             sgp4::Constants::from_elements_afspc_compatibility_mode(&elements).map_err(|e| wrong(&e))?;
-        // The crate counts without leap seconds: the epoch goes through TAI.
-        let text = elements.datetime.format("%Y %m %d %H %M %S %f").to_string();
-        let numbers: Vec<u32> = text.split(' ').filter_map(|part| part.parse().ok()).collect();
-        let epoch = match numbers[..] {
-            [year, month, day, hour, minute, second, nanosecond] => {
-                let date = [year, month, day].map(|number| number as i32);
-                Clock::of_utc(date, hour as u8, minute as u8, second as u8, nanosecond)
-            }
-            _ => None,
-        };
-        let epoch = epoch.ok_or_else(|| OrbitError::TwoLines("their epoch is not a time in UTC".into()))?;
         Ok(Self { path: Path::TwoLines(constants.into()), ahead: clock.since(&epoch), clock })
     }
 
@@ -182,31 +262,23 @@ impl Orbit {
         Self::of_state(position, velocity, model, epoch, clock)
     }
 
-    /// From a table: seconds since the epoch of the maneuver, rising, and positions, GCRS \[m\]; between them Lagrange's polynomial of
-    /// this degree.
+    /// From a table.
     ///
     /// # Errors
     /// [`OrbitError::Beyond`] where the table has fewer rows than the polynomial needs, or times that do not rise.
-    pub fn of_table(
-        time: Vec<f64>,
-        position: Vec<Vector3>,
-        degree: usize,
-        clock: Clock,
-    ) -> Result<Self, OrbitError> {
+    pub fn of_table(table: Table, clock: Clock) -> Result<Self, OrbitError> {
+        let Table { time, position, velocity, between } = &table;
         let rises = time.windows(2).all(|pair| pair[1] > pair[0]);
-        if time.len() != position.len() || time.len() < degree + 1 || !rises {
+        let short = time.len() < between.rows();
+        if time.len() != position.len() || time.len() != velocity.len() || short || !rises {
             return Err(OrbitError::Beyond(0.0));
         }
-        Ok(Self {
-            path: Path::Table { time: time.into(), position: position.into(), degree },
-            ahead: 0.0,
-            clock,
-        })
+        Ok(Self { path: Path::Table(table.into()), ahead: 0.0, clock })
     }
 
     /// Whether it is a table, which has no elements.
     pub fn is_table(&self) -> bool {
-        matches!(self.path, Path::Table { .. })
+        matches!(self.path, Path::Table(_))
     }
 
     /// How old the elements are at the epoch of the maneuver \[s\]; 0 of a table.
@@ -240,9 +312,7 @@ impl Orbit {
             Path::State { position, velocity, model: Model::J2, pole } => {
                 Ok(extrapolated(position, velocity, time, pole).0)
             }
-            Path::Table { time: times, position, degree } => {
-                lagrange(times, position, *degree, time).ok_or(OrbitError::Beyond(time))
-            }
+            Path::Table(table) => table.position(time).ok_or(OrbitError::Beyond(time)),
         }
     }
 
@@ -258,6 +328,18 @@ impl Orbit {
         let axis = 1.0 / (2.0 / here.norm() - velocity.norm_squared() / MU);
         Ok(std::f64::consts::TAU * (axis.powi(3) / MU).sqrt())
     }
+}
+
+/// Position and velocity `time` \[s\] after those that are given, about a point mass, GCRS \[m\], \[m/s\]; and by how much \[m\] the
+/// flattening of the Earth may move them from there. `None` of what is no ellipse.
+pub fn two_body(position: &Vector3, velocity: &Vector3, time: f64) -> Option<((Vector3, Vector3), f64)> {
+    let r = position.norm();
+    let energy = 0.5 * velocity.norm_squared() - MU / r;
+    if !(r > 0.0 && energy < 0.0) {
+        return None;
+    }
+    let flattening = 1.5 * J2 * MU * (EARTH_RADIUS_M / (r * r)).powi(2);
+    Some((kepler(position, velocity, time), flattening * time * time))
 }
 
 /// Along an ellipse, by the difference of the eccentric anomalies.
@@ -334,26 +416,6 @@ fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector
     (r, v)
 }
 
-/// Lagrange's polynomial through the neighbours of a time; `None` outside of the table.
-fn lagrange(times: &[f64], values: &[Vector3], degree: usize, time: f64) -> Option<Vector3> {
-    // What sums of seconds in doubles leave is still inside.
-    const ROUNDED: f64 = 1e-6;
-    let (first, last) = (*times.first()?, *times.last()?);
-    if !(first - ROUNDED..=last + ROUNDED).contains(&time) {
-        return None;
-    }
-    let after = times.partition_point(|t| *t <= time);
-    let from = after.saturating_sub(degree / 2 + 1).min(times.len() - (degree + 1));
-    let rows = from..from + degree + 1;
-    let weight = |row: usize| -> f64 {
-        rows.clone()
-            .filter(|other| *other != row)
-            .map(|other| (time - times[other]) / (times[row] - times[other]))
-            .product()
-    };
-    Some(rows.clone().fold(Vector3::zeros(), |sum, row| sum + values[row] * weight(row)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -381,18 +443,20 @@ mod tests {
         assert!((onward[0]((r, v), 9000.0).0 - onward[1]((r, v), 9000.0).0).norm() > 1e3);
     }
 
-    /// Lagrange's polynomial of degree 7 between rows a minute apart.
+    /// Polynomials of degree 7 between rows a minute apart.
     #[test]
     fn a_table_is_met_between_its_rows() {
         let (r, v) = (Vector3::new(7e6, 0.0, 0.0), Vector3::new(0.0, 7.5e3, 1e3));
         let clock = Clock::of_utc([2026, 11, 21], 7, 0, 0, 0).unwrap();
-        let time: Vec<f64> = (0..20).map(|row| 60.0 * f64::from(row)).collect();
-        let position = time.iter().map(|t| kepler(&r, &v, *t).0).collect();
-        let orbit = Orbit::of_table(time, position, 7, clock).unwrap();
-        for t in [0.0, 31.0, 570.0, 1139.9, 1140.0] {
-            let off = (orbit.position(t).unwrap() - kepler(&r, &v, t).0).norm();
-            assert!(off < 1e-3, "{t} {off:.1e}");
+        for between in [Between::Lagrange(7), Between::Hermite(7)] {
+            let time: Vec<f64> = (0..20).map(|row| 60.0 * f64::from(row)).collect();
+            let (position, velocity) = time.iter().map(|t| kepler(&r, &v, *t)).unzip();
+            let orbit = Orbit::of_table(Table { time, position, velocity, between }, clock).unwrap();
+            for t in [0.0, 31.0, 570.0, 1139.9, 1140.0] {
+                let off = (orbit.position(t).unwrap() - kepler(&r, &v, t).0).norm();
+                assert!(off < 1e-3, "{t} {off:.1e}");
+            }
+            assert_eq!(orbit.position(1140.1), Err(OrbitError::Beyond(1140.1)));
         }
-        assert_eq!(orbit.position(1140.1), Err(OrbitError::Beyond(1140.1)));
     }
 }

@@ -17,6 +17,8 @@ pub struct Console {
     progress: bool,
     /// The time of the last display.
     shown: Instant,
+    /// Whether a text has been written.
+    told: bool,
 }
 
 impl Console {
@@ -24,7 +26,8 @@ impl Console {
     pub fn new(quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();
         let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-        Self { quiet, colour: terminal && !no_colour, terminal, progress: false, shown: Instant::now() }
+        let colour = terminal && !no_colour;
+        Self { quiet, colour, terminal, progress: false, shown: Instant::now(), told: false }
     }
 
     /// Paints `text`.
@@ -58,8 +61,14 @@ impl Console {
     /// Rendered text, quiet or not.
     pub fn plain_error(&mut self, text: &str) {
         self.clear_progress();
+        self.told = true;
         // `eprintln!` panics when stderr is closed.
         let _ = writeln!(io::stderr().lock(), "{}", text.trim_end_matches('\n'));
+    }
+
+    /// Returns whether the console is quiet and has printed nothing.
+    pub fn is_silent(&self) -> bool {
+        self.quiet && !self.told
     }
 
     /// Returns whether anybody sees progress.

@@ -1,7 +1,7 @@
 //! `slew export`: a plan file in the formats of other programs.
 
 use super::{
-    Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, spec_file,
+    Console, Destination, Exit, Failure, Format, Message, OutputArgs, Reading, interrupt, pictured, spec_file,
 };
 use clap::ValueEnum;
 use slewkit::maneuver::Problem;
@@ -71,13 +71,15 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let tables = args.tables.checked(&destination)?;
     let plan = PlanFile::read(spec_file::open_plan(&args.plan)?).map_err(unusable)?;
     let held = plan.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
-    let Loaded { problem, identity, .. } = spec_file::read_held(held, &args.plan, &args.reading, console)?;
+    let loaded = spec_file::read_held(held, &args.plan, &args.reading, console)?;
+    let (plan, exit) = pictured::settled(plan, &loaded, &args.plan, console);
+    let Loaded { problem, identity, .. } = loaded;
     let problem = plan.on_grid(&problem).map_err(unusable)?;
     destination.write(console, |format, output| {
         let format = format.of_data().unwrap_or(formats::Format::Json);
         format.write(&plan, &problem, &identity, tables, output)
     })?;
-    Ok(Exit::Solved)
+    Ok(exit)
 }
 
 /// Returns a number of seconds on the command line.

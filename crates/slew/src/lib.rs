@@ -230,6 +230,11 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
             Failure::Internal("the program panicked, see above".into()).report(&mut console, common.json)
         }
     };
+    // Quiet is of what went well: a shell that shows no codes must not take silence for success.
+    if exit != Exit::Solved && console.is_silent() && !common.json {
+        let (status, code) = (exit.status(), exit.code());
+        console.plain_error(&format!("{status} (exit code {code}); without --quiet it is told why"));
+    }
     exit.code()
 }
 

@@ -1,12 +1,12 @@
 //! The file that is to be looked at, and how.
 
-use super::{Console, Failure, Reading, spec_file};
+use super::{Console, Exit, Failure, Reading, spec_file};
 use clap::builder::PossibleValuesParser;
-use slewkit::plan::Plan;
+use slewkit::plan::{Plan, Status};
 use slewkit_files::batch::Results;
 use slewkit_files::export::{EULER_SEQUENCES, ExportError, PlanFile};
 use slewkit_files::flown::MarginsRecord;
-use slewkit_files::spec::Loaded;
+use slewkit_files::spec::{Loaded, escape};
 use slewkit_report::Cases;
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -72,23 +72,45 @@ pub fn results(path: &Path) -> Result<Cases, Failure> {
     Ok(cases)
 }
 
-/// Returns the spec that the plan file `input`, read from `path`, holds, its maneuver on the grid
-/// of the plan, the plan, and what chances took.
-pub fn read(
-    path: &Path,
-    input: impl Read,
-    console: &mut Console,
-) -> Result<(Loaded, Plan, Option<MarginsRecord>), Failure> {
+/// A plan that is read from its file.
+pub struct Pictured {
+    /// The spec that the file holds, with its maneuver on the grid of the plan.
+    pub loaded: Loaded,
+    pub plan: Plan,
+    /// The margins that chance constraints required.
+    pub margins: Option<MarginsRecord>,
+    /// Solved, or refused by the witnesses.
+    pub exit: Exit,
+}
+
+/// Reads the plan file `input` from `path` and has the witnesses judge what it claims.
+pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pictured, Failure> {
     let unusable = |error| Failure::unusable(path, &error);
     let file = PlanFile::read(input).map_err(unusable)?;
     let held = file.spec.as_ref().ok_or_else(|| unusable(ExportError::NoSpec))?;
     let reading = Reading { set: Vec::new(), input: None };
     let mut loaded = spec_file::read_held(held, path, &reading, console)?;
+    let (file, exit) = settled(file, &loaded, path, console);
     // A plan that is proved infeasible has no trajectory.
     let has_rows = !file.trajectory.0.time.is_empty();
     if has_rows {
         loaded.problem = file.on_grid(&loaded.problem).map_err(unusable)?;
     }
     let margins = file.uncertainty.as_ref().and_then(|uncertainty| uncertainty.margins.clone());
-    Ok((loaded, file.plan().map_err(unusable)?, margins))
+    Ok(Pictured { loaded, plan: file.plan().map_err(unusable)?, margins, exit })
+}
+
+/// The file of `path` with the verdict of the witnesses; where they refuse what it claims, that is said.
+pub fn settled<'a>(
+    file: PlanFile<'a>,
+    loaded: &Loaded,
+    path: &Path,
+    console: &mut Console,
+) -> (PlanFile<'a>, Exit) {
+    let (file, refused) = file.settled(loaded);
+    let Some(why) = refused else { return (file, Exit::Solved) };
+    let path = escape(&path.to_string_lossy());
+    let reason = format!("{path} says that it is solved, and the witnesses refuse it: {}", escape(&why));
+    console.error("E0153", &reason, "`slew verify` tells what fails; plan the spec again");
+    (file, Exit::Plan(Status::VerificationFailed))
 }

@@ -62,6 +62,12 @@ pub struct Args {
     pub report: Option<PathBuf>,
 }
 
+/// The start of a plan that was found from a guess.
+const GUESS: &str = "guess";
+/// What is told of such a plan.
+const FROM_GUESS: &str =
+    "found from the guess alone: nothing else was searched, and a plan without --guess may be cheaper";
+
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let mut inputs: Vec<&Path> = vec![&args.spec.spec];
@@ -89,12 +95,13 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     let (problem, plan, margins, warm) = match &from {
         Some(from) => {
             let (problem, plan, warm) = from.plan(&problem, &settings, &mut Watcher(console))?;
-            (problem, plan, None, warm)
+            (problem, plan, None, warm.map(|told| ("warm", told)))
         }
         None => {
             let (problem, plan, margins) =
                 planned(&problem, &settings, &closed_loop, guess.as_ref(), console)?;
-            (problem, plan, margins, None)
+            let guessed = guess.is_some() && plan.solution.start == GUESS;
+            (problem, plan, margins, guessed.then(|| ("guess", FROM_GUESS.to_string())))
         }
     };
 
@@ -116,7 +123,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         beside: beside.as_ref().map(|beside| (&closed_loop, beside)),
         margins: record.as_ref(),
         gains: gains.as_ref(),
-        warm: warm.as_deref(),
+        begun: warm.as_ref().map(|(label, told)| (*label, told.as_str())),
     };
     console.say(&summary::plan(console, &args.spec, &told));
     interrupt::writing();

@@ -1,7 +1,7 @@
 //! `slew plot`: the pictures of a plan, a simulation, a comparison or the results of a batch as SVG
 //! files.
 
-use super::pictured::{self, Drawing, Kind};
+use super::pictured::{self, Drawing, Kind, Pictured};
 use super::{Common, Console, Exit, Failure, Message, interrupt, summary};
 use slewkit_files::export::{FileError, SimulationFile, Target};
 use slewkit_files::spec::escape;
@@ -168,7 +168,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     interrupt::end_at_once();
     let one_file = args.one_file()?;
     let target = one_file.map(|format| Ok::<_, Failure>((args.target(&args.output)?, format))).transpose()?;
-    let (loaded, plan, _) = match pictured::open(&args.plan)? {
+    let Pictured { loaded, plan, exit, .. } = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => pictured::read(&args.plan, input, console)?,
         (Kind::Results, _) => {
             let shown = pictured::results(&args.plan)?.pictures();
@@ -185,7 +185,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     };
     let subject = Subject::new(&loaded.problem, &plan, &loaded.identity, &args.drawing.euler);
     let shown = pictures(&subject.flown_with(&loaded.closed_loop));
-    draw(args, target, &shown, console)
+    draw(args, target, &shown, console)?;
+    Ok(exit)
 }
 
 /// Writes the requested pictures.

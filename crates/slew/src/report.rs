@@ -1,6 +1,6 @@
 //! `slew report`: a plan or a simulation as one page for a browser.
 
-use super::pictured::{self, Drawing, Kind};
+use super::pictured::{self, Drawing, Kind, Pictured};
 use super::{Common, Console, Exit, Failure, console, interrupt, summary};
 use slewkit_files::export::{SimulationFile, Target};
 use slewkit_files::spec::Loaded;
@@ -61,10 +61,12 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         false => Some(target(&args.output, args.force, &[&args.plan])?),
     };
     let sequence = &args.drawing.euler;
+    let mut exit = Exit::Solved;
     let text = match pictured::open(&args.plan)? {
         (Kind::Plan, input) => {
-            let (Loaded { problem, settings, identity, closed_loop, .. }, plan, margins) =
-                pictured::read(&args.plan, input, console)?;
+            let Pictured { loaded, plan, margins, exit: found } = pictured::read(&args.plan, input, console)?;
+            let Loaded { problem, settings, identity, closed_loop, .. } = loaded;
+            exit = found;
             plan_page(&problem, &settings, &plan, &identity, (&closed_loop, margins.as_ref()), sequence)
         }
         (Kind::Simulation, input) => {
@@ -81,7 +83,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
         Some(target) => write(target, &text, console)?,
         None => console::to_stdout(|output| Ok(output.write_all(text.as_bytes())?))?,
     }
-    Ok(Exit::Solved)
+    Ok(exit)
 }
 
 /// Returns the file of a page, checked before any work: its name must have the ending of a page,

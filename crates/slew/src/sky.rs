@@ -152,7 +152,12 @@ fn table(told: &Told) -> String {
     if let Some(period) = told.period_s {
         let elements = told.age_s.map_or_else(
             || "a table of positions".into(),
-            |age| format!("elements {} days old", significant(age / 86_400.0, 2)),
+            |age| {
+                // To a second: round-off of two epochs is no age.
+                let days = if age.abs() < 1.0 { 0.0 } else { age.abs() / 86_400.0 };
+                let than = if age <= -1.0 { "newer than the epoch" } else { "old" };
+                format!("elements {} days {than}", significant(days, 2))
+            },
         );
         text.push_str(&format!(
             "orbit       {} min a revolution, {elements}\n",

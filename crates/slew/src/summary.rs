@@ -42,19 +42,20 @@ pub struct Told<'a> {
     /// The margins of chance constraints, if the spec has any; also for a plan that is not
     /// solved.
     pub margins: Option<&'a MarginsRecord>,
-    /// The start from another plan, or the reason for which that plan was not used.
-    pub warm: Option<&'a str>,
+    /// A label and a text: the start from another plan, or the reason for which that plan was not
+    /// used.
+    pub begun: Option<(&'a str, &'a str)>,
 }
 
 /// Returns the summary of a plan, solved or not, with what to type next.
 pub fn plan(console: &Console, args: &SpecArgs, told: &Told) -> String {
-    let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, warm } = *told;
+    let Told { problem, settings, plan, identity, verbose, file, beside, margins, gains, begun } = *told;
     let mut lines = summary::plan(console.colour, problem, settings, plan, identity);
     if verbose {
         lines.extend(summary::details(console.colour, problem, settings, plan, identity));
     }
-    if let Some(warm) = warm {
-        lines.lines("warm", summary::wrapped(&escape(warm), summary::TEXT));
+    if let Some((label, text)) = begun {
+        lines.lines(label, summary::wrapped(&escape(text), summary::TEXT));
     }
     let times = &plan.solution.trajectory.time;
     lines.extend(gains.iter().flat_map(|gains| summary::flown::gains(gains, times)));

@@ -33,6 +33,9 @@ const STATIONARY: f64 = 1e-12;
 /// The same on a coarser grid than the plan's, whose minimum is only looked for from there.
 const NEARLY: f64 = 1e-4;
 
+/// By how much of its cost a plan on a coarse grid must be cheaper to be another one.
+const CHEAPER: f64 = 0.02;
+
 /// Rolls nearer than this \[rad\] are one where values tell the minimum: their costs differ by its square.
 const RESOLVED: f64 = 1e-5;
 
@@ -315,11 +318,43 @@ impl<'a> Rolls<'a> {
                 problem = problem.with_steps(found.steps);
                 continue;
             }
-            return Ok(with_rivals(Solution { chosen, ..found }, &best, &minima));
+            let found = Solution { chosen, ..found };
+            let found =
+                if guess.is_some() { self.beside_others(found, &given, &best, &settings)? } else { found };
+            return Ok(with_rivals(found, &best, &minima));
         }
         let given = problem.facing(&self.ends, best.roll);
         let found = solve(&given, settings, None, self.observer)?;
         Ok(with_rivals(Solution { chosen, ..found }, &best, &minima))
+    }
+
+    /// A plan that was found from a guess, with its rivals at the same roll, which a search on a coarse grid finds; or the plan without a
+    /// guess, where that search finds one which is cheaper by more than grids differ.
+    fn beside_others(
+        &mut self,
+        mut found: Solution,
+        given: &Problem,
+        best: &Known,
+        settings: &Settings,
+    ) -> Result<Solution, Halt> {
+        if found.outcome != Outcome::Converged {
+            return Ok(found);
+        }
+        let searched = match self.at(best.roll, given.steps.min(EXPLORED), None) {
+            Ok(searched) => searched,
+            // The plan is there: what stops now stops the search for others alone.
+            Err(Halt::Stopped(_)) => return Ok(found),
+            Err(refused) => return Err(refused),
+        };
+        let Some(Known { solution: other, .. }) = searched else { return Ok(found) };
+        if other.cost < best.solution.cost * (1.0 - CHEAPER) {
+            let whole = solve(given, settings, None, self.observer)?;
+            if whole.outcome == Outcome::Converged && whole.cost < found.cost {
+                return Ok(whole);
+            }
+        }
+        found.rivals = other.rivals;
+        Ok(found)
     }
 
     /// The minima on another grid: what a coarse one errs by may be more than what they differ by.

@@ -269,7 +269,7 @@ impl<'a, 'c> Extremals<'a, 'c> {
         let Self { problem, context, extremal, units, found, .. } = self;
         if let Some(aim) = Aim::asked(problem, context.settings).filter(|_| lands) {
             let afresh = |aimed: &Extremal| cheapest(problem, aimed, units, limit);
-            plan = landed(aim, extremal, units, plan, &afresh);
+            plan = landed(aim, extremal, units, plan, &afresh, &|| context.interrupt().is_some());
         }
         if problem.objective.is_duration() {
             let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(extremal));
@@ -299,13 +299,14 @@ impl<'a, 'c> Extremals<'a, 'c> {
 }
 
 /// A plan whose true motion meets the end as nearly as corrections bring it: solved again, warm or else `afresh`, for the extremal
-/// that ends where the discrete motion has to.
+/// that ends where the discrete motion has to. What comes after somebody asks to stop is not corrected.
 fn landed(
     mut aim: Aim,
     extremal: &Extremal,
     units: &Units,
     first: Planned,
     afresh: &dyn Fn(&Extremal) -> Option<Planned>,
+    stops: &dyn Fn() -> bool,
 ) -> Planned {
     let problem = aim.problem();
     let cost_before = first.cost;
@@ -317,7 +318,7 @@ fn landed(
         }
         plan.trajectory.target = Some(target);
         plan.landing = Some(Landing { cost_before, ..aim.told() });
-        if next != Next::Correct {
+        if next != Next::Correct || stops() {
             return plan;
         }
         target = aim.target;

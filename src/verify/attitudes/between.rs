@@ -52,7 +52,7 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
 }
 
 /// The direction while the body goes from row `k` to the next, in the axes of the reference frame.
-fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
+pub(super) fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
     let (time, step, frame_rate) =
         (motion.rows.time[k] - motion.rows.time[0], motion.step(k), &motion.frame_rate);
     let start = direction.at(time, frame_rate);
@@ -94,14 +94,27 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
             let Some((worst, deepest)) = pointing.least_room(&arc, boresight, &target, [begin, step]) else {
                 continue;
             };
-            if deepest.is_nan() || deepest < -allowed {
+            // At a row that is told nothing but its digits is open.
+            let at_row = |(part, row): &(f64, usize)| motion.rows.told[*row] && room(*part) < -allowed;
+            let (between, told) = if motion.rows.told.is_empty() {
+                (0.0, None)
+            } else {
+                (motion.tolerance, [(0.0, k), (1.0, k + 1)].into_iter().find(at_row))
+            };
+            let deep = deepest.is_nan() || deepest < -allowed - between;
+            let violated = match told {
+                _ if deep => Some((worst.part, worst.angle, deepest)),
+                Some((part, _)) => Some((part, arc.angle(boresight, &target, part), room(part))),
+                None => None,
+            };
+            if let Some((part, angle, depth)) = violated {
                 let edge = |from: f64, to: f64| begin + step * border(&room, from, to);
                 let found = Inside {
-                    room: deepest,
-                    angle: worst.angle,
-                    time: begin + step * worst.part,
-                    from: edge(worst.part, 0.0),
-                    to: edge(worst.part, 1.0),
+                    room: depth,
+                    angle,
+                    time: begin + step * part,
+                    from: edge(part, 0.0),
+                    to: edge(part, 1.0),
                 };
                 inside = Some(match inside {
                     None => found,

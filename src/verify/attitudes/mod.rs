@@ -16,6 +16,9 @@
 mod between;
 mod consistency;
 mod torque;
+mod turns;
+
+pub use turns::in_turns;
 
 use super::Check;
 use crate::maneuver::Problem;
@@ -32,6 +35,9 @@ pub struct AttitudeRows<'a> {
     pub rate: &'a [Vector3],
     /// Rows before which nothing may be interpolated.
     pub breaks: &'a [usize],
+    /// Which rows the file states; between them a polynomial makes the others. Empty: all are
+    /// stated. Between stated rows a motion may enter a cone by the tolerance.
+    pub told: &'a [bool],
     /// The rounding of the printed digits.
     pub rounding: Rounding,
 }
@@ -138,12 +144,27 @@ impl Motion<'_> {
     }
 }
 
+/// Returns the attitude and the angular velocity, among all ends on the target, that come nearest to
+/// the last row: the plan chooses the roll, free or within a band. `None` where the end is stated, or
+/// where the target leaves it open at that time.
+fn aimed_end(problem: &Problem, motion: &Motion<'_>, duration: f64) -> Option<(Matrix3, Vector3)> {
+    let ends = problem.aim()?.ends(duration, &problem.start.attitude, &motion.frame_rate).ok()?;
+    Some(ends.at(ends.nearest(&motion.attitude[motion.last()])))
+}
+
 /// Judges rows. `tolerance` \[rad\] is for the attitudes at the ends, and for how deep the cubic
 /// between rows may enter a cone.
 pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f64) -> AttitudeReport {
     let frame_rate = problem.environment.frame_rate();
     let attitude = rows.quaternion.iter().map(lie::rotation_from_quaternion).collect();
     let motion = Motion { rows, attitude, frame_rate, tolerance };
+    let turned;
+    let problem = if problem.alternatives.is_empty() {
+        problem
+    } else {
+        turned = turns::kept(problem, &motion);
+        &turned
+    };
     let last = motion.last();
     let time = rows.time;
     let check = |name: &str, value: f64, limit: f64| Check {
@@ -161,14 +182,17 @@ pub fn judge_attitudes(problem: &Problem, rows: &AttitudeRows<'_>, tolerance: f6
         (None, Some(longest)) => checks.push(check("longest duration", told / longest - 1.0, limit)),
         (None, None) => open.push("the duration: it is free, so any duration is valid".to_string()),
     }
-    for (name, k, end) in [("start", 0, &problem.start), ("end", last, &problem.end)] {
+    let aimed = aimed_end(problem, &motion, told);
+    let end = aimed.unwrap_or((problem.end.attitude, problem.end.angular_velocity));
+    let start = (problem.start.attitude, problem.start.angular_velocity);
+    for (name, k, (attitude, angular_velocity)) in [("start", 0, start), ("end", last, end)] {
         if k == 0 || !problem.ends_in_any_attitude() {
-            let angle = lie::minus(&motion.attitude[k], &end.attitude).norm();
+            let angle = lie::minus(&motion.attitude[k], &attitude).norm();
             checks.push(check(&format!("attitude at the {name}"), angle, tolerance));
         }
         if let Some(rate) = motion.inertial(k) {
             let limit = tolerance / (RATE_SHARE * duration);
-            checks.push(check(&format!("rate at the {name}"), (rate - end.angular_velocity).norm(), limit));
+            checks.push(check(&format!("rate at the {name}"), (rate - angular_velocity).norm(), limit));
         }
     }
     let mut report = AttitudeReport {

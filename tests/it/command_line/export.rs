@@ -285,3 +285,70 @@ fn plans_of_no_time_are_refused_by_formats_of_motions() {
     }
     folder.slew(&["export", "there.json", "-o", "there.csv"]).ends(0);
 }
+
+/// What is written of a plan is judged right again: its boresight where the roll is free, one of two trackers where one has to see.
+#[test]
+fn attitudes_that_are_written_agree_with_their_spec() {
+    let folder = Folder::new();
+    let problem = |name: &str| format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let (sun, trackers) = (problem("sun_free_roll"), problem("two_trackers"));
+    let epoch = ["--set", "epoch=2026-11-21T07:00:00 UTC"];
+    folder.slew(&["plan", &sun, "-q", "-o", "sun.json"]).ends(0);
+    folder.slew(&[&["plan", &trackers, "-q", "-o", "trackers.json"], &epoch[..]].concat()).ends(0);
+    for (spec, plan) in [(&sun, "sun"), (&trackers, "trackers")] {
+        let file = |ending: &str| format!("{plan}.{ending}");
+        folder.slew(&["verify", &file("json"), "--spec", spec]).ends(0).tells("verified");
+        for ending in ["aem", "a", "csv"] {
+            folder.slew(&["export", &file("json"), "-q", "-o", &file(ending)]).ends(0).silent();
+            folder.slew(&["verify", &file(ending), "--spec", spec]).ends(0).tells("attitudes agree");
+        }
+    }
+    let kernel = ["--set", "names.spice_id=-42"];
+    folder.slew(&[&["export", "sun.json", "-q", "-o", "sun.bc"], &kernel[..]].concat()).ends(0);
+    folder.slew(&["verify", "sun.bc", "--spec", &sun]).ends(0).tells("attitudes agree");
+    // Turned about the boresight all along the start is another, turned about another axis the end is.
+    let other = ["verify", "trackers.aem", "--spec", &trackers, "--set", "constraint.0.half_angle_deg=38"];
+    folder
+        .slew(&[&other[..], &["--set", "constraint.1.half_angle_deg=38"]].concat())
+        .ends(7)
+        .tells("tracker");
+    let other = ["verify", "sun.aem", "--spec", &sun, "--set", "end.point.boresight_body=[-1, 0.02, 0]"];
+    folder.slew(&other).ends(7).tells("attitude at the end");
+}
+
+/// Damaged plan files are drawn and written as what they are, with the exit code of plans that fail.
+#[test]
+fn what_the_witnesses_refuse_is_never_told_as_verified() {
+    let folder = planned();
+    let good = folder.slew(&["plan", "spec.toml", "-q", "--format", "json"]).ends(0).json();
+    for (key, damage) in [("torque_n_m", 1e300), ("quaternion_wxyz", 1.0), ("time_s", 0.0), ("input", 1e-3)] {
+        let mut plan = good.clone();
+        let list = plan["trajectory"][key].as_array_mut();
+        let Some(list) = list else { continue };
+        let first = list[0].clone();
+        for entry in list.iter_mut() {
+            match entry.as_array_mut() {
+                _ if key == "quaternion_wxyz" => *entry = first.clone(),
+                Some(parts) => parts[0] = damage.into(),
+                None => *entry = damage.into(),
+            }
+        }
+        fs::write(folder.path("wrong.json"), plan.to_string()).unwrap();
+        let verified = folder.slew(&["verify", "wrong.json", "-q"]);
+        assert!([7, 8].contains(&verified.code), "{key}: {}", verified.code);
+        let page = folder.slew(&["report", "wrong.json", "-q", "--force", "-o", "wrong.html"]);
+        assert!([7, 8].contains(&page.code), "{key}: {}", page.code);
+        if page.code == 7 {
+            page.tells("E0153");
+            assert!(!folder.read("wrong.html").contains("solved and verified"), "{key}");
+        }
+        let export = folder.slew(&["export", "wrong.json", "--format", "json"]);
+        assert!([7, 8].contains(&export.code), "{key}: {}", export.code);
+        assert!(!export.stdout.contains("\"status\": \"solved\""), "{key}");
+    }
+    // Where nothing is said of what fails, a line says that something did.
+    let short = ["plan", "spec.toml", "-q", "--set", "maneuver.duration_s=1e-3"];
+    let torque =
+        ["--set", "actuators={ torque_axes_body = [[1,0,0],[0,1,0],[0,0,1]], torque_limit_n_m = 1e-9 }"];
+    folder.slew(&[&short[..], &torque].concat()).ends(4).tells("exit code 4");
+}

@@ -568,3 +568,245 @@ fn attitudes_may_be_rodrigues_parameters_or_a_pointing_with_its_roll() {
     assert_eq!(bad(REST, &["end.attitude={ ra_deg = 1, dec_deg = 2 }"]).0[0].code, "E0021");
     assert_eq!(bad(REST, &["end.attitude={ ra_deg = 1, dec_deg = 92, roll_deg = 0 }"]).0[0].code, "E0074");
 }
+
+/// An attitude file of STK: these keywords, a row a time.
+fn stk(format: &str, axes: &str, more: &str, row: impl Fn(f64) -> String, times: &[f64]) -> String {
+    let rows: Vec<String> = times.iter().map(|time| format!("{time:.6} {}", row(*time))).collect();
+    format!(
+        "stk.v.11.0\n# a comment\nBEGIN Attitude\nNumberOfAttitudePoints {}\nBlockingFactor 20\n{more}CentralBody Earth\n\
+         ScenarioEpoch 21 Nov 2026 07:00:00.000000\nCoordinateAxes {axes}\n{format}\n\n{}\n\nEND Attitude\n",
+        times.len(),
+        rows.join("\n")
+    )
+}
+
+#[test]
+fn attitude_files_of_stk_are_read() {
+    let plain = |time: f64| quaternion(time, 12);
+    let first = |time: f64| {
+        let text = quaternion(time, 12);
+        let words: Vec<&str> = text.split(' ').collect();
+        format!("{} {} {} {}", words[3], words[0], words[1], words[2])
+    };
+    for text in [
+        stk("AttitudeTimeQuaternions", "ICRF", "InterpolationOrder 1\n", plain, &times(2)),
+        stk("AttitudeTimeQuaternions", "J2000", "", plain, &times(2)),
+        stk("attitudetimequatscalarfirst", "ICRF", "", first, &times(2)),
+        stk("AttitudeTimeQuatAngVels", "ICRF", "", with_rate, &times(2)),
+    ] {
+        assert_agrees(&text);
+    }
+    let wrong = stk("AttitudeTimeQuaternions", "ICRF", "", first, &times(2));
+    assert!(!judged(&wrong).passed());
+    for (text, reason) in [
+        (
+            stk("AttitudeTimeYPRAngles", "ICRF", "", plain, &times(2)),
+            "rows of AttitudeTimeYPRAngles are not read",
+        ),
+        (
+            stk("AttitudeTimeQuaternions", "ICRF", "", with_rate, &times(2)),
+            "the row has 8 numbers, 5 are needed",
+        ),
+        (wrong.replace("Points 31", "Points 30"), "NumberOfAttitudePoints is 30, and the file has 31 rows"),
+        (wrong.replace("END Attitude", ""), "END Attitude is missing"),
+        (wrong.replace("21 Nov", "21 11"), "no date of STK"),
+        (wrong.replace("ScenarioEpoch", "# "), "no ScenarioEpoch"),
+    ] {
+        let said = read_attitudes(text.as_bytes(), "file").unwrap_err().0[0].reason.clone();
+        assert!(said.contains(reason), "{said}");
+    }
+    let turning = stk("AttitudeTimeQuaternions", "Fixed", "", plain, &times(2));
+    assert!(judged_by(&good(REST, &[]), &turning).is_err());
+}
+
+/// Three rows: by the polynomial of degree 2 that the file declares x of the body passes (10°, 7.9°) 0.37° away, at one rate 2.57°.
+#[test]
+fn cones_are_judged_on_the_motion_that_a_file_declares() {
+    let cone = "\n[[constraint]]\nkind = \"keep_out\"\nname = \"Moon\"\nboresight_body = [1, 0, 0]\n\
+                direction_inertial = { ra_deg = 10, dec_deg = 7.9 }\nhalf_angle_deg = 2\n";
+    let loaded = good(&format!("{REST}{cone}").replace("angle_deg = 120", "angle_deg = 40"), &[]);
+    let bow = |time: f64| {
+        let rows = [
+            "0 0 0 1",
+            "0.015134435901 -0.085831651177 0.172987393925 0.981060262190",
+            "0 0 0.342020143326 0.939692620786",
+        ];
+        rows[(time / 30.0) as usize].to_string()
+    };
+    let of = |degree: &str| {
+        let keys = [("INTERPOLATION_METHOD", "LAGRANGE"), ("INTERPOLATION_DEGREE", degree)];
+        judged_by(&loaded, &aem(&keys, bow, &[0.0, 30.0, 60.0])).unwrap()
+    };
+    let found = of("2");
+    assert_eq!(found.attitudes.violations.len(), 1, "{found:?}");
+    // 0.37° from the axis of a cone of 2°.
+    assert!(found.attitudes.violations[0].contains("enters the cone by 1.6"), "{found:?}");
+    assert_eq!(found.attitudes.violated_at.len(), 1);
+    assert!(of("1").passed());
+    // Seven rows more than there are: nobody can go by that.
+    let found = of("9");
+    assert!(found.passed());
+    assert!(
+        found.not_judged.iter().any(|text| text.contains("DEGREE 9 takes 10 rows, and a block has 3")),
+        "{found:?}"
+    );
+    let odd =
+        aem(&[("INTERPOLATION_METHOD", "SPLINE"), ("INTERPOLATION_DEGREE", "3")], bow, &[0.0, 30.0, 60.0]);
+    let found = judged_by(&loaded, &odd).unwrap();
+    assert!(found.not_judged.iter().any(|text| text.contains("SPLINE, which is not known")), "{found:?}");
+}
+
+/// Where a file has rates and declares Hermite's polynomial, a cone between two rows is met as the motion meets it.
+#[test]
+fn hermite_between_rows_follows_the_rates() {
+    let loaded = good(&format!("{REST}{CONE}").replace("half_angle_deg = 10", "half_angle_deg = 0.5"), &[]);
+    let of = |method: &str| {
+        let keys = [&ANGVEL[..], &[("INTERPOLATION_METHOD", method), ("INTERPOLATION_DEGREE", "3")]].concat();
+        judged_by(&loaded, &aem(&keys, with_rate, &[0.0, 12.0, 30.0, 48.0, 60.0])).unwrap()
+    };
+    let told = told(&of("HERMITE")).concat();
+    // x is at 30° where 3s² − 2s³ = 1/4: s = 0.32635, 19.581 s; between rows so far apart the polynomial is 0.02 s off.
+    assert!(told.contains("Sun: the boresight enters the cone by 0.5 deg at 19.56"), "{told}");
+}
+
+/// The messages that stand in one `<ndm>`: the attitude ephemeris is read, whatever is before it.
+#[test]
+fn an_ephemeris_behind_other_messages_is_read() {
+    let state = |time: f64| {
+        let text = quaternion(time, 12);
+        let words: Vec<&str> = text.split(' ').collect();
+        format!(
+            "<attitudeState><quaternionEphemeris><EPOCH>{}</EPOCH><quaternion><Q1>{}</Q1><Q2>{}</Q2><Q3><![CDATA[{}]]></Q3>\
+             <QC>{}</QC></quaternion></quaternionEphemeris></attitudeState>",
+            date(time),
+            words[0],
+            words[1],
+            words[2],
+            words[3]
+        )
+    };
+    let rows: String = times(2).into_iter().map(state).collect();
+    let aem = format!(
+        "<aem id=\"CCSDS_AEM_VERS\" version=\"2.0\"><header/><body><segment><metadata><OBJECT_NAME>A &amp; B</OBJECT_NAME>\
+         <OBJECT_ID>X</OBJECT_ID><REF_FRAME_A>ICRF</REF_FRAME_A><REF_FRAME_B>SC_BODY_1</REF_FRAME_B><TIME_SYSTEM>UTC</TIME_SYSTEM>\
+         <START_TIME>{}</START_TIME><STOP_TIME>{}</STOP_TIME><ATTITUDE_TYPE>QUATERNION</ATTITUDE_TYPE></metadata><data>{rows}</data>\
+         </segment></body></aem>",
+        date(0.0),
+        date(60.0)
+    );
+    let apm = "<apm id=\"CCSDS_APM_VERS\" version=\"2.0\"><header/><body><segment><metadata><TIME_SYSTEM>UTC</TIME_SYSTEM></metadata>\
+               <data><EPOCH>2026-11-21T07:00:00</EPOCH></data></segment></body></apm>";
+    let head = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+    assert_agrees(&format!("{head}<ndm>{apm}{aem}</ndm>"));
+    assert_agrees(&format!("{head}{aem}"));
+    for (text, reason) in [
+        (format!("{head}<ndm>{apm}</ndm>"), "an attitude parameter message (APM)"),
+        (format!("{head}<ndm><opm/></ndm>"), "an orbit parameter message (OPM)"),
+        (format!("{head}<acm version=\"2.0\"/>"), "an attitude comprehensive message (ACM)"),
+        (format!("<!DOCTYPE x>{aem}"), "document types are not read"),
+        (aem.replace("</aem>", ""), "is not closed"),
+        (aem.replace("<data>", "<datum>"), "</data> stands where <datum> is to be closed"),
+        ("CCSDS_ACM_VERS = 2.0\n".into(), "an attitude comprehensive message (ACM)"),
+        ("CCSDS_OPM_VERS = 2.0\n".into(), "an orbit parameter message (OPM)"),
+        ("CCSDS_APM_VERS = 2.0\n".into(), "it has one moment"),
+    ] {
+        let said = read_attitudes(text.as_bytes(), "file").unwrap_err().0[0].reason.clone();
+        assert!(said.contains(reason), "{reason}: {said}");
+    }
+    // Far deeper than any message: told, and no stack runs over, whatever stands in values.
+    for open in ["<a>", "<a b=\"/>\">", "<a b='\"/'>"] {
+        let deep = format!("{}{}", open.repeat(100_000), "</a>".repeat(100_000));
+        let said = read_attitudes(deep.as_bytes(), "file").unwrap_err().0[0].reason.clone();
+        assert!(said.contains("more than 100 deep"), "{said}");
+    }
+}
+
+#[test]
+fn what_is_no_text_is_named() {
+    for (bytes, reason) in [
+        (&b"\x1f\x8b\x08\x00packed"[..], "compressed by gzip"),
+        (b"PK\x03\x04", "an archive of ZIP"),
+        (b"DAF/SPK ", "a binary kernel of SPICE"),
+    ] {
+        let error = read_attitudes(bytes, "file").unwrap_err();
+        assert!(error.0[0].reason.contains(reason), "{}", error.0[0].reason);
+    }
+    // A kernel says no ticks of its clock.
+    let mut kernel = vec![0; 2048];
+    kernel[..8].copy_from_slice(b"DAF/CK  ");
+    kernel[88..96].copy_from_slice(b"LTL-IEEE");
+    let error = read_attitudes(&kernel[..], "file").unwrap_err();
+    assert!(error.0[0].reason.contains("ticks of a clock"), "{}", error.0[0].reason);
+}
+
+/// Blocks of two objects are no motion.
+#[test]
+fn blocks_of_two_objects_are_refused() {
+    let first = aem(&[], |time| quaternion(time, 9), &times(5));
+    let second = first
+        .split_once("META_START")
+        .unwrap()
+        .1
+        .replace("DEMO", "OTHER")
+        .replace("07:00", "07:02")
+        .replace("07:01", "07:03");
+    let error = read_attitudes(format!("{first}META_START{second}").as_bytes(), "file").unwrap_err();
+    assert!(error.0[0].reason.contains("this block is of OTHER UNKNOWN"), "{}", error.0[0].reason);
+}
+
+/// The start of a maneuver out of a file, by a row and between two of them, in the frame of the spec.
+#[test]
+fn an_end_is_taken_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let apm = "CCSDS_APM_VERS = 2.0\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\nOBJECT_NAME = DEMO\nOBJECT_ID = X\n\
+               TIME_SYSTEM = UTC\nEPOCH = 2026-11-21T07:00:20\nQUAT_START\nREF_FRAME_A = ICRF\nREF_FRAME_B = SC_BODY_1\n";
+    let (sin, cos) = 12.5_f64.to_radians().sin_cos();
+    let old = "CCSDS_APM_VERS = 1.0\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\nOBJECT_NAME = DEMO\nOBJECT_ID = X\n\
+               TIME_SYSTEM = UTC\nEPOCH = 2026-11-21T07:00:20\nQ_FRAME_A = SC_BODY_1\nQ_FRAME_B = ICRF\nQ_DIR = B2A\n";
+    for (name, text) in [
+        ("told.aem", aem(&[], |time| quaternion(time, 12), &times(10))),
+        ("told.a", stk("AttitudeTimeQuatAngVels", "ICRF", "", with_rate, &times(10))),
+        ("told.apm", format!("{apm}Q1 = 0\nQ2 = 0\nQ3 = {sin:.12}\nQC = {cos:.12}\nQUAT_STOP\n")),
+        (
+            "angles.apm",
+            format!("{apm}EULER_ROT_SEQ = ZYX\nANGLE_1 = 25 [deg]\nANGLE_2 = 0\nANGLE_3 = 0\nQUAT_STOP\n"),
+        ),
+        ("old.apm", format!("{old}QC = {cos:.12}\nQ1 = 0\nQ2 = 0\nQ3 = {sin:.12}\n")),
+        ("told.acm", "CCSDS_ACM_VERS = 2.0\n".into()),
+    ] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let start = "attitude = { axis = [0, 0, 1], angle_deg = 0 }\n[end]";
+    let spec = |file: &str, epoch: &str| {
+        let text = REST
+            .replace(start, &format!("attitude = {{ file = \"{file}\" }}\n[end]"))
+            .replace("2026-11-21T07:00:00", epoch);
+        let path = folder.path().join("spec.toml");
+        std::fs::write(&path, text).unwrap();
+        slewkit_files::spec::read(&path, &[])
+    };
+    let at = |file: &str, epoch: &str| {
+        let loaded = spec(file, epoch).unwrap_or_else(|errors| panic!("{file}: {errors}"));
+        slewkit::lie::log(&loaded.problem.start.attitude).z.to_degrees()
+    };
+    // Twelve digits, and nine.
+    for (file, open) in [("told.aem", 1e-8), ("told.a", 1e-6)] {
+        assert!((at(file, "2026-11-21T07:00:20") - angle(20.0)).abs() < open, "{file}");
+    }
+    // Between two rows at one rate, or along the cubic of the rates, which is the motion here.
+    let middle = at("told.aem", "2026-11-21T07:00:25");
+    assert!((middle - 0.5 * (angle(20.0) + angle(30.0))).abs() < 1e-8, "{middle}");
+    assert!((at("told.a", "2026-11-21T07:00:25") - angle(25.0)).abs() < 1e-6);
+    for file in ["told.apm", "angles.apm", "old.apm"] {
+        assert!((at(file, "2026-11-21T07:00:20") - 25.0).abs() < 1e-8, "{file}");
+    }
+    for (file, epoch, reason) in [
+        ("told.apm", "2026-11-21T07:00:21", "is that of 2026-11-21T07:00:20.000 UTC"),
+        ("told.aem", "2026-11-21T07:01:01", "no attitude 61.000 s after its first row"),
+        ("told.acm", "2026-11-21T07:00:20", "an attitude comprehensive message (ACM)"),
+        ("none.aem", "2026-11-21T07:00:20", "cannot be read"),
+    ] {
+        let said = spec(file, epoch).unwrap_err().to_string();
+        assert!(said.contains(reason), "{said}");
+    }
+}

@@ -110,7 +110,7 @@ fn forward(angle: f64) -> Vector3 {
     on_circle(angle + std::f64::consts::FRAC_PI_2).normalize()
 }
 
-/// An OEM whose rows are `step` \[s\] apart, from the epoch on; the velocities, which are not used, are zero.
+/// An OEM whose rows are `step` \[s\] apart, from the epoch on, with the velocities of the formula.
 fn oem(frame: &str, step: f64, count: usize, position: impl Fn(f64) -> Vector3) -> String {
     let epoch = Epoch::parse(&format!("{EPOCH} UTC")).unwrap();
     let moment = |row: usize| epoch.after(step * row as f64).calendar_text();
@@ -122,10 +122,125 @@ fn oem(frame: &str, step: f64, count: usize, position: impl Fn(f64) -> Vector3) 
         moment(count - 1)
     );
     for row in 0..count {
-        let [x, y, z] = (position(step * row as f64) / 1e3).into();
-        text.push_str(&format!("{} {x:.9} {y:.9} {z:.9} 0 0 0\n", moment(row)));
+        let time = step * row as f64;
+        let [x, y, z] = (position(time) / 1e3).into();
+        // Differences of fourth order.
+        let [far, near] = [2.0, 1.0].map(|h| position(time + h) - position(time - h));
+        let [u, v, w] = ((near * 8.0 - far) / 12e3).into();
+        text.push_str(&format!("{} {x:.9} {y:.9} {z:.9} {u:.12} {v:.12} {w:.12}\n", moment(row)));
     }
     text
+}
+
+/// The zenith at the epoch of a maneuver of 30 s that begins `from` \[s\] after that of the file, and the warnings.
+fn zenith(file: &str, from: f64) -> Result<(Vector3, Vec<String>), String> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("orbit.oem"), file).unwrap();
+    let epoch = Epoch::parse(&format!("{EPOCH} UTC")).unwrap().after(from);
+    let text = format!(
+        "format = 1\nepoch = \"{epoch}\"\n[orbit]\noem = \"orbit.oem\"\n[body]\ninertia_kg_m2 = [120, 100, 80]\n\
+         [start]\nattitude = {{ axis = [0, 0, 1], angle_deg = 0 }}\n\
+         [end]\npoint = {{ boresight_body = [0, 0, 1], at = \"zenith\" }}\n[maneuver]\nduration_s = 30\n"
+    );
+    let path = folder.path().join("spec.toml");
+    std::fs::write(&path, text).unwrap();
+    let loaded = spec::read(&path, &[]).map_err(|errors| errors.0[0].reason.clone())?;
+    let sky = &loaded.heavens.as_ref().unwrap().sky;
+    let seen = sky.seen(&slewkit_sky::Target::Zenith, 0.0).unwrap();
+    Ok((seen, loaded.warnings.iter().map(|found| format!("{}: {}", found.code, found.reason)).collect()))
+}
+
+/// Between rows goes what the file declares: Hermite's polynomial of degree 7 through four rows, and through quarters of an hour, where
+/// Lagrange's is kilometres off and is told of.
+#[test]
+fn an_ephemeris_message_is_followed_by_what_it_declares() {
+    let n = mean_motion();
+    let of = |step: f64, count: usize, how: &str| {
+        oem("ICRF", step, count, |time| on_circle(n * time)).replace("META_STOP", &format!("{how}META_STOP"))
+    };
+    let hermite = "INTERPOLATION = HERMITE\nINTERPOLATION_DEGREE = 7\n";
+    let (seen, warnings) = zenith(&of(60.0, 4, hermite), 75.0).unwrap();
+    assert!(angle_between(&seen, &on_circle(n * 75.0)) < 1e-10 && warnings.is_empty(), "{warnings:?}");
+    let (seen, warnings) = zenith(&of(900.0, 9, hermite), 3150.0).unwrap();
+    assert!(angle_between(&seen, &on_circle(n * 3150.0)) < 2e-5 && warnings.is_empty(), "{warnings:?}");
+    let (seen, warnings) = zenith(&of(900.0, 9, ""), 3150.0).unwrap();
+    assert!(angle_between(&seen, &on_circle(n * 3150.0)) < 2e-5 && warnings.is_empty(), "{warnings:?}");
+    let lagrange = "INTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 7\n";
+    let (_, warnings) = zenith(&of(900.0, 12, lagrange), 450.0).unwrap();
+    assert!(warnings[0].contains("rows 900 s apart do not carry this orbit"), "{warnings:?}");
+    let far = zenith(&of(3600.0, 12, ""), 16_200.0);
+    assert!(far.is_err_and(|reason| reason.contains("rows 3600 s apart do not carry this orbit")));
+}
+
+#[test]
+fn rows_of_an_ephemeris_that_contradict_one_another_are_told() {
+    let n = mean_motion();
+    let good = oem("ICRF", 60.0, 15, |time| on_circle(n * time));
+    let (_, none) = zenith(&good, 300.0).unwrap();
+    assert!(none.is_empty(), "{none:?}");
+    // A row 50 km beside what its neighbours say.
+    let line = good.lines().nth(12 + 6).unwrap();
+    let words: Vec<&str> = line.split(' ').collect();
+    let wrong: f64 = words[2].parse::<f64>().unwrap() + 50.0;
+    let typed = good.replace(words[2], &format!("{wrong:.9}"));
+    let (_, told) = zenith(&typed, 390.0).unwrap();
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(
+        told[0].starts_with("W0077") && told[0].contains("line 19: this row contradicts its neighbours"),
+        "{told:?}"
+    );
+    // A burn from one row to the next.
+    let burn = oem("ICRF", 60.0, 15, |time| {
+        on_circle(n * time) + Vector3::x() * if time > 350.0 { 20e3 } else { 0.0 }
+    });
+    let (_, told) = zenith(&burn, 320.0).unwrap();
+    assert!(told.len() == 1 && told[0].contains("the orbit jumps by 20"), "{told:?}");
+    // Metres where kilometres are meant.
+    let metres = oem("ICRF", 60.0, 15, |time| on_circle(n * time) * 1e3);
+    assert!(zenith(&metres, 300.0).is_err_and(|reason| reason.contains("escapes from the Earth")));
+    // Velocities of another frame, or none.
+    let still: String = good
+        .lines()
+        .map(|line| match line.split(' ').collect::<Vec<_>>()[..] {
+            [date, x, y, z, _, _, _] => format!("{date} {x} {y} {z} 0 0 0\n"),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    assert!(zenith(&still, 300.0).is_err_and(|reason| reason.contains("not those of the positions")));
+}
+
+/// Two segments may share a moment; two orbits at once are none.
+#[test]
+fn segments_of_one_time_must_be_of_one_orbit() {
+    let n = mean_motion();
+    let first = oem("ICRF", 60.0, 15, |time| on_circle(n * time));
+    let segment = |text: &str| format!("META_START{}", text.split_once("META_START").unwrap().1);
+    let same = format!("{first}{}", segment(&first));
+    assert!(zenith(&same, 300.0).is_ok());
+    let other = oem("ICRF", 60.0, 15, |time| on_circle(n * time + 1e-3));
+    let both = format!("{first}{}", segment(&other));
+    assert!(
+        zenith(&both, 300.0).is_err_and(|reason| reason.contains("both cover the maneuver, 7.00 km apart"))
+    );
+    let useable = segment(&other).replace("META_STOP", "USEABLE_START_TIME = 2024-01-01T00:10:00\nMETA_STOP");
+    assert!(zenith(&format!("{first}{useable}"), 300.0).is_ok());
+}
+
+/// Elements by an OMM are those of two lines with the same numbers.
+#[test]
+fn a_mean_elements_message_is_the_orbit_of_the_two_lines() {
+    let json = "{\"OBJECT_NAME\":\"SAMPLE\",\"EPOCH\":\"2023-12-31T12:00:00.000000\",\"MEAN_MOTION\":14.9,\"ECCENTRICITY\":\"0.0012\",\
+                \"INCLINATION\":97.8,\"RA_OF_ASC_NODE\":200.1,\"ARG_OF_PERICENTER\":90.2,\"MEAN_ANOMALY\":270.1,\"NORAD_CAT_ID\":799999999,\
+                \"BSTAR\":0.00002}";
+    let lines = "tle = [\"SAMPLE\", \"1 99991U 20001A   23365.50000000  .00000000  00000-0  20000-4 0  9990\", \
+                 \"2 99991  97.8000 200.1000 0012000  90.2000 270.1000 14.90000000    15\"]";
+    let files = [("orbit.json", json.to_string())];
+    let of = |orbit: &str| {
+        let loaded =
+            written(&files, orbit, "at = \"nadir\"", 60.0).unwrap_or_else(|errors| panic!("{errors}"));
+        loaded.heavens.unwrap().sky.orbit().unwrap().position(0.0).unwrap()
+    };
+    assert_eq!(of("omm = \"orbit.json\""), of(lines));
 }
 
 /// Along the way of the end, and of the start with its rate, against the closed form: rows a minute apart, read to a micrometre.
@@ -240,4 +355,21 @@ fn the_limb_is_where_a_line_of_sight_touches() {
             );
         }
     }
+}
+
+/// The rate about the axis that points is read, and reads back.
+#[test]
+fn a_spin_about_the_axis_that_points_is_told() {
+    let text = "format = 1\n[body]\ninertia_kg_m2 = [120, 100, 80]\n[start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
+                [end]\npoint = { boresight_body = [0, 0, 1], vector = [1, 0, 0] }\nroll_rate_deg_s = 2\n[maneuver]\nduration_s = 60\n";
+    let loaded = super::good(text, &[]);
+    assert!((loaded.problem.aim().unwrap().roll_rate - 2_f64.to_radians()).abs() < 1e-16);
+    let written = SpecDocument::new(&loaded.problem, &Settings::default()).unwrap();
+    assert_eq!(written.read("plan", &[]).unwrap().problem.end_condition, loaded.problem.end_condition);
+    let alone = text.replace(
+        "point = { boresight_body = [0, 0, 1], vector = [1, 0, 0] }",
+        "attitude = { axis = [1, 0, 0], angle_deg = 9 }",
+    );
+    let found = super::bad(&alone, &[]);
+    assert!(found.0.iter().any(|one| one.reason.contains("`roll_rate_deg_s` goes with `point`")), "{found}");
 }

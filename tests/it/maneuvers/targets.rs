@@ -305,3 +305,28 @@ fn what_moves_is_met_where_two_extremals_are_near() {
     let seen = heavens.sky.seen(station, *rows.time.last().unwrap()).unwrap();
     assert!(angle_between(&boresight, &seen) < 4e-6, "{}", angle_between(&boresight, &seen));
 }
+
+/// A spin about the axis that points, kept at the end: its phase is the roll, and no other phase costs less.
+#[test]
+fn a_spin_about_the_boresight_ends_at_its_best_phase() {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.5, 2.0)).unwrap(), mass: None };
+    let start = State::at_rest(lie::exp(&Vector3::new(0.1, -0.2, 0.3)));
+    let (boresight, towards, spin) = (Vector3::z(), Vector3::new(0.6, 0.0, 0.8), 0.3);
+    let aim = Aim::new(boresight, Direction::Fixed(towards)).spinning(spin);
+    let of = |end: Problem| {
+        let found = plan(&end.with_steps(60), &Settings::default(), None, &mut Silent).unwrap();
+        assert_eq!(found.status, Status::Solved);
+        found.solution
+    };
+    let maneuver = Problem::attitude(body.clone(), start, start, 6.0);
+    let best = of(maneuver.with_aim_at_end(aim));
+    let last = lie::rotation_from_quaternion(best.trajectory.quaternion.last().unwrap());
+    assert!(angle_between(&(last * boresight), &towards) < 2e-6);
+    assert!((best.trajectory.angular_velocity.last().unwrap() - spin * boresight).norm() < 1e-5);
+    for phase in 0..12 {
+        let attitude = last * lie::exp(&(boresight * (f64::from(phase) * std::f64::consts::TAU / 12.0)));
+        let end = State::attitude(lie::project_to_rotation(&attitude), spin * boresight);
+        let other = of(Problem::attitude(body.clone(), start, end, 6.0));
+        assert!(other.cost > best.cost * (1.0 - 1e-5), "{phase}: {} {}", other.cost, best.cost);
+    }
+}

@@ -3,6 +3,7 @@
 
 use super::columns::{AFTER, BEFORE};
 use super::{CaseResult, Header};
+use crate::cells::no_formula;
 use crate::export::ExportError;
 use serde_json::Value;
 use std::io::Write;
@@ -57,7 +58,7 @@ impl<'o> CommaTable<'o> {
 /// Quotes a cell that a reader would split. A line break becomes a blank, because many readers
 /// take a line for a row.
 fn quoted(text: &str) -> String {
-    let text = text.replace(['\r', '\n'], " ");
+    let text = no_formula(&text.replace(['\r', '\n'], " ")).into_owned();
     if text.contains([',', '"', ';', '\t']) || text.trim() != text {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

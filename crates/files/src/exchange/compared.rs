@@ -2,12 +2,12 @@
 //! spec, or are converted to them; otherwise the comparison is reported as impossible.
 //! [`slewkit::verify::judge_attitudes`] judges the rest.
 
-use super::Attitudes;
 use super::frames::{Meaning, meaning};
+use super::{Attitudes, Refined};
 use crate::identity::Identity;
 use crate::spec::{Diagnostic, Diagnostics};
-use slewkit::maneuver::Problem;
-use slewkit::verify::{AttitudeReport, AttitudeRows, Check, judge_attitudes};
+use slewkit::maneuver::{Constraint, Problem, Rule};
+use slewkit::verify::{AttitudeReport, AttitudeRows, Check, Rounding, judge_attitudes};
 use slewkit::{Matrix3, lie};
 
 /// The results for a file.
@@ -24,6 +24,57 @@ impl FileReport {
     pub fn passed(&self) -> bool {
         self.attitudes.passed()
     }
+}
+
+/// Judges cones, and rates, on the motion between rows that the file declares, in the place of that at one rate.
+fn between_rows(
+    attitudes: &mut AttitudeReport,
+    problem: &Problem,
+    refined: &Refined,
+    to_ours: Option<&Matrix3>,
+    rounding: &Rounding,
+    tolerance: f64,
+) {
+    let turn = |q: &[f64; 4]| match to_ours {
+        None => *q,
+        Some(rotation) => lie::quaternion_from_rotation(&(rotation * lie::rotation_from_quaternion(q))),
+    };
+    let quaternion: Vec<[f64; 4]> = refined.quaternion.iter().map(turn).collect();
+    let told: Vec<bool> =
+        (0..refined.row.len()).map(|k| k == 0 || refined.row[k] != refined.row[k - 1]).collect();
+    let rows = AttitudeRows {
+        time: &refined.time,
+        quaternion: &quaternion,
+        rate: &[],
+        breaks: &refined.breaks,
+        told: &told,
+        rounding: *rounding,
+    };
+    let fine = judge_attitudes(problem, &rows, tolerance);
+    let of_cone = |text: &str| {
+        problem.constraints.iter().any(|constraint| {
+            matches!(constraint.rule, Rule::Pointing(_))
+                && text.starts_with(&format!("{}: ", constraint.name))
+        })
+    };
+    // What is violated at a row, the refinement finds as well: it has all of them.
+    let old = std::mem::take(&mut attitudes.violations);
+    let at = std::mem::take(&mut attitudes.violated_at);
+    for (text, row) in old.into_iter().zip(at).filter(|(text, _)| !of_cone(text)) {
+        attitudes.violations.push(text);
+        attitudes.violated_at.push(row);
+    }
+    for (text, row) in fine.violations.into_iter().zip(fine.violated_at) {
+        let named = problem.constraints.iter().find(|one| text.starts_with(&format!("{}: ", one.name)));
+        let known = |one: &Constraint| {
+            attitudes.violations.iter().any(|text| text.starts_with(&format!("{}: ", one.name)))
+        };
+        if named.is_some_and(|one| !known(one)) {
+            attitudes.violations.push(text);
+            attitudes.violated_at.push(refined.row[row]);
+        }
+    }
+    attitudes.open.retain(|text| !text.contains("the rows are too far apart to tell"));
 }
 
 /// The name of the check that rows begin when the maneuver does.
@@ -50,8 +101,11 @@ pub fn judge_file(
         found_at.line = found.frames_line.unwrap_or(1);
         Diagnostics(vec![found_at])
     };
-    let to_ours = frames(found, problem, identity, &mut not_judged).map_err(apart)?;
-    bodies(found, identity, &mut not_judged).map_err(apart)?;
+    let (theirs, own) = (found.reference_frame.as_deref(), identity.reference_frame.as_deref());
+    let turns = problem.environment.frame_rate().amax() > 0.0;
+    let to_ours = into_our_frame(theirs, own, turns, &mut not_judged).map_err(apart)?;
+    of_our_body(found.body_frame.as_deref(), identity.body_frame.as_deref(), &mut not_judged)
+        .map_err(apart)?;
     let turned: Vec<[f64; 4]>;
     let quaternion = match to_ours {
         None => &found.quaternion,
@@ -66,9 +120,13 @@ pub fn judge_file(
         quaternion,
         rate: &found.rate,
         breaks: &found.breaks,
+        told: &[],
         rounding: found.rounding,
     };
     let mut attitudes = judge_attitudes(problem, &rows, tolerance);
+    if let Some(refined) = found.refined(tolerance) {
+        between_rows(&mut attitudes, problem, &refined, to_ours.as_ref(), &found.rounding, tolerance);
+    }
     let lasting = problem.duration.known().or_else(|| Some(found.time.last()? - found.time.first()?));
     let moment = moment(found, lasting.unwrap_or(0.0), identity, &mut not_judged);
     attitudes.checks.extend(moment);
@@ -81,19 +139,17 @@ pub fn judge_file(
 }
 
 /// A reason and a remedy.
-type Apart = (String, String);
+pub(crate) type Apart = (String, String);
 
 /// Returns the rotation from components in the file's frame to those in ours; `None` where the two
-/// are one.
-fn frames(
-    found: &Attitudes,
-    problem: &Problem,
-    identity: &Identity,
+/// are one. `turns` states whether our frame turns. Questions that stay open go to `open`.
+pub(crate) fn into_our_frame(
+    theirs: Option<&str>,
+    own: Option<&str>,
+    turns: bool,
     open: &mut Vec<String>,
 ) -> Result<Option<Matrix3>, Apart> {
-    let turns = problem.environment.frame_rate().amax() > 0.0;
-    let own = identity.reference_frame.as_deref();
-    let Some(theirs) = found.reference_frame.as_deref() else {
+    let Some(theirs) = theirs else {
         open.push("the frames: the file does not name them".into());
         return Ok(None);
     };
@@ -128,9 +184,13 @@ fn frames(
 }
 
 /// Checks that the body of the file is the body of the spec.
-fn bodies(found: &Attitudes, identity: &Identity, open: &mut Vec<String>) -> Result<(), Apart> {
-    let Some(theirs) = found.body_frame.as_deref() else { return Ok(()) };
-    match identity.body_frame.as_deref() {
+pub(crate) fn of_our_body(
+    theirs: Option<&str>,
+    own: Option<&str>,
+    open: &mut Vec<String>,
+) -> Result<(), Apart> {
+    let Some(theirs) = theirs else { return Ok(()) };
+    match own {
         Some(own) if own.eq_ignore_ascii_case(theirs) => Ok(()),
         Some(own) => Err((
             format!(

@@ -24,7 +24,7 @@
 //! | what we write ourselves | kept library | why |
 //! |---|---|---|
 //! | AEM, APM (`ccsds.rs`, `xml.rs`, 200 lines) | ccsds-ndm 0.0.9 | rejects version 1.0, costs two minutes of build; Orekit reads ours in the tests |
-//! | reader of AEM and OEM (`reading/`, 800 lines) | the same | errors with line and remedy, direction and order of both versions; XML of one message, so no crate for all of XML |
+//! | reader of AEM, OEM, OMM and APM (`reading/`) | the same | errors with line and remedy, direction and order of both versions; their XML by roxmltree |
 //! | CK (`spice/`, 200 lines) | CSPICE, rsspice | a C library or a translation of all of it, for one segment; SPICE reads ours in the tests |
 //! | `.npz` and its ZIP (110 lines) | ndarray-npy, zip | arrays of another crate and a compressor for a stored archive |
 //! | `.mat` version 5 (60 lines) | none kept | |
@@ -55,9 +55,13 @@ mod xml;
 
 pub use ccsds::AemVersion;
 pub use compared::{FileReport, judge_file};
+pub(crate) use compared::{into_our_frame, of_our_body};
 pub use lacking::Lacking;
 pub use numpy::Arrays;
-pub use reading::{Attitudes, EphemerisAxes, Segment, read_attitudes, read_ephemeris};
+pub use reading::{
+    AttitudeTold, Attitudes, Between, Block, EphemerisAxes, Refined, Segment, read_attitude_at,
+    read_attitudes, read_ephemeris, read_mean_elements,
+};
 pub use record::{Record, Tables};
 
 use super::export::ExportError;

@@ -3,8 +3,10 @@
 use super::recorded;
 use super::{ExportError, PlanFile};
 use crate::identity::Identity;
-use crate::spec::{ClosedLoop, Difference, SpecDocument};
+use crate::spec::{ClosedLoop, Difference, Loaded, SpecDocument};
 use slewkit::maneuver::{Problem, Settings};
+use slewkit::numerics::figures::{scientific, told_apart};
+use slewkit::plan::Status;
 use slewkit::verify::{self, Check, Verification};
 
 /// The results of the witnesses for a plan file.
@@ -53,9 +55,17 @@ impl PlanFile<'_> {
         closed_loop: &ClosedLoop,
         stop: &dyn Fn() -> bool,
     ) -> Result<Judgement, ExportError> {
-        // The grid is the plan's own matter.
-        let problem = self.on_grid(problem)?;
         let held = self.spec.as_ref();
+        // The grid is the plan's own matter, and so is which of several sets of cones holds when.
+        let turned;
+        let problem = if problem.alternatives.is_empty() {
+            problem
+        } else {
+            let own = held.and_then(|held| held.read("the plan's spec", &[]).ok());
+            turned = verify::in_turns(problem, own.as_ref().map(|own| &own.problem), &self.trajectory.0);
+            &turned
+        };
+        let problem = self.on_grid(problem)?;
         let judged_by = SpecDocument::new(&problem, settings).ok();
         let judged_by = judged_by.map(|spec| spec.with_identity(identity).with_closed_loop(closed_loop));
         let differences = held.zip(judged_by).map_or(Vec::new(), |(held, other)| held.differences(&other));
@@ -110,6 +120,37 @@ impl PlanFile<'_> {
             });
         }
         Ok(Judgement { problem, verification, differences, recorded, not_judged })
+    }
+
+    /// Returns the file with the verdict of the witnesses if it claims to be solved and verified, and
+    /// the reason if they refuse that claim; `loaded` is the spec that the file holds.
+    pub fn settled(mut self, loaded: &Loaded) -> (Self, Option<String>) {
+        if self.status != Status::Solved {
+            return (self, None);
+        }
+        let Loaded { problem, settings, identity, closed_loop, .. } = loaded;
+        let why = match self.judge(problem, settings, identity, closed_loop, &|| false) {
+            Ok(judged) if judged.verification.passed() => return (self, None),
+            Ok(Judgement { verification, .. }) => {
+                let failed = verification.checks.iter().find(|check| !check.passed);
+                let why = failed.map_or_else(
+                    || "a witness refuses it".to_string(),
+                    |Check { name, value, limit, .. }| {
+                        let [value, limit] = told_apart([*value, *limit], 2, scientific);
+                        format!("{name} is {value}, at most {limit}")
+                    },
+                );
+                self.verified = Some(verification);
+                why
+            }
+            Err(error) => {
+                self.verified = None;
+                error.to_string()
+            }
+        };
+        self.status = Status::VerificationFailed;
+        self.exit_code = self.status.exit_code();
+        (self, Some(why))
     }
 
     /// Returns whether status, outcome and exit code in the file agree.

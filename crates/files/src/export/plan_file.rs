@@ -285,7 +285,8 @@ impl<'a> PlanFile<'a> {
     /// of attitudes. An empty text, or one that is not text, counts as a plan file, so that its
     /// reader reports the error.
     pub fn begins(text: &[u8]) -> bool {
-        if encoding::is_utf16(text) {
+        // What is no text is named by the reader of attitudes.
+        if encoding::is_utf16(text) || encoding::binary(text).is_some() {
             return false;
         }
         let text = text.strip_prefix(encoding::MARK).unwrap_or(text);

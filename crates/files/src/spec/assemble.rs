@@ -2,6 +2,7 @@
 //! key.
 
 use super::attitude::Rotation;
+use super::attitude::from_file::Moment;
 use super::boundary::{Boundary, TURN};
 use super::{
     Expect, Report, Section, actuators, any_of, body, constraint, environment, escape, expect, maneuver,
@@ -34,10 +35,14 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     let body_section = root.section("body");
     let inertia = body_section.as_ref().and_then(|section| body::inertia(section));
     let mass = body_section.as_ref().and_then(|section| section.number("mass_kg"));
-    let mut start = root.section("start").map(|section| Boundary::read(section, "attitude"));
+    let lasting = root.section("maneuver").filter(|section| section.has("duration_s"));
+    let moment = |seconds| Moment::of(root, seconds, folder);
+    let at_start = moment(Some(0.0));
+    let mut start = root.section("start").map(|section| Boundary::read(section, "attitude", Some(&at_start)));
+    let at_end = moment(lasting.and_then(|section| section.number("duration_s")));
     let mut end = root.section("end").map(|section| {
         let relative = section.has("rotation_from_start") && !section.has("attitude");
-        Boundary::read(section, if relative { "rotation_from_start" } else { "attitude" })
+        Boundary::read(section, if relative { "rotation_from_start" } else { "attitude" }, Some(&at_end))
     });
     let motion = motion(start.as_ref(), end.as_ref());
     if let Some(section) = &body_section {
@@ -129,7 +134,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
         Path::Long | Path::Best => TAU - shortest,
         Path::AsGiven(vector) => vector.norm(),
     };
-    let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm());
+    let spin = if let EndCondition::Aim(aim) = &end_condition { aim.roll_rate.abs() } else { 0.0 };
+    let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm() + spin);
     let rate = rate + environment.frame_rate().norm();
     let steps = match duration.known() {
         Some(duration) => maneuver::steps(section, duration, angle, rate)?,

@@ -1,5 +1,7 @@
 //! The notations of an attitude, and what users get wrong in them.
 
+pub(super) mod from_file;
+
 use super::{Section, Spot, short, show};
 use crate::rounding::{ROTATION, SILENT};
 use slewkit::lie::{exp, log, project_to_rotation, rotation_from_quaternion};
@@ -70,6 +72,10 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
             Some(vector(if name.ends_with("_deg") { given.map(f64::to_radians) } else { given }))
         }
         "matrix" => rotation_matrix(section).map(matrix),
+        "file" => {
+            let reason = "an attitude is taken from a file as that of [start] or [end] of a maneuver alone";
+            section.refuse("E0029", name, reason, "write its numbers")
+        }
         "mrp" => section.vector(name).map(|sigma| matrix(rodrigues(sigma, true))),
         "rodrigues" => section.vector(name).map(|vector| matrix(rodrigues(vector, false))),
         "ra_deg" => pointed(section).map(matrix),

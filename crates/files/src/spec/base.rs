@@ -77,7 +77,7 @@ impl Base {
 
     /// Returns the files that it names, which no output may replace.
     pub fn files(&self) -> Vec<PathBuf> {
-        orbits_named(&self.root, &self.folder)
+        files_named(&self.root, &self.folder)
     }
 
     /// Returns the maneuver under more overrides.
@@ -140,15 +140,15 @@ impl Base {
     }
 }
 
-/// Reads the texts of the orbits that a tree names as files. A file that cannot be read is
+/// Reads the texts of the orbits and attitudes that a tree names as files. A file that cannot be read is
 /// omitted: each case reports it.
 fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     match &node.value {
         Value::Table(entries) => {
             for entry in entries {
                 match &entry.node.value {
-                    Value::Text(written) if entry.key == OEM => {
-                        let opened = open(written, folder, "an orbit ephemeris message").ok();
+                    Value::Text(written) if NAMING.contains(&entry.key.as_str()) => {
+                        let opened = open(written, folder, "a file").ok();
                         let text = opened.and_then(|(_, file)| std::io::read_to_string(file.take(MOST)).ok());
                         found.extend(text);
                     }
@@ -161,22 +161,22 @@ fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     }
 }
 
-/// Returns the orbits that a tree names as files, as paths.
-pub(super) fn orbits_named(node: &Node, folder: &Path) -> Vec<PathBuf> {
+/// Returns the orbits and attitudes that a tree names as files, as paths.
+pub(super) fn files_named(node: &Node, folder: &Path) -> Vec<PathBuf> {
     match &node.value {
         Value::Table(entries) => entries
             .iter()
             .flat_map(|entry| match &entry.node.value {
-                Value::Text(written) if entry.key == OEM => vec![folder.join(written)],
-                _ => orbits_named(&entry.node, folder),
+                Value::Text(written) if NAMING.contains(&entry.key.as_str()) => vec![folder.join(written)],
+                _ => files_named(&entry.node, folder),
             })
             .collect(),
-        Value::Array(items) => items.iter().flat_map(|item| orbits_named(item, folder)).collect(),
+        Value::Array(items) => items.iter().flat_map(|item| files_named(item, folder)).collect(),
         _ => Vec::new(),
     }
 }
 
-/// The key that names an orbit as a file.
-const OEM: &str = "oem";
+/// The keys that name a file with an orbit, or with an attitude.
+const NAMING: [&str; 3] = ["oem", "omm", "file"];
 /// The most that is read of one [bytes], as by the reader of orbits.
 const MOST: u64 = 1 << 28;

@@ -1,5 +1,6 @@
 //! The start and the end of a maneuver, and the start of a body, as a spec has them.
 
+use super::attitude::from_file::{self, Moment};
 use super::attitude::{self, Rotation, Use};
 use super::keys::REST_IN_ORBIT;
 use super::{Section, Spot, sky};
@@ -24,9 +25,15 @@ pub(crate) struct Boundary<'a> {
 pub(super) const TURN: &str = "rotation_from_start_rad";
 
 impl<'a> Boundary<'a> {
-    pub fn read(section: &'a Section, key: &'static str) -> Self {
+    /// Reads the table; an attitude may stand in a file, where a maneuver says in `moment` what of it is wanted.
+    pub fn read(section: &'a Section, key: &'static str, moment: Option<&Moment<'_>>) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
-        let rotation = section.section(key).and_then(|rotation| attitude::rotation(rotation, purpose));
+        let rotation = section.section(key).and_then(|rotation| match moment {
+            Some(moment) if key == "attitude" && rotation.has("file") => {
+                from_file::rotation(rotation, moment)
+            }
+            _ => attitude::rotation(rotation, purpose),
+        });
         let rate = match section.rate_key() {
             None => Some(Vector3::zeros()),
             Some(name) => {
@@ -77,7 +84,7 @@ impl<'a> Boundary<'a> {
 
     /// Returns whether a rate is given without an attitude: any will do.
     pub fn is_open(&self) -> bool {
-        let attitudes = ["attitude", "rotation_from_start", "attitude_file", "point"];
+        let attitudes = ["attitude", "rotation_from_start", "point"];
         self.section.rate_key().is_some() && !attitudes.into_iter().any(|key| self.section.has(key))
     }
 

@@ -178,10 +178,6 @@ impl Checker {
             Kind::List(table, most) => return self.list(node, table, most, path),
             Kind::Directions => self.directions(node, path),
             Kind::Targets => self.targets(node, path),
-            Kind::Later(what) => {
-                let reason = format!("`{}`: this version of slew does not support {what} yet", key.name);
-                Err(vec![("E0019", entry.key_span, reason, "remove it to plan without".into())])
-            }
             kind => values::read(kind, node),
         };
         let faults = match read {
@@ -379,7 +375,7 @@ pub(super) fn elsewhere(name: &str, table: &Table, root: &Table) -> String {
             return format!("`{name}` belongs in [{}]", key.name);
         }
     }
-    let known = table.keys.iter().filter(|key| !matches!(key.kind, Kind::Later(_) | Kind::HeavenlyBody));
+    let known = table.keys.iter().filter(|key| !matches!(key.kind, Kind::HeavenlyBody));
     let known: Vec<_> = known.map(|key| key.name).filter(|name| !name.starts_with('$')).collect();
     // All of them: the one that was meant may be any.
     format!("the keys here are {}", known.join(", "))

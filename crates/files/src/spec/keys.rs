@@ -61,8 +61,6 @@ pub(crate) enum Kind {
     Faces,
     /// A list of intervals of time \[s\], one after another.
     Intervals,
-    /// A known key that this version does not support; the text names it.
-    Later(&'static str),
 }
 
 /// The kind of motion that has steps.
@@ -545,8 +543,13 @@ shared_keys! {
     /// Height of a station above the ellipsoid of WGS 84, or of a limb above the sphere of its
     /// equatorial radius. Default: 0.
     HEIGHT_KEY = "height_m": Number(q::POSITION);
-    /// Two-line elements, both lines, by SGP4.
-    TLE_KEY = "tle": Texts(2);
+    /// Two-line elements, both lines, by SGP4; a line above them is their name.
+    TLE_KEY = "tle": Texts(3);
+    /// An orbit mean-elements message of CCSDS (OMM, keywords and values, XML or JSON), relative to
+    /// the folder of the spec, by SGP4.
+    OMM_KEY = "omm": Text(1000);
+    /// For tle and omm: the largest age of the elements. Default: 30.
+    OLDEST_KEY = "oldest_days": Number(q::DAYS);
     /// An orbit ephemeris message of CCSDS (OEM, keywords and values), relative to the folder of
     /// the spec: centre Earth, in ICRF, GCRF, EME2000, TOD, TEME or ITRF.
     OEM_KEY = "oem": Text(1000);
@@ -596,6 +599,8 @@ shared_keys! {
     SECOND_KEY = "second": Table(&SECOND);
     /// With point: whether the body turns with the target or is at rest. Default: matched.
     AIM_RATE_KEY = "rate": Choice(&["matched", "zero"], &[]);
+    /// With point: the rate about the axis that points, besides: a spin that is kept, of any phase where the roll is free. Default: 0.
+    ROLL_RATE_KEY = "roll_rate_deg_s": Number(q::RATE_DEG);
 }
 
 macro_rules! targets {
@@ -607,7 +612,7 @@ macro_rules! targets {
                     $($(#[doc = $doc])* $name: $kind $(, needed $sample)?;)*
                     AT_KEY; RA_KEY; DEC_KEY; VECTOR_KEY; LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY; AZIMUTH_KEY; ORBIT_VECTOR_KEY;
                     TURNING_KEY; TURNING_RATE_KEY;
-                    TLE_KEY; OEM_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
+                    TLE_KEY; OMM_KEY; OEM_KEY; OLDEST_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
                     PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
                     FROM_KEY; PIECE_KEY; TERMS_KEY; COEFFICIENTS_KEY; DISC_KEY;
                 }
@@ -636,8 +641,8 @@ targets! {
 }
 
 tables! {
-    static ORBIT[exclusive: &[&["tle", "oem", "semi_major_axis_m", "position_m"]], one_of: &[(&["tle", "oem", "semi_major_axis_m", "position_m"], "tle = [\"1 …\", \"2 …\"]")]] {
-        TLE_KEY; OEM_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
+    static ORBIT[exclusive: &[&["tle", "omm", "oem", "semi_major_axis_m", "position_m"]], one_of: &[(&["tle", "omm", "oem", "semi_major_axis_m", "position_m"], "tle = [\"1 …\", \"2 …\"]")]] {
+        TLE_KEY; OMM_KEY; OEM_KEY; OLDEST_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
         PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
         /// UT1 − UTC, from bulletins: at most 120 m on the ground. Default: 0.
         "ut1_minus_utc_s": Number(q::ELAPSED);
@@ -699,26 +704,19 @@ shared_keys! {
     POSITION_KEY = "position_m": Vector(q::POSITION);
     /// Velocity of the mass center, reference frame.
     VELOCITY_KEY = "velocity_m_s": Vector(q::VELOCITY);
-    LATER_FILE = "attitude_file": Later("attitudes read from files");
 }
 const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s", "angular_velocity"];
 /// The key with the value "at rest in LVLH".
 pub(super) const REST_IN_ORBIT: &str = "angular_velocity";
-const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "attitude_file", "point"];
-const ENDS: &[&str] = &[
-    "attitude",
-    "rotation_from_start",
-    "attitude_file",
-    "point",
-    "angular_velocity_deg_s",
-    "angular_velocity_rad_s",
-];
+const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "point"];
+const ENDS: &[&str] =
+    &["attitude", "rotation_from_start", "point", "angular_velocity_deg_s", "angular_velocity_rad_s"];
 const ATTITUDE_SAMPLE: &str = "attitude = { axis = [0, 0, 1], angle_deg = 90 }";
 
 tables! {
     static START[
-        exclusive: &[&["attitude", "attitude_file", "point"], RATES, &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"]],
-        one_of: &[(&["attitude", "attitude_file", "point"], ATTITUDE_SAMPLE)],
+        exclusive: &[&["attitude", "point"], RATES, &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"]],
+        one_of: &[(&["attitude", "point"], ATTITUDE_SAMPLE)],
     ] {
         ATTITUDE_KEY;
         RATE_DEG_KEY;
@@ -729,9 +727,9 @@ tables! {
         POINT_KEY;
         SECOND_KEY;
         AIM_RATE_KEY;
+        ROLL_RATE_KEY;
         POSITION_KEY;
         VELOCITY_KEY;
-        LATER_FILE;
     }
 
     static END[
@@ -755,9 +753,9 @@ tables! {
         POINT_KEY;
         SECOND_KEY;
         AIM_RATE_KEY;
+        ROLL_RATE_KEY;
         POSITION_KEY;
         VELOCITY_KEY;
-        LATER_FILE;
     }
 
     static MANEUVER[exclusive: &[&["steps", "step_s"]]] {
@@ -911,6 +909,9 @@ macro_rules! attitude_keys {
                 "rotation_vector_deg": Vector(q::ANGLE_DEG);
                 /// Rotation matrix, three rows.
                 "matrix": Matrix;
+                /// Of [start] and [end]: a file with attitudes (AEM, APM, STK .a, C-kernel, table), relative to the folder of the spec;
+                /// taken at the epoch, or at the end of a given duration.
+                "file": Text(1000);
                 /// Unit quaternion, scalar first, Hamilton, body to reference.
                 "quaternion_wxyz": Quaternion;
                 /// Unit quaternion, scalar last, Hamilton, body to reference.

@@ -389,7 +389,7 @@ fn understand(
                 dispersion,
                 heavens,
                 closed_loop,
-                files: base::orbits_named(root, folder),
+                files: base::files_named(root, folder),
                 warnings,
             }))
         })

@@ -1,19 +1,27 @@
-//! `[orbit]`, and the orbit of another satellite that is aimed at: two-line elements, Keplerian elements, a state, or an OEM.
+//! `[orbit]`, and the orbit of another satellite that is aimed at: two-line elements, an OMM, Keplerian elements, a state, or an OEM.
+
+mod table;
 
 use super::shape::open;
-use super::{Section, cut, short};
+use super::{Diagnostics, Section, cut, short};
 use crate::epoch::Epoch;
-use crate::exchange::{EphemerisAxes, Segment, read_ephemeris};
+use crate::exchange::{EphemerisAxes, Segment, read_ephemeris, read_mean_elements};
+use slewkit::Vector3;
+use slewkit::numerics::figures::significant;
 use slewkit_sky::{
-    Clock, EarthRotation, Elements, Model, Orbit, earth_to_gcrs, teme_to_gcrs, true_of_date_to_gcrs,
+    Clock, EarthRotation, Elements, Model, Orbit, Table, earth_to_gcrs, teme_to_gcrs, true_of_date_to_gcrs,
 };
 use std::path::PathBuf;
 
-/// Age of two-line elements from which a word is said \[days\]: they are off by 1 to 3 km a day.
+/// Age of mean elements from which a word is said \[days\].
 const OLD: f64 = 3.0;
+/// By how much they are off a day \[km\].
+const OFF_A_DAY: [f64; 2] = [1.0, 3.0];
+/// The oldest that are taken unless the spec says otherwise \[days\]: drag, unknown to a tenth, is then a hundred kilometres.
+const OLDEST: f64 = 30.0;
 
 /// Of which at least one must be there.
-const KINDS: [&str; 4] = ["tle", "oem", "position_m", "semi_major_axis_m"];
+const KINDS: [&str; 5] = ["tle", "omm", "oem", "position_m", "semi_major_axis_m"];
 
 const KEPLERIAN: [&str; 5] =
     ["eccentricity", "inclination_deg", "raan_deg", "argument_of_perigee_deg", "true_anomaly_deg"];
@@ -21,7 +29,9 @@ const KEPLERIAN: [&str; 5] =
 /// All keys of an orbit.
 pub(super) const KEYS: &[&str] = &[
     "tle",
+    "omm",
     "oem",
+    "oldest_days",
     "semi_major_axis_m",
     "eccentricity",
     "inclination_deg",
@@ -63,29 +73,37 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
             return None;
         }
         [] if section.path != "orbit" && !state => {
-            let reason =
-                format!("{what} needs `tle`, `oem`, `semi_major_axis_m`, or `position_m` and `velocity_m_s`");
+            let reason = format!(
+                "{what} needs `tle`, `omm`, `oem`, `semi_major_axis_m`, or `position_m` and `velocity_m_s`"
+            );
             return section.refuse_here("E0021", reason, "add tle = [\"1 …\", \"2 …\"]");
         }
         _ => {}
     }
-    let (lines, file) = (section.has("tle"), section.has("oem"));
-    let of_others: Vec<&str> = match (lines || file, state) {
+    let (lines, mean, file) = (section.has("tle"), section.has("omm"), section.has("oem"));
+    let mut of_others: Vec<&str> = match (lines || mean || file, state) {
         (true, _) => [&KEPLERIAN[..], &["velocity_m_s", "epoch", "model"]].concat(),
         (false, true) => KEPLERIAN.to_vec(),
         (false, false) => Vec::new(),
     };
+    if !(lines || mean) {
+        of_others.push("oldest_days");
+    }
     if let Some(key) = of_others.into_iter().find(|key| section.has(key)) {
-        let kind = match (lines, file) {
-            (true, _) => "two-line elements",
-            (_, true) => "a file",
-            _ => "a position and a velocity",
+        let kind = match (lines, mean || file, state) {
+            (true, ..) => "two-line elements",
+            (_, true, _) => "a file",
+            (.., true) => "a position and a velocity",
+            _ => "Keplerian elements",
         };
         let reason = format!("`{key}` is not used: the orbit is told by {kind}");
         return section.refuse("E0029", key, reason, "leave it out");
     }
     if lines {
         return two_lines(section, &section.texts("tle")?, around.clock);
+    }
+    if mean {
+        return of_mean_elements(section, around);
     }
     if file {
         return of_file(section, around);
@@ -131,20 +149,66 @@ pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Or
 }
 
 fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit> {
-    let [first, second] = lines else {
-        let reason = format!("`tle` has {} lines, two-line elements have two", lines.len());
-        return section.refuse("E0026", "tle", reason, "write [\"1 …\", \"2 …\"], without the title");
+    // A line above them is the name of the satellite.
+    let (first, second) = match lines {
+        [first, second] => (first, second),
+        [name, first, second] if !name.starts_with("1 ") => (first, second),
+        _ => {
+            let reason = format!("`tle` has {} lines, two-line elements have two", lines.len());
+            return section.refuse("E0026", "tle", reason, "write [\"1 …\", \"2 …\"]");
+        }
     };
     let orbit = Orbit::of_two_lines([first, second], clock);
-    let remedy = "copy both lines with all their columns; the last digit of each is its checksum";
+    let remedy = "copy both lines with all their columns and blanks; the last digit of each is its checksum";
     let orbit = orbit.map_err(|error| section.error("E0076", "tle", error.to_string(), remedy)).ok()?;
+    recent(section, "tle", orbit)
+}
+
+/// The orbit of an OMM.
+fn of_mean_elements(section: &Section, around: &Around) -> Option<Orbit> {
+    let written = section.word("omm")?;
+    let (path, file) = match open(written, &around.folder, "an orbit mean-elements message") {
+        Ok(opened) => opened,
+        Err((code, reason, remedy)) => return section.refuse(code, "omm", reason, remedy),
+    };
+    let shown = cut(&path.to_string_lossy(), 200);
+    let mean =
+        read_mean_elements(file, &shown).map_err(|errors| unread(section, "omm", &shown, errors)).ok()?;
+    let made = Orbit::of_mean_elements(&mean, around.clock);
+    let remedy = "check the numbers and their units";
+    let orbit = made.map_err(|error| section.error("E0076", "omm", error.to_string(), remedy)).ok()?;
+    recent(section, "omm", orbit)
+}
+
+/// Tells what is wrong with a file that a key names.
+fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
+    let (line, reason, remedy) = errors.0.into_iter().next().map_or_else(
+        || (1, "it cannot be read".into(), "check it".into()),
+        |error| (error.line, error.reason, error.remedy),
+    );
+    section.error("E0092", key, format!("{shown}: line {line}: {reason}"), remedy);
+}
+
+/// Mean elements that are not too old: beyond some days a word is said, beyond more they are no orbit of that day.
+fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     let days = orbit.age().abs() / 86_400.0;
-    if days > OLD {
+    let most = if section.has("oldest_days") { section.number("oldest_days")? } else { OLDEST };
+    let rounded = short((days * 10.0).round() / 10.0);
+    let than = if orbit.age() < 0.0 { "newer than the epoch" } else { "old" };
+    if days > most {
         let reason = format!(
-            "the elements are {} days old: the satellite may be some kilometres elsewhere",
-            short((days * 10.0).round() / 10.0)
+            "the elements are {rounded} days {than}, and {} are the most: the satellite may be anywhere on its orbit",
+            short(most)
         );
-        section.warn("W0076", "tle", reason, "take newer ones; 1 km is 0.1 deg for a station 600 km away");
+        let remedy = format!("take elements of that day; oldest_days = {} takes these", short(days.ceil()));
+        return section.refuse("E0076", key, reason, remedy);
+    }
+    if days > OLD {
+        let [least, most] = OFF_A_DAY.map(|off| short((off * days).round()));
+        let reason = format!(
+            "the elements are {rounded} days {than}: the satellite may be {least} to {most} km elsewhere"
+        );
+        section.warn("W0076", key, reason, "take newer ones; 1 km is 0.1 deg for a station 600 km away");
     }
     Some(orbit)
 }
@@ -160,18 +224,16 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
     let segments = match read_ephemeris(file, &shown) {
         Ok(segments) => segments,
         Err(errors) => {
-            let (line, reason, remedy) = errors.0.into_iter().next().map_or_else(
-                || (1, "it cannot be read".into(), "check it".into()),
-                |error| (error.line, error.reason, error.remedy),
-            );
-            return section.refuse("E0092", "oem", format!("{shown}: line {line}: {reason}"), remedy);
+            unread(section, "oem", &shown, errors);
+            return None;
         }
     };
     let (begin, end) = (around.epoch, around.epoch.after(around.ahead));
     let covers = |segment: &&Segment| {
         begin.since(&segment.span[0]) >= -ROUNDED && segment.span[1].since(&end) >= -ROUNDED
     };
-    let Some(segment) = segments.iter().find(covers) else {
+    let mut covering = segments.iter().filter(covers);
+    let Some(segment) = covering.next() else {
         let of = |segment: &Segment| format!("from {} to {}", segment.span[0], segment.span[1]);
         let mut spans: Vec<String> = segments.iter().take(SHOWN).map(of).collect();
         spans.extend((segments.len() > SHOWN).then(|| "in more segments".into()));
@@ -182,19 +244,61 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
         let remedy = "take a file of that span, or a shorter maneuver; one whose duration is sought needs duration_at_most_s";
         return section.refuse("E0076", "oem", reason, remedy);
     };
-    let time: Vec<f64> = segment.moment.iter().map(|moment| moment.since(&begin)).collect();
-    let axes = |time: f64| match segment.axes {
-        EphemerisAxes::Inertial(matrix) => matrix,
-        EphemerisAxes::Teme => teme_to_gcrs(&around.clock, time),
-        EphemerisAxes::TrueOfDate => true_of_date_to_gcrs(&around.clock, time),
-        EphemerisAxes::Earth => earth_to_gcrs(&around.clock, time, &around.rotation),
-    };
-    let position =
-        time.iter().zip(&segment.position).map(|(time, position)| axes(*time) * position).collect();
-    let made = Orbit::of_table(time, position, segment.degree, around.clock);
+    let table = tabulated(segment, around);
+    for other in covering {
+        let told = tabulated(other, around);
+        let apart = [0.0, around.ahead].map(|time| {
+            let [here, there] = [&table, &told].map(|table| table.position(time).unwrap_or_default());
+            (here - there).norm()
+        });
+        let apart = apart[0].max(apart[1]);
+        if apart > ONE_ORBIT {
+            let reason = format!(
+                "{shown}: the segments that begin at lines {} and {} both cover the maneuver, {} km apart",
+                segment.line[0],
+                other.line[0],
+                significant(apart / 1e3, 3)
+            );
+            let remedy = "leave one of them in the file, or say in USEABLE_START_TIME and USEABLE_STOP_TIME where each holds";
+            return section.refuse("E0076", "oem", reason, remedy);
+        }
+    }
+    if let Err((line, reason, remedy)) = table::check(section, &table, &segment.line, around.ahead, &shown) {
+        return section.refuse("E0076", "oem", format!("{shown}: line {line}: {reason}"), remedy);
+    }
+    let made = Orbit::of_table(table, around.clock);
     made.map_err(|error| section.error("E0076", "oem", error.to_string(), "check the file")).ok()
 }
 
+/// The rows of a segment in the axes of the GCRS, times from the epoch of the maneuver.
+fn tabulated(segment: &Segment, around: &Around) -> Table {
+    let time: Vec<f64> = segment.moment.iter().map(|moment| moment.since(&around.epoch)).collect();
+    let (clock, rotation) = (&around.clock, &around.rotation);
+    let axes = |time: f64| match segment.axes {
+        EphemerisAxes::Inertial(matrix) => matrix,
+        EphemerisAxes::Teme => teme_to_gcrs(clock, time),
+        EphemerisAxes::TrueOfDate => true_of_date_to_gcrs(clock, time),
+        EphemerisAxes::Earth => earth_to_gcrs(clock, time, rotation),
+    };
+    // The Earth turns under its axes; those of a date turn by 8e-12 rad/s, which moves nothing here.
+    let turning = |time: f64, position: &Vector3| match segment.axes {
+        EphemerisAxes::Earth => {
+            (earth_to_gcrs(clock, time + 1.0, rotation) - earth_to_gcrs(clock, time - 1.0, rotation))
+                * position
+                / 2.0
+        }
+        _ => Vector3::zeros(),
+    };
+    let rows = || time.iter().zip(segment.position.iter().zip(&segment.velocity));
+    let velocity = rows()
+        .map(|(time, (position, velocity))| axes(*time) * velocity + turning(*time, position))
+        .collect();
+    let position = rows().map(|(time, (position, _))| axes(*time) * position).collect();
+    Table { time, position, velocity, between: segment.between }
+}
+
+/// Two segments are of one orbit where they are this near \[m\].
+const ONE_ORBIT: f64 = 10.0;
 /// Moments are equal to this \[s\]: sums of seconds in doubles.
 const ROUNDED: f64 = 1e-6;
 /// How many segments a message names.

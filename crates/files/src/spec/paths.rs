@@ -103,10 +103,6 @@ fn element(
 pub(super) fn faults(key: &'static Key, node: &Node) -> Vec<Fault> {
     match key.kind {
         Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets => vec![],
-        Kind::Later(what) => {
-            let reason = format!("`{}`: this version of slew does not support {what} yet", key.name);
-            vec![("E0019", node.span, reason, "remove it".into())]
-        }
         kind => {
             let faults = values::read(kind, node).err().unwrap_or_default();
             let named = |mut fault: Fault| {

@@ -49,6 +49,7 @@ pub(crate) const INERTIA: Quantity = quantity("an inertia", "kg·m²", 1e-60, 1e
 pub(crate) const SPICE_ID: Quantity = quantity("a NAIF number", "", 1.0, 2e6, Sign::Any);
 pub(crate) const MASS: Quantity = quantity("a mass", "kg", 1e-30, 1e30, Sign::Positive);
 pub(crate) const DURATION: Quantity = quantity("a time", "s", 1e-9, 1e12, Sign::Positive);
+pub(crate) const DAYS: Quantity = quantity("a number of days", "d", 1e-9, 1e5, Sign::Positive);
 pub(crate) const ELAPSED: Quantity = quantity("a time", "s", TINY, 1e12, Sign::Any);
 pub(crate) const COMPONENT: Quantity = quantity("a vector component", "", TINY, 1e30, Sign::Any);
 pub(crate) const ENTRY: Quantity = quantity("a matrix entry", "", TINY, 1e30, Sign::Any);

@@ -40,7 +40,7 @@ fn variant(table: &'static Table, selected: Option<(&str, &str)>) -> Value {
     let mut required = Vec::new();
     for key in table.keys {
         let applies = key.only.is_empty() || selected.is_some_and(|(_, word)| key.only.contains(&word));
-        if !applies || matches!(key.kind, Kind::Later(_) | Kind::HeavenlyBody) {
+        if !applies || matches!(key.kind, Kind::HeavenlyBody) {
             continue;
         }
         let mut value = match selected {
@@ -170,7 +170,7 @@ fn kind(kind: Kind) -> Value {
             json!({ "oneOf": [word, table(&TARGET), several(table(&TARGET)), several(word)] })
         }
         Kind::Texts(most) => json!({ "type": "array", "items": { "type": "string" }, "maxItems": most }),
-        Kind::Later(_) | Kind::HeavenlyBody => json!(false),
+        Kind::HeavenlyBody => json!(false),
     }
 }
 

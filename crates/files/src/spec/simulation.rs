@@ -144,7 +144,7 @@ fn member<'a>(
     folder: &Path,
     budget: &mut Budget,
 ) -> Member<'a> {
-    let boundary = Boundary::read(section, "attitude");
+    let boundary = Boundary::read(section, "attitude", None);
     let section = &boundary.section;
     let moving = ["position_m", "velocity_m_s", "linear_momentum_n_s"];
     let moves = attracted || moving.iter().any(|name| section.has(name));

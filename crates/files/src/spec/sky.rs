@@ -253,7 +253,7 @@ impl Reading {
     fn told<T>(&self, section: &Section, what: &str, found: Result<T, SkyError>) -> Option<T> {
         let remedy = match &found {
             Ok(_) => "",
-            Err(SkyError::NoOrbit) => "add [orbit] with tle, oem, or the keys of a Keplerian orbit",
+            Err(SkyError::NoOrbit) => "add [orbit] with tle, omm, oem, or the keys of a Keplerian orbit",
             Err(SkyError::BelowLimb(..)) => "give a smaller height_m",
             Err(SkyError::Orbit(OrbitError::Decays(_))) => "use newer elements, or a shorter maneuver",
             Err(_) => "check [orbit]",
@@ -264,7 +264,7 @@ impl Reading {
 
     /// Refuses the keys of `point` if that is absent.
     pub fn check_boundary(boundary: &Section) {
-        for key in ["second", "rate"] {
+        for key in ["second", "rate", "roll_rate_deg_s"] {
             if boundary.has(key) && !boundary.has("point") {
                 let reason = format!("`{key}` needs `point`, which [{}] does not have", boundary.path);
                 let remedy = "add point = { boresight_body = [0, 0, 1], at = \"sun\" }, or remove the key";
@@ -293,7 +293,13 @@ impl Reading {
             let within = second.number("roll_within_deg").unwrap_or(0.0).to_radians();
             aim = aim.with_roll_towards(axis?, at?, within);
         }
-        Some(if boundary.word("rate") == Some("zero") { Aim { rate: AimRate::Zero, ..aim } } else { aim })
+        let aim =
+            if boundary.word("rate") == Some("zero") { Aim { rate: AimRate::Zero, ..aim } } else { aim };
+        let spin = match boundary.has("roll_rate_deg_s") {
+            true => boundary.number("roll_rate_deg_s")?.to_radians(),
+            false => 0.0,
+        };
+        Some(aim.spinning(spin))
     }
 
     /// Refuses a station that is below the horizon when it is to be pointed at.

@@ -77,6 +77,14 @@ pub(super) fn decode<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, Diagnos
     let text = match encoding::text(bytes) {
         Ok(text) => text,
         Err(NoText::Utf16) => return Err(refuse("E0003", name, "the spec is in UTF-16".into(), SAVE)),
+        Err(NoText::Binary(kind)) => {
+            return Err(refuse(
+                "E0002",
+                name,
+                format!("the file is no text: it is {kind}"),
+                "name the text of the spec",
+            ));
+        }
         Err(NoText::At(at)) => {
             let reason = format!("byte 0x{:02x} at offset {at} is not UTF-8", bytes[at]);
             let mut finding = refuse("E0002", name, reason, "save the file as UTF-8");

@@ -62,7 +62,7 @@ pub(crate) fn read(kind: Kind, node: &Node) -> Read<Parsed> {
         }
         Kind::Spread(quantity) => Parsed::Limits(lists::spread(node, &quantity)?),
         Kind::HeavenlyBody => return heavenly_body(node),
-        Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets | Kind::Later(_) => {
+        Kind::Table(_) | Kind::List(..) | Kind::Directions | Kind::Targets => {
             return Err(Vec::new());
         }
     })

@@ -366,6 +366,7 @@ fn aim(spec: &mut Writing, aim: &Aim) -> Result<(), Unwritable> {
             });
         }
         end.put("rate", if aim.rate == AimRate::Zero { "zero" } else { "matched" });
+        end.some("roll_rate_deg_s", (aim.roll_rate != 0.0).then(|| aim.roll_rate.to_degrees()));
     });
     Ok(())
 }

@@ -90,7 +90,7 @@ pub(super) fn solve(
             let placed = placed(aimed, &found.best[index], &ask, problem.steps).ok()?;
             planned(problem, aimed, units, &placed, least)
         };
-        plan = landed(aim, extremal, units, plan, &afresh);
+        plan = landed(aim, extremal, units, plan, &afresh, &|| context.interrupt().is_some());
     }
     let dearer = found.best.iter().skip(index + 1).map(|best| ("pulses", best.cost * units.cost()));
     solution.rivals = rivals(dearer, plan.switching.continuous_cost, plan.sense);

@@ -1,28 +1,30 @@
-//! XML: the elements, attributes and comments that messages of CCSDS have. No entities of their own are expanded, no files are fetched.
+//! XML of messages of CCSDS, by the crate `roxmltree`: elements in the order of the text, each with its place. No document types, so no
+//! entities of their own, and no files are fetched.
 
 use super::{Piece, Wrong, wrong};
 use crate::spec::cut;
+use roxmltree::{Document, Error, Node, ParsingOptions};
+
+/// Most nodes of a document: its tree takes less than 100 bytes for each.
+const MOST_NODES: u32 = 1 << 22;
 
 /// A kind of message, and what becomes of its elements.
 pub(super) trait Message<'t> {
     /// The element that is the message, in `<ndm>` or alone.
     const ELEMENT: &'static str;
-    /// What it is, for people.
-    const KIND: &'static str;
 
     /// The message says its version.
     fn version(&mut self, number: Piece<'t>) -> Result<(), Wrong>;
     /// An element begins within those that are open.
-    fn opened(&mut self, within: &Open<'t>, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong>;
+    fn opened(&mut self, within: &Open<'t>, name: Piece<'t>, unit: Option<Piece<'t>>) -> Result<(), Wrong>;
     /// An element has ended within those that are open.
     fn closed(&mut self, within: &Open<'t>, element: &Element<'t>) -> Result<(), Wrong>;
 }
 
 /// An element that has ended.
 pub(super) struct Element<'t> {
-    /// Its name where it begins, and where it ends.
-    pub opened: Piece<'t>,
-    pub closed: Piece<'t>,
+    /// Its name where it begins.
+    pub name: Piece<'t>,
     /// Its text, of one that has nothing else.
     pub value: Option<Piece<'t>>,
 }
@@ -30,7 +32,7 @@ pub(super) struct Element<'t> {
 impl<'t> Element<'t> {
     /// Its text; empty where it has none.
     pub fn text(&self) -> Piece<'t> {
-        self.value.unwrap_or(Piece { at: self.opened.at, text: "" })
+        self.value.unwrap_or(Piece { at: self.name.at, text: "" })
     }
 }
 
@@ -45,177 +47,175 @@ impl Open<'_> {
     }
 }
 
-/// Reads a message from a text, element by element, and says where the last of them ends.
-pub(super) fn read<'t, M: Message<'t>>(text: &'t str, message: &mut M) -> Result<Piece<'t>, Wrong> {
-    let (mut tokens, mut open) = (Tokens::of(text), Open::default());
-    let (mut said, mut last): (Option<(Piece, Piece)>, Piece) = (None, Piece { at: 0, text: "" });
-    while let Some(token) = tokens.next()? {
-        match token {
-            Token::Open(name, attributes) => {
-                if name.text == M::ELEMENT {
-                    let Some(number) = attribute(attributes, "version") else {
-                        return name.wrong("the message does not say its version", "write version=\"2.0\"");
-                    };
-                    message.version(number)?;
-                } else if open.0.is_empty() && name.text != "ndm" {
-                    let reason = format!("<{}> is no {}", cut(name.text, 30), M::KIND);
-                    return name.wrong(reason, format!("give an <{}>", M::ELEMENT));
-                }
-                message.opened(&open, name, attributes)?;
-                open.0.push(name);
-                said = None;
+/// How deep elements may stand within one another: the crate calls itself for each level.
+const DEEPEST: usize = 100;
+
+/// The place at which more elements are open than [`DEEPEST`].
+fn too_deep(text: &str) -> Option<usize> {
+    let (mut open, mut at) = (0_usize, 0);
+    while let Some(found) = text[at..].find('<') {
+        at += found;
+        let rest = &text[at..];
+        let passed_over = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
+        if let Some((_, end)) = passed_over.iter().find(|(start, _)| rest.starts_with(start)) {
+            at += rest.find(end)? + end.len();
+            continue;
+        }
+        // A `>` between quotes is of a value.
+        let mut quote = None;
+        let end = rest.bytes().position(|byte| {
+            match (quote, byte) {
+                (None, b'>') => return true,
+                (None, b'"' | b'\'') => quote = Some(byte),
+                (Some(of), byte) if of == byte => quote = None,
+                _ => {}
             }
-            Token::Text(piece) => {
-                let Some(name) = open.0.last() else {
-                    return piece.wrong("text outside of all elements", "remove it");
-                };
-                said = Some((*name, piece));
-            }
-            Token::Close(name) => {
-                last = name;
-                let opened = closed(&mut open.0, name)?;
-                let value = said.take().filter(|(of, _)| of.at == opened.at).map(|(_, piece)| piece);
-                message.closed(&open, &Element { opened, closed: name, value })?;
+            false
+        })?;
+        if rest.starts_with("</") {
+            open = open.saturating_sub(1);
+        } else if !rest[..end].ends_with('/') {
+            open += 1;
+            if open > DEEPEST {
+                return Some(at);
             }
         }
-    }
-    match open.0.last() {
-        Some(name) => name.wrong(format!("<{}> is not closed", cut(name.text, 30)), "the file is cut off"),
-        None => Ok(last),
-    }
-}
-
-/// An opening or closing tag, or text between two tags.
-enum Token<'t> {
-    Open(Piece<'t>, Piece<'t>),
-    Close(Piece<'t>),
-    Text(Piece<'t>),
-}
-
-/// The tokens of a document, in their order.
-struct Tokens<'t> {
-    text: &'t str,
-    at: usize,
-    /// The name of an element that closed itself.
-    closing: Option<Piece<'t>>,
-}
-
-impl<'t> Tokens<'t> {
-    /// Those of a text.
-    fn of(text: &'t str) -> Self {
-        Self { text, at: 0, closing: None }
-    }
-
-    /// The next token; none at the end.
-    fn next(&mut self) -> Result<Option<Token<'t>>, Wrong> {
-        if let Some(name) = self.closing.take() {
-            return Ok(Some(Token::Close(name)));
-        }
-        loop {
-            let rest = &self.text[self.at..];
-            if rest.is_empty() {
-                return Ok(None);
-            }
-            if !rest.starts_with('<') {
-                let length = rest.find('<').unwrap_or(rest.len());
-                let piece = Piece { at: self.at, text: &rest[..length] }.trimmed();
-                self.at += length;
-                if !piece.text.is_empty() {
-                    return Ok(Some(Token::Text(piece)));
-                }
-                continue;
-            }
-            let skipped = [("<!--", "-->"), ("<?", "?>")].iter().find(|(start, _)| rest.starts_with(start));
-            if let Some((_, end)) = skipped {
-                let Some(length) = rest.find(end) else {
-                    return wrong(
-                        self.at,
-                        4,
-                        "this comment or instruction does not end",
-                        "the file is cut off",
-                    );
-                };
-                self.at += length + end.len();
-                continue;
-            }
-            if rest.starts_with("<!") {
-                return wrong(
-                    self.at,
-                    2,
-                    "document types and raw text are not read",
-                    "remove the declaration",
-                );
-            }
-            let Some(length) = end_of_tag(rest) else {
-                return wrong(self.at, 1, "this tag does not end", "the file is cut off, or a > is missing");
-            };
-            let (at, inner) = (self.at + 1, &rest[1..length]);
-            self.at += length + 1;
-            if let Some(name) = inner.strip_prefix('/') {
-                return Ok(Some(Token::Close(local(Piece { at: at + 1, text: name }.trimmed()))));
-            }
-            let bare = inner.strip_suffix('/').unwrap_or(inner);
-            let end = bare.find(|c: char| c.is_ascii_whitespace()).unwrap_or(bare.len());
-            let name = Piece { at, text: &bare[..end] };
-            if name.text.is_empty() {
-                return name.wrong("a tag has no name", "write <NAME>");
-            }
-            let name = local(name);
-            if bare.len() < inner.len() {
-                self.closing = Some(name);
-            }
-            return Ok(Some(Token::Open(name, Piece { at: at + end, text: &bare[end..] })));
-        }
-    }
-}
-
-/// Where a tag ends: a `>` between quotes is of a value.
-fn end_of_tag(tag: &str) -> Option<usize> {
-    let mut quote = None;
-    for (at, byte) in tag.bytes().enumerate() {
-        match (quote, byte) {
-            (None, b'>') => return Some(at),
-            (None, b'"' | b'\'') => quote = Some(byte),
-            (Some(open), _) if open == byte => quote = None,
-            _ => {}
-        }
+        at += end + 1;
     }
     None
 }
 
-/// A name without the prefix of its namespace.
-fn local(name: Piece<'_>) -> Piece<'_> {
-    let at = name.text.find(':').map_or(0, |colon| colon + 1);
-    Piece { at: name.at + at, text: &name.text[at..] }
-}
-
-/// The value of an attribute, between quotes of either kind, with blanks around the sign or without.
-pub(super) fn attribute<'t>(of: Piece<'t>, name: &str) -> Option<Piece<'t>> {
-    let mut rest = of.text;
-    loop {
-        let sign = rest.find('=')?;
-        let found = rest[..sign].trim();
-        let after = rest[sign + 1..].trim_start();
-        let quote = after.chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
-        let value = &after[1..];
-        let end = value.find(quote)?;
-        if found == name {
-            let at = of.at + value.as_ptr() as usize - of.text.as_ptr() as usize;
-            return Some(Piece { at, text: &value[..end] }.trimmed());
+/// The tree of a text.
+pub(super) fn document(text: &str) -> Result<Document<'_>, Wrong> {
+    if let Some(at) = too_deep(text) {
+        let reason = format!("elements stand within one another more than {DEEPEST} deep");
+        return wrong(at, 1, reason, "close elements where they end: no message is as deep");
+    }
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES };
+    Document::parse_with_options(text, options).or_else(|error| {
+        let place = error.pos();
+        let start = text.split_inclusive('\n').take(place.row as usize - 1).map(str::len).sum::<usize>();
+        let ahead = text[start..].chars().take(place.col as usize - 1).map(char::len_utf8).sum::<usize>();
+        let at = start + ahead;
+        match error {
+            Error::UnexpectedCloseTag(wanted, found, _) => {
+                let reason =
+                    format!("</{}> stands where <{}> is to be closed", cut(&found, 30), cut(&wanted, 30));
+                wrong(at, 1, reason, "close elements in the order in which they were opened")
+            }
+            Error::UnclosedRootNode | Error::UnexpectedEndOfStream => {
+                let end = text.trim_end().len();
+                wrong(end.saturating_sub(1), 1, "an element is not closed", "the file is cut off")
+            }
+            Error::DtdDetected => wrong(0, 1, "document types are not read", "remove the <!DOCTYPE …>"),
+            Error::NodesLimitReached => wrong(
+                0,
+                1,
+                format!("the file has more than {MOST_NODES} elements, texts and comments"),
+                "give fewer rows, or keywords and values",
+            ),
+            other => {
+                wrong(at, 1, format!("this is no XML: {other}"), "check the tags; `&` is written `&amp;`")
+            }
         }
-        rest = &value[end + 1..];
+    })
+}
+
+/// The name of an element and where it begins.
+pub(super) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
+    let (at, name) = (node.range().start + 1, node.tag_name().name());
+    // A name may have a prefix.
+    let source = &node.document().input_text()[at..];
+    let prefix = source.find(name).filter(|found| *found > 0 && source[..*found].ends_with(':'));
+    Piece { at: at + prefix.unwrap_or(0), text: name }
+}
+
+/// The value of an attribute of an element.
+pub(super) fn attribute<'t>(node: Node<'t, 't>, name: &str) -> Option<Piece<'t>> {
+    let found = node.attribute_node(name)?;
+    Some(Piece { at: found.range_value().start, text: found.value() }.trimmed())
+}
+
+/// The text of an element that has no other elements.
+pub(super) fn value<'t>(node: Node<'t, 't>) -> Result<Option<Piece<'t>>, Wrong> {
+    if node.children().any(|child| child.is_element()) {
+        return Ok(None);
+    }
+    let mut texts = node.children().filter(Node::is_text).filter_map(|text| {
+        let piece = Piece { at: text.range().start, text: text.text()? }.trimmed();
+        (!piece.text.is_empty()).then_some(piece)
+    });
+    let first = texts.next();
+    match texts.next() {
+        Some(second) => second.wrong("a comment stands within a value", "put it before the element"),
+        None => Ok(first),
     }
 }
 
-/// The element that `name` closes, taken from those that are open.
-fn closed<'t>(open: &mut Vec<Piece<'t>>, name: Piece<'t>) -> Result<Piece<'t>, Wrong> {
-    let Some(opened) = open.pop() else {
-        return name.wrong(format!("</{}> closes nothing", cut(name.text, 30)), "remove it");
-    };
-    if opened.text != name.text {
-        let (found, wanted) = (cut(name.text, 30), cut(opened.text, 30));
-        let reason = format!("</{found}> stands where <{wanted}> is to be closed");
-        return name.wrong(reason, "close elements in the order in which they were opened");
+/// Elements that are messages of one kind: that of the document, or those in its `<ndm>`.
+pub(super) fn messages<'t>(document: &'t Document<'t>, element: &str) -> Result<Vec<Node<'t, 't>>, Wrong> {
+    let root = document.root_element();
+    let told = name(root);
+    if told.text == element {
+        return Ok(vec![root]);
     }
-    Ok(opened)
+    if told.text != "ndm" {
+        return told.wrong(
+            format!("there is no <{element}>: the message is <{}>", cut(told.text, 30)),
+            format!("give an <{element}>"),
+        );
+    }
+    let within = || root.children().filter(Node::is_element).map(name);
+    let found: Vec<_> =
+        root.children().filter(|child| child.is_element() && name(*child).text == element).collect();
+    if found.is_empty() {
+        let mut others: Vec<String> = within().map(|piece| format!("<{}>", cut(piece.text, 30))).collect();
+        others.dedup();
+        others.truncate(3);
+        let beside = if others.is_empty() { "nothing".into() } else { others.join(", ") };
+        return told
+            .wrong(format!("there is no <{element}>: <ndm> has {beside}"), format!("give an <{element}>"));
+    }
+    Ok(found)
+}
+
+/// Reads the messages of a kind from a document, element by element, and says where the last of them begins.
+pub(super) fn read<'t, M: Message<'t>>(
+    document: &'t Document<'t>,
+    message: &mut M,
+) -> Result<Piece<'t>, Wrong> {
+    let mut last = Piece { at: 0, text: "" };
+    for root in messages(document, M::ELEMENT)? {
+        last = name(root);
+        let Some(number) = attribute(root, "version") else {
+            return last.wrong("the message does not say its version", "write version=\"2.0\"");
+        };
+        message.version(number)?;
+        let mut open = Open(vec![last]);
+        // Down, along and up the tree without calling itself: nothing limits how deep it is.
+        let mut next = root.first_element_child();
+        while let Some(node) = next {
+            let piece = name(node);
+            message.opened(&open, piece, attribute(node, "units"))?;
+            if let Some(child) = node.first_element_child() {
+                open.0.push(piece);
+                next = Some(child);
+                continue;
+            }
+            message.closed(&open, &Element { name: piece, value: value(node)? })?;
+            let mut ended = node;
+            next = loop {
+                if let Some(sibling) = ended.next_sibling_element() {
+                    break Some(sibling);
+                }
+                let Some(parent) = ended.parent_element().filter(|parent| *parent != root) else {
+                    break None;
+                };
+                open.0.pop();
+                message.closed(&open, &Element { name: name(parent), value: None })?;
+                ended = parent;
+            };
+        }
+    }
+    Ok(last)
 }

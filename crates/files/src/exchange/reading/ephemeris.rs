@@ -1,8 +1,9 @@
 //! Where a satellite is, by an orbit ephemeris message of CCSDS (OEM 1.0 to 3.0, keywords and values or XML).
 //!
-//! A row is a date, a position \[km\] and a velocity \[km/s\], and may have an acceleration. Positions are taken; between rows a
-//! polynomial goes through them, of the degree that the segment names. Hermite's, which needs velocities as well, is replaced by
-//! Lagrange's of degree 7 at least; straight lines are no orbit. Covariances are passed over. What is in one segment is not joined to another.
+//! A row is a date, a position \[km\] and a velocity \[km/s\], and may have an acceleration, which is passed over. Between rows goes the
+//! polynomial that the segment names: Lagrange's through positions, or Hermite's through positions and velocities, two for each row,
+//! which is taken where nothing is named. Straight lines are no orbit. Covariances are passed over. What is in one segment is not
+//! joined to another.
 
 mod xml;
 
@@ -11,11 +12,12 @@ use super::message::date;
 use super::{Piece, Wrong, lines, resolved, whole_text, wrong};
 use crate::epoch::{Epoch, Scale};
 use crate::exchange::frames::{Meaning, meaning};
-use crate::spec::{Diagnostics, cut};
+use crate::spec::{Diagnostics, Source, cut};
 use slewkit::{Matrix3, Vector3};
+use slewkit_sky::Between;
 use std::io::Read;
 
-/// Degree of the polynomial where the segment names none: a low orbit in steps of a minute is met within a micrometre.
+/// Degree of the polynomial where the segment names none: by Hermite a low orbit in steps of a minute is met within a micrometre.
 const DEGREE: usize = 7;
 /// The lowest degree that has a curvature which goes on from row to row nearly; beyond the highest polynomials on equal steps swing.
 const LOWEST: usize = 3;
@@ -43,10 +45,14 @@ pub struct Segment {
     pub moment: Vec<Epoch>,
     /// Positions against the centre of the Earth \[m\], in `axes`.
     pub position: Vec<Vector3>,
+    /// Velocities against `axes`, which may turn \[m/s\].
+    pub velocity: Vec<Vector3>,
+    /// The line of each row, from 1.
+    pub line: Vec<usize>,
     /// Which axes.
     pub axes: EphemerisAxes,
-    /// Degree of the polynomial between rows; fewer than there are rows.
-    pub degree: usize,
+    /// What goes between rows; it takes no more of them than there are.
+    pub between: Between,
 }
 
 /// Reads an OEM, as segments; `name` stands for it in messages.
@@ -56,7 +62,16 @@ pub struct Segment {
 /// and ITRF among them.
 pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diagnostics> {
     let text = whole_text(input, name, "an OEM")?;
-    segments(&text).map_err(|wrong| resolved(wrong, name, text))
+    match segments(&text) {
+        Err(wrong) => Err(resolved(wrong, name, text)),
+        Ok(mut found) => {
+            let source = Source::new(name, text);
+            for line in found.iter_mut().flat_map(|segment| &mut segment.line) {
+                *line = source.line_number(*line);
+            }
+            Ok(found)
+        }
+    }
 }
 
 /// Keys of a segment that are used, and those that need not be.
@@ -92,8 +107,11 @@ enum Place<'t> {
 
 /// A segment whose rows are being read.
 struct Started {
+    /// In the place of lines it has bytes.
     segment: Segment,
     scale: Scale,
+    /// Whether the polynomial goes through velocities as well.
+    hermite: bool,
     /// The degree that it names, if it does.
     degree: Option<usize>,
 }
@@ -220,17 +238,25 @@ fn started(keys: &Keys<'_>, end: Piece<'_>) -> Result<Started, Wrong> {
             Some(degree as usize)
         }
     };
-    let degree = match get("INTERPOLATION") {
-        None => named,
-        Some(how) if how.is("LAGRANGE") => named,
-        Some(how) if how.is("HERMITE") => named.map(|degree| degree.max(DEGREE)),
+    let hermite = match get("INTERPOLATION") {
+        None => named.is_none(),
+        Some(how) if how.is("LAGRANGE") => false,
+        Some(how) if how.is("HERMITE") => true,
         Some(how) => {
             let reason = format!("no orbit goes on between rows by {}", cut(how.text, 30));
             return how.wrong(reason, "give LAGRANGE or HERMITE");
         }
     };
-    let segment = Segment { span, moment: Vec::new(), position: Vec::new(), axes, degree: 0 };
-    Ok(Started { segment, scale, degree })
+    let segment = Segment {
+        span,
+        moment: Vec::new(),
+        position: Vec::new(),
+        velocity: Vec::new(),
+        line: Vec::new(),
+        axes,
+        between: Between::Lagrange(0),
+    };
+    Ok(Started { segment, scale, hermite, degree: named })
 }
 
 fn axes(frame: Piece<'_>, of_date: Option<Piece<'_>>) -> Result<EphemerisAxes, Wrong> {
@@ -263,39 +289,56 @@ impl Started {
             let reason = format!("a row has {} words", words.len());
             return line.wrong(reason, "give a date, a position in km and a velocity in km/s");
         }
-        words[4..].iter().try_for_each(|word| word.number().map(drop))?;
-        self.row(words[0], [words[1], words[2], words[3]])
+        words[7..].iter().try_for_each(|word| word.number().map(drop))?;
+        self.row(words[0], [words[1], words[2], words[3]], [words[4], words[5], words[6]])
     }
 
-    /// A moment and a position \[km\].
-    fn row(&mut self, moment: Piece<'_>, position: [Piece<'_>; 3]) -> Result<(), Wrong> {
+    /// A moment, a position \[km\] and a velocity \[km/s\].
+    fn row(
+        &mut self,
+        moment: Piece<'_>,
+        position: [Piece<'_>; 3],
+        velocity: [Piece<'_>; 3],
+    ) -> Result<(), Wrong> {
         let (at, first) = (moment, position[0]);
         let moment = date(at, self.scale)?;
         if self.segment.moment.last().is_some_and(|before| moment.since(before) <= 0.0) {
             return at.wrong("this row is not after the one above", "times increase strictly");
         }
-        let [x, y, z] = position.map(|word| word.number());
-        let position = Vector3::new(x?.value, y?.value, z?.value) * 1e3;
+        let in_metres = |words: [Piece<'_>; 3]| {
+            let [x, y, z] = words.map(|word| word.number());
+            Ok(Vector3::new(x?.value, y?.value, z?.value) * 1e3)
+        };
+        let (position, velocity) = (in_metres(position)?, in_metres(velocity)?);
         if position.norm() < LEAST {
             let reason = "this position is inside of the Earth";
             return first.wrong(reason, "give positions against the centre of the Earth in km");
         }
         self.segment.moment.push(moment);
         self.segment.position.push(position);
+        self.segment.velocity.push(velocity);
+        self.segment.line.push(at.at);
         Ok(())
     }
 
     /// The segment; `end` is where its rows end.
     fn finish(self, end: Piece<'_>) -> Result<Segment, Wrong> {
-        let Self { mut segment, degree, .. } = self;
+        let Self { mut segment, hermite, degree, .. } = self;
         let count = segment.moment.len();
-        let wanted = degree.unwrap_or(DEGREE.min(count.saturating_sub(1))).max(LOWEST);
-        if count <= wanted {
-            let reason =
-                format!("a segment of {count} rows: a polynomial of degree {wanted} needs {}", wanted + 1);
+        let (most, of) = if hermite {
+            ((2 * count).saturating_sub(1), Between::Hermite as fn(usize) -> Between)
+        } else {
+            (count.saturating_sub(1), Between::Lagrange as fn(usize) -> Between)
+        };
+        let wanted = degree.unwrap_or(DEGREE.min(most)).max(LOWEST);
+        segment.between = of(wanted);
+        if count < segment.between.rows() {
+            let reason = format!(
+                "a segment of {count} rows: a polynomial of degree {wanted} needs {}",
+                segment.between.rows()
+            );
             return end.wrong(reason, "give more rows, or a lower INTERPOLATION_DEGREE");
         }
-        segment.degree = wanted;
         // What may be used lies within the rows.
         let [first, last] = [segment.moment[0], segment.moment[count - 1]];
         if first.since(&segment.span[0]) > 0.0 {
@@ -331,7 +374,8 @@ mod tests {
         let text = format!("{HEAD}{META}COMMENT rows\n{ROWS}{covariance}{META}{ROWS}");
         let found = read_ephemeris(text.as_bytes(), "orbit.oem").unwrap();
         assert_eq!(found.len(), 2);
-        assert_eq!((found[0].moment.len(), found[0].degree), (4, 3));
+        assert_eq!((found[0].moment.len(), found[0].between), (4, Between::Hermite(7)));
+        assert_eq!((found[0].line[2], found[0].velocity[2]), (16, Vector3::new(0.0, 7.5e3, 0.0)));
         assert_eq!(found[1].position[1], Vector3::new(6.99e6, 4.5e5, 0.0));
         assert_eq!(found[0].span[1].since(&found[0].span[0]), 180.0);
         // EME2000 is 23 milliarcseconds from ICRF.
@@ -346,12 +390,16 @@ mod tests {
         let found =
             read_ephemeris(format!("{HEAD}{}{ROWS}", META.replace("META_STOP", more)).as_bytes(), "a")
                 .unwrap();
-        assert_eq!(found[0].degree, 3);
+        assert_eq!(found[0].between, Between::Lagrange(3));
         assert_eq!(found[0].span[0].since(&found[0].moment[0]), 10.0);
-        let more = "INTERPOLATION = HERMITE\nINTERPOLATION_DEGREE = 5\nMETA_STOP";
+        let more = "INTERPOLATION = HERMITE\nINTERPOLATION_DEGREE = 9\nMETA_STOP";
         assert!(
-            reason(&format!("{HEAD}{}{ROWS}", META.replace("META_STOP", more))).contains("degree 7 needs 8")
+            reason(&format!("{HEAD}{}{ROWS}", META.replace("META_STOP", more))).contains("degree 9 needs 5")
         );
+        let more = more.replace('9', "7");
+        let found =
+            read_ephemeris(format!("{HEAD}{}{ROWS}", META.replace("META_STOP", &more)).as_bytes(), "a");
+        assert_eq!(found.unwrap()[0].between, Between::Hermite(7));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What AEM files of both notations say about their data, and a row of them.
 
+use super::between::Between;
 use super::layout::{Attitude, Axes, Layout, Rates, sequence};
 use super::rows::Rows;
 use super::{Number, Piece, Wrong, half_unit};
@@ -146,7 +147,10 @@ impl<'t> Metadata<'t> {
         let (attitude, rates) = self.kind(version, kind, scalar_first, end, &axes)?;
         let layout = Layout { attitude, rates, inverse: body_is_a == to_b };
         let names = [reference.text.to_string(), body.text.to_string()];
-        Ok(Block { layout, scale, names, named_at: reference.at, guessed, span })
+        let (between, note) = self.between()?;
+        let object = [self.get("OBJECT_NAME"), self.get("OBJECT_ID")]
+            .map(|name| name.map_or("", |name| name.text).to_string());
+        Ok(Block { layout, scale, names, named_at: reference.at, guessed, span, between, note, object })
     }
 
     /// What the numbers of a row are.
@@ -198,6 +202,39 @@ impl<'t> Metadata<'t> {
         }
     }
 
+    /// What goes between the rows, and what is not taken of what the file says of it.
+    fn between(&self) -> Result<(Between, Option<String>), Wrong> {
+        let Some(method) = self.get("INTERPOLATION_METHOD") else { return Ok((Between::Unsaid, None)) };
+        let degree = match self.get("INTERPOLATION_DEGREE") {
+            None => None,
+            Some(piece) => match piece.text.parse::<usize>() {
+                Ok(degree) if degree > 0 => Some(degree),
+                _ => {
+                    let reason = format!("an interpolation of degree {}", cut(piece.text, 20));
+                    return piece.wrong(reason, "give a whole number from 1");
+                }
+            },
+        };
+        let not_judged = |what: String| {
+            Ok((
+                Between::Unsaid,
+                Some(format!("the motion between rows by INTERPOLATION_METHOD {what}: judged at one rate")),
+            ))
+        };
+        let name = cut(method.text, 30);
+        match degree {
+            _ if method.is("LINEAR") => Ok((Between::OneRate, None)),
+            None => not_judged(format!("{name}: the file does not say its degree")),
+            Some(degree) if degree > HIGHEST => {
+                not_judged(format!("{name} of degree {degree}: {HIGHEST} is the highest that is taken"))
+            }
+            Some(1) => Ok((Between::OneRate, None)),
+            Some(degree) if method.is("LAGRANGE") => Ok((Between::Lagrange(degree), None)),
+            Some(degree) if method.is("HERMITE") => Ok((Between::Hermite(degree), None)),
+            Some(_) => not_judged(format!("{name}, which is not known here")),
+        }
+    }
+
     /// The span that the block says it has, and the part of it that is usable.
     fn span(&self, start: Piece<'_>, stop: Piece<'_>, scale: Scale) -> Result<Span, Wrong> {
         let of = |piece: Piece<'_>| date(piece, scale);
@@ -213,7 +250,7 @@ impl<'t> Metadata<'t> {
 }
 
 /// Whether A is the body, and whether that had to be guessed: of two frames one is the spacecraft's.
-fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wrong> {
+pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wrong> {
     match (meaning(a.text), meaning(b.text)) {
         (Meaning::Body, Meaning::Body) => {
             let reason =
@@ -257,7 +294,15 @@ pub(super) struct Block {
     /// Whether no name says which of the two is the body.
     guessed: bool,
     span: Span,
+    between: Between,
+    /// What is not taken of what goes between rows.
+    note: Option<String>,
+    /// Name and number of what turns.
+    object: [String; 2],
 }
+
+/// Beyond this degree polynomials on equal steps swing.
+const HIGHEST: usize = 25;
 
 /// A moment in the scale of the block.
 pub(super) fn date(piece: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {
@@ -287,6 +332,15 @@ impl Block {
                 "give one file for each pair of frames",
             );
         }
+        let object = rows.object.get_or_insert_with(|| self.object.clone());
+        if !object.iter().zip(&self.object).all(|(one, other)| one.eq_ignore_ascii_case(other)) {
+            let reason = format!(
+                "this block is of {}, the one above of {}",
+                cut(&self.object.join(" "), 60),
+                cut(&object.join(" "), 60)
+            );
+            return at.wrong(reason, "give one file for each object");
+        }
         if self.guessed {
             rows.note(format!("which of {reference} and {body} is the body: no registry has the names, and B is taken for it"));
         }
@@ -295,7 +349,10 @@ impl Block {
         }
         rows.named_at.get_or_insert(self.named_at);
         (rows.found.reference_frame, rows.found.body_frame) = (Some(reference), Some(body));
-        rows.begins = true;
+        if let Some(note) = &self.note {
+            rows.note(note.clone());
+        }
+        rows.begin(self.between);
         Ok(())
     }
 

@@ -1,25 +1,35 @@
-//! Attitudes of other programs: AEM 1.0 and 2.0 as keywords and values and in XML, and tables.
+//! Attitudes of other programs: AEM 1.0 and 2.0 as keywords and values and in XML, APM, STK attitude files, C-kernels of SPICE, tables;
+//! and orbits: OEM and OMM.
 //!
 //! What is read is turned into our convention: body to reference, scalar first, rates in body axes in rad/s. Every
 //! error has its line. A file is read whole before anything of it is used. What it says and is not taken stands in
 //! [`Attitudes::not_taken`]; how far its digits, its blocks and its spans reach stands beside the rows.
 
+mod between;
 mod elements;
 mod ephemeris;
+mod kernel;
 mod keywords;
 mod layout;
+mod mean_elements;
 mod message;
+mod parameters;
 mod rows;
+mod said;
+mod stk;
 mod table;
 mod xml;
 
+pub use between::{Between, Block, Refined};
 pub use ephemeris::{EphemerisAxes, Segment, read_ephemeris};
+pub use mean_elements::read_mean_elements;
 
 use crate::epoch::Epoch;
 use crate::spec::{Diagnostic, Diagnostics, Finding, Source, Span};
 use rows::Rows;
 use slewkit::lie::interpolation::{Row, linear};
 use slewkit::numerics::encoding::{self, NoText};
+use slewkit::numerics::figures::short;
 use slewkit::verify::Rounding;
 use slewkit::{Vector3, lie};
 use std::io::Read;
@@ -38,6 +48,8 @@ pub struct Attitudes {
     pub rate: Vec<Vector3>,
     /// The line of each row, from 1.
     pub line: Vec<usize>,
+    /// The blocks of rows that the file has, and what it says of the motion between their rows.
+    pub blocks: Vec<Block>,
     /// Rows at which a block begins that does not begin where the one above ends: nobody may interpolate from the row before.
     pub breaks: Vec<usize>,
     /// What the printed digits leave open; of times nothing where the steps are equal.
@@ -82,38 +94,139 @@ impl Attitudes {
     }
 }
 
-/// Reads attitudes; what kind of file it is its first line says. `name` stands for it in messages.
+/// Reads attitudes; what kind of file it is its first signs say. `name` stands for it in messages.
 ///
 /// # Errors
 /// The first thing that is wrong, with its line.
 pub fn read_attitudes(input: impl Read, name: &str) -> Result<Attitudes, Diagnostics> {
-    let text = whole_text(input, name, "an AEM or a table")?;
-    let source = Source::new(name, text);
+    let bytes = whole(input, name)?;
+    if bytes.starts_with(KERNEL) {
+        return kernel::read(&bytes)
+            .and_then(|rows| rows.finish(&Source::new(name, "")))
+            .map_err(|wrong| resolved(wrong, name, String::new()));
+    }
+    let source = Source::new(name, text_of(&bytes, name, "an AEM, an attitude file of STK or a table")?);
     read(&source.text)
         .and_then(|rows| rows.finish(&source))
         .map_err(|wrong| Diagnostics(vec![wrong.finding().resolve(std::slice::from_ref(&source))]))
 }
 
-/// The text of a file that is to be `what`.
-fn whole_text(input: impl Read, name: &str, what: &str) -> Result<String, Diagnostics> {
+/// How a C-kernel begins.
+const KERNEL: &[u8] = b"DAF/CK";
+
+/// One attitude of a file.
+#[derive(Clone, Debug)]
+pub struct AttitudeTold {
+    /// From body to reference, `[w, x, y, z]`, of length 1.
+    pub quaternion: [f64; 4],
+    /// What the file calls the reference frame.
+    pub reference_frame: Option<String>,
+    /// What it calls the body frame.
+    pub body_frame: Option<String>,
+}
+
+/// Reads the attitude of a moment, `seconds` after `epoch`: of an APM its one, which must be of that moment; of all others what they say
+/// of the motion between their rows. Tables count from the epoch. `name` stands for the file in messages.
+///
+/// # Errors
+/// The first thing that is wrong, with its line; a moment that the file does not have.
+pub fn read_attitude_at(
+    input: impl Read,
+    name: &str,
+    epoch: Option<Epoch>,
+    seconds: f64,
+) -> Result<AttitudeTold, Diagnostics> {
+    let bytes = whole(input, name)?;
+    let told = |reason: String, remedy: &str| {
+        Diagnostics(vec![Diagnostic::about_file("E0151", name, reason, remedy)])
+    };
+    let no_epoch = || {
+        told(
+            "the file says when, and the spec does not".into(),
+            "add epoch = \"2026-11-21T07:00:00 UTC\" at the top",
+        )
+    };
+    if let Ok(text) = encoding::text(&bytes)
+        && kind(text).is_some_and(|kind| kind.eq_ignore_ascii_case("APM"))
+    {
+        let found = parameters::read(text).map_err(|wrong| resolved(wrong, name, text.into()))?;
+        let wanted = epoch.ok_or_else(no_epoch)?.after(seconds);
+        if found.moment.since(&wanted).abs() > found.open.max(SAME_MOMENT) {
+            let reason = format!("the attitude is that of {}, and {wanted} is wanted", found.moment);
+            return Err(told(reason, "set the epoch of the spec to that moment"));
+        }
+        let length = found.quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
+        if (length - 1.0).abs() > crate::rounding::ROTATION || length.is_nan() {
+            let reason = format!("the quaternion has the length {}", short(length));
+            let wrong = Wrong {
+                span: (found.at, found.at + 2),
+                reason,
+                remedy: "attitudes are unit quaternions".into(),
+            };
+            return Err(resolved(wrong, name, text.into()));
+        }
+        return Ok(AttitudeTold {
+            quaternion: found.quaternion.map(|part| part / length),
+            reference_frame: Some(found.reference_frame),
+            body_frame: Some(found.body_frame),
+        });
+    }
+    let found = read_attitudes(&bytes[..], name)?;
+    let time = match (found.epoch, found.begins) {
+        (Some(first), _) => epoch.ok_or_else(no_epoch)?.after(seconds).since(&first),
+        (None, begins) => seconds - begins.unwrap_or(0.0),
+    };
+    let last = found.time.last().copied().unwrap_or(0.0);
+    // What digits and sums of seconds leave is still inside.
+    let inside = if time.abs() <= found.printed_time.max(SAME_MOMENT) { 0.0 } else { time };
+    let inside = if (inside - last).abs() <= found.printed_time.max(SAME_MOMENT) { last } else { inside };
+    let Some(quaternion) = found.at(inside) else {
+        let reason =
+            format!("the file has no attitude {time:.3} s after its first row; it has some for {last:.3} s");
+        return Err(told(reason, "take a file of that moment"));
+    };
+    Ok(AttitudeTold { quaternion, reference_frame: found.reference_frame, body_frame: found.body_frame })
+}
+
+/// Moments are equal to this \[s\]: sums of seconds in doubles.
+const SAME_MOMENT: f64 = 1e-6;
+
+/// The bytes of a file.
+fn whole(input: impl Read, name: &str) -> Result<Vec<u8>, Diagnostics> {
     let mut bytes = Vec::new();
-    let whole = |code, reason: String, remedy: &str| {
-        Diagnostics(vec![Diagnostic::about_file(code, name, reason, remedy)])
+    let refused = |reason: String, remedy: &str| {
+        Diagnostics(vec![Diagnostic::about_file("E0150", name, reason, remedy)])
     };
     input
         .take(MAX_BYTES + 1)
         .read_to_end(&mut bytes)
-        .map_err(|error| whole("E0150", format!("cannot read {name}: {error}"), "check the path"))?;
+        .map_err(|error| refused(format!("cannot read {name}: {error}"), "check the path"))?;
     if bytes.len() as u64 > MAX_BYTES {
-        let reason = format!("the file is larger than {MAX_BYTES} bytes");
-        return Err(whole("E0150", reason, "give fewer rows"));
+        return Err(refused(format!("the file is larger than {MAX_BYTES} bytes"), "give fewer rows"));
     }
-    encoding::text(&bytes).map(Into::into).map_err(|why| match why {
-        NoText::Utf16 => whole("E0003", "the file is in UTF-16".into(), "save it as UTF-8"),
+    Ok(bytes)
+}
+
+/// The text of a file that is to be `what`.
+fn whole_text(input: impl Read, name: &str, what: &str) -> Result<String, Diagnostics> {
+    text_of(&whole(input, name)?, name, what)
+}
+
+fn text_of(bytes: &[u8], name: &str, what: &str) -> Result<String, Diagnostics> {
+    let refused = |code, reason: String, remedy: &str| {
+        Diagnostics(vec![Diagnostic::about_file(code, name, reason, remedy)])
+    };
+    encoding::text(bytes).map(Into::into).map_err(|why| match why {
+        NoText::Utf16 => refused("E0003", "the file is in UTF-16".into(), "save it as UTF-8"),
+        NoText::Binary(kind) => {
+            let packed = kind.starts_with("compressed") || kind.starts_with("an archive");
+            let remedy = if packed { "unpack it first".to_string() } else { format!("give {what}") };
+            refused("E0150", format!("the file is no text: it is {kind}"), &remedy)
+        }
         NoText::At(at) => {
             let line = bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
             let remedy = format!("save the file as UTF-8; it is to be {what}");
-            let mut found = whole("E0150", format!("line {line} is no text in UTF-8"), &remedy);
+            let mut found = refused("E0150", format!("line {line} is no text in UTF-8"), &remedy);
             found.0[0].line = line;
             found
         }
@@ -125,17 +238,66 @@ fn resolved(wrong: Wrong, name: &str, text: String) -> Diagnostics {
     Diagnostics(vec![wrong.finding().resolve(&[Source::new(name, text)])])
 }
 
+/// Which message of CCSDS a text begins as: `AEM`, by its first key or its first element but `<ndm>`.
+fn kind(text: &str) -> Option<&str> {
+    let start = text.trim_start();
+    if start.get(..6).is_some_and(|start| start.eq_ignore_ascii_case("CCSDS_")) {
+        return start[6..].get(..3);
+    }
+    if !start.starts_with('<') {
+        return None;
+    }
+    let names = start.split('<').skip(1).filter_map(|tag| {
+        let name = tag.split(|sign: char| sign.is_whitespace() || sign == '>' || sign == '/').next()?;
+        let name = name.rsplit(':').next()?;
+        (!name.is_empty() && !name.starts_with(['?', '!'])).then_some(name)
+    });
+    names.take(2).find(|name| !name.eq_ignore_ascii_case("ndm"))
+}
+
+/// What messages are that have no attitudes, or that are not read.
+const OTHERS: [(&str, &str, &str); 8] = [
+    (
+        "APM",
+        "an attitude parameter message (APM): it has one moment, and a motion is needed",
+        "give an AEM; or take it as [start] attitude = { file = \"…\" }",
+    ),
+    ("ACM", "an attitude comprehensive message (ACM), which is not read", "write the attitudes as an AEM"),
+    ("OPM", "an orbit parameter message (OPM): it has no attitudes", "give an AEM"),
+    (
+        "OEM",
+        "an orbit ephemeris message (OEM): it has no attitudes",
+        "give an AEM; an OEM is [orbit] oem = \"…\"",
+    ),
+    (
+        "OMM",
+        "an orbit mean-elements message (OMM): it has no attitudes",
+        "give an AEM; an OMM is [orbit] omm = \"…\"",
+    ),
+    ("OCM", "an orbit comprehensive message (OCM), which is not read", "give an AEM"),
+    ("CDM", "a conjunction data message (CDM): it has no attitudes", "give an AEM"),
+    ("TDM", "a tracking data message (TDM): it has no attitudes", "give an AEM"),
+];
+
 fn read(text: &str) -> Result<Rows, Wrong> {
     let first = text.len() - text.trim_start().len();
     let start = &text[first..];
-    let aem = |start: &str| start.get(..6).is_some_and(|start| start.eq_ignore_ascii_case("CCSDS_"));
     if start.is_empty() {
         return wrong(0, 0, "the file is empty", "give an AEM, or a table with a head");
     }
+    let kind = kind(text);
+    let other = OTHERS.iter().find(|(name, ..)| kind.is_some_and(|kind| kind.eq_ignore_ascii_case(name)));
+    // An `<ndm>` may have an `<aem>` behind what it begins with.
+    if let Some((_, what, remedy)) = other.filter(|_| !start.contains("<aem") && !start.contains(":aem")) {
+        let at = kind.map_or(first, |kind| kind.as_ptr() as usize - text.as_ptr() as usize);
+        return wrong(at, 3, format!("this is {what}"), *remedy);
+    }
     if start.starts_with('<') {
         xml::read(text)
-    } else if aem(start) {
+    } else if kind.is_some() {
         keywords::read(text)
+    } else if stk::begins(start) {
+        stk::read(text)
     } else {
         table::read(text)
     }

@@ -1,5 +1,6 @@
 //! Rows in our convention on their way into the result.
 
+use super::between::{Between, Block};
 use super::{Attitudes, Number, Piece, Wrong, wrong};
 use crate::rounding::{ROTATION, SILENT};
 use crate::spec::{Diagnostic, Finding, Severity, Source, Span};
@@ -31,8 +32,10 @@ pub(super) struct Rows {
     places: Vec<usize>,
     /// Where the frames are named.
     pub named_at: Option<usize>,
-    /// Whether the next row is the first of its block.
-    pub begins: bool,
+    /// Of the block whose first row is the next: what goes between its rows.
+    begins: Option<Between>,
+    /// What the blocks say that turns: name and number.
+    pub object: Option<[String; 2]>,
     /// The largest difference of a length from 1, and the row.
     defect: (f64, usize),
     /// What the digits leave open, in the row that has most of them.
@@ -58,8 +61,12 @@ impl Rows {
             let reason = format!("the time {time:e} s is more than 30 000 years away");
             return at.wrong(reason, "give times in seconds from near the first row");
         }
-        let begins = std::mem::take(&mut self.begins);
-        if begins && self.found.time.last() == Some(&time) {
+        let begins = self.begins.take();
+        if let (Some(between), Some(last)) = (begins, self.found.time.last())
+            && *last == time
+        {
+            let row = self.found.time.len() - 1;
+            self.found.blocks.push(Block { first: row, last: row, between });
             return self.shared(at, quaternion.map(|part| part / length), open.0);
         }
         if let Some(before) = self.found.time.last().filter(|before| **before >= time) {
@@ -70,8 +77,15 @@ impl Rows {
         if !self.found.time.is_empty() && rate.is_some() == self.found.rate.is_empty() {
             return at.wrong("rates stand in some rows only", "give them in all rows, or in none");
         }
-        if begins && !self.found.time.is_empty() {
-            self.found.breaks.push(self.found.time.len());
+        let row = self.found.time.len();
+        if begins.is_some() && row > 0 {
+            self.found.breaks.push(row);
+        }
+        if let Some(between) = begins.or((row == 0).then_some(Between::Unsaid)) {
+            self.found.blocks.push(Block { first: row, last: row, between });
+        }
+        if let Some(block) = self.found.blocks.last_mut() {
+            block.last = row;
         }
         let same = self
             .found
@@ -113,6 +127,11 @@ impl Rows {
         if !self.found.not_taken.contains(&text) {
             self.found.not_taken.push(text);
         }
+    }
+
+    /// The next row is the first of a block.
+    pub fn begin(&mut self, between: Between) {
+        self.begins = Some(between);
     }
 
     /// The rates have two meanings that differ in this row.
@@ -158,11 +177,36 @@ impl Rows {
             let rows = if self.unusable == 1 { "1 row".into() } else { format!("{} rows", self.unusable) };
             self.note(format!("whether {rows} may be used: outside of the usable span that the file names"));
         }
+        self.settle_between();
         let (defect, row) = self.defect;
         if defect > SILENT {
             self.found.warnings.push(normalised(defect, self.places[row], source));
         }
         Ok(self.found)
+    }
+
+    /// Leaves out what blocks say of the motion between their rows and cannot be done with these.
+    fn settle_between(&mut self) {
+        let mut notes = Vec::new();
+        for block in &mut self.found.blocks {
+            let count = block.last - block.first + 1;
+            let why = match block.between {
+                Between::Hermite(_) if self.found.rate.is_empty() => {
+                    "INTERPOLATION_METHOD HERMITE takes rates, and the file has none that are understood"
+                        .to_string()
+                }
+                Between::Lagrange(degree) | Between::Hermite(degree) if count < block.between.rows() => {
+                    format!(
+                        "INTERPOLATION_DEGREE {degree} takes {} rows, and a block has {count}",
+                        block.between.rows()
+                    )
+                }
+                _ => continue,
+            };
+            block.between = Between::Unsaid;
+            notes.push(format!("the motion between rows that the file declares: {why}; judged at one rate"));
+        }
+        notes.into_iter().for_each(|note| self.note(note));
     }
 
     /// What the digits leave open: no more than the lengths of the quaternions show, and of times nothing where steps are equal.

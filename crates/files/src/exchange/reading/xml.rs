@@ -1,6 +1,6 @@
 //! AEM in XML.
 
-use super::elements::{self, Element, Message, Open, attribute};
+use super::elements::{self, Element, Message, Open};
 use super::message::{Block, Metadata, Version};
 use super::rows::Rows;
 use super::{Number, Piece, Wrong};
@@ -38,27 +38,27 @@ struct Reading<'t> {
 
 /// Reads the file.
 pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
+    let document = elements::document(text)?;
     let mut reading = Reading::default();
-    elements::read(text, &mut reading)?;
+    elements::read(&document, &mut reading)?;
     Ok(reading.rows)
 }
 
 impl<'t> Message<'t> for Reading<'t> {
     const ELEMENT: &'static str = "aem";
-    const KIND: &'static str = "attitude ephemeris";
 
     fn version(&mut self, number: Piece<'t>) -> Result<(), Wrong> {
         self.version = Some(Version::of(number)?);
         Ok(())
     }
 
-    fn opened(&mut self, _: &Open<'t>, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong> {
+    fn opened(&mut self, _: &Open<'t>, name: Piece<'t>, unit: Option<Piece<'t>>) -> Result<(), Wrong> {
         match name.text {
             "metadata" => self.keys = Metadata::default(),
             "attitudeState" => self.row = Row::default(),
             _ => {}
         }
-        if let Some(unit) = attribute(attributes, "units").filter(|unit| !UNITS.contains(&unit.text)) {
+        if let Some(unit) = unit.filter(|unit| !UNITS.contains(&unit.text)) {
             return unit.wrong(
                 format!("the unit {} is not known here", cut(unit.text, 20)),
                 "angles are in deg, rates in deg/s",
@@ -68,7 +68,7 @@ impl<'t> Message<'t> for Reading<'t> {
     }
 
     fn closed(&mut self, within: &Open<'t>, element: &Element<'t>) -> Result<(), Wrong> {
-        let Element { opened, closed: name, value } = *element;
+        let Element { name, value } = *element;
         match name.text {
             "metadata" => {
                 let version =
@@ -81,15 +81,15 @@ impl<'t> Message<'t> for Reading<'t> {
                 let Some(block) = &self.block else {
                     return name.wrong("data before any metadata", "put <metadata> before <data>");
                 };
-                finish(&self.row, block, opened, &mut self.rows)?;
+                finish(&self.row, block, name, &mut self.rows)?;
             }
-            _ if within.has("metadata") => self.keys.add(opened, element.text())?,
+            _ if within.has("metadata") => self.keys.add(name, element.text())?,
             "EPOCH" if within.has("attitudeState") => self.row.date = value,
             "COMMENT" => {}
             _ if within.has("attitudeState") => {
                 if let Some(value) = value {
-                    let place = BY_PLACE.iter().find(|(of, at, _)| opened.text == *at && within.has(of));
-                    let name = place.map_or(opened.text, |(_, _, name)| name);
+                    let place = BY_PLACE.iter().find(|(of, at, _)| name.text == *at && within.has(of));
+                    let name = place.map_or(name.text, |(_, _, name)| name);
                     self.row.values.push((name, value.number()?));
                 }
             }

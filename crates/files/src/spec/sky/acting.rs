@@ -55,7 +55,7 @@ impl Reading {
         };
         self.known_ahead(section, "while")?;
         let windows = condition.windows(sky, 0.0, self.ahead).map_err(|error| {
-            let remedy = "add [orbit] with tle, oem, or the keys of a Keplerian orbit";
+            let remedy = "add [orbit] with tle, omm, oem, or the keys of a Keplerian orbit";
             section.error("E0076", "while", format!("\"{word}\": {error}"), remedy);
         });
         let intervals: Vec<[f64; 2]> = windows.ok()?.iter().map(|window| [window.from, window.to]).collect();

@@ -1,6 +1,6 @@
 //! OEM in XML (CCSDS 505.0-B): segments of metadata and state vectors.
 
-use super::super::elements::{self, Element, Message, Open, attribute};
+use super::super::elements::{self, Element, Message, Open};
 use super::super::{Piece, Wrong};
 use super::{HEADER, Keys, Segment, Started, add, check_version, started};
 use crate::spec::cut;
@@ -36,8 +36,9 @@ struct Reading<'t> {
 
 /// Reads the file.
 pub(super) fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
+    let document = elements::document(text)?;
     let mut reading = Reading::default();
-    let last = elements::read(text, &mut reading)?;
+    let last = elements::read(&document, &mut reading)?;
     if reading.found.is_empty() {
         return last.wrong("the file has no segment", "give a <segment>");
     }
@@ -46,7 +47,6 @@ pub(super) fn segments(text: &str) -> Result<Vec<Segment>, Wrong> {
 
 impl<'t> Message<'t> for Reading<'t> {
     const ELEMENT: &'static str = "oem";
-    const KIND: &'static str = "orbit ephemeris";
 
     fn version(&mut self, number: Piece<'t>) -> Result<(), Wrong> {
         check_version(number)?;
@@ -54,13 +54,13 @@ impl<'t> Message<'t> for Reading<'t> {
         Ok(())
     }
 
-    fn opened(&mut self, within: &Open<'t>, name: Piece<'t>, attributes: Piece<'t>) -> Result<(), Wrong> {
+    fn opened(&mut self, within: &Open<'t>, name: Piece<'t>, unit: Option<Piece<'t>>) -> Result<(), Wrong> {
         match name.text {
             "metadata" => self.keys = Keys::new(),
             "stateVector" => self.state = Default::default(),
             _ => {}
         }
-        if let (true, Some(unit)) = (within.has("stateVector"), attribute(attributes, "units")) {
+        if let (true, Some(unit)) = (within.has("stateVector"), unit) {
             let known = STATE.iter().find(|(state, _)| *state == name.text);
             if let Some((_, wanted)) = known.filter(|(_, wanted)| *wanted != unit.text) {
                 let reason = format!("the unit {} of <{}> is not read", cut(unit.text, 20), name.text);
@@ -71,7 +71,7 @@ impl<'t> Message<'t> for Reading<'t> {
     }
 
     fn closed(&mut self, within: &Open<'t>, element: &Element<'t>) -> Result<(), Wrong> {
-        let Element { opened, closed: name, value } = *element;
+        let Element { name, value } = *element;
         match name.text {
             "metadata" => {
                 if !self.begun {
@@ -79,7 +79,7 @@ impl<'t> Message<'t> for Reading<'t> {
                 }
                 self.segment = Some(started(&self.keys, name)?);
             }
-            "stateVector" => self.row(opened)?,
+            "stateVector" => self.row(name)?,
             "segment" => {
                 let Some(segment) = self.segment.take() else {
                     return name.wrong("a segment without metadata", "give its <metadata>");
@@ -87,20 +87,20 @@ impl<'t> Message<'t> for Reading<'t> {
                 self.found.push(segment.finish(name)?);
             }
             "COMMENT" => {}
-            _ if within.has("metadata") => add(&mut self.keys, opened, element.text())?,
+            _ if within.has("metadata") => add(&mut self.keys, name, element.text())?,
             _ if within.has("stateVector") => {
                 let Some(at) = STATE.iter().position(|(state, _)| *state == name.text) else {
                     let reason = format!("unknown element <{}> of a state", cut(name.text, 30));
-                    return opened.wrong(reason, "a state has EPOCH, X, Y, Z, X_DOT, Y_DOT, Z_DOT");
+                    return name.wrong(reason, "a state has EPOCH, X, Y, Z, X_DOT, Y_DOT, Z_DOT");
                 };
                 if self.state[at].is_some() {
-                    return opened.wrong(format!("the state has <{}> twice", name.text), "give it once");
+                    return name.wrong(format!("the state has <{}> twice", name.text), "give it once");
                 }
                 self.state[at] = value;
             }
             other if within.has("header") && !HEADER.contains(&other) => {
                 let reason = format!("unknown element <{}> in the header of an OEM", cut(other, 40));
-                return opened.wrong(reason, "check the spelling");
+                return name.wrong(reason, "check the spelling");
             }
             _ => {}
         }
@@ -115,12 +115,14 @@ impl<'t> Reading<'t> {
             let reason = format!("the state has no <{}>", STATE[missing].0);
             return at.wrong(reason, "give a date, a position in km and a velocity in km/s");
         }
-        self.state[4..].iter().flatten().try_for_each(|word| word.number().map(drop))?;
+        self.state[NEEDED..].iter().flatten().try_for_each(|word| word.number().map(drop))?;
         let Some(segment) = &mut self.segment else {
             return at.wrong("data before any metadata", "put <metadata> before <data>");
         };
-        let [Some(moment), Some(x), Some(y), Some(z), ..] = self.state else { return Ok(()) };
-        segment.row(moment, [x, y, z])
+        let [Some(moment), Some(x), Some(y), Some(z), Some(u), Some(v), Some(w), ..] = self.state else {
+            return Ok(());
+        };
+        segment.row(moment, [x, y, z], [u, v, w])
     }
 }
 
@@ -152,12 +154,14 @@ mod tests {
 
     #[test]
     fn a_message_in_xml_says_what_it_says_in_keywords() {
-        let found = read_ephemeris(message().as_bytes(), "orbit.xml").unwrap();
+        let mut found = read_ephemeris(message().as_bytes(), "orbit.xml").unwrap();
+        assert_eq!(found[0].line, [7, 8, 9, 10]);
         let keywords = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2026-11-21T00:00:00\nORIGINATOR = TEST\nMETA_START\nOBJECT_NAME = A & B\n\
             OBJECT_ID = 2026-001A\nCENTER_NAME = EARTH\nREF_FRAME = EME2000\nTIME_SYSTEM = UTC\nSTART_TIME = 2026-11-21T07:00:00\n\
             STOP_TIME = 2026-11-21T07:03:00\nINTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 3\nMETA_STOP\n\
             2026-11-21T07:00:00 7000 0 0 0 7.5 0\n2026-11-21T07:01:00 6990 450 0 0 7.5 0\n\
             2026-11-21T07:02:00 6960 899 0 0 7.5 0\n2026-11-21T07:03:00 6910 1345 0 0 7.5 0\n";
+        found[0].line = vec![16, 17, 18, 19];
         assert_eq!(found, read_ephemeris(keywords.as_bytes(), "orbit.oem").unwrap());
         assert_eq!(found[0].position[1], Vector3::new(6.99e6, 4.5e5, 0.0));
         assert!(matches!(found[0].axes, EphemerisAxes::Inertial(_)));
@@ -166,8 +170,8 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said() {
         for (from, to, told) in [
-            ("<oem id", "<opm id", "no <oem>"),
-            ("<ndm><oem", "<opm><oem", "is no orbit ephemeris"),
+            ("<oem id", "<opm id", "no <oem>: <ndm> has <opm>"),
+            ("<ndm><oem", "<opm><oem", "no <oem>: the message is <opm>"),
             ("version=\"2.0\"", "version=\"7.0\"", "version 7.0"),
             ("<X units=\"km\">6990", "<X units=\"m\">6990", "the unit m of <X>"),
             ("<Y_DOT>7.5</Y_DOT>", "", "no <Y_DOT>"),
@@ -177,10 +181,12 @@ mod tests {
             ("07:01:00</EPOCH><X", "06:01:00</EPOCH><X", "not after the one above"),
             ("</data>", "", "is to be closed"),
             ("</oem></ndm>", "</oem>", "is not closed"),
+            ("<?xml version", "<!DOCTYPE ndm><?xml version", "document types are not read"),
             ("EARTH", "MOON", "not the Earth"),
         ] {
             let text = message().replacen(from, to, 1);
             let text = if from.starts_with("<oem") { text.replace("</oem>", "</opm>") } else { text };
+            let text = if from == "<ndm><oem" { text.replace("</ndm>", "</opm>") } else { text };
             let found = read_ephemeris(text.as_bytes(), "orbit.xml").unwrap_err();
             assert!(found.0[0].reason.contains(told), "{to}: {}", found.0[0].reason);
         }

@@ -1,0 +1,182 @@
+//! What a file of attitudes says of the motion between its rows.
+//!
+//! Polynomials are those of the four numbers of the quaternions, of one sign along the rows, made of length 1 again: Lagrange's through
+//! attitudes, Hermite's through attitudes and the derivatives `q' = ½ q (0, Ω)` that their rates make. None goes over the end of a block.
+
+use super::Attitudes;
+use slewkit::lie::interpolation::{Row, cubic, linear};
+use slewkit::numerics::polynomial;
+use slewkit::{Vector3, lie};
+
+/// What goes between the rows of a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Between {
+    /// The file does not say.
+    #[default]
+    Unsaid,
+    /// One axis and one rate.
+    OneRate,
+    /// Lagrange's polynomial of this degree, two at least.
+    Lagrange(usize),
+    /// Hermite's of this degree, for which the file has rates.
+    Hermite(usize),
+}
+
+impl Between {
+    /// How many rows it takes.
+    pub fn rows(self) -> usize {
+        match self {
+            Self::Unsaid | Self::OneRate => 2,
+            Self::Lagrange(degree) => degree + 1,
+            Self::Hermite(degree) => (degree + 1).div_ceil(2),
+        }
+    }
+}
+
+/// Rows of one block, the last of them perhaps the first of the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// Its first row.
+    pub first: usize,
+    /// Its last one.
+    pub last: usize,
+    /// What goes between.
+    pub between: Between,
+}
+
+/// Attitudes between those of a file.
+#[derive(Clone, Debug, Default)]
+pub struct Refined {
+    /// Seconds from the first row of the file.
+    pub time: Vec<f64>,
+    /// As in [`Attitudes::quaternion`].
+    pub quaternion: Vec<[f64; 4]>,
+    /// The row of the file that each is, or that is before it.
+    pub row: Vec<usize>,
+    /// As in [`Attitudes::breaks`].
+    pub breaks: Vec<usize>,
+}
+
+/// Most halvings of an interval between two rows.
+const MOST_HALVINGS: u32 = 6;
+/// Most rows of a refinement.
+const MOST_ROWS: usize = 1 << 22;
+
+impl Attitudes {
+    /// The attitude at `time` \[s\] from the first row, by what the file says of the motion between rows; where it says nothing, by the
+    /// cubic through attitudes and rates, or at one rate. `None` outside of all blocks.
+    pub fn at(&self, time: f64) -> Option<[f64; 4]> {
+        let inside = |block: &&Block| (self.time[block.first]..=self.time[block.last]).contains(&time);
+        self.within(self.blocks.iter().find(inside)?, time)
+    }
+
+    fn within(&self, block: &Block, time: f64) -> Option<[f64; 4]> {
+        let times = &self.time[block.first..=block.last];
+        let count = block.between.rows().min(times.len());
+        let from = block.first + polynomial::about(times, count, time);
+        let rows = from..from + count;
+        if let [only] = times {
+            return (*only == time).then(|| self.quaternion[block.first]);
+        }
+        let slopes: Option<Vec<[f64; 4]>> = match block.between {
+            Between::Unsaid | Between::OneRate => {
+                let low = from.min(block.last - 1);
+                return Some(self.between_two(low, time, block.between == Between::Unsaid));
+            }
+            Between::Lagrange(_) => None,
+            Between::Hermite(_) => {
+                Some(rows.clone().map(|k| moved(&self.quaternion[k], &self.rate[k])).collect())
+            }
+        };
+        let nodes: Vec<f64> = self.time[rows.clone()].iter().map(|at| at - self.time[from]).collect();
+        let found =
+            polynomial::through(&nodes, &self.quaternion[rows], slopes.as_deref(), time - self.time[from])?;
+        let length = found.iter().map(|part| part * part).sum::<f64>().sqrt();
+        (length > 0.0).then(|| found.map(|part| part / length))
+    }
+
+    fn between_two(&self, low: usize, time: f64, by_rates: bool) -> [f64; 4] {
+        let row = |k: usize| Row {
+            attitude: lie::rotation_from_quaternion(&self.quaternion[k]),
+            rate: self.rate.get(k).copied().unwrap_or_default(),
+        };
+        let h = self.time[low + 1] - self.time[low];
+        let share = (time - self.time[low]) / h;
+        let attitude = if by_rates && !self.rate.is_empty() {
+            cubic(&row(low), &row(low + 1), h, share).attitude
+        } else {
+            linear(&row(low), &row(low + 1), share)
+        };
+        lie::quaternion_from_rotation(&attitude)
+    }
+
+    /// As many attitudes more as the motion at one rate between them needs to be that of the file to a tenth of `tolerance` \[rad\];
+    /// `None` where the file says of no block that another motion is meant.
+    pub fn refined(&self, tolerance: f64) -> Option<Refined> {
+        let bent = |block: &Block| matches!(block.between, Between::Lagrange(_) | Between::Hermite(_));
+        if !self.blocks.iter().any(bent) {
+            return None;
+        }
+        let mut found = Refined::default();
+        let mut breaks = self.breaks.iter().peekable();
+        for (index, block) in self.blocks.iter().enumerate() {
+            for k in block.first..=block.last {
+                // The first row of a block that the one above shares is there already.
+                if found.row.last() != Some(&k) {
+                    if breaks.next_if(|row| **row == k).is_some() {
+                        found.breaks.push(found.time.len());
+                    }
+                    found.add(self.time[k], self.quaternion[k], k);
+                }
+                if k == block.last || !bent(block) {
+                    continue;
+                }
+                let mut inner = self.inner(block, k, tolerance);
+                inner.sort_by(|one, other| one.0.total_cmp(&other.0));
+                inner.into_iter().for_each(|(time, quaternion)| found.add(time, quaternion, k));
+                if found.time.len() > MOST_ROWS {
+                    return None;
+                }
+            }
+            // What the file shares between two blocks is the last row of the one above.
+            debug_assert!(self.blocks.get(index + 1).is_none_or(|next| next.first >= block.last));
+        }
+        Some(found)
+    }
+
+    /// Moments and attitudes between row `k` of a block and the next.
+    fn inner(&self, block: &Block, k: usize, tolerance: f64) -> Vec<(f64, [f64; 4])> {
+        let mut open = vec![(self.time[k], self.time[k + 1], 0)];
+        let mut found = Vec::new();
+        while let Some((from, to, depth)) = open.pop() {
+            let middle = 0.5 * (from + to);
+            let [start, here, end] = [from, middle, to].map(|time| self.within(block, time));
+            let (Some(start), Some(here), Some(end)) = (start, here, end) else { continue };
+            let at = |q| Row { attitude: lie::rotation_from_quaternion(q), rate: Vector3::zeros() };
+            let straight = linear(&at(&start), &at(&end), 0.5);
+            let off = lie::minus(&lie::rotation_from_quaternion(&here), &straight).norm();
+            // Once at least: a motion may meet its chord in the middle.
+            if (off > 0.1 * tolerance || depth == 0) && depth < MOST_HALVINGS && from < middle && middle < to
+            {
+                found.push((middle, here));
+                open.extend([(from, middle, depth + 1), (middle, to, depth + 1)]);
+            }
+        }
+        found
+    }
+}
+
+impl Refined {
+    fn add(&mut self, time: f64, quaternion: [f64; 4], row: usize) {
+        self.time.push(time);
+        self.quaternion.push(quaternion);
+        self.row.push(row);
+    }
+}
+
+/// The derivative of a quaternion, scalar first, at a rate in body axes.
+fn moved([w, x, y, z]: &[f64; 4], rate: &Vector3) -> [f64; 4] {
+    let vector = Vector3::new(*x, *y, *z);
+    let moved = 0.5 * (*w * rate + vector.cross(rate));
+    [-0.5 * vector.dot(rate), moved.x, moved.y, moved.z]
+}

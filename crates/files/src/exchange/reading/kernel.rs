@@ -1,0 +1,192 @@
+//! C-kernels of SPICE: segments of type 3, pointing with rates or without, about one structure.
+//!
+//! The C-matrix leads from reference to body components: the quaternion of the file is the conjugate of ours, scalar first; rates are in
+//! reference axes. Between rows SPICE turns about one axis at one rate. Times are ticks of a clock; what a tick is, and when the clock is
+//! zero, a C-kernel does not say: it is taken from the comment area where this program has written it.
+
+use super::between::Between;
+use super::rows::{Moved, Rows};
+use super::{Number, Piece, Wrong, wrong};
+use crate::epoch::Epoch;
+use slewkit::{Vector3, lie};
+
+/// Bytes of a record, and of a number.
+const RECORD: usize = 1024;
+const WORD: usize = 8;
+/// Most records of summaries that are followed.
+const MOST_RECORDS: usize = 1 << 16;
+
+/// What the comment area says of the clock and of the epoch, as this program writes it.
+const CLOCK: &str = "one tick is a microsecond of TT";
+const EPOCH: &str = "Epoch: ";
+const TICK: f64 = 1e-6;
+
+/// The bytes of a file, in either order.
+struct Bytes<'b> {
+    all: &'b [u8],
+    little: bool,
+}
+
+impl Bytes<'_> {
+    fn word<const N: usize>(&self, at: usize) -> Option<[u8; N]> {
+        let mut word: [u8; N] = self.all.get(at..at.checked_add(N)?)?.try_into().ok()?;
+        if !self.little {
+            word.reverse();
+        }
+        Some(word)
+    }
+
+    fn number(&self, at: usize) -> Option<f64> {
+        self.word(at).map(f64::from_le_bytes)
+    }
+
+    /// A whole number from zero on.
+    fn count(&self, at: usize) -> Option<usize> {
+        self.word(at).and_then(|word| usize::try_from(i32::from_le_bytes(word)).ok())
+    }
+
+    fn integer(&self, at: usize) -> Option<i32> {
+        self.word(at).map(i32::from_le_bytes)
+    }
+
+    /// The text of the comment area: between the file record and the summaries.
+    fn comments(&self, first_summary: usize) -> String {
+        let records = self.all.chunks(RECORD).skip(1).take(first_summary.saturating_sub(2));
+        let bytes = records.flat_map(|record| record.iter().take(1000));
+        bytes
+            .take_while(|byte| **byte != 4)
+            .map(|byte| if *byte == 0 { '\n' } else { char::from(*byte) })
+            .collect()
+    }
+}
+
+/// A summary: its structure, frame, type, whether there are rates, and where its numbers are, by words from 1.
+struct Summary {
+    structure: i32,
+    frame: i32,
+    kind: i32,
+    rates: bool,
+    words: [usize; 2],
+}
+
+/// Reads the file.
+pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
+    let cut_off = || Wrong {
+        span: (0, 0),
+        reason: "the kernel ends before its numbers do".into(),
+        remedy: "the file is cut off".into(),
+    };
+    let little = bytes.get(88..96).is_some_and(|order| order == b"LTL-IEEE");
+    if !little && bytes.get(88..96).is_none_or(|order| order != b"BIG-IEEE") {
+        return wrong(
+            0,
+            0,
+            "the kernel does not say in which order its bytes are",
+            "write it anew by a program of SPICE",
+        );
+    }
+    let file = Bytes { all: bytes, little };
+    let first = file.count(76).ok_or_else(cut_off)?;
+    let comments = file.comments(first);
+    let epoch = comments.lines().find_map(|line| Epoch::parse(line.strip_prefix(EPOCH)?).ok());
+    let Some(epoch) = epoch.filter(|_| comments.contains(CLOCK)) else {
+        return wrong(
+            0,
+            0,
+            "times of a C-kernel are ticks of a clock, and the kernel does not say what a tick is",
+            "write the attitudes as an AEM or a table",
+        );
+    };
+    let summaries = summaries(&file, first).ok_or_else(cut_off)?;
+    let Some(one) = summaries.first() else {
+        return wrong(0, 0, "the kernel has no segment", "give a C-kernel with attitudes");
+    };
+    if let Some(other) =
+        summaries.iter().find(|other| other.structure != one.structure || other.frame != one.frame)
+    {
+        let reason = format!("the kernel has the structures {} and {}", one.structure, other.structure);
+        return wrong(0, 0, reason, "give one kernel for each of them, against one frame");
+    }
+    let mut rows = Rows::default();
+    rows.found.reference_frame = match one.frame {
+        1 => Some("J2000".into()),
+        17 => Some("ECLIPJ2000".into()),
+        other => Some(format!("the frame of SPICE with the number {other}")),
+    };
+    for summary in &summaries {
+        if summary.kind != 3 {
+            let reason = format!("a segment of type {} is not read", summary.kind);
+            return wrong(0, 0, reason, "write the attitudes as type 3, as an AEM or as a table");
+        }
+        segment(&file, summary, &mut rows).ok_or_else(cut_off)??;
+    }
+    let begins = rows.found.time.first().copied().unwrap_or(0.0);
+    rows.found.epoch = Some(epoch.after(begins));
+    Ok(rows)
+}
+
+/// Two numbers and six integers for each segment, in records that are chained.
+fn summaries(file: &Bytes<'_>, first: usize) -> Option<Vec<Summary>> {
+    const SUMMARY: usize = 5;
+    let (mut found, mut record) = (Vec::new(), first);
+    for _ in 0..MOST_RECORDS {
+        if record == 0 {
+            return Some(found);
+        }
+        let at = (record - 1).checked_mul(RECORD)?;
+        let (next, count) = (file.number(at)?, file.number(at + 2 * WORD)?);
+        // As many as a record has room for.
+        if !(0.0..=25.0).contains(&count) {
+            return None;
+        }
+        for k in 0..count as usize {
+            let at = at + (3 + SUMMARY * k + 2) * WORD;
+            found.push(Summary {
+                structure: file.integer(at)?,
+                frame: file.integer(at + 4)?,
+                kind: file.integer(at + 8)?,
+                rates: file.integer(at + 12)? == 1,
+                words: [file.count(at + 16)?, file.count(at + 20)?],
+            });
+        }
+        record = if (0.0..1e9).contains(&next) { next as usize } else { return None };
+    }
+    None
+}
+
+/// Adds the rows of a segment; none where the file has less than it says.
+fn segment(file: &Bytes<'_>, summary: &Summary, rows: &mut Rows) -> Option<Result<(), Wrong>> {
+    let [begin, end] = summary.words.map(|word| word.wrapping_sub(1).wrapping_mul(WORD));
+    let of = |number: f64| (0.0..1e9).contains(&number).then_some(number as usize);
+    let count = of(file.number(end)?)?;
+    let intervals = of(file.number(end.checked_sub(WORD)?)?)?;
+    let width = if summary.rates { 7 } else { 4 };
+    let times = begin.checked_add(count.checked_mul(width * WORD)?)?;
+    // Behind the times: every hundredth of them, the starts of intervals, every hundredth of these.
+    let starts = times.checked_add((count + count.saturating_sub(1) / 100) * WORD)?;
+    let start_of = |k: usize| file.number(starts + k * WORD);
+    let mut interval = 0;
+    for k in 0..count {
+        let at = begin + k * width * WORD;
+        let tick = file.number(times + k * WORD)?;
+        let [w, x, y, z] = [0, 1, 2, 3].map(|part| file.number(at + part * WORD));
+        let quaternion = [w?, -x?, -y?, -z?];
+        if interval < intervals && start_of(interval)? <= tick {
+            rows.begin(Between::OneRate);
+            interval += 1;
+        }
+        let rate = if summary.rates {
+            let [x, y, z] = [4, 5, 6].map(|part| file.number(at + part * WORD));
+            Some(lie::rotation_from_quaternion(&quaternion).tr_mul(&Vector3::new(x?, y?, z?)))
+        } else {
+            None
+        };
+        let moved = Moved { quaternion, rate, open: (0.0, 0.0) };
+        // A kernel has no lines: what is wrong stands at its beginning.
+        let here = Piece { at: 0, text: "" };
+        if let Err(wrong) = rows.add(here, Number { value: tick * TICK, half_unit: 0.0 }, moved) {
+            return Some(Err(wrong));
+        }
+    }
+    Some(Ok(()))
+}

@@ -1,0 +1,352 @@
+//! Mean elements of a satellite, by an orbit mean-elements message of CCSDS (OMM 2.0 and 3.0): keywords and values, XML, or JSON as
+//! catalogues give it, with numbers or texts for numbers. Elements of SGP4 about the Earth are taken, in TEME and UTC; numbers of
+//! satellites have as many digits as they need.
+
+use super::message::date;
+use super::said::{self, Keys, Said};
+use super::{Piece, Wrong, elements, resolved, whole_text, wrong};
+use crate::epoch::Scale;
+use crate::spec::{Diagnostics, cut};
+use serde_json::Value;
+use slewkit_sky::MeanElements;
+use std::io::Read;
+
+/// Units in which the standard has what is taken.
+const UNITS: [(&str, &[&str]); 9] = [
+    ("MEAN_MOTION", &["rev/day"]),
+    ("SEMI_MAJOR_AXIS", &["km"]),
+    ("INCLINATION", &["deg"]),
+    ("RA_OF_ASC_NODE", &["deg"]),
+    ("ARG_OF_PERICENTER", &["deg"]),
+    ("MEAN_ANOMALY", &["deg"]),
+    ("BSTAR", &["1/ER"]),
+    ("MEAN_MOTION_DOT", &["rev/day**2"]),
+    ("MEAN_MOTION_DDOT", &["rev/day**3"]),
+];
+
+/// Keys of the standard; what users define and covariances have are passed over.
+const KNOWN: [&str; 39] = [
+    "CCSDS_OMM_VERS",
+    "omm",
+    "CREATION_DATE",
+    "ORIGINATOR",
+    "MESSAGE_ID",
+    "CLASSIFICATION",
+    "OBJECT_NAME",
+    "OBJECT_ID",
+    "CENTER_NAME",
+    "REF_FRAME",
+    "REF_FRAME_EPOCH",
+    "TIME_SYSTEM",
+    "MEAN_ELEMENT_THEORY",
+    "EPOCH",
+    "SEMI_MAJOR_AXIS",
+    "MEAN_MOTION",
+    "ECCENTRICITY",
+    "INCLINATION",
+    "RA_OF_ASC_NODE",
+    "ARG_OF_PERICENTER",
+    "MEAN_ANOMALY",
+    "GM",
+    "MASS",
+    "SOLAR_RAD_AREA",
+    "SOLAR_RAD_COEFF",
+    "DRAG_AREA",
+    "DRAG_COEFF",
+    "EPHEMERIS_TYPE",
+    "CLASSIFICATION_TYPE",
+    "NORAD_CAT_ID",
+    "ELEMENT_SET_NO",
+    "REV_AT_EPOCH",
+    "BSTAR",
+    "BTERM",
+    "MEAN_MOTION_DOT",
+    "MEAN_MOTION_DDOT",
+    "AGOM",
+    "COV_REF_FRAME",
+    "SEMIMAJOR_AXIS",
+];
+
+/// Most levels of a text in JSON that are gone into.
+const DEEPEST: usize = 12;
+
+/// Reads an OMM; `name` stands for it in messages.
+///
+/// # Errors
+/// The first thing that is wrong, with its line: elements of another theory than SGP4 and in other frames than TEME among them.
+pub fn read_mean_elements(input: impl Read, name: &str) -> Result<MeanElements, Diagnostics> {
+    let text = whole_text(input, name, "an OMM")?;
+    mean_elements(&text).map_err(|wrong| resolved(wrong, name, text))
+}
+
+fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
+    let lead = text.len() - text.trim_start().len();
+    match text[lead..].chars().next() {
+        None => wrong(0, 1, "the file is empty", "give an OMM"),
+        Some('<') => {
+            let document = elements::document(text)?;
+            taken(&said::of_xml(&document, "omm")?, true)
+        }
+        Some('[' | '{') => {
+            let values = of_json(text)?;
+            let keys = values.iter().map(|(at, key, value)| {
+                let (key, value) = (Piece { at: *at, text: key }, Piece { at: *at, text: value }.trimmed());
+                Said { key, value, unit: None, part: 0 }
+            });
+            taken(&keys.collect(), false)
+        }
+        Some('1' | '2') if text[lead..].chars().nth(1) == Some(' ') => {
+            wrong(lead, 1, "these are two-line elements", "write their lines as tle = [\"1 …\", \"2 …\"]")
+        }
+        _ if text[lead..].starts_with("OBJECT_NAME,") => {
+            wrong(lead, 11, "this is a table", "take the same elements as JSON, as XML or as keywords")
+        }
+        _ => taken(&said::of_keywords(text, "CCSDS_OMM_VERS", "OMM")?, true),
+    }
+}
+
+/// Keys and values in JSON and where they stand: of an object, of a list of one, or of objects within it.
+fn of_json(text: &str) -> Result<Vec<(usize, String, String)>, Wrong> {
+    let whole: Value = serde_json::from_str(text).or_else(|error| {
+        let start: usize = text.split_inclusive('\n').take(error.line().max(1) - 1).map(str::len).sum();
+        let line = text[start..].lines().next().unwrap_or_default();
+        let column = error.column().saturating_sub(1);
+        let at =
+            start + if line.is_char_boundary(column.min(line.len())) { column.min(line.len()) } else { 0 };
+        wrong(at, 1, format!("this is no JSON: {error}"), "check the quotes, the commas and the braces")
+    })?;
+    let mut found = Vec::new();
+    flatten(&whole, text, 0, &mut found)?;
+    Ok(found)
+}
+
+fn flatten(
+    value: &Value,
+    text: &str,
+    level: usize,
+    found: &mut Vec<(usize, String, String)>,
+) -> Result<(), Wrong> {
+    if level > DEEPEST {
+        return wrong(0, 1, "objects stand within objects more than twelve times", "give the elements alone");
+    }
+    match value {
+        Value::Array(list) => match &list[..] {
+            [one] => flatten(one, text, level + 1, found),
+            [] => wrong(0, 1, "the list has no elements", "give one satellite"),
+            many => {
+                let name = |value: &Value| {
+                    let name = value.get("OBJECT_NAME").or(value.get("NORAD_CAT_ID"))?;
+                    Some(name.as_str().map_or_else(|| name.to_string(), str::to_string))
+                };
+                let mut names: Vec<String> = many.iter().filter_map(name).take(3).collect();
+                names.extend((many.len() > 3).then(|| "…".into()));
+                let reason =
+                    format!("the file has {} sets of elements: {}", many.len(), cut(&names.join(", "), 100));
+                wrong(0, 1, reason, "leave that of one satellite and one epoch in the file")
+            }
+        },
+        Value::Object(map) => map.iter().try_for_each(|(key, value)| {
+            let quoted = format!("\"{key}\"");
+            let at = text.find(&quoted).map_or(0, |at| at + 1);
+            match value {
+                Value::Object(_) | Value::Array(_) => flatten(value, text, level + 1, found),
+                Value::Null => Ok(()),
+                Value::String(word) => {
+                    found.push((at, key.clone(), word.clone()));
+                    Ok(())
+                }
+                other => {
+                    found.push((at, key.clone(), other.to_string()));
+                    Ok(())
+                }
+            }
+        }),
+        _ => wrong(0, 1, "this is no object", "give the elements as an object with the keys of OMM"),
+    }
+}
+
+/// The elements that the keys say; a `message` has all that the standard wants of it, a record of a catalogue may lack what all of its
+/// records have in common.
+fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
+    said::check(keys, &UNITS)?;
+    let needed = |name: &str| said::needed(keys, name);
+    if message {
+        let version = keys[0].value;
+        if !["1.0", "2.0", "3.0"].contains(&version.text) {
+            let reason = format!("version {} is not known", cut(version.text, 20));
+            return version.wrong(reason, "give an OMM of version 2.0 or 3.0");
+        }
+        let strange = |said: &&Said<'_>| {
+            let key = said.key.text;
+            let passed_over = key.get(..13).is_some_and(|start| start.eq_ignore_ascii_case("USER_DEFINED_"))
+                || (key.starts_with('C') && key.contains('_') && key.len() <= 11)
+                || said.part > 0 && said.key.is(key) && !key.bytes().any(|byte| byte.is_ascii_uppercase());
+            !passed_over && !KNOWN.iter().any(|known| said.key.is(known))
+        };
+        // In XML whatever users define stands in an element of its own.
+        if let Some(said) = keys.iter().find(strange).filter(|_| keys[0].key.text != "omm") {
+            let reason = format!("unknown key `{}` in an OMM", cut(said.key.text, 40));
+            return said.key.wrong(reason, "check the spelling");
+        }
+        for name in ["CENTER_NAME", "REF_FRAME", "TIME_SYSTEM", "MEAN_ELEMENT_THEORY"] {
+            needed(name)?;
+        }
+    }
+    let word = |name: &str| said::get(keys, name).map(|said| said.value);
+    if let Some(theory) = word("MEAN_ELEMENT_THEORY")
+        .filter(|theory| !theory.is("SGP4") && !theory.is("SGP/SGP4") && !theory.is("SGP"))
+    {
+        let reason = format!("the theory {} is not read", cut(theory.text, 30));
+        return theory.wrong(reason, "give elements of SGP4, or an OEM of the orbit");
+    }
+    if let Some(kind) = word("EPHEMERIS_TYPE").filter(|kind| kind.text == "4") {
+        return kind.wrong(
+            "elements of type 4 are of SGP4-XP, whose formulas are not public",
+            "give elements of type 0",
+        );
+    }
+    if let Some(centre) = word("CENTER_NAME").filter(|centre| !centre.is("EARTH")) {
+        let reason = format!("the centre is {}, not the Earth", cut(centre.text, 30));
+        return centre.wrong(reason, "give elements about CENTER_NAME = EARTH");
+    }
+    let teme = |frame: &Piece<'_>| ["TEME", "TEMEOFDATE", "TEME_OF_DATE"].iter().any(|known| frame.is(known));
+    if let Some(frame) = word("REF_FRAME").filter(|frame| !teme(frame)) {
+        let reason = format!("the frame {} is not that of SGP4", cut(frame.text, 30));
+        return frame.wrong(reason, "give elements in REF_FRAME = TEME");
+    }
+    let scale = match word("TIME_SYSTEM") {
+        None => Scale::Utc,
+        Some(scale) => match Scale::named(scale.text) {
+            Some(scale) => scale,
+            None => {
+                let reason = format!("the time system {} is not known here", cut(scale.text, 20));
+                return scale.wrong(reason, "give UTC, TAI, TT, TDB or GPS");
+            }
+        },
+    };
+    let number = |name: &str, from: f64, below: f64| -> Result<f64, Wrong> {
+        let said = needed(name)?;
+        let found = said.value.number()?.value;
+        if (from..below).contains(&found) {
+            return Ok(found);
+        }
+        said.value.wrong(
+            format!("`{name}` is {}: it is from {from} to below {below}", cut(said.value.text, 20)),
+            "check the number and its unit",
+        )
+    };
+    if word("MEAN_MOTION").is_none() && word("SEMI_MAJOR_AXIS").is_some() {
+        return needed("SEMI_MAJOR_AXIS")?
+            .key
+            .wrong("SGP4 takes a mean motion, not a semi-major axis", "give MEAN_MOTION in rev/day");
+    }
+    let (full, half) = (360.0 + f64::EPSILON * 360.0, 180.0 + f64::EPSILON * 180.0);
+    let moment = date(needed("EPOCH")?.value, scale)?;
+    let (year, day_of_year, nanoseconds_of_day) = day_of(&moment.in_other_scale(Scale::Utc).calendar_text());
+    Ok(MeanElements {
+        year,
+        day_of_year,
+        nanoseconds_of_day,
+        mean_motion: number("MEAN_MOTION", f64::MIN_POSITIVE, 20.0)?,
+        eccentricity: number("ECCENTRICITY", 0.0, 1.0)?,
+        inclination_deg: number("INCLINATION", 0.0, half)?,
+        raan_deg: number("RA_OF_ASC_NODE", -full, full)?,
+        argument_of_perigee_deg: number("ARG_OF_PERICENTER", -full, full)?,
+        mean_anomaly_deg: number("MEAN_ANOMALY", -full, full)?,
+        drag: number("BSTAR", -1e3, 1e3)?,
+    })
+}
+
+/// Year, day of the year and nanoseconds of the day of `2026-11-21T07:00:00.25`.
+fn day_of(text: &str) -> (i32, u32, u64) {
+    let (date, clock) = text.split_once('T').unwrap_or((text, ""));
+    let numbers: Vec<u32> = date.split('-').filter_map(|part| part.parse().ok()).collect();
+    let [year, month, day] = numbers[..] else { return (0, 0, 0) };
+    let leap = u32::from(year % 4 == 0 && (year % 100 != 0 || year % 400 == 0));
+    const BEFORE: [u32; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
+    let before = BEFORE[(month as usize + 11) % 12] + if month > 2 { leap } else { 0 };
+    let (whole, part) = clock.split_once('.').unwrap_or((clock, "0"));
+    let seconds =
+        whole.split(':').filter_map(|part| part.parse::<u64>().ok()).fold(0, |sum, part| 60 * sum + part);
+    let nanoseconds = (format!("0.{part}").parse::<f64>().unwrap_or(0.0) * 1e9).round() as u64;
+    (year as i32, before + day, seconds * 1_000_000_000 + nanoseconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KEYWORDS: &str = "CCSDS_OMM_VERS = 2.0\nCREATION_DATE = 2026-11-20T13:00:00\nORIGINATOR = TEST\nOBJECT_NAME = SAMPLE\n\
+        OBJECT_ID = 2020-001A\nCENTER_NAME = EARTH\nREF_FRAME = TEME\nTIME_SYSTEM = UTC\nMEAN_ELEMENT_THEORY = SGP4\n\
+        COMMENT elements\nEPOCH = 2026-324T12:00:00.000\nMEAN_MOTION = 14.9 [rev/day]\nECCENTRICITY = .0012\nINCLINATION = 97.8 [deg]\n\
+        RA_OF_ASC_NODE = 200.1\nARG_OF_PERICENTER = 90.2\nMEAN_ANOMALY = 270.1\nEPHEMERIS_TYPE = 0\nCLASSIFICATION_TYPE = U\n\
+        NORAD_CAT_ID = 799999999\nELEMENT_SET_NO = 999\nREV_AT_EPOCH = 1\nBSTAR = 2e-05\nMEAN_MOTION_DOT = 1e-06\n\
+        MEAN_MOTION_DDOT = 0\nUSER_DEFINED_X = 3\n";
+    const XML: &str = "<?xml version=\"1.0\"?><ndm xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"><omm id=\"CCSDS_OMM_VERS\" version=\"2.0\">\
+        <header><CREATION_DATE/><ORIGINATOR/></header><body><segment><metadata><OBJECT_NAME>A&amp;B</OBJECT_NAME>\
+        <OBJECT_ID>2020-001A</OBJECT_ID><CENTER_NAME>EARTH</CENTER_NAME><REF_FRAME>TEME</REF_FRAME><TIME_SYSTEM>UTC</TIME_SYSTEM>\
+        <MEAN_ELEMENT_THEORY>SGP4</MEAN_ELEMENT_THEORY></metadata><data><meanElements><EPOCH>2026-11-20T12:00:00.000000</EPOCH>\
+        <MEAN_MOTION units=\"rev/day\">14.9</MEAN_MOTION><ECCENTRICITY>.0012</ECCENTRICITY><INCLINATION>97.8</INCLINATION>\
+        <RA_OF_ASC_NODE>200.1</RA_OF_ASC_NODE><ARG_OF_PERICENTER>90.2</ARG_OF_PERICENTER><MEAN_ANOMALY>270.1</MEAN_ANOMALY>\
+        </meanElements><tleParameters><EPHEMERIS_TYPE>0</EPHEMERIS_TYPE><NORAD_CAT_ID>100001</NORAD_CAT_ID><BSTAR>0.2E-4</BSTAR>\
+        </tleParameters><userDefinedParameters><USER_DEFINED parameter=\"X\">3</USER_DEFINED></userDefinedParameters>\
+        </data></segment></body></omm></ndm>";
+    const NUMBERS: &str = "{\"OBJECT_NAME\":\"SAMPLE\",\"EPOCH\":\"2026-11-20T12:00:00.000000\",\"MEAN_MOTION\":14.9,\"ECCENTRICITY\":0.0012,\
+        \"INCLINATION\":97.8,\"RA_OF_ASC_NODE\":200.1,\"ARG_OF_PERICENTER\":90.2,\"MEAN_ANOMALY\":270.1,\"EPHEMERIS_TYPE\":0,\
+        \"NORAD_CAT_ID\":123456789,\"BSTAR\":2e-05,\"DECAY_DATE\":null}";
+
+    fn of(text: &str) -> MeanElements {
+        read_mean_elements(text.as_bytes(), "x").unwrap_or_else(|errors| panic!("{errors}\n{text}"))
+    }
+
+    #[test]
+    fn all_notations_say_the_same_elements() {
+        let found = of(KEYWORDS);
+        assert_eq!(
+            (found.year, found.day_of_year, found.nanoseconds_of_day),
+            (2026, 324, 43_200_000_000_000)
+        );
+        assert_eq!((found.mean_motion, found.eccentricity, found.drag), (14.9, 0.0012, 2e-5));
+        let texts =
+            NUMBERS.replace("14.9", "\"14.9\"").replace("2e-05", "\"0.00002000\"").replace(":0,", ":\"0\",");
+        let nested = format!("{{\"omm\": {{\"header\": {{}}, \"data\": {NUMBERS}}}}}");
+        let tai = KEYWORDS.replace("UTC", "TAI").replace("12:00:00.000", "12:00:37.000");
+        for text in [XML, NUMBERS, &format!("[{NUMBERS}]"), &texts, &nested, &tai] {
+            assert_eq!(of(text), found, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_orbit_of_sgp4_is_refused_with_its_line() {
+        for (text, from, to, told) in [
+            (KEYWORDS, "= SGP4", "= SGP4-XP", "the theory SGP4-XP"),
+            (KEYWORDS, "= SGP4", "= DSST", "the theory DSST"),
+            (KEYWORDS, "EPHEMERIS_TYPE = 0", "EPHEMERIS_TYPE = 4", "SGP4-XP"),
+            (KEYWORDS, "= EARTH", "= MARS", "not the Earth"),
+            (KEYWORDS, "= TEME", "= EME2000", "EME2000 is not that of SGP4"),
+            (KEYWORDS, "[deg]", "[rad]", "the unit rad of `INCLINATION`"),
+            (KEYWORDS, "BSTAR = 2e-05\n", "", "no `BSTAR`"),
+            (KEYWORDS, "TIME_SYSTEM = UTC\n", "", "no `TIME_SYSTEM`"),
+            (KEYWORDS, "= .0012", "= 1.2", "from 0 to below 1"),
+            (KEYWORDS, "MEAN_MOTION = 14.9 [rev/day]", "SEMI_MAJOR_AXIS = 7000", "takes a mean motion"),
+            (KEYWORDS, "MEAN_ANOMALY = 270.1", "MEAN_ANOMALY = 270.1\nMEAN_ANOMALY = 1", "given twice"),
+            (KEYWORDS, "MEAN_ANOMALY", "MEAN_ANOMLY", "unknown key `MEAN_ANOMLY`"),
+            (KEYWORDS, "VERS = 2.0", "VERS = 7.0", "version 7.0"),
+            (KEYWORDS, "CCSDS_OMM", "CCSDS_OPM", "another message than an OMM"),
+            (KEYWORDS, "2026-324T12", "2026-367T12", "no such moment"),
+            (XML, "rev/day", "rad/s", "the unit rad/s"),
+            (XML, "<omm", "<opm", "XML"),
+            (NUMBERS, "14.9", "\"fast\"", "`fast` is no number"),
+            (NUMBERS, "\"BSTAR\":2e-05,", "", "no `BSTAR`"),
+            (NUMBERS, "}", "", "this is no JSON"),
+        ] {
+            let wrong = text.replacen(from, to, 1);
+            let told = if told == "XML" { "stands where" } else { told };
+            let found = read_mean_elements(wrong.as_bytes(), "x").unwrap_err();
+            assert!(found.0[0].reason.contains(told), "{to}: {}", found.0[0].reason);
+        }
+        let two = format!("[{NUMBERS},{NUMBERS}]");
+        let found = read_mean_elements(two.as_bytes(), "x").unwrap_err();
+        assert!(found.0[0].reason.contains("2 sets of elements: SAMPLE, SAMPLE"), "{}", found.0[0].reason);
+    }
+}

@@ -1,0 +1,81 @@
+//! The attitude of an end that a file tells.
+
+use super::super::shape::open;
+use super::super::{Section, cut};
+use super::Rotation;
+use crate::epoch::Epoch;
+use crate::exchange::{into_our_frame, of_our_body, read_attitude_at};
+use slewkit::Matrix3;
+use slewkit::lie::{log, rotation_from_quaternion};
+use std::path::Path;
+
+/// What of a file is wanted, and against which frames.
+pub(in super::super) struct Moment<'a> {
+    /// When the maneuver begins.
+    epoch: Option<Epoch>,
+    /// Seconds from there; `None` where nobody knows before it is planned.
+    seconds: Option<f64>,
+    reference_frame: Option<&'a str>,
+    body_frame: Option<&'a str>,
+    /// Whether the reference frame of the spec turns.
+    turns: bool,
+    folder: &'a Path,
+}
+
+impl<'a> Moment<'a> {
+    /// That of a spec, `seconds` after its epoch. Files are relative to `folder`.
+    pub fn of(root: &'a Section, seconds: Option<f64>, folder: &'a Path) -> Self {
+        let names = root.section("names");
+        let turns =
+            root.section("environment").is_some_and(|environment| environment.has("orbital_rate_rad_s"));
+        Self {
+            // What is wrong with it is said where all names are read.
+            epoch: root.word("epoch").and_then(|text| Epoch::parse(text).ok()),
+            seconds,
+            reference_frame: names.and_then(|names| names.word("reference_frame")),
+            body_frame: names.and_then(|names| names.word("body_frame")),
+            turns,
+            folder,
+        }
+    }
+}
+
+/// The attitude in the file that a table names.
+pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Option<Rotation> {
+    const KEY: &str = "file";
+    if let Some(other) = section.given.iter().find(|given| given.name != KEY && section.knows(&given.name)) {
+        let reason = format!("the rotation is given twice, by `file` and by `{}`", other.name);
+        return section.refuse("E0028", &other.name, reason, "give one notation");
+    }
+    let Some(seconds) = moment.seconds else {
+        let reason = "the attitude at the end of a duration that is sought is not known before the plan";
+        return section.refuse("E0029", KEY, reason, "give duration_s, or the numbers of the attitude");
+    };
+    let (path, file) = match open(section.word(KEY)?, moment.folder, "a file with attitudes") {
+        Ok(opened) => opened,
+        Err((code, reason, remedy)) => return section.refuse(code, KEY, reason, remedy),
+    };
+    let shown = cut(&path.to_string_lossy(), 200);
+    let told = match read_attitude_at(file, &shown, moment.epoch, seconds) {
+        Ok(told) => told,
+        Err(errors) => {
+            let (line, reason, remedy) = errors.0.into_iter().next().map_or_else(
+                || (1, "it cannot be read".into(), "check it".into()),
+                |error| (error.line, error.reason, error.remedy),
+            );
+            return section.refuse("E0092", KEY, format!("{shown}: line {line}: {reason}"), remedy);
+        }
+    };
+    let (mut open, theirs) = (Vec::new(), told.reference_frame.as_deref());
+    let turned = into_our_frame(theirs, moment.reference_frame, moment.turns, &mut open).and_then(|turned| {
+        of_our_body(told.body_frame.as_deref(), moment.body_frame, &mut open).map(|()| turned)
+    });
+    match turned {
+        Err((reason, remedy)) => section.refuse("E0092", KEY, format!("{shown}: {reason}"), remedy),
+        Ok(turned) => {
+            let told = rotation_from_quaternion(&told.quaternion);
+            let matrix: Matrix3 = turned.unwrap_or_else(Matrix3::identity) * told;
+            Some(Rotation { matrix, vector: log(&matrix), spot: section.here(), maybe_identity: None })
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Whether the rows of a table of positions are an orbit, and near enough to one another.
+//!
+//! Velocities are a free check. From each row the motion about a point mass leads to the next one and to the middle between the two,
+//! but for what the flattening of the Earth adds, which is known in size. A row that is met by neither of its neighbours, while
+//! these meet each other, is wrong; one interval that is met from no side has a maneuver in it, or a wrong row at its end; and where
+//! the polynomial is elsewhere in the middle, the rows are too far apart for it.
+
+use super::super::Section;
+use slewkit::numerics::figures::significant;
+use slewkit_sky::{Table, two_body};
+
+/// What positions may be off beside the flattening \[m\]: other bodies, drag and digits within some minutes.
+const ALLOWED: f64 = 100.0;
+/// Off by more than this part of its distance a polynomial is no orbit.
+const ELSEWHERE: f64 = 1e-3;
+
+/// A line, a reason, and what to do.
+type Apart = (usize, String, &'static str);
+
+/// Checks the rows that the maneuver needs, up to `ahead` \[s\]; `line` has the line of each of them in the file `shown`.
+pub(super) fn check(
+    section: &Section,
+    table: &Table,
+    line: &[usize],
+    ahead: f64,
+    shown: &str,
+) -> Result<(), Apart> {
+    let Table { time, position, velocity, between } = table;
+    let count = time.len();
+    let first = time.partition_point(|at| *at <= 0.0).saturating_sub(between.rows());
+    let last = (time.partition_point(|at| *at < ahead) + between.rows()).min(count - 1);
+    for k in first..=last {
+        if two_body(&position[k], &velocity[k], 0.0).is_none() {
+            let [distance, speed] =
+                [&position[k], &velocity[k]].map(|vector| significant(vector.norm() / 1e3, 4));
+            let reason = format!("at {distance} km a velocity of {speed} km/s escapes from the Earth");
+            return Err((line[k], reason, "give positions in km and velocities in km/s: are these metres?"));
+        }
+    }
+    // By how much a row misses another, beyond what is allowed [m].
+    let missed = |from: usize, to: usize| {
+        let step = time[to] - time[from];
+        let of = |from: usize, to: usize, step: f64| {
+            let ((met, _), flattened) = two_body(&position[from], &velocity[from], step)?;
+            Some(((met - position[to]).norm(), flattened))
+        };
+        match (of(from, to, step), of(to, from, -step)) {
+            (Some((there, one)), Some((back, two))) => (there.min(back), ALLOWED + one.max(two)),
+            _ => (0.0, ALLOWED),
+        }
+    };
+    let off = |from: usize, to: usize| {
+        let (missed, allowed) = missed(from, to);
+        missed > allowed
+    };
+    let km = |from: usize, to: usize| significant(missed(from, to).0 / 1e3, 3);
+    let intervals: Vec<usize> = (first..last).filter(|k| off(*k, k + 1)).collect();
+    if intervals.len() * 2 > last - first && intervals.len() > 2 {
+        let k = intervals[0];
+        let reason = format!(
+            "the velocities are not those of the positions: from this row the next is missed by {} km",
+            km(k, k + 1)
+        );
+        return Err((
+            line[k],
+            reason,
+            "give rows that are nearer to one another, and velocities in km/s against REF_FRAME",
+        ));
+    }
+    let mut told = 0;
+    let mut k = 0;
+    while k < intervals.len() {
+        let (from, to) = (intervals[k], intervals[k] + 1);
+        let alone = intervals.get(k + 1) == Some(&to) && to < last && !off(from, to + 1);
+        let (row, text) = if alone {
+            (
+                to,
+                format!(
+                    "this row contradicts its neighbours: by their velocities it is {} km elsewhere",
+                    km(from, to)
+                ),
+            )
+        } else {
+            let text = format!(
+                "between this row and the next the orbit jumps by {} km: a maneuver, or a row that is wrong",
+                km(from, to)
+            );
+            (from, text)
+        };
+        k += if alone { 2 } else { 1 };
+        told += 1;
+        if told <= MOST_TOLD {
+            let reason = format!("{shown}: line {}: {text}", line[row]);
+            section.warn("W0077", "oem", reason, "check the row, or take another file");
+        }
+    }
+    if told > 0 {
+        return Ok(());
+    }
+    let mut worst = (0.0_f64, 0.0_f64, first);
+    for k in first..last {
+        let half = 0.5 * (time[k + 1] - time[k]);
+        let Some(((met, _), flattened)) = two_body(&position[k], &velocity[k], half) else { continue };
+        let Some(taken) = table.position(time[k] + half) else { continue };
+        let apart = (met - taken).norm();
+        if apart > ALLOWED + flattened && apart > worst.0 {
+            worst = (apart, apart / position[k].norm(), k);
+        }
+    }
+    let (apart, part, k) = worst;
+    if apart > 0.0 {
+        let reason = format!(
+            "rows {} s apart do not carry this orbit: between this row and the next the polynomial is off by {} km",
+            significant(time[k + 1] - time[k], 4),
+            significant(apart / 1e3, 3)
+        );
+        let remedy = "take rows that are nearer to one another";
+        if part > ELSEWHERE {
+            return Err((line[k], reason, remedy));
+        }
+        section.warn("W0077", "oem", format!("{shown}: line {}: {reason}", line[k]), remedy);
+    }
+    Ok(())
+}
+
+/// How many rows are told of.
+const MOST_TOLD: usize = 3;

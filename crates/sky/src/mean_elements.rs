@@ -1,0 +1,26 @@
+//! What catalogues tell of an orbit.
+
+/// Mean elements of SGP4, as two-line elements and orbit mean-elements messages (OMM) have them: TEME, UTC.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanElements {
+    /// The epoch: its year, the day of the year, from 1, and nanoseconds into the day.
+    pub year: i32,
+    /// From 1.
+    pub day_of_year: u32,
+    /// Below those of a day.
+    pub nanoseconds_of_day: u64,
+    /// Revolutions a day, by Kozai.
+    pub mean_motion: f64,
+    /// From 0 to below 1.
+    pub eccentricity: f64,
+    /// \[deg\]
+    pub inclination_deg: f64,
+    /// Right ascension of the ascending node \[deg\].
+    pub raan_deg: f64,
+    /// \[deg\]
+    pub argument_of_perigee_deg: f64,
+    /// \[deg\]
+    pub mean_anomaly_deg: f64,
+    /// B*, per radius of the Earth.
+    pub drag: f64,
+}

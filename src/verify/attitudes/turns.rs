@@ -1,0 +1,146 @@
+//! Which of several sets of cones holds when, where a maneuver leaves that open.
+//!
+//! Over each interval between two attitudes one set is to hold as a whole: the one that has held before, else the one that is deepest
+//! inside of what it allows. Where none holds over all of the interval it is halved, so that two sets may follow each other within it;
+//! where none holds over a part that cannot be halved further, the one that comes nearest is taken, and what it violates is told of it.
+
+use super::between::target;
+use super::{AttitudeRows, Motion, Rounding};
+use crate::lie;
+use crate::maneuver::constraint::{Alternatives, Arc, BOUNDARY_ROUNDING, Pointing, Rule, Shift, Turns};
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::Trajectory;
+
+/// How often an interval is halved.
+const HALVINGS: u32 = 12;
+
+/// The maneuver with its alternatives in the shifts in which a plan has them: those of `own`, the maneuver that the plan was made of,
+/// where they leave no time out, else those that its attitudes keep.
+pub fn in_turns(problem: &Problem, own: Option<&Problem>, trajectory: &Trajectory) -> Problem {
+    let end = trajectory.time.last().copied().unwrap_or(0.0);
+    if let Some(turns) = own.and_then(|own| told(problem, own, end)) {
+        return problem.in_turns(&turns);
+    }
+    let rows = AttitudeRows {
+        time: &trajectory.time,
+        quaternion: &trajectory.quaternion,
+        rate: &[],
+        breaks: &[],
+        told: &[],
+        rounding: Rounding::default(),
+    };
+    if rows.time.len() < 2 || rows.time.len() != rows.quaternion.len() {
+        return problem.clone();
+    }
+    let attitude = rows.quaternion.iter().map(lie::rotation_from_quaternion).collect();
+    let frame_rate = problem.environment.frame_rate();
+    kept(problem, &Motion { rows: &rows, attitude, frame_rate, tolerance: BOUNDARY_ROUNDING })
+}
+
+/// The shifts in which the constraints of the same names act in another maneuver, if they cover all of its time.
+fn told(problem: &Problem, own: &Problem, end: f64) -> Option<Vec<Turns>> {
+    let during = |problem: &Problem, name: &str| {
+        let constraint = problem.constraints.iter().find(|constraint| constraint.name == name)?;
+        match &constraint.rule {
+            Rule::Pointing(pointing) => Some(pointing.during.given().map(<[_]>::to_vec)),
+            _ => None,
+        }
+    };
+    problem
+        .alternatives
+        .iter()
+        .map(|of| {
+            let mut shifts = Vec::new();
+            for (set, members) in of.sets.iter().enumerate() {
+                let first = during(own, members.first()?)??;
+                for name in members {
+                    if during(problem, name)?.is_some() || during(own, name)?.as_ref() != Some(&first) {
+                        return None;
+                    }
+                }
+                shifts.extend(first.into_iter().map(|[from, to]| Shift { set, from, to }));
+            }
+            shifts.sort_by(|one, other| one.from.total_cmp(&other.from));
+            let mut covered = 0.0;
+            for shift in &shifts {
+                if shift.from > covered {
+                    return None;
+                }
+                covered = shift.to.max(covered);
+            }
+            (covered >= end).then(|| Turns { of: of.clone(), shifts })
+        })
+        .collect()
+}
+
+/// The maneuver with its alternatives in the shifts that a motion keeps.
+pub(super) fn kept(problem: &Problem, motion: &Motion<'_>) -> Problem {
+    let turns: Vec<Turns> = problem
+        .alternatives
+        .iter()
+        .map(|of| Turns { of: of.clone(), shifts: shifts(problem, of, motion) })
+        .collect();
+    problem.in_turns(&turns)
+}
+
+fn shifts(problem: &Problem, of: &Alternatives, motion: &Motion<'_>) -> Vec<Shift> {
+    let cones = |members: &Vec<String>| -> Vec<&Pointing> {
+        let constraints =
+            members.iter().filter_map(|name| problem.constraints.iter().find(|one| one.name == *name));
+        constraints
+            .filter_map(|constraint| match &constraint.rule {
+                Rule::Pointing(pointing) => Some(pointing),
+                _ => None,
+            })
+            .collect()
+    };
+    let sets: Vec<Vec<&Pointing>> = of.sets.iter().map(cones).collect();
+    let allowed = BOUNDARY_ROUNDING + motion.rows.rounding.attitude;
+    let mut found: Vec<Shift> = Vec::new();
+    for k in 0..motion.last() {
+        let (begin, step) = (motion.rows.time[k], motion.step(k));
+        // The first part lies on top.
+        let mut open = vec![([0.0, 1.0], 0)];
+        while let Some(([from, to], depth)) = open.pop() {
+            let span = [begin + from * step, begin + to * step];
+            let room = |set: usize| {
+                sets[set].iter().map(|cone| room(cone, motion, k, span)).fold(f64::INFINITY, f64::min)
+            };
+            let present = found.last().map(|shift| shift.set);
+            let set = match present.filter(|set| room(*set) >= -allowed) {
+                Some(set) => set,
+                None => {
+                    let best = (0..sets.len())
+                        .map(|set| (set, room(set)))
+                        .reduce(|best, next| if next.1 > best.1 { next } else { best });
+                    let Some((set, most)) = best else { return found };
+                    if most < -allowed && depth < HALVINGS {
+                        let middle = 0.5 * (from + to);
+                        open.extend([([middle, to], depth + 1), ([from, middle], depth + 1)]);
+                        continue;
+                    }
+                    set
+                }
+            };
+            match found.last_mut().filter(|shift| shift.set == set) {
+                Some(shift) => shift.to = span[1],
+                None => found.push(Shift { set, from: span[0], to: span[1] }),
+            }
+        }
+    }
+    found
+}
+
+/// The least room of a cone between two moments within the interval from row `k` to the next.
+fn room(cone: &Pointing, motion: &Motion<'_>, k: usize, span: [f64; 2]) -> f64 {
+    let during = cone.during.within(&[span]);
+    let cone = Pointing { during, ..cone.clone() };
+    let arc = Arc { start: motion.attitude[k], turn: motion.turn(k) };
+    let (begin, step) = (motion.rows.time[k], motion.step(k));
+    cone.pairs()
+        .filter_map(|(boresight, direction)| {
+            cone.least_room(&arc, boresight, &target(motion, direction, k), [begin, step])
+        })
+        .map(|(_, room)| if room.is_nan() { f64::NEG_INFINITY } else { room })
+        .fold(f64::INFINITY, f64::min)
+}
