@@ -294,8 +294,10 @@ def planned(slew, spec, folder, steps, patience):
     plan.unlink(missing_ok=True)
     used = lambda: sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
     before = used()
-    limits = ["--set", f"maneuver.steps={steps}", "--set", f"solver.time_limit_s={patience}"]
-    run = subprocess.run([slew, "plan", str(file), "-q", "-o", str(plan), *limits], capture_output=True, text=True)
+    words = [slew, "plan", str(file), "-q", "-o", str(plan), "--set", f"maneuver.steps={steps}"]
+    # Of the processor, as the patience with IPOPT is: others may be at work.
+    limit = lambda: resource.setrlimit(resource.RLIMIT_CPU, 2 * (int(np.ceil(patience)),))
+    run = subprocess.run(words, capture_output=True, text=True, preexec_fn=limit)
     seconds = used() - before
     if run.returncode == 2:
         sys.exit(run.stderr)
@@ -354,7 +356,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--steps", type=int, default=100)
     parser.add_argument("--fine", type=int, default=400, help="steps where IPOPT's motion does not count; 0: none")
-    parser.add_argument("--patience", type=float, default=120.0, help="the longest that a solve may take [s]")
+    parser.add_argument("--patience", type=float, default=120.0, help="what a solve may take of the processor [s]")
     asked = parser.parse_args()
     if unknown := [kind for kind in asked.kinds if kind not in KINDS]:
         parser.error(f"no kind is called {unknown[0]}; known are {', '.join(KINDS)}")
