@@ -1,11 +1,16 @@
 //! The chain as a program: against the matrices of SCP's model and rows, and against central differences.
 
 use super::chain::ChainProgram;
+use super::method::InteriorPoint;
 use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
+use super::tuning::Tuning;
+use crate::optimize::methods::method::{Budget, Method, Watch};
+use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::{Model, step};
+use crate::optimize::methods::scp::road::{Chain, path};
 use crate::optimize::methods::scp::rows::{LimitRows, Place, RowValue, What};
-use crate::optimize::methods::scp::tests::{chains, random_inputs, stretch};
+use crate::optimize::methods::scp::tests::{chains, random_inputs, reference_slew, shot, straight, stretch};
 use crate::testing::Random;
 
 /// Step of the central differences, and what they may be off by: truncation and round-off.
@@ -214,7 +219,7 @@ fn lagrangian(
 #[test]
 fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
     let mut worst = 0.0f64;
-    // Of each maneuver one of its four chains.
+    // Every third chain: all maneuvers, and all four kinds of a chain.
     programs(3, |program, model, _, _, point, duals| {
         let shape = program.shape();
         let mut at = Derivatives::of(shape);
@@ -269,4 +274,44 @@ fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
         }
     });
     assert!(worst > 0.0);
+}
+
+/// From its one start, the interior point and Newton on the rows that it tells: costs of theory.md, from another program, on the same
+/// grid, and without limits the costates of the shooting.
+#[test]
+fn the_reference_costs_are_met_and_multipliers_are_costates() {
+    let references = [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)];
+    for (share, cost) in references {
+        let problem = reference_slew(share);
+        let chain = Chain::new(&problem, problem.steps);
+        let unit = chain.model.dynamics.units.cost;
+        let budget = Budget { iterations: 200, watch: Watch::NONE };
+        let options = ScpOptions::default();
+        let tuning = Tuning::default();
+        let solved = |polish| {
+            let poses = straight(&chain.model).into_iter();
+            let start = path("short", &chain.model.dynamics.grid, poses);
+            InteriorPoint { chain: &chain, tuning: &tuning, polish }.improve(start, &budget)
+        };
+        let [plain, polished] = [None, Some(&options)].map(solved);
+        assert!(plain.converged() && polished.converged());
+        // Above the optimum by the barrier term of each row that acts.
+        let above = plain.cost * unit / cost - 1.0;
+        assert!(above.abs() < 1e-8, "{share:?} {above:.1e}");
+        assert!((polished.cost * unit / cost - 1.0).abs() < 1e-10, "{share:?} {}", polished.cost * unit);
+        assert!(polished.stationarity < 1e-12, "{share:?} {:.1e}", polished.stationarity);
+        let scale = polished.candidate.costates.iter().map(|costate| costate.amax()).fold(0.0, f64::max);
+        let pairs = plain.candidate.costates.iter().zip(&polished.candidate.costates);
+        let off = pairs.map(|(a, b)| (a - b).amax()).fold(0.0, f64::max) / scale;
+        assert!(off < 1e-6, "{share:?} costates are off by {off:.1e}");
+        if share.is_none() {
+            let solution = shot(&problem);
+            let units = chain.model.dynamics.units.costate::<6>();
+            for (row, dual) in polished.candidate.costates[1..].iter().enumerate() {
+                let shot = &solution.trajectory.costates[6 * row..][..6];
+                let off = (0..6).map(|i| (shot[i] / units[i] - dual[i]).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-11, "row {row}: {off:.1e}");
+            }
+        }
+    }
 }

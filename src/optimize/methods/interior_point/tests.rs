@@ -161,7 +161,9 @@ fn the_shortest_time_of_a_double_integrator_is_found() {
         let run = solver.run(&line, &Tuning::default(), &Watch::NONE);
         assert_eq!(run.end, End::Converged, "{run:?}");
         assert!(run.exact && run.iterations < 40, "{run:?}");
-        assert!((solver.point.states[2] - 2.0).abs() < 1e-9, "{}", solver.point.states[2]);
+        // Above the optimum by the barrier term of each row that acts, one of every input.
+        let (above, gap) = (solver.point.states[2] - 2.0, 20.0 * run.barrier);
+        assert!(above > -1e-12 && above < 2.0 * gap && gap < 1e-8, "{above:.2e} {gap:.2e}");
         for (k, u) in solver.point.inputs.iter().enumerate() {
             let bang = if k < 10 { 1.0 } else { -1.0 };
             // A slack is the barrier term over its multiplier, and beside the switch that is small.
