@@ -256,7 +256,7 @@ fn a_reserve_beyond_the_limit_is_refused_with_its_figure() {
     let kept = [Kept { limits: vec!["torque limit"], at_most: 1e-3, over: Over::Instant }];
     let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
     let told = found.map(|found| found.2).unwrap_err().to_string();
-    assert!(told.contains("\"torque limit\" is ") && told.contains("would be left to corrections"), "{told}");
+    assert!(told.contains("\"torque limit\" is ") && told.contains("corrections need"), "{told}");
     let kept = [Kept { limits: vec!["nothing"], at_most: 1e-3, over: Over::Instant }];
     let found = super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent);
     assert!(matches!(found, Err(NotKept::Unknown(_))), "{:?}", found.map(|found| found.2));

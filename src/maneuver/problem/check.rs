@@ -479,7 +479,7 @@ mod tests {
     #[test]
     fn constraints_must_be_in_order_and_have_names_of_their_own() {
         let rate = |limit| Constraint { name: "rate".into(), rule: Rule::RateNorm(limit) };
-        let told = "constraint \"rate\": a rate limit is NaN rad/s, it must be positive and finite";
+        let told = "constraint \"rate\": a rate limit is NaN rad/s: it must be positive and finite";
         refused(slew().with_constraint(rate(f64::NAN)).check(), told);
         let twice = slew().with_constraint(rate(1.0)).with_constraint(rate(2.0));
         refused(twice.check(), "constraint \"rate\": another constraint has the same name");
@@ -504,15 +504,15 @@ mod tests {
         refused(wheeled(&[AXES[0], AXES[1], [0.6, 0.8, 0.0]], |_| {}), told);
         let told = "the wheel axes have rank 1: torque only about (0, 1, 0)";
         refused(wheeled(&[AXES[1], [0.0, -1.0, 0.0]], |_| {}), told);
-        let told = "the axis of wheel 3 has length 2, it must be 1";
+        let told = "the axis of wheel 3 has length 2: it must be 1";
         refused(wheeled(&[AXES[0], AXES[1], [0.0, 0.0, 2.0]], |_| {}), told);
-        let told = "3 torque axes need as many wheels: 2 momenta and 3 limits of momentum are given";
+        let told = "3 torque axes need as many wheels: 2 momenta and 3 momentum limits are given";
         refused(wheeled(&AXES, |wheels| wheels.momentum.truncate(2)), told);
-        let told = "wheel 1 starts with 2.5 N·m·s, its limit is 2 N·m·s";
+        let told = "wheel 1 starts with 2.5 N·m·s, and its limit is 2 N·m·s";
         refused(wheeled(&AXES, |wheels| wheels.momentum[0] = 2.5), told);
-        let told = "the momentum limit of wheel 1 is NaN, it must be positive";
+        let told = "the momentum limit of wheel 1 is NaN: it must be positive";
         refused(wheeled(&AXES, |wheels| wheels.momentum_limit[0] = f64::NAN), told);
-        let told = "the momentum of wheel 2 is inf, it must be finite";
+        let told = "the momentum of wheel 2 is inf: it must be finite";
         refused(wheeled(&AXES, |wheels| wheels.momentum[1] = f64::INFINITY), told);
         let wheels = Some(Wheels { momentum: vec![0.0; 3], momentum_limit: vec![1.0; 3] });
         let torque = ActuatorSet::three_axes(AxisFrame::Reference);

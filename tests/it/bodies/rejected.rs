@@ -10,7 +10,7 @@ fn point(mass: f64, x: f64) -> MassPoint {
 #[test]
 fn clouds_that_are_none() {
     let error = |points: Vec<MassPoint>| PointCloud::new(points).unwrap_err().to_string();
-    assert_eq!(error(vec![]), "points of a cloud: 0; from 1 to 10000000 are possible");
+    assert_eq!(error(vec![]), "points of a cloud: 0; the number must be from 1 to 10000000");
     assert_eq!(error(vec![point(-1.0, 0.0)]), "mass of a point is -1; it must be positive");
     assert_eq!(error(vec![point(f64::NAN, 0.0)]), "mass of a point is not finite");
     assert_eq!(error(vec![point(1.0, f64::INFINITY)]), "position of a point is not finite");
@@ -30,8 +30,8 @@ fn clouds_that_are_none() {
 fn systems_that_are_none() {
     let error = |g, bodies| MutualGravity::new(g, bodies).unwrap_err().to_string();
     let one = || Attractor::point(1.0).unwrap();
-    assert_eq!(error(1.0, vec![]), "bodies: 0; from 1 to 2000 are possible");
-    assert_eq!(error(1.0, vec![one(); 2001]), "bodies: 2001; from 1 to 2000 are possible");
+    assert_eq!(error(1.0, vec![]), "bodies: 0; the number must be from 1 to 2000");
+    assert_eq!(error(1.0, vec![one(); 2001]), "bodies: 2001; the number must be from 1 to 2000");
     assert_eq!(error(0.0, vec![one()]), "gravitational constant is 0; it must be positive");
     let huge = vec![Attractor::point(1e200).unwrap(); 2];
     assert_eq!(error(1.0, huge), "gravitational constant times the square of the masses is not finite");

@@ -150,7 +150,7 @@ fn what_is_not_a_homogeneous_body() {
     let error =
         |density, order| HomogeneousPolyhedron::new(octahedron(), density, order).unwrap_err().to_string();
     assert_eq!(error(-1.0, 2), "density is -1; it must be positive");
-    assert_eq!(error(1.0, 17), "order of the cubature: 17; from 1 to 16 are possible");
+    assert_eq!(error(1.0, 17), "order of the cubature: 17; the number must be from 1 to 16");
     let vertices = octahedron().vertices().iter().map(|x| x + Vector3::x()).collect();
     let shifted = Polyhedron::new(vertices, octahedron().faces().to_vec()).unwrap();
     let message = HomogeneousPolyhedron::new(shifted.clone(), 1.0, 1).unwrap_err().to_string();
@@ -159,8 +159,8 @@ fn what_is_not_a_homogeneous_body() {
     let Attractor::Polyhedron(body) = solid(octahedron(), 1) else { panic!() };
     for (spacing, message) in [
         (0.0, "spacing of the lattice is 0; it must be positive"),
-        (1e-4, "points of a lattice: 186666666666; from 1 to 10000000 are possible"),
-        (100.0, "points of a lattice: 0; from 1 to 10000000 are possible"),
+        (1e-4, "points of a lattice: 186666666666; the number must be from 1 to 10000000"),
+        (100.0, "points of a lattice: 0; the number must be from 1 to 10000000"),
     ] {
         assert_eq!(body.lattice(spacing).unwrap_err().to_string(), message);
     }

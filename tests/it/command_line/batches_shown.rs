@@ -14,7 +14,10 @@ fn a_sweep_over_one_key_has_its_curve_and_shades_what_failed() {
     // One mark a solved case; that of the legend is one more.
     let solved = folder.read("sweep.jsonl").matches("\"status\":\"solved\"").count();
     assert_eq!(svg.matches("<circle").count(), solved + 1);
-    folder.slew(&["plot", "sweep.jsonl", "-o", "one.svg", "--charts", "map"]).ends(2).tells("there are cost");
+    folder
+        .slew(&["plot", "sweep.jsonl", "-o", "one.svg", "--charts", "map"])
+        .ends(2)
+        .tells("the pictures are cost");
     folder.slew(&["report", "sweep.jsonl", "-o", "sweep.html"]).ends(0);
     let page = folder.read("sweep.html");
     assert!(page.contains("Cases that failed") && page.contains("infeasible") && page.contains("fig-cost"));

@@ -428,7 +428,7 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
         .slew(&[&plan[..], &["--set", "feedback.every_s=1"]].concat())
         .ends(3)
         .tells("E0176")
-        .tells("the duration is sought");
+        .tells("the duration is free");
     let effort = format!("{problems}xte_20s.toml");
     folder.slew(&["plan", &effort, "--set", "feedback.kind=switching"]).ends(3).tells("inputs do not switch");
 }

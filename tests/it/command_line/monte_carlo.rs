@@ -243,7 +243,7 @@ fn a_dispersion_that_is_none_is_refused_at_its_place() {
         ),
         (entry("key = \"maneuver.duration_s\"\nkind = \"normal\"\nsigma = -1"), "E0032", "sigma"),
         (entry("key = \"maneuver.duration_s\"\nkind = \"normal\"\nsigma = [1, 2]"), "E0026", "has 1"),
-        (entry("key = \"maneuver.steps\"\nkind = \"normal\"\nsigma = 1"), "E0160", "counts"),
+        (entry("key = \"maneuver.steps\"\nkind = \"normal\"\nsigma = 1"), "E0160", "is a count"),
         (entry("key = \"maneuver.path\"\nkind = \"normal\"\nsigma = 1"), "E0160", "has no value for it"),
         (entry("key = \"name\"\nkind = \"normal\"\nsigma = 1"), "E0160", "holds no numbers"),
         (

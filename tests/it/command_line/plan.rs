@@ -599,7 +599,11 @@ fn plans_that_nothing_can_be_begun_from_are_refused() {
         warm(&["--at", at]).ends(2).tells("--at").tells("choose a time from 0 to");
     }
     warm(&["--set", "body.inertia_kg_m2=[2, 3, 4]"]).ends(8).tells("E0103").tells("another body");
-    warm(&["--set", "maneuver.duration_s=11"]).ends(8).tells("E0103").tells("lasts 11 s").tells("duration_s");
+    warm(&["--set", "maneuver.duration_s=11"])
+        .ends(8)
+        .tells("E0103")
+        .tells("has a duration of 11 s")
+        .tells("duration_s");
     warm(&["--set", "maneuver.steps=77"]).ends(8).tells("E0103").tells("77 steps");
     warm(&["--set", "solver.scheme=lie_euler"]).ends(8).tells("E0103").tells("another scheme");
     let missing = folder.slew(&["plan", "spec.toml", "--warm", "missing.json"]);

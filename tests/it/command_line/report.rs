@@ -126,7 +126,7 @@ fn a_plan_without_a_trajectory_has_a_report_and_no_picture() {
     let set = "actuators.torque_norm_limit_n_m=0.001";
     folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json", "--set", set, "--report", "a.html"]).ends(4);
     let page = folder.read("a.html");
-    assert!(page.contains("No plan exists, and that is proved") && !page.contains("<figure"));
+    assert!(page.contains("No plan exists, and this is proved") && !page.contains("<figure"));
     folder.slew(&["plot", "plan.json", "-o", "figures"]).ends(8).tells("error[E0108]").tells("slew report");
     assert_eq!(folder.names(), ["a.html", "plan.json", "spec.toml"]);
 }
@@ -167,7 +167,7 @@ fn wrong_inputs_and_outputs_are_told() {
     folder
         .slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "forces"])
         .ends(2)
-        .tells("no picture \"forces\"");
+        .tells("no picture is called \"forces\"");
     folder.slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "faces"]).ends(2).tells("possible values");
     folder.slew(&["report", "plan.json", "-o", "a.html", "--euler", "xxz"]).ends(2);
     assert_eq!(folder.names(), ["plan.json", "spec.toml"]);

@@ -45,7 +45,7 @@ fn the_bound_is_sharp_about_the_axis_of_the_smallest_moment() {
     let problem = rest_to_rest(body, rotation, 5.0, norm_limit(0.3)).with_steps(400);
     let reason = shortest(&problem, 2.0 * (2.0 * 2.0 / 0.3_f64).sqrt(), 1e-4);
     // In 5 s: θ = ū T²/4J = 0.9375 rad = 53.7 deg; it takes ū = 4θJ/T² = 0.64 N·m.
-    assert!(reason.contains("turn by 114.5 deg, 5 s allow 53.7"), "{reason}");
+    assert!(reason.contains("turn by 114.5 deg, and 5 s allow at most 53.7"), "{reason}");
     let torque: f64 = text_between(&reason, "it takes at least ", " N·m").parse().unwrap();
     assert!((torque - 0.64).abs() < 1e-3 && torque <= 0.64, "{reason}");
     assert!(reason.contains("the body must turn"), "{reason}");
@@ -129,7 +129,10 @@ fn momentum_that_cannot_be_gained_in_time_is_named() {
     let mut problem = rest_to_rest(body, Vector3::zeros(), 5.0, norm_limit(0.3));
     problem.end = end;
     let reason = shortest(&problem, 12.0, 1e-6);
-    assert!(reason.contains("change by 3.6 N·m·s, 1.5") && reason.contains("at least 0.72 N·m"), "{reason}");
+    assert!(
+        reason.contains("change by 3.6 N·m·s, and at most 1.5") && reason.contains("at least 0.72 N·m"),
+        "{reason}"
+    );
 }
 
 #[test]
@@ -146,7 +149,7 @@ fn forces_and_distances_are_bounded() {
     };
     let problem = limited(Problem::rigid_body(body.clone(), start, end, 10.0));
     let reason = shortest(&problem, 2.0 * (5.0 * 4.0 / 0.5_f64).sqrt(), 1e-6);
-    assert!(reason.contains("go 5 m") && reason.contains("with 0.5 N"), "{reason}");
+    assert!(reason.contains("move 5 m") && reason.contains("with 0.5 N"), "{reason}");
     start.velocity.x = -1.0;
     end.velocity.x = 1.0;
     let found = shortest(&limited(Problem::rigid_body(body.clone(), start, end, 10.0)), 16.0, 1e-6);

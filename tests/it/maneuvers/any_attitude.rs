@@ -184,7 +184,7 @@ fn what_cannot_be_is_refused_or_proved() {
     let shortest = proved.solution.infeasible.unwrap().duration_lower_bound.unwrap();
     assert!((shortest / (5.0 / 0.9) - 1.0).abs() < 1e-6, "{shortest}");
     let long = plan_of(&problem.clone().with_path(Path::Long)).unwrap_err();
-    assert!(long.to_string().contains("any attitude"), "{long}");
+    assert!(long.to_string().contains("free end attitude"), "{long}");
     let shooting = Settings { method: slewkit::maneuver::Method::Shooting, ..Settings::default() };
     let refused = plan(&problem, &shooting, None, &mut Silent).unwrap_err();
     assert!(matches!(refused, PlanError::NotForShooting { .. }), "{refused}");

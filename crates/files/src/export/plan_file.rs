@@ -465,7 +465,7 @@ mod tests {
     fn an_input_without_end_is_given_up() {
         let endless = Bounded { input: io::repeat(b' '), left: 1000 };
         let error = serde_json::from_reader::<_, PlanFile>(endless).unwrap_err();
-        assert!(error.is_io() && error.to_string().contains("no plan is that long"), "{error}");
+        assert!(error.is_io() && error.to_string().contains("no plan has this size"), "{error}");
         let exact = Bounded { input: &[b' '; 1000][..], left: 1000 };
         assert!(serde_json::from_reader::<_, PlanFile>(exact).unwrap_err().is_eof());
     }

@@ -20,7 +20,7 @@ use crate::spec::Difference;
 use serde::Serialize;
 use serde_json::Value;
 use slewkit::maneuver::{
-    Duration, Method, Objective, Problem, Structure, Switching, SwitchingArc, Trajectory,
+    Duration, Fuel, Method, Objective, Problem, Structure, Switching, SwitchingArc, Trajectory,
 };
 use slewkit::mechanics::{InputLimit, LimitKind};
 use slewkit::verify::{self, Accuracy, Verification};
@@ -277,7 +277,10 @@ impl Apart<'_> {
         // Along an arc of the full norm the file has no inputs, because they turn, and no input
         // that holds a constraint.
         let count = self.trajectory.input_count;
-        let held = |arc: &SwitchingArc| arc.input.is_empty() && !arc.holds.is_empty();
+        let actuation = &self.problem.actuation;
+        let turns =
+            Fuel::is_of_norm(&actuation.torque) || actuation.force.as_ref().is_some_and(Fuel::is_of_norm);
+        let held = |arc: &SwitchingArc| arc.input.is_empty() && (turns || !arc.holds.is_empty());
         let constant = told.arcs.iter().all(|arc| arc.input.len() == count || held(arc));
         if told.structure == Structure::Norm {
             return;

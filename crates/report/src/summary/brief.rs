@@ -288,8 +288,8 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     if let Some(switching) = &solution.switching {
         let part = switching.gap / switching.continuous_cost;
         let gap = match 100.0 * part {
-            small if small < 1e-3 => "within 0.001 % of the nearby minimum".into(),
-            part => format!("within {} % of the nearby minimum", significant(part, 2)),
+            small if small < 1e-3 => "within 0.001 % of a local minimum".into(),
+            part => format!("within {} % of a local minimum", significant(part, 2)),
         };
         return match switching.structure {
             Structure::Rest => "no action is needed: the body is already in its end attitude".into(),

@@ -60,6 +60,6 @@ fn too_long_a_step_has_no_solution() {
         let error = method.step(&[]).unwrap_err();
         assert!(matches!(error, crate::propagate::integrator::StepError::TooLong { body: 1, .. }), "{error}");
         assert_eq!(method.state(), &state, "the state is as it was");
-        assert!(error.to_string().contains("shorten") || error.to_string().contains("take a step of"));
+        assert!(error.to_string().contains("shorten") || error.to_string().contains("use a step of"));
     }
 }

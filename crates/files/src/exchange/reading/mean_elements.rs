@@ -333,7 +333,7 @@ mod tests {
             (KEYWORDS, "MEAN_ANOMALY", "MEAN_ANOMLY", "unknown key `MEAN_ANOMLY`"),
             (KEYWORDS, "VERS = 2.0", "VERS = 7.0", "version 7.0"),
             (KEYWORDS, "CCSDS_OMM", "CCSDS_OPM", "another message than an OMM"),
-            (KEYWORDS, "2026-324T12", "2026-367T12", "no such moment"),
+            (KEYWORDS, "2026-324T12", "2026-367T12", "this date does not exist"),
             (XML, "rev/day", "rad/s", "the unit rad/s"),
             (XML, "<omm", "<opm", "XML"),
             (NUMBERS, "14.9", "\"fast\"", "`fast` is no number"),
