@@ -160,7 +160,7 @@ struct Residuals {
 
 impl Residuals {
     fn largest(&self) -> f64 {
-        self.dual.max(self.primal).max(self.complementarity)
+        nan_max(nan_max(self.dual, self.primal), self.complementarity)
     }
 }
 
@@ -279,13 +279,13 @@ impl Solver {
                     off = again.dual.max(again.primal).max(again.off);
                 }
             }
-            if !self.iterate(program, tuning, &mut state, residuals.mean) {
-                run.end = End::Stalled;
+            if !self.iterate(program, tuning, &mut state, residuals.mean, watch) {
+                run.end = if watch.stopped() { End::Stopped } else { End::Stalled };
                 break;
             }
         }
-        run.violation = self.violations.iter().fold(0.0f64, |worst, value| worst.max(*value));
-        run.miss = self.at.values.terminal.iter().fold(0.0f64, |worst, value| worst.max(value.abs()));
+        run.violation = self.violations.iter().fold(0.0, |worst, value| nan_max(worst, *value));
+        run.miss = self.at.values.terminal.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         run
     }
 
@@ -333,11 +333,7 @@ impl Solver {
     /// The gradient of the Lagrangian into the right-hand side, and all residuals.
     fn residuals(&mut self, shape: &Shape, tuning: &Tuning, barrier: f64) -> Residuals {
         self.gradients(shape);
-        let largest = |values: &[f64]| {
-            values
-                .iter()
-                .fold(0.0f64, |worst, value| if value.is_nan() { f64::NAN } else { worst.max(value.abs()) })
-        };
+        let largest = |values: &[f64]| values.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         let mean = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
         let count = self.duals.costates.len() + self.duals.rows.len() + self.duals.terminal.len();
         let sum = mean(&self.duals.costates) + mean(&self.duals.rows) + mean(&self.duals.terminal);
@@ -410,7 +406,14 @@ impl Solver {
     }
 
     /// One iteration; `false` where nothing leads on.
-    fn iterate(&mut self, program: &impl Program, tuning: &Tuning, state: &mut State, mean: f64) -> bool {
+    fn iterate(
+        &mut self,
+        program: &impl Program,
+        tuning: &Tuning,
+        state: &mut State,
+        mean: f64,
+        watch: &Watch,
+    ) -> bool {
         let shape = program.shape();
         let weight = 100.0 / shape.stages as f64;
         self.weigh(shape, tuning);
@@ -432,7 +435,7 @@ impl Solver {
             let mut growth = if state.shift > 0.0 { tuning.shift.growth } else { tuning.shift.growth_first };
             while !found {
                 taken = Taken { curved: true, shift: shift.max(state.least_shift) };
-                if taken.shift > tuning.shift.largest || !taken.shift.is_finite() {
+                if taken.shift > tuning.shift.largest || !taken.shift.is_finite() || watch.stopped() {
                     return false;
                 }
                 found = self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken);
@@ -453,12 +456,12 @@ impl Solver {
             let least = 0.1 * tuning.tail * weight;
             state.barrier = (share * mean).max(least).max(tuning.last * weight);
             if primal.min(dual) > tuning.corrected_from {
-                self.second_order_products(shape, tuning.corrected_to * mean);
+                self.second_order_products(shape, tuning.corrected_to * mean.max(0.0));
             }
             self.filter.clear();
         }
         self.direction(shape, tuning, state.barrier);
-        if !self.search(program, tuning, state) {
+        if !self.search(program, tuning, state, watch) {
             let (first, growth) = tuning.shift_of_search;
             state.least_shift = first.max(4.0 * state.shift).max(growth * state.least_shift);
             self.filter.clear();
@@ -654,7 +657,8 @@ impl Solver {
         // Products of many factors, so that few logarithms are taken.
         let mut factor = 1.0f64;
         let mut log = |value: f64| {
-            factor *= value;
+            // Two negative slacks have a positive product, so each one is tested.
+            factor *= if value > 0.0 { value } else { f64::NAN };
             if !(1e-100..1e100).contains(&factor) {
                 logs += factor.ln();
                 factor = 1.0;
@@ -722,7 +726,7 @@ impl Solver {
     }
 
     /// Takes the step, or a part of it, where the filter lets it.
-    fn search(&mut self, program: &impl Program, tuning: &Tuning, state: &mut State) -> bool {
+    fn search(&mut self, program: &impl Program, tuning: &Tuning, state: &mut State, watch: &Watch) -> bool {
         let shape = program.shape();
         let barrier = state.barrier;
         let part = tuning.to_boundary.max(1.0 - barrier);
@@ -742,6 +746,9 @@ impl Solver {
         let small = 1e-4 * infeasible.max(1.0);
         let mut longest = primal;
         for halving in 0..=tuning.halvings {
+            if watch.stopped() {
+                return false;
+            }
             let mut corrections = if halving == 0 { tuning.second_order } else { 0 };
             loop {
                 program.moved(&self.point, &self.step.point, primal, &mut self.trial);
@@ -847,7 +854,7 @@ impl Solver {
             }
             *z += dual * change;
             let asked = barrier / self.slacks[row];
-            *z = z.clamp(asked / tuning.kept, asked * tuning.kept);
+            *z = z.max(asked / tuning.kept).min(asked * tuning.kept);
             if *kind == RowKind::Elastic {
                 *z = z.min(tuning.price * (1.0 - 1e-15));
             }
@@ -870,7 +877,7 @@ impl Step {
     }
 }
 
-/// The larger of two numbers; not a number where one is none.
+/// Returns the larger of two numbers, or NaN where one of them is NaN (`f64::max` would drop it).
 fn nan_max(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -44,13 +44,16 @@ impl Method for InteriorPoint<'_> {
         let Chain { model, rows } = self.chain;
         let start = self.start(&candidate, &budget.watch);
         let unsolved =
-            |candidate| Attempt { runs: Vec::new(), ..Attempt::failed(candidate, Outcome::Stalled) };
-        let Some(program) = ChainProgram::of(model, rows, &start) else { return unsolved(candidate) };
+            |candidate, outcome| Attempt { runs: Vec::new(), ..Attempt::failed(candidate, outcome) };
+        let Some(program) = ChainProgram::of(model, rows, &start) else {
+            return unsolved(candidate, Outcome::Stalled);
+        };
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
         let run = solver.run(&program, self.tuning, &budget.watch);
         if !run.dual.is_finite() {
-            return unsolved(candidate);
+            let stopped = (budget.watch.interrupt)().filter(|_| run.end == End::Stopped);
+            return unsolved(candidate, stopped.unwrap_or(Outcome::Stalled));
         }
         let (mut iterate, mut multipliers) = program.found(&solver.point, &solver.duals);
         let (excess, tuning) = (run.violation.max(run.miss), self.tuning);
