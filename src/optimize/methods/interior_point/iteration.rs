@@ -38,31 +38,18 @@ use super::riccati::{Riccati, Right, Taken, Yield, add, dot};
 use super::tuning::Tuning;
 use crate::optimize::methods::method::Watch;
 
-/// Armijo's share, least decreases of infeasibility and barrier cost, and exponents of the switching condition.
-const ARMIJO: f64 = 1e-4;
-const LESS_INFEASIBLE: f64 = 1e-5;
-const LESS_COSTLY: f64 = 1e-8;
-const SWITCH: (f64, f64) = (2.3, 1.1);
-/// Infeasibility that counts as none in the tail, and the part of the cost that a step may lose there.
-const FEASIBLE: f64 = 1e-7;
-const LEVEL: f64 = 1e-9;
-/// Entries of the filter: beyond them the oldest gives way.
-const FILTER: usize = 64;
-/// Residuals are relative to multipliers above this mean size.
-const LARGE: f64 = 100.0;
-
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
     /// All conditions hold.
     Converged,
-    /// No step leads on.
+    /// No acceptable step was found.
     Stalled,
-    /// After the most iterations.
+    /// The limit of iterations was reached.
     Iterations,
     /// A number is not finite, or the first point has no value.
     NotFinite,
-    /// Somebody asked to stop.
+    /// The run was interrupted or reached its deadline.
     Stopped,
 }
 
@@ -84,7 +71,7 @@ pub(crate) struct Run {
     pub exact: bool,
 }
 
-/// Everything that a run works with, made once for a shape.
+/// Point, multipliers and work space of a run, allocated once for a shape.
 pub(crate) struct Solver {
     pub point: Point,
     pub duals: Duals,
@@ -95,7 +82,7 @@ pub(crate) struct Solver {
     misses: [Vec<f64>; 2],
     prices: Vec<f64>,
     pub at: Derivatives,
-    /// The same of the trial point.
+    /// The trial point and its values.
     trial: Point,
     trial_values: Values,
     riccati: Riccati,
@@ -135,7 +122,7 @@ impl Step {
     }
 }
 
-/// What the iteration knows of itself.
+/// State of the iteration besides its point.
 struct State {
     barrier: f64,
     tail: bool,
@@ -153,7 +140,7 @@ struct Residuals {
     dual: f64,
     primal: f64,
     complementarity: f64,
-    /// What products lack of the barrier term.
+    /// Largest difference between a complementarity product and the barrier term.
     off: f64,
     mean: f64,
 }
@@ -186,11 +173,11 @@ impl Solver {
             other: Step::of(shape),
             products: [zeros(rows), zeros(rows)],
             lacking: Values::of(shape),
-            filter: Vec::with_capacity(FILTER),
+            filter: Vec::new(),
         }
     }
 
-    /// Runs from [`Solver::point`], with no multipliers known. What it found stands in `point` and `duals`.
+    /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and `duals`.
     pub fn run(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
         let shape = program.shape();
         let weight = 100.0 / shape.stages as f64;
@@ -289,7 +276,7 @@ impl Solver {
         run
     }
 
-    /// First slacks and multipliers.
+    /// Sets the first slacks and multipliers.
     fn begin(&mut self, program: &impl Program, tuning: &Tuning, barrier: f64) {
         self.duals.costates.fill(0.0);
         self.duals.terminal.fill(0.0);
@@ -321,7 +308,7 @@ impl Solver {
         }
     }
 
-    /// What a row lacks: `c − t + s`.
+    /// Returns the residual of a row, `c − t + s`.
     fn row_lacks(&self, kind: RowKind, row: usize, c: f64) -> f64 {
         match kind {
             RowKind::Equation => c,
@@ -330,14 +317,14 @@ impl Solver {
         }
     }
 
-    /// The gradient of the Lagrangian into the right-hand side, and all residuals.
+    /// Writes the gradient of the Lagrangian into the right-hand side and returns all residuals.
     fn residuals(&mut self, shape: &Shape, tuning: &Tuning, barrier: f64) -> Residuals {
         self.gradients(shape);
         let largest = |values: &[f64]| values.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         let mean = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
         let count = self.duals.costates.len() + self.duals.rows.len() + self.duals.terminal.len();
         let sum = mean(&self.duals.costates) + mean(&self.duals.rows) + mean(&self.duals.terminal);
-        let dual_scale = (sum / count as f64 / LARGE).max(1.0);
+        let dual_scale = (sum / count as f64 / tuning.large).max(1.0);
         let mut found = Residuals {
             dual: nan_max(
                 nan_max(largest(&self.right.gradients), largest(&self.right.last)),
@@ -375,7 +362,7 @@ impl Solver {
         found
     }
 
-    /// The gradient of the Lagrangian, but for the rows' part in `ẑ − z`.
+    /// Computes the gradient of the Lagrangian at the present multipliers, without `ẑ − z`.
     fn gradients(&mut self, shape: &Shape) {
         let (n, m, z) = (shape.n, shape.m, shape.z());
         for stage in 0..shape.stages {
@@ -405,7 +392,7 @@ impl Solver {
         }
     }
 
-    /// One iteration; `false` where nothing leads on.
+    /// Computes and takes one step; returns `false` if no step can be found or the watch ends the run.
     fn iterate(
         &mut self,
         program: &impl Program,
@@ -474,7 +461,7 @@ impl Solver {
         true
     }
 
-    /// `Σ` of the rows, and what terminal equations give way by.
+    /// Computes `Σ` of the rows and `D` of the terminal equations.
     fn weigh(&mut self, shape: &Shape, tuning: &Tuning) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let (s, z, t) = (self.slacks[row], self.duals.rows[row], self.violations[row]);
@@ -491,7 +478,7 @@ impl Solver {
         }
     }
 
-    /// What equations and rows lack at the present point.
+    /// Computes the residuals of equations and rows at the present point.
     fn lack(&mut self, shape: &Shape) {
         self.lacking.defects.copy_from_slice(&self.at.values.defects);
         for (row, kind) in shape.kinds.iter().enumerate() {
@@ -502,7 +489,7 @@ impl Solver {
         }
     }
 
-    /// The step for a barrier term, from what is lacking and the products of second order.
+    /// Computes the step for a barrier term from the residuals and the second-order products.
     fn direction(&mut self, shape: &Shape, tuning: &Tuning, barrier: f64) {
         let (z_size, n) = (shape.z(), shape.n);
         self.gradients(shape);
@@ -575,7 +562,8 @@ impl Solver {
         }
     }
 
-    /// The largest parts of primal and dual step that leave `1 − part` of every distance to a bound.
+    /// Returns the largest parts of the primal and the dual step that leave `1 − part` of every distance
+    /// to a bound.
     fn to_boundary(&self, shape: &Shape, tuning: &Tuning, part: f64) -> (f64, f64) {
         let (mut primal, mut dual) = (1.0f64, 1.0f64);
         let limit = |least: &mut f64, value: f64, change: f64| {
@@ -605,7 +593,7 @@ impl Solver {
         (primal, dual)
     }
 
-    /// The mean complementarity after a step.
+    /// Returns the mean complementarity after a step.
     fn mean_after(&self, shape: &Shape, tuning: &Tuning, primal: f64, dual: f64) -> f64 {
         let (mut total, mut pairs) = (0.0, 0usize);
         for (row, kind) in shape.kinds.iter().enumerate() {
@@ -629,7 +617,7 @@ impl Solver {
         total / pairs.max(1) as f64
     }
 
-    /// What the affine step changes beyond first order.
+    /// Computes the second-order products of the affine step, at most `most` each.
     fn second_order_products(&mut self, shape: &Shape, most: f64) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let dz = self.step.duals.rows[row];
@@ -642,7 +630,7 @@ impl Solver {
         }
     }
 
-    /// Infeasibility and barrier cost of values with given slacks.
+    /// Returns infeasibility and barrier cost of `values`, with the slacks after `part` of the step.
     fn measure(
         &self,
         shape: &Shape,
@@ -693,7 +681,7 @@ impl Solver {
         (infeasible, cost - barrier * logs)
     }
 
-    /// The slope of the barrier cost along the step.
+    /// Returns the slope of the barrier cost along the step.
     fn slope(&self, shape: &Shape, tuning: &Tuning, barrier: f64) -> f64 {
         let (m, z, n) = (shape.m, shape.z(), shape.n);
         let mut slope = 0.0;
@@ -720,12 +708,13 @@ impl Solver {
         slope
     }
 
-    /// Whether the filter knows nothing better than a point.
+    /// Returns whether no entry of the filter dominates a point.
     fn lets(&self, infeasible: f64, cost: f64) -> bool {
         self.filter.iter().all(|(known, known_cost)| infeasible <= *known || cost <= *known_cost)
     }
 
-    /// Takes the step, or a part of it, where the filter lets it.
+    /// Takes the step or a part of it that the filter accepts; returns `false` if it accepts none or the
+    /// watch ends the run.
     fn search(&mut self, program: &impl Program, tuning: &Tuning, state: &mut State, watch: &Watch) -> bool {
         let shape = program.shape();
         let barrier = state.barrier;
@@ -742,6 +731,9 @@ impl Solver {
             measured
         };
         let slope = self.slope(shape, tuning, barrier);
+        if !slope.is_finite() {
+            return false;
+        }
         let round_off = 10.0 * f64::EPSILON * cost.abs().max(1.0);
         let small = 1e-4 * infeasible.max(1.0);
         let mut longest = primal;
@@ -761,23 +753,27 @@ impl Solver {
                 };
                 let usable = next.is_finite() && next_cost.is_finite();
                 let descends = slope < 0.0
-                    && primal * (-slope).powf(SWITCH.0) > infeasible.powf(SWITCH.1)
+                    && primal * (-slope).powf(tuning.switch.0) > infeasible.powf(tuning.switch.1)
                     && infeasible <= small;
                 let sufficient = if descends {
-                    next_cost - cost - round_off <= ARMIJO * primal * slope
+                    next_cost - cost - round_off <= tuning.armijo * primal * slope
                 } else {
-                    next <= (1.0 - LESS_INFEASIBLE) * infeasible.max(1e-14)
-                        || next_cost - round_off <= cost - LESS_COSTLY * infeasible
+                    next <= (1.0 - tuning.less_infeasible) * infeasible.max(1e-14)
+                        || next_cost - round_off <= cost - tuning.less_costly * infeasible
                 };
                 // Near the end Newton knows better than sums of round-off.
-                let floor = state.tail && next <= FEASIBLE && next_cost - cost <= LEVEL * cost.abs().max(1.0);
+                let floor = state.tail
+                    && next <= tuning.feasible
+                    && next_cost - cost <= tuning.level * cost.abs().max(1.0);
                 if usable && (floor || sufficient && self.lets(next, next_cost - round_off)) {
                     if !descends && !floor {
-                        if self.filter.len() == FILTER {
+                        if self.filter.len() == tuning.filter {
                             self.filter.remove(0);
                         }
-                        self.filter
-                            .push(((1.0 - LESS_INFEASIBLE) * infeasible, cost - LESS_COSTLY * infeasible));
+                        self.filter.push((
+                            (1.0 - tuning.less_infeasible) * infeasible,
+                            cost - tuning.less_costly * infeasible,
+                        ));
                     }
                     self.take(shape, tuning, barrier, primal, dual);
                     return true;
@@ -813,7 +809,7 @@ impl Solver {
         false
     }
 
-    /// Adds what the trial point lacks to a part of what was lacking.
+    /// Adds the residuals of the trial point to `part` of the present ones.
     fn add_lacking(&mut self, shape: &Shape, part: f64) {
         for (lacking, value) in self.lacking.defects.iter_mut().zip(&self.trial_values.defects) {
             *lacking = part * *lacking + value;
@@ -863,7 +859,7 @@ impl Solver {
 }
 
 impl Step {
-    /// Takes another step's numbers.
+    /// Copies another step without allocating.
     fn clone_from_step(&mut self, other: &Self) {
         self.point.states.copy_from_slice(&other.point.states);
         self.point.inputs.copy_from_slice(&other.point.inputs);
