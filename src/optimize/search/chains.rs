@@ -131,7 +131,7 @@ pub(super) fn descend<const N: usize>(
     found.keep(optimised(search, chain, &options, seed));
 }
 
-/// What the interior point makes of a candidate where that is asked for, or else the convex iteration.
+/// Improves a candidate by the interior point if the settings request it, else by the convex iteration.
 fn optimised<const N: usize>(
     search: &Search<N>,
     chain: &Chain,

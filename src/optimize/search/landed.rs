@@ -86,8 +86,8 @@ fn warm<const N: usize>(
     })
 }
 
-/// Solves again on a chain that is aimed a little elsewhere by the interior point: its optimum is the centre of all that are as cheap,
-/// and moves with the aim.
+/// Solves again by the interior point on a chain with a slightly different target. Where several plans
+/// have the least cost it finds their centre, which moves continuously with the target.
 fn within_limits(
     chain: &Chain,
     attempt: &Attempt,

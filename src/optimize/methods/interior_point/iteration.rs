@@ -38,31 +38,18 @@ use super::riccati::{Riccati, Right, Taken, Yield, add, dot};
 use super::tuning::Tuning;
 use crate::optimize::methods::method::Watch;
 
-/// Armijo's share, least decreases of infeasibility and barrier cost, and exponents of the switching condition.
-const ARMIJO: f64 = 1e-4;
-const LESS_INFEASIBLE: f64 = 1e-5;
-const LESS_COSTLY: f64 = 1e-8;
-const SWITCH: (f64, f64) = (2.3, 1.1);
-/// Infeasibility that counts as none in the tail, and the part of the cost that a step may lose there.
-const FEASIBLE: f64 = 1e-7;
-const LEVEL: f64 = 1e-9;
-/// Entries of the filter: beyond them the oldest gives way.
-const FILTER: usize = 64;
-/// Residuals are relative to multipliers above this mean size.
-const LARGE: f64 = 100.0;
-
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
     /// All conditions hold.
     Converged,
-    /// No step leads on.
+    /// No acceptable step was found.
     Stalled,
-    /// After the most iterations.
+    /// The limit of iterations was reached.
     Iterations,
     /// A number is not finite, or the first point has no value.
     NotFinite,
-    /// Somebody asked to stop.
+    /// The run was interrupted or reached its deadline.
     Stopped,
 }
 
@@ -84,7 +71,7 @@ pub(crate) struct Run {
     pub exact: bool,
 }
 
-/// Everything that a run works with, made once for a shape.
+/// Point, multipliers and work space of a run, allocated once for a shape.
 pub(crate) struct Solver {
     pub point: Point,
     pub duals: Duals,
@@ -95,7 +82,7 @@ pub(crate) struct Solver {
     misses: [Vec<f64>; 2],
     prices: Vec<f64>,
     pub at: Derivatives,
-    /// The same of the trial point.
+    /// The trial point and its values.
     trial: Point,
     trial_values: Values,
     riccati: Riccati,
@@ -135,7 +122,7 @@ impl Step {
     }
 }
 
-/// What the iteration knows of itself.
+/// State of the iteration besides its point.
 struct State {
     barrier: f64,
     tail: bool,
@@ -153,14 +140,14 @@ struct Residuals {
     dual: f64,
     primal: f64,
     complementarity: f64,
-    /// What products lack of the barrier term.
+    /// Largest difference between a complementarity product and the barrier term.
     off: f64,
     mean: f64,
 }
 
 impl Residuals {
     fn largest(&self) -> f64 {
-        self.dual.max(self.primal).max(self.complementarity)
+        nan_max(nan_max(self.dual, self.primal), self.complementarity)
     }
 }
 
@@ -186,11 +173,11 @@ impl Solver {
             other: Step::of(shape),
             products: [zeros(rows), zeros(rows)],
             lacking: Values::of(shape),
-            filter: Vec::with_capacity(FILTER),
+            filter: Vec::new(),
         }
     }
 
-    /// Runs from [`Solver::point`], with no multipliers known. What it found stands in `point` and `duals`.
+    /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and `duals`.
     pub fn run(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
         let shape = program.shape();
         let weight = 100.0 / shape.stages as f64;
@@ -279,17 +266,17 @@ impl Solver {
                     off = again.dual.max(again.primal).max(again.off);
                 }
             }
-            if !self.iterate(program, tuning, &mut state, residuals.mean) {
-                run.end = End::Stalled;
+            if !self.iterate(program, tuning, &mut state, residuals.mean, watch) {
+                run.end = if watch.stopped() { End::Stopped } else { End::Stalled };
                 break;
             }
         }
-        run.violation = self.violations.iter().fold(0.0f64, |worst, value| worst.max(*value));
-        run.miss = self.at.values.terminal.iter().fold(0.0f64, |worst, value| worst.max(value.abs()));
+        run.violation = self.violations.iter().fold(0.0, |worst, value| nan_max(worst, *value));
+        run.miss = self.at.values.terminal.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         run
     }
 
-    /// First slacks and multipliers.
+    /// Sets the first slacks and multipliers.
     fn begin(&mut self, program: &impl Program, tuning: &Tuning, barrier: f64) {
         self.duals.costates.fill(0.0);
         self.duals.terminal.fill(0.0);
@@ -321,7 +308,7 @@ impl Solver {
         }
     }
 
-    /// What a row lacks: `c − t + s`.
+    /// Returns the residual of a row, `c − t + s`.
     fn row_lacks(&self, kind: RowKind, row: usize, c: f64) -> f64 {
         match kind {
             RowKind::Equation => c,
@@ -330,18 +317,14 @@ impl Solver {
         }
     }
 
-    /// The gradient of the Lagrangian into the right-hand side, and all residuals.
+    /// Writes the gradient of the Lagrangian into the right-hand side and returns all residuals.
     fn residuals(&mut self, shape: &Shape, tuning: &Tuning, barrier: f64) -> Residuals {
         self.gradients(shape);
-        let largest = |values: &[f64]| {
-            values
-                .iter()
-                .fold(0.0f64, |worst, value| if value.is_nan() { f64::NAN } else { worst.max(value.abs()) })
-        };
+        let largest = |values: &[f64]| values.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         let mean = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
         let count = self.duals.costates.len() + self.duals.rows.len() + self.duals.terminal.len();
         let sum = mean(&self.duals.costates) + mean(&self.duals.rows) + mean(&self.duals.terminal);
-        let dual_scale = (sum / count as f64 / LARGE).max(1.0);
+        let dual_scale = (sum / count as f64 / tuning.large).max(1.0);
         let mut found = Residuals {
             dual: nan_max(
                 nan_max(largest(&self.right.gradients), largest(&self.right.last)),
@@ -379,7 +362,7 @@ impl Solver {
         found
     }
 
-    /// The gradient of the Lagrangian, but for the rows' part in `ẑ − z`.
+    /// Computes the gradient of the Lagrangian at the present multipliers, without `ẑ − z`.
     fn gradients(&mut self, shape: &Shape) {
         let (n, m, z) = (shape.n, shape.m, shape.z());
         for stage in 0..shape.stages {
@@ -409,8 +392,15 @@ impl Solver {
         }
     }
 
-    /// One iteration; `false` where nothing leads on.
-    fn iterate(&mut self, program: &impl Program, tuning: &Tuning, state: &mut State, mean: f64) -> bool {
+    /// Computes and takes one step; returns `false` if no step can be found or the watch ends the run.
+    fn iterate(
+        &mut self,
+        program: &impl Program,
+        tuning: &Tuning,
+        state: &mut State,
+        mean: f64,
+        watch: &Watch,
+    ) -> bool {
         let shape = program.shape();
         let weight = 100.0 / shape.stages as f64;
         self.weigh(shape, tuning);
@@ -432,7 +422,7 @@ impl Solver {
             let mut growth = if state.shift > 0.0 { tuning.shift.growth } else { tuning.shift.growth_first };
             while !found {
                 taken = Taken { curved: true, shift: shift.max(state.least_shift) };
-                if taken.shift > tuning.shift.largest || !taken.shift.is_finite() {
+                if taken.shift > tuning.shift.largest || !taken.shift.is_finite() || watch.stopped() {
                     return false;
                 }
                 found = self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken);
@@ -453,12 +443,12 @@ impl Solver {
             let least = 0.1 * tuning.tail * weight;
             state.barrier = (share * mean).max(least).max(tuning.last * weight);
             if primal.min(dual) > tuning.corrected_from {
-                self.second_order_products(shape, tuning.corrected_to * mean);
+                self.second_order_products(shape, tuning.corrected_to * mean.max(0.0));
             }
             self.filter.clear();
         }
         self.direction(shape, tuning, state.barrier);
-        if !self.search(program, tuning, state) {
+        if !self.search(program, tuning, state, watch) {
             let (first, growth) = tuning.shift_of_search;
             state.least_shift = first.max(4.0 * state.shift).max(growth * state.least_shift);
             self.filter.clear();
@@ -471,7 +461,7 @@ impl Solver {
         true
     }
 
-    /// `Σ` of the rows, and what terminal equations give way by.
+    /// Computes `Σ` of the rows and `D` of the terminal equations.
     fn weigh(&mut self, shape: &Shape, tuning: &Tuning) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let (s, z, t) = (self.slacks[row], self.duals.rows[row], self.violations[row]);
@@ -488,7 +478,7 @@ impl Solver {
         }
     }
 
-    /// What equations and rows lack at the present point.
+    /// Computes the residuals of equations and rows at the present point.
     fn lack(&mut self, shape: &Shape) {
         self.lacking.defects.copy_from_slice(&self.at.values.defects);
         for (row, kind) in shape.kinds.iter().enumerate() {
@@ -499,7 +489,7 @@ impl Solver {
         }
     }
 
-    /// The step for a barrier term, from what is lacking and the products of second order.
+    /// Computes the step for a barrier term from the residuals and the second-order products.
     fn direction(&mut self, shape: &Shape, tuning: &Tuning, barrier: f64) {
         let (z_size, n) = (shape.z(), shape.n);
         self.gradients(shape);
@@ -572,7 +562,8 @@ impl Solver {
         }
     }
 
-    /// The largest parts of primal and dual step that leave `1 − part` of every distance to a bound.
+    /// Returns the largest parts of the primal and the dual step that leave `1 − part` of every distance
+    /// to a bound.
     fn to_boundary(&self, shape: &Shape, tuning: &Tuning, part: f64) -> (f64, f64) {
         let (mut primal, mut dual) = (1.0f64, 1.0f64);
         let limit = |least: &mut f64, value: f64, change: f64| {
@@ -602,7 +593,7 @@ impl Solver {
         (primal, dual)
     }
 
-    /// The mean complementarity after a step.
+    /// Returns the mean complementarity after a step.
     fn mean_after(&self, shape: &Shape, tuning: &Tuning, primal: f64, dual: f64) -> f64 {
         let (mut total, mut pairs) = (0.0, 0usize);
         for (row, kind) in shape.kinds.iter().enumerate() {
@@ -626,7 +617,7 @@ impl Solver {
         total / pairs.max(1) as f64
     }
 
-    /// What the affine step changes beyond first order.
+    /// Computes the second-order products of the affine step, at most `most` each.
     fn second_order_products(&mut self, shape: &Shape, most: f64) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let dz = self.step.duals.rows[row];
@@ -639,7 +630,7 @@ impl Solver {
         }
     }
 
-    /// Infeasibility and barrier cost of values with given slacks.
+    /// Returns infeasibility and barrier cost of `values`, with the slacks after `part` of the step.
     fn measure(
         &self,
         shape: &Shape,
@@ -654,7 +645,8 @@ impl Solver {
         // Products of many factors, so that few logarithms are taken.
         let mut factor = 1.0f64;
         let mut log = |value: f64| {
-            factor *= value;
+            // Two negative slacks have a positive product, so each one is tested.
+            factor *= if value > 0.0 { value } else { f64::NAN };
             if !(1e-100..1e100).contains(&factor) {
                 logs += factor.ln();
                 factor = 1.0;
@@ -689,7 +681,7 @@ impl Solver {
         (infeasible, cost - barrier * logs)
     }
 
-    /// The slope of the barrier cost along the step.
+    /// Returns the slope of the barrier cost along the step.
     fn slope(&self, shape: &Shape, tuning: &Tuning, barrier: f64) -> f64 {
         let (m, z, n) = (shape.m, shape.z(), shape.n);
         let mut slope = 0.0;
@@ -716,13 +708,14 @@ impl Solver {
         slope
     }
 
-    /// Whether the filter knows nothing better than a point.
+    /// Returns whether no entry of the filter dominates a point.
     fn lets(&self, infeasible: f64, cost: f64) -> bool {
         self.filter.iter().all(|(known, known_cost)| infeasible <= *known || cost <= *known_cost)
     }
 
-    /// Takes the step, or a part of it, where the filter lets it.
-    fn search(&mut self, program: &impl Program, tuning: &Tuning, state: &mut State) -> bool {
+    /// Takes the step or a part of it that the filter accepts; returns `false` if it accepts none or the
+    /// watch ends the run.
+    fn search(&mut self, program: &impl Program, tuning: &Tuning, state: &mut State, watch: &Watch) -> bool {
         let shape = program.shape();
         let barrier = state.barrier;
         let part = tuning.to_boundary.max(1.0 - barrier);
@@ -738,10 +731,16 @@ impl Solver {
             measured
         };
         let slope = self.slope(shape, tuning, barrier);
+        if !slope.is_finite() {
+            return false;
+        }
         let round_off = 10.0 * f64::EPSILON * cost.abs().max(1.0);
         let small = 1e-4 * infeasible.max(1.0);
         let mut longest = primal;
         for halving in 0..=tuning.halvings {
+            if watch.stopped() {
+                return false;
+            }
             let mut corrections = if halving == 0 { tuning.second_order } else { 0 };
             loop {
                 program.moved(&self.point, &self.step.point, primal, &mut self.trial);
@@ -754,23 +753,27 @@ impl Solver {
                 };
                 let usable = next.is_finite() && next_cost.is_finite();
                 let descends = slope < 0.0
-                    && primal * (-slope).powf(SWITCH.0) > infeasible.powf(SWITCH.1)
+                    && primal * (-slope).powf(tuning.switch.0) > infeasible.powf(tuning.switch.1)
                     && infeasible <= small;
                 let sufficient = if descends {
-                    next_cost - cost - round_off <= ARMIJO * primal * slope
+                    next_cost - cost - round_off <= tuning.armijo * primal * slope
                 } else {
-                    next <= (1.0 - LESS_INFEASIBLE) * infeasible.max(1e-14)
-                        || next_cost - round_off <= cost - LESS_COSTLY * infeasible
+                    next <= (1.0 - tuning.less_infeasible) * infeasible.max(1e-14)
+                        || next_cost - round_off <= cost - tuning.less_costly * infeasible
                 };
                 // Near the end Newton knows better than sums of round-off.
-                let floor = state.tail && next <= FEASIBLE && next_cost - cost <= LEVEL * cost.abs().max(1.0);
+                let floor = state.tail
+                    && next <= tuning.feasible
+                    && next_cost - cost <= tuning.level * cost.abs().max(1.0);
                 if usable && (floor || sufficient && self.lets(next, next_cost - round_off)) {
                     if !descends && !floor {
-                        if self.filter.len() == FILTER {
+                        if self.filter.len() == tuning.filter {
                             self.filter.remove(0);
                         }
-                        self.filter
-                            .push(((1.0 - LESS_INFEASIBLE) * infeasible, cost - LESS_COSTLY * infeasible));
+                        self.filter.push((
+                            (1.0 - tuning.less_infeasible) * infeasible,
+                            cost - tuning.less_costly * infeasible,
+                        ));
                     }
                     self.take(shape, tuning, barrier, primal, dual);
                     return true;
@@ -806,7 +809,7 @@ impl Solver {
         false
     }
 
-    /// Adds what the trial point lacks to a part of what was lacking.
+    /// Adds the residuals of the trial point to `part` of the present ones.
     fn add_lacking(&mut self, shape: &Shape, part: f64) {
         for (lacking, value) in self.lacking.defects.iter_mut().zip(&self.trial_values.defects) {
             *lacking = part * *lacking + value;
@@ -847,7 +850,7 @@ impl Solver {
             }
             *z += dual * change;
             let asked = barrier / self.slacks[row];
-            *z = z.clamp(asked / tuning.kept, asked * tuning.kept);
+            *z = z.max(asked / tuning.kept).min(asked * tuning.kept);
             if *kind == RowKind::Elastic {
                 *z = z.min(tuning.price * (1.0 - 1e-15));
             }
@@ -856,7 +859,7 @@ impl Solver {
 }
 
 impl Step {
-    /// Takes another step's numbers.
+    /// Copies another step without allocating.
     fn clone_from_step(&mut self, other: &Self) {
         self.point.states.copy_from_slice(&other.point.states);
         self.point.inputs.copy_from_slice(&other.point.inputs);
@@ -870,7 +873,7 @@ impl Step {
     }
 }
 
-/// The larger of two numbers; not a number where one is none.
+/// Returns the larger of two numbers, or NaN where one of them is NaN (`f64::max` would drop it).
 fn nan_max(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

@@ -1,4 +1,4 @@
-//! Programs of stages, as the interior point sees them, and what is evaluated of them.
+//! Programs of stages that the interior point solves, and their values and derivatives.
 //!
 //! ```text
 //! min Σ f_k(x_k, u_k) + f(x_N)     x_0 = start(y) ,  x_{k+1} = step_k(x_k, u_k) ,  c_k(x_k, u_k) ≤ 0 ,  e(x_N) = 0
@@ -49,7 +49,7 @@ impl Shape {
         Self { n, m, coordinates, stages, first_row: vec![0], first_unknown: vec![0], ..Self::default() }
     }
 
-    /// Appends a row to the stage that is being described.
+    /// Appends a row to the present stage.
     pub fn row(&mut self, kind: RowKind, unknowns: impl IntoIterator<Item = usize>) {
         self.kinds.push(kind);
         self.unknowns.extend(unknowns.into_iter().map(|place| place as u16));
@@ -61,22 +61,22 @@ impl Shape {
         self.first_row.push(self.kinds.len());
     }
 
-    /// Unknowns of a stage.
+    /// Returns the number of unknowns of a stage.
     pub fn z(&self) -> usize {
         self.n + self.m
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.kinds.len()
     }
 
-    /// The rows of a stage.
+    /// Returns the rows of a stage.
     pub fn rows_of(&self, stage: usize) -> std::ops::Range<usize> {
         self.first_row[stage]..self.first_row[stage + 1]
     }
 
-    /// Where the slopes of a row stand.
+    /// Returns the places of the slopes of a row.
     pub fn slopes_of(&self, row: usize) -> std::ops::Range<usize> {
         self.first_unknown[row]..self.first_unknown[row + 1]
     }
@@ -87,7 +87,7 @@ impl Shape {
 pub(crate) struct Point {
     /// `coordinates` numbers for each of the states.
     pub states: Vec<f64>,
-    /// `m` for each stage.
+    /// `m` inputs for each stage.
     pub inputs: Vec<f64>,
 }
 
@@ -103,15 +103,15 @@ pub(crate) struct Increment {
 /// Multipliers of all equations and rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Duals {
-    /// `n` for each of the states: of the start, then of each step.
+    /// `n` costates for each state: of the start, then of each step.
     pub costates: Vec<f64>,
-    /// Of the terminal equations.
+    /// Multipliers of the terminal equations.
     pub terminal: Vec<f64>,
-    /// Of the rows.
+    /// Multipliers of the rows.
     pub rows: Vec<f64>,
 }
 
-/// What a program is worth at a point.
+/// Cost, defects, rows and terminal errors of a program at a point.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Values {
     pub cost: f64,
@@ -121,27 +121,27 @@ pub(crate) struct Values {
     pub terminal: Vec<f64>,
 }
 
-/// The same with its derivatives.
+/// Values of a program at a point, with derivatives.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Derivatives {
     pub values: Values,
-    /// Of each step, `n × (m + n)`.
+    /// Derivative of each step, `n × (m + n)`.
     pub steps: Vec<f64>,
     /// Gradients of the cost of each stage, and second derivatives of the cost, symmetric.
     pub gradients: Vec<f64>,
     pub hessians: Vec<f64>,
     /// Second derivatives of `λ·step + Σ z c` of each stage, symmetric.
     pub curvatures: Vec<f64>,
-    /// Of the rows, at the places that the shape names.
+    /// Derivatives of the rows by the unknowns that the shape lists.
     pub slopes: Vec<f64>,
     /// Gradient and second derivatives of the cost of the last state.
     pub last_gradient: Vec<f64>,
     pub last_hessian: Vec<f64>,
     /// Second derivatives of `ν·e`.
     pub last_curvature: Vec<f64>,
-    /// Of the terminal equations, `n × terminal`.
+    /// Derivatives of the terminal equations, `n × terminal`.
     pub terminal_slopes: Vec<f64>,
-    /// Of the start by its unknowns, `n × starts`.
+    /// Derivatives of the start by its unknowns, `n × starts`.
     pub start_slopes: Vec<f64>,
 }
 
@@ -180,7 +180,7 @@ impl Values {
         }
     }
 
-    /// Whether all numbers are finite.
+    /// Returns whether all numbers are finite.
     pub fn are_finite(&self) -> bool {
         let all = |values: &[f64]| values.iter().all(|value| value.is_finite());
         self.cost.is_finite() && all(&self.defects) && all(&self.rows) && all(&self.terminal)
@@ -208,22 +208,23 @@ impl Derivatives {
 
 /// A program of stages.
 pub(crate) trait Program {
-    /// Its sizes.
+    /// Returns the sizes of the program.
     fn shape(&self) -> &Shape;
 
-    /// Its values at a point; `false` where it has none. Nothing is allocated.
+    /// Computes the values at a point, without allocating; returns `false` if a value does not exist.
     fn values(&self, at: &Point, out: &mut Values) -> bool;
 
-    /// Its values and derivatives at a point, second derivatives of what is bounded under `duals`; `false` where it has none. What it
-    /// does not write stays as it was.
+    /// Computes values and derivatives at a point, with second derivatives of steps, rows and terminal
+    /// equations weighted by `duals`; returns `false` if a value does not exist. Elements that are
+    /// always the same may be left as they are.
     fn derivatives(&self, at: &Point, duals: &Duals, out: &mut Derivatives) -> bool;
 
-    /// `at` moved by a part of an increment.
+    /// Moves `at` by a part of an increment.
     fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point);
 
-    /// The largest part of an increment, at most 1, within which derivatives mean anything.
+    /// Returns the largest part of an increment, at most 1, within which the derivatives are trusted.
     fn longest(&self, by: &Increment) -> f64;
 
-    /// Prices of a violated unit of each terminal equation.
+    /// Writes the price of a unit of error of each terminal equation.
     fn terminal_prices(&self, out: &mut [f64]);
 }

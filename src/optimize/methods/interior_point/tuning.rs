@@ -1,64 +1,100 @@
 //! Every number of the interior point that the theory does not give.
 
-/// What the interior point may do. Costs are of order one to ten where the iteration begins, rows relative to their limits; barrier
-/// terms are those of a hundred stages, and go with the length of a step.
+/// Settings of the interior-point method. The first cost is of order one to ten, and rows are relative
+/// to their limits. Barrier terms are stated for a hundred stages and scale with the length of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Tuning {
-    /// Iterations after which it gives up.
+    /// Iterations after which the method gives up.
     pub iterations: usize,
-    /// Residual of all conditions at which it has converged: the smaller, the nearer to round-off, for an iteration or two.
+    /// Residual of all conditions at which the method has converged: a smaller one is nearer to
+    /// round-off and takes an iteration or two more.
     pub tolerance: f64,
     /// First barrier term: a larger one takes more iterations and keeps farther from bounds that the first path crosses.
     pub first: f64,
-    /// Last barrier term: the cost is above the optimum by this for each row that acts.
+    /// Last barrier term: the cost exceeds the optimum by this for each active row.
     pub last: f64,
-    /// Barrier term below which the rule of Mehrotra gives way to a monotone one, which outruns no residual, and Gauss–Newton to a
-    /// shift, since it creeps along faces of optima.
+    /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does not
+    /// outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of optima.
     pub tail: f64,
     /// The mean complementarity at which the tail may begin.
     pub tail_mean: f64,
     /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated rows, too large.
     pub slack: f64,
-    /// How many barrier terms the conditions may be off when the term is lowered in the tail.
+    /// Residual, in barrier terms, at which the tail decreases the barrier term.
     pub lowered_at: f64,
-    /// By what it is lowered: a factor, or a power where that is smaller.
+    /// Factor and power of the decrease in the tail: the smaller of the two results is used.
     pub lowered: (f64, f64),
-    /// Least part of the way to a bound that a step may go; one less the barrier term where that is more.
+    /// Part of the way to a bound that a step may go: this, or one minus the barrier term if larger.
     pub to_boundary: f64,
-    /// Price of a violated unit of an elastic row: above all multipliers, or the row gives way where it need not.
+    /// Price of a unit of violation of an elastic row: it must exceed every multiplier, or rows are
+    /// violated although a feasible point exists.
     pub price: f64,
-    /// The same of terminal equations, on what the program says of its own scale.
+    /// Price of a unit of a terminal error, times the price that the program reports for its own scale.
     pub terminal_price: f64,
-    /// Weight of the terminal equations in the Hessian: changes no step, and makes blocks positive that only the terminal manifold does.
+    /// Weight of the terminal equations in the Hessian. It changes no step and makes blocks positive
+    /// that are positive on the terminal manifold only.
     pub rho: f64,
-    /// What an equation of a row gives way by: its proximal term.
+    /// Proximal term of rows that are equations: a larger one conditions better and converges slower.
     pub proximal: f64,
-    /// First shift of the Hessian where its inertia is wrong, what it grows by first and then, what is left of it for the next time,
-    /// and the largest.
+    /// Shifts of the Hessian where its inertia is wrong.
     pub shift: Shift,
     /// First shift after a line search that failed, and its growth.
     pub shift_of_search: (f64, f64),
-    /// Affine steps shorter than this part say nothing of the second order.
+    /// Shortest part of an affine step from which second-order products are computed.
     pub corrected_from: f64,
-    /// Products of the affine step count up to this many mean complementarities.
+    /// Largest second-order product, in mean complementarities.
     pub corrected_to: f64,
-    /// Corrections of second order of a step that the filter refuses.
+    /// Second-order corrections of a step that the filter refuses.
     pub second_order: usize,
     /// Halvings of a step in the line search.
     pub halvings: usize,
-    /// Iterations in the last barrier term without a gain of a tenth, after which it gives up.
+    /// Iterations at the last barrier term without a decrease of the residual by a tenth, after which
+    /// the method gives up.
     pub patience: usize,
-    /// Multipliers stay within this factor of what the barrier asks for.
+    /// Factor within which multipliers stay of the barrier term divided by the slack.
     pub kept: f64,
+    /// Part of the predicted decrease that a step must reach (Armijo): a larger one refuses more steps.
+    pub armijo: f64,
+    /// Relative decrease of the infeasibility that the filter requires.
+    pub less_infeasible: f64,
+    /// Decrease of the barrier cost, per unit of infeasibility, that the filter requires.
+    pub less_costly: f64,
+    /// Exponents of slope and infeasibility in the switching condition: with a larger first one fewer
+    /// steps are judged by the cost alone.
+    pub switch: (f64, f64),
+    /// Infeasibility up to which a step of the tail needs no decrease: a larger one accepts more steps.
+    pub feasible: f64,
+    /// Relative increase of the barrier cost that such a step may cause: at least its round-off.
+    pub level: f64,
+    /// Entries of the filter, at least one: more of them forbid more returns to earlier points.
+    pub filter: usize,
+    /// Mean multiplier above which residuals are divided by it: a smaller one converges earlier.
+    pub large: f64,
+    /// Violation or terminal error, relative or in radians, above which a solution is not accepted.
+    pub violated: f64,
+    /// Relative change of the cost up to which Newton on the active set is at the same optimum.
+    pub near: f64,
+    /// Factor on the inputs that the first path needs: a smaller one starts nearer the middle of
+    /// their limits and farther from the path.
+    pub centred: f64,
+    /// Rounds in which the first duration is fitted to a path whose ends move with the duration.
+    pub fitted: usize,
+    /// Relative change of the fitted duration at which the rounds end.
+    pub close: f64,
 }
 
-/// How the Hessian is shifted.
+/// Shifts of the Hessian: a larger one gives shorter, safer steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Shift {
+    /// First shift of a run.
     pub first: f64,
+    /// First growth of the first shift.
     pub growth_first: f64,
+    /// Growth of all further shifts.
     pub growth: f64,
+    /// Part of the last shift that the next iteration tries first.
     pub decay: f64,
+    /// Largest shift: beyond it the method stalls.
     pub largest: f64,
 }
 
@@ -87,12 +123,25 @@ impl Default for Tuning {
             halvings: 12,
             patience: 40,
             kept: 1e10,
+            armijo: 1e-4,
+            less_infeasible: 1e-5,
+            less_costly: 1e-8,
+            switch: (2.3, 1.1),
+            feasible: 1e-7,
+            level: 1e-9,
+            filter: 64,
+            large: 100.0,
+            violated: 1e-8,
+            near: 1e-6,
+            centred: 0.5,
+            fitted: 3,
+            close: 0.05,
         }
     }
 }
 
 impl Tuning {
-    /// Roughly, where optima of a coarse grid are compared.
+    /// Returns the settings for comparing optima on a coarse grid.
     pub fn roughly() -> Self {
         Self { tolerance: 1e-6, last: 1e-7, ..Self::default() }
     }

@@ -1,8 +1,10 @@
-//! The interior point from all paths that are given: on a coarse grid first, and the cheapest on the requested one.
+//! Solves by the interior point from all given paths: on a coarse grid first, then the cheapest plans on
+//! the requested grid.
 //!
-//! A solve from a path either ends in an optimum within all limits or in the least violation near it, so the paths need no care, only
-//! variety: about the fixed axis, bent to six sides, past either side of each cone. On few steps they take milliseconds each. What wins
-//! there is the choice of the optimum, and begins the solve on the requested grid.
+//! A solve from a path ends in an optimum within all limits or in the least violation near the path. The
+//! paths therefore need variety more than accuracy: about the fixed axis, bent to six sides, past either
+//! side of each cone. On few steps each takes milliseconds. The cheapest coarse plan starts the solve on
+//! the requested grid.
 
 use crate::maneuver::objective::Fuel;
 use crate::maneuver::problem::Problem;
@@ -26,10 +28,11 @@ const CLOSE: f64 = 0.01;
 /// Costs of one optimum on the coarse grid differ by less, relative.
 const ONE: f64 = 1e-5;
 
-/// The local minima of a goal, the cheapest on the requested grid.
+/// The strategy that finds local minima of an objective, and the cheapest of them on the requested grid.
 pub(super) struct Interior;
 
-/// Whether time or fuel is planned by the interior point: it is asked for, and fuel is counted by inputs and not by their norm.
+/// Returns whether the interior point plans least time or fuel: the settings request it, and fuel is the
+/// sum over inputs rather than their norm.
 pub(in crate::optimize::search) fn plans(problem: &Problem, settings: &Settings) -> bool {
     let actuation = &problem.actuation;
     let of_norm =
@@ -62,7 +65,7 @@ impl<const N: usize> Climb<N> for Interior {
     }
 }
 
-/// The first of those that cost the same.
+/// Keeps the first of all plans with the same cost; `plans` are sorted by cost.
 fn distinct(plans: Vec<Attempt>) -> Vec<Attempt> {
     let mut kept = Vec::<Attempt>::new();
     for plan in plans {
@@ -73,12 +76,13 @@ fn distinct(plans: Vec<Attempt>) -> Vec<Attempt> {
     kept
 }
 
-/// One solve from a candidate.
+/// Solves once from a candidate.
 fn solved<const N: usize>(search: &Search<N>, chain: &Chain, tuning: &Tuning, from: Candidate) -> Attempt {
     search.context.attempt(Rung::InteriorPoint, &InteriorPoint { chain, tuning, polish: None }, from)
 }
 
-/// The cheapest of the coarse grid on the fine one, before all others: where one does not settle, the next is taken.
+/// Solves the cheapest coarse plans again on the fine grid and puts them first. If a solve does not
+/// converge, the next coarse plan is tried.
 fn carry<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
