@@ -193,7 +193,7 @@ fn merge_refuses_what_is_not_whole_and_names_it() {
 #[test]
 fn killed_runs_go_on_to_the_same_bytes() {
     // So many cases that there is something left after some kills.
-    const LONG: [&str; 4] = ["sweep", "spec.toml", "--over", "maneuver.duration_s=6:30:199"];
+    const LONG: [&str; 4] = ["sweep", "spec.toml", "--over", "maneuver.duration_s=6:30:799"];
     let folder = Folder::new();
     folder.slew(&with(&LONG, &["-q", "-o", "whole.jsonl"])).ends(0);
     let whole = folder.read("whole.jsonl");

@@ -14,7 +14,7 @@ const TABLES: [(&str, &str, &str, &str); 17] = [
     ("maneuver.duration_s,name\n10\n", "cases.csv:2:1", "E0116", "the row has 1 cells, and the header has 2"),
     ("body.inertia_kg_m2\n[1, 2, 3]\n", "cases.csv:2:1", "E0116", "needs quotes"),
     ("maneuver.duration_s\n10\n\nten\n", "cases.csv:4:1", "E0024", "`duration_s`"),
-    ("name,maneuver.duration_s\na, -3\n", "cases.csv:2:4", "E0032", "a time of -3 s is not possible"),
+    ("name,maneuver.duration_s\na, -3\n", "cases.csv:2:4", "E0032", "a time of -3 s is impossible"),
     ("maneuver.duration_s\nnan\n", "cases.csv:2:1", "E0030", "nan"),
     ("name,maneuver.steps\na,10\nb,20\na,30\n", "cases.csv:4:1", "E0011", "two cases have the name `a`"),
     (

@@ -615,5 +615,5 @@ fn plans_that_nothing_can_be_begun_from_are_refused() {
     time.ends(0);
     folder.slew(&["plan", "time.toml", "-q", "-o", "time.json"]).ends(0);
     let switching = folder.slew(&["plan", "time.toml", "--warm", "time.json"]);
-    switching.ends(8).tells("E0103").tells("inputs switch").tells("without --warm");
+    switching.ends(8).tells("E0103").tells("switching inputs").tells("without --warm");
 }

@@ -153,7 +153,7 @@ fn what_cannot_push_and_turn_every_way_is_refused() {
     }
     let mut torn = problem.clone();
     torn.actuation.thrusters.as_mut().unwrap().positions[3].z += 1e-3;
-    refused(torn, "do not agree");
+    refused(torn, "disagree");
     let mut still = problem.clone();
     (still.motion, still.body.mass) = (slewkit::maneuver::Motion::Attitude, None);
     refused(still, "a body that moves");

@@ -289,7 +289,12 @@ impl Apart<'_> {
             self.tell("switching.arcs", &"arcs of other inputs", &self.trajectory.input_count);
             return;
         }
-        let switches: usize = told.arcs.windows(2).map(|pair| pair[0].switches_to(&pair[1])).sum();
+        // Inputs under one norm switch together.
+        let switches: usize = if turns {
+            told.arcs.len() - 1
+        } else {
+            told.arcs.windows(2).map(|pair| pair[0].switches_to(&pair[1])).sum()
+        };
         self.exactly("switching.switches", &told.switches, &switches);
         let whole = told.arcs.iter().all(|arc| arc.input.len() == count);
         if whole || self.problem.objective == Objective::Time {
