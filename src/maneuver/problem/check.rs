@@ -482,7 +482,7 @@ mod tests {
         let told = "constraint \"rate\": a rate limit is NaN rad/s: it must be positive and finite";
         refused(slew().with_constraint(rate(f64::NAN)).check(), told);
         let twice = slew().with_constraint(rate(1.0)).with_constraint(rate(2.0));
-        refused(twice.check(), "constraint \"rate\": another constraint has the same name");
+        refused(twice.check(), "constraint \"rate\": another constraint has this name");
         let mut many = slew();
         many.constraints =
             (0..1001).map(|index| Constraint { name: index.to_string(), ..rate(1.0) }).collect();
