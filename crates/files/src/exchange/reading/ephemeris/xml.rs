@@ -161,7 +161,7 @@ mod tests {
             STOP_TIME = 2026-11-21T07:03:00\nINTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 3\nMETA_STOP\n\
             2026-11-21T07:00:00 7000 0 0 0 7.5 0\n2026-11-21T07:01:00 6990 450 0 0 7.5 0\n\
             2026-11-21T07:02:00 6960 899 0 0 7.5 0\n2026-11-21T07:03:00 6910 1345 0 0 7.5 0\n";
-        found[0].line = vec![16, 17, 18, 19];
+        found[0].line = vec![15, 16, 17, 18];
         assert_eq!(found, read_ephemeris(keywords.as_bytes(), "orbit.oem").unwrap());
         assert_eq!(found[0].position[1], Vector3::new(6.99e6, 4.5e5, 0.0));
         assert!(matches!(found[0].axes, EphemerisAxes::Inertial(_)));
