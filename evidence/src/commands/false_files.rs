@@ -224,7 +224,7 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
         }
         Fault::TimeSystem => {
             to_message(&mut style, random);
-            open = &["the moment"];
+            open = &["the start: "];
         }
         Fault::UnitOfRates => {
             style.kind = if style.notation == Notation::Table {
@@ -253,7 +253,7 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
                 let digits = 10_f64.powi(-(style.decimals_of_time as i32)).max(0.01);
                 let late = digits * 10_f64.powf(random.within(0.5, 3.0));
                 all.iter_mut().for_each(|row| row.time += late);
-                open = &["the moment"];
+                open = &["the start: "];
             } else {
                 let size = 10_f64.powf(random.within(-1.0, 2.0)).to_radians();
                 let off = lie::exp(&(random.direction() * size));
