@@ -373,7 +373,7 @@ def words(folder, wanted):
     cases = {
         "STK": (stk(), 0, "attitudes agree"),
         "STK with rates": (stk("AttitudeTimeQuatAngVels"), 0, "attitudes agree"),
-        "STK in turning axes": (stk(axes="Fixed"), 3, "no rotation between the two is known"),
+        "STK in turning axes": (stk(axes="Fixed"), 3, "the rotation between the two is unknown"),
         "STK by yaw, pitch, roll": (stk("AttitudeTimeYPRAngles"), 3, "rows of AttitudeTimeYPRAngles are not read"),
         "behind an APM": (apm_before(xml(BASE | XML, Rotation.identity())), 0, "attitudes agree"),
         "Lagrange": (interpolated("LAGRANGE", 5), 0, "attitudes agree"),
