@@ -253,9 +253,6 @@ pub struct ConvexWork {
     pub cone_iterations: u32,
     /// Wall time inside the cone solver, all seeds \[s\].
     pub cone_seconds: f64,
-    /// The weight of the effort in the cost of time or fuel for which the plan is stationary; 0
-    /// otherwise.
-    pub effort_share: f64,
 }
 
 /// The nodes at which a constraint is active, and its multipliers.

@@ -222,7 +222,6 @@ struct Tally {
     cases: usize,
     statuses: BTreeMap<&'static str, usize>,
     dearer: usize,
-    shares: usize,
     savings: Vec<f64>,
     solve_ms: Vec<f64>,
 }
@@ -246,7 +245,6 @@ impl Tally {
             self.dearer += 1;
             println!("  case {index}, {what}: {}, where {known} is known", solution.cost);
         }
-        self.shares += usize::from(solution.convex.is_some_and(|work| work.effort_share > 1e-6));
         Ok(())
     }
 
@@ -262,10 +260,9 @@ impl Tally {
             list.get((part * list.len() as f64) as usize).copied().unwrap_or(f64::NAN)
         };
         println!(
-            "    saved beside the plan of least effort: median {:.1} %; dearer than that {}; effort left in the cost {}",
+            "    saved beside the plan of least effort: median {:.1} %; dearer than that {}",
             at(&self.savings, 0.5),
-            self.dearer,
-            self.shares
+            self.dearer
         );
         println!(
             "    solve: median {:.0} ms, 90 % {:.0} ms",

@@ -73,7 +73,6 @@ struct Compared {
     index: usize,
     costs: [Option<f64>; GRIDS.len()],
     /// The remaining effort terms, and the cheapest rival of a plan.
-    shares: [f64; GRIDS.len()],
     rivals: [f64; GRIDS.len()],
     seconds: [f64; GRIDS.len()],
 }
@@ -96,8 +95,8 @@ impl Compared {
         let cost = |grid: usize| match self.costs[grid] {
             Some(cost) => {
                 let known = self.rivals[grid];
-                let known = if known < 0.999 * cost { format!(", rival {known:.6}") } else { String::new() };
-                format!("{cost:.6} (share {:.0e}{known}, {:.1} s)", self.shares[grid], self.seconds[grid])
+                let known = if known < 0.999 * cost { format!("rival {known:.6}, ") } else { String::new() };
+                format!("{cost:.6} ({known}{:.1} s)", self.seconds[grid])
             }
             None => format!("none ({:.1} s)", self.seconds[grid]),
         };
@@ -171,7 +170,7 @@ fn summary(name: &str, all: &[Compared]) {
 fn compared(index: usize, problem: &Problem) -> Compared {
     let settings = Settings::discrete();
     let mut seconds = [0.0; GRIDS.len()];
-    let (mut shares, mut rivals) = ([0.0; GRIDS.len()], [f64::INFINITY; GRIDS.len()]);
+    let mut rivals = [f64::INFINITY; GRIDS.len()];
     let mut costs = [None; GRIDS.len()];
     for (grid, steps) in GRIDS.into_iter().enumerate() {
         let began = own_cpu_seconds();
@@ -180,10 +179,9 @@ fn compared(index: usize, problem: &Problem) -> Compared {
         let Some(found) = found.filter(|found| found.status == Status::Solved) else { continue };
         let solution = found.solution;
         costs[grid] = Some(solution.cost);
-        shares[grid] = solution.convex.map_or(0.0, |work| work.effort_share);
         rivals[grid] = solution.rivals.iter().map(|rival| rival.cost).fold(f64::INFINITY, f64::min);
     }
-    Compared { index, costs, shares, rivals, seconds }
+    Compared { index, costs, rivals, seconds }
 }
 
 /// Returns the maneuver of this index among those of a kind; `None` where it cannot be built.

@@ -1,25 +1,17 @@
-//! Rungs under limits and constraints: SCP, from seeds that the shooting and geometry give, on a coarse grid first.
+//! Maneuvers within limits, on a coarse grid first: every seed is improved there, and the cheapest plans again on the requested grid.
 //!
-//! The relaxed maneuver, without limits, is solved by shooting for each sense. Where the best of those
-//! meets every limit it is the answer. Otherwise each relaxed path, and its detours around the cones it
-//! crosses, seeds a convex iteration on a coarse grid; the cheapest is carried to the requested grid.
+//! # Which method does a limited maneuver take?
 //!
-//! # Which road does a limited maneuver take?
+//! Where only the inputs are limited, by size or by norm, and effort is the cost, the shooting goes first: from each extremal without
+//! limits Newton continues with the saturated law (`control_law/saturated`), which costs nothing but a clamp in the kick, and brings
+//! costates to round-off and a count of conjugate points. That count comes from the inertia of the accessory problem, because the
+//! sensitivity matrix loses rank while all inputs are at their limits. Where the shooting finds nothing, and for all other limits and
+//! costs, the interior point is taken ([`crate::optimize::methods::interior_point`]), or SCP where the settings request it.
 //!
-//! Where only the inputs are limited, by size or by norm, the shooting goes first: from each extremal without limits, Newton
-//! goes on with the saturated law (`control_law/saturated`), which costs nothing but a clamp in the kick, and brings costates
-//! to round-off and a count of conjugate points. That count comes from the inertia of the accessory problem, because the
-//! sensitivity matrix loses rank while all inputs are at their limits. Where the shooting finds nothing, and for all other
-//! limits, SCP is taken.
-//!
-//! There the maneuver without limits is solved first, by shooting, for each sense. If the cheapest of those meets every limit
-//! it is the answer. Otherwise each of these paths, and its detours to either side of every cone that it crosses, is a seed of
-//! the convex iteration (`scp/`) on a coarse grid. The cheapest result is carried to the requested grid in one leap by Newton
-//! alone where that works; where it does not, over grids twice or four times finer each, with the convex iteration behind
-//! Newton. The path between the coarse nodes is smooth, and inputs at their limits are those that the interpolated costates
-//! ask for. Because limits only make a maneuver costlier, a sense whose path without limits costs more than what is already
-//! found is not tried, unless wheels store momentum at the start: without it the body would move otherwise. A guess brings its
-//! path as one more seed, the first.
+//! For effort the maneuver without limits is solved first, by shooting, for each sense. If the cheapest of those meets every limit it
+//! is the answer. Otherwise each of these paths, and its detours to either side of every cone that it crosses, is a seed. Limits only
+//! make a maneuver costlier. A sense whose path without limits costs more than what is already found is therefore not tried, unless
+//! wheels store momentum at the start: without it the body would move otherwise. A guess brings its path as one more seed, the first.
 
 use super::any_attitude;
 use super::asked;
@@ -42,22 +34,14 @@ use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration, path};
+use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
 
-/// Costs of one plan on two grids differ by less, relative.
-const NEAR: f64 = 0.05;
 /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the fine grid, and how many are.
-pub(super) const CLOSE: f64 = 0.02;
-pub(super) const CARRIED: usize = 3;
+const CLOSE: f64 = 0.02;
+const CARRIED: usize = 3;
 
-/// What carries a solution to a finer grid.
-#[derive(Clone, Copy)]
-enum Road {
-    /// Newton's method, which finds the active set of a near grid by itself as a rule.
-    Newton,
-    /// The convex iteration.
-    Convex,
-}
+/// Costs of one optimum on the coarse grid differ by less, relative.
+const ONE: f64 = 1e-5;
 
 /// The extremals of the maneuver without limits, as paths on a coarse grid.
 pub(super) fn unlimited_paths<const N: usize>(search: &Search<N>, coarse: &Chain) -> Vec<Candidate> {
@@ -120,63 +104,59 @@ pub(super) fn relaxed_paths<const N: usize>(
     seeds
 }
 
-/// One convex iteration from a seed.
+/// Solves once from a seed.
 pub(super) fn descend<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     chain: &Chain,
     seed: Candidate,
 ) {
-    let options = options(search, chain);
-    found.keep(optimised(search, chain, &options, seed));
+    found.keep(optimised(search, chain, seed));
 }
 
-/// Improves a candidate by the interior point if the settings request it, else by the convex iteration.
-fn optimised<const N: usize>(
-    search: &Search<N>,
-    chain: &Chain,
-    options: &ScpOptions,
-    from: Candidate,
-) -> Attempt {
-    if search.context.settings.method != settings::Method::InteriorPoint {
+/// Improves a candidate by SCP if the settings request it, else by the interior point: roughly on a coarse grid whose plans are only
+/// compared.
+fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
+    let is_fine = chain.model.steps == search.problem.steps;
+    let options =
+        if is_fine { &search.ask.last } else { &ScpOptions::default().within(search.context.settings.max_iterations) };
+    if search.context.settings.method == settings::Method::Scp {
         return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
     }
-    let tuning = Tuning::default();
-    let polish = Some(options).filter(|options| options.polish);
+    let tuning = if is_fine { Tuning::default() } else { Tuning::roughly() };
+    // Newton on the active set needs a cost that is strictly convex within the active rows.
+    let polish = Some(options).filter(|options| is_fine && options.polish && search.ask.goal.is_none());
     search.context.attempt(Rung::InteriorPoint, &InteriorPoint { chain, tuning: &tuning, polish }, from)
 }
 
-/// How the iteration ends on the grid of a chain.
-fn options<const N: usize>(search: &Search<N>, chain: &Chain) -> ScpOptions {
-    if chain.model.steps == search.problem.steps {
-        search.ask.last.clone()
-    } else {
-        ScpOptions::default().within(search.context.settings.max_iterations)
-    }
-}
-
-/// Carries the cheapest to the requested grid.
+/// Solves the cheapest coarse plans again on the requested grid and puts them first, the cheapest of all at the head. If a solve does
+/// not converge, the next coarse plan is tried.
 pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
-    found.reorder(cheapest_first);
+    found.reorder(|plans| distinct(cheapest_first(plans)));
     if coarse.model.steps == search.problem.steps {
         return;
     }
     let coarse_plans = found.take_plans();
     let fine = search.chain(search.problem.steps);
     let (mut carried, mut rivals) = (Vec::<Attempt>::new(), Vec::new());
-    for (index, cheapest) in coarse_plans.iter().enumerate() {
+    let mut best = None;
+    for (index, plan) in coarse_plans.iter().enumerate() {
         // On the fine grid the order of costs may be another.
-        let close = |first: &Attempt| {
-            carried.len() < CARRIED && cheapest.cost <= first.cost + CLOSE * first.cost.abs()
-        };
-        if search.stopped() || !carried.first().is_none_or(close) {
+        let close = |best: f64| carried.len() < CARRIED && plan.cost <= best + CLOSE * best.abs();
+        if search.stopped() || !best.is_none_or(close) {
             rivals.extend_from_slice(&coarse_plans[index..]);
             break;
         }
-        match carried_to(search, found, [coarse, &fine], cheapest) {
-            Some(attempt) if carried.iter().any(|other| same::<N>(other, &attempt)) => {}
-            Some(attempt) => carried.push(attempt),
-            None => rivals.push(cheapest.clone()),
+        let next = optimised(search, &fine, transfer([coarse, &fine], &plan.candidate));
+        if !next.converged() {
+            rivals.push(plan.clone());
+            found.keep(next);
+            continue;
+        }
+        found.add_work(&next);
+        best = best.or(Some(plan.cost));
+        if !carried.iter().any(|other| same::<N>(other, &next)) {
+            carried.push(next);
         }
     }
     if !carried.is_empty() {
@@ -184,67 +164,15 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
     }
 }
 
-/// A coarse solution carried to the fine grid: in one leap where Newton alone does that, or else over grids between, by Newton's
-/// method to one that is four times or twice as fine, or by the convex iteration to the next or the one after it.
-pub(super) fn carried_to<const N: usize>(
-    search: &Search<N>,
-    found: &mut Found<N>,
-    [coarse, fine]: [&Chain; 2],
-    plan: &Attempt,
-) -> Option<Attempt> {
-    let grids = grids_between(coarse.model.steps, fine.model.steps);
-    let (last, mut next) = (grids.len(), 0);
-    let mut reached: Option<(Chain, Attempt)> = None;
-    while !search.stopped() {
-        let (from, plan) = reached.as_ref().map_or((coarse, plan), |(chain, plan)| (chain, plan));
-        let mut to = |leap: usize, road: Road| match grids.get(leap) {
-            None => Some((None, refine(search, found, [from, fine], plan, road)?)),
-            Some(steps) => {
-                let chain = search.chain(*steps);
-                let refined = refine(search, found, [from, &chain], plan, road)?;
-                Some((Some((leap, chain)), refined))
-            }
-        };
-        // In one leap at first.
-        let furthest = if next == 0 { last } else { next + 1 };
-        let mut leaps = [furthest, next + 1, next].map(|leap| leap.min(last)).to_vec();
-        leaps.dedup();
-        let newton = leaps.into_iter().find_map(|leap| to(leap, Road::Newton));
-        // What a grid does not let by another may.
-        let mut convex = (next..=last.min(next + 1)).filter_map(|leap| to(leap, Road::Convex));
-        let (between, refined) = newton.or_else(|| convex.next())?;
-        let Some((leap, chain)) = between else { return Some(refined) };
-        (reached, next) = (Some((chain, refined)), leap + 1);
-    }
-    None
-}
-
-/// A coarse solution carried to a finer grid.
-fn refine<const N: usize>(
-    search: &Search<N>,
-    found: &mut Found<N>,
-    [coarse, fine]: [&Chain; 2],
-    plan: &Attempt,
-    road: Road,
-) -> Option<Attempt> {
-    let start = transfer([coarse, fine], &plan.candidate);
-    let options = &options(search, fine);
-    let attempt = match road {
-        Road::Newton if !options.polish => return None,
-        Road::Newton => {
-            let newton = ActiveSetNewton { chain: fine, options };
-            let tried = search.context.tried(Rung::Scp, &newton, start);
-            let near = (tried.cost - plan.cost).abs() <= NEAR * plan.cost;
-            search.context.noted(Rung::Scp, near.then_some(tried)?)
+/// Keeps the first of all plans with the same cost; `plans` are sorted by cost.
+fn distinct(plans: Vec<Attempt>) -> Vec<Attempt> {
+    let mut kept = Vec::<Attempt>::new();
+    for plan in plans {
+        if kept.last().is_none_or(|last| plan.cost > last.cost + ONE * last.cost.abs()) {
+            kept.push(plan);
         }
-        Road::Convex => optimised(search, fine, options, start),
-    };
-    if attempt.converged() {
-        found.add_work(&attempt);
-        return Some(attempt);
     }
-    found.keep(attempt);
-    None
+    kept
 }
 
 /// The maneuver without limits, constraints and wheels.
@@ -253,16 +181,6 @@ pub(super) fn relaxed(problem: &Problem) -> Problem {
     relaxed.constraints.clear();
     relaxed.actuation = problem.actuation.without_limits();
     relaxed
-}
-
-/// Grids between, each twice as fine as the one before: the nodes of one are nodes of the next wherever the requested number
-/// divides, so that what acts at a node acts there again.
-pub(super) fn grids_between(coarse: usize, fine: usize) -> Vec<usize> {
-    let parts = std::iter::successors(Some(2_usize), |parts| parts.checked_mul(2));
-    let mut grids: Vec<usize> =
-        parts.map(|parts| fine.div_ceil(parts)).take_while(|steps| *steps >= 2 * coarse).collect();
-    grids.reverse();
-    grids
 }
 
 /// The path of a recorded trajectory.

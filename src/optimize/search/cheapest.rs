@@ -1,77 +1,24 @@
-//! The shortest duration or the least fuel within limits and constraints, and the least fuel of forces and in fields: SCP with
-//! the duration as an unknown where it is sought, and with the kinks of fuel in the cost (`methods/scp/model`,
-//! `methods/scp/rows`).
+//! The shortest duration or the least fuel within limits and constraints, and the least fuel of forces and in fields: by the interior
+//! point on the chain, with the duration as an unknown where it is sought ([`crate::optimize::methods::interior_point`]).
 //!
-//! Time and fuel alone leave choices: where one input is at its limit throughout, others may do this or that. A little
-//! effort in the cost decides them, and keeps every subproblem and Newton matrix regular. On the requested grid its share
-//! is lowered until the cost does not feel it: with a share ε the optimum is dearer by `O(ε²)` where inputs are free on arcs,
-//! and by nothing where each is at a limit, or off, but for as many as the terminal conditions ask for.
+//! The plan is one of equal steps with its inputs at the nodes, as a plan of least effort in the duration found. Switching times are
+//! those of continuous time, which `search/limited` finds from the plan where it can.
 //!
-//! Mostly nothing is lowered on that grid: a plan on few steps leads to arcs of continuous time, and these to the requested grid
-//! (`search/by_arcs`).
+//! A constraint that does not act does not choose the plan. Where the cheapest plan of arcs without constraints, or one of its images,
+//! keeps them all in its true motion, nothing that keeps them is cheaper. It is then the answer, with its arcs and its gap.
 //!
-//! Where a share can be lowered no further, as where several limits act along arcs of a fine grid, the same share is counted from the
-//! inputs of the plan itself, again and again (`search/goal`): the curvature stays, and the cost forgets the effort.
+//! What is found is a local minimum. How far the cheapest of them is the cheapest of all nobody knows.
 //!
-//! A constraint that does not act does not choose the plan: where the cheapest plan of arcs without constraints, or one of its images,
-//! keeps them all in its true motion, nothing that keeps them is cheaper, and it is the answer, with its arcs and its gap.
+//! # How is the duration an unknown?
 //!
-//! Seeds are the paths of least effort without limits, that of minimum time or fuel under torque limits alone, straight and
-//! bent, and their detours around the cones they cross; of fuel also what is of least effort within all limits. What is found
-//! is a local minimum; how far the cheapest of them is the cheapest of all nobody knows.
+//! It is a state of the chain that every step leaves as it is (`optimize/methods/scp/model`). All else is in the units that go with the
+//! duration. A step of a free body then does not depend on it; ends, fields and limits do, and grow as `s`, `s²` and `s³`.
 //!
-//! # How is the shortest maneuver found under cones, rate limits and wheels?
+//! # From which paths?
 //!
-//! By SCP with the duration as a state of the chain that every step leaves as it is (`optimize/methods/scp/model`). All else
-//! is in the units that go with that duration: then a step of a free body does not know it, and what does are ends, fields
-//! and limits, which grow as `s`, `s²` and `s³`. With fixed units every step is bilinear in duration and inputs; the same
-//! iteration then creeps, because each step spoils what the one before has met. Subproblems, rows, Newton on the active set
-//! and the way to a finer grid are those of least effort, and the plan is an effort plan of the duration found for whoever
-//! reads it: equal steps, inputs at the nodes.
-//!
-//! Time alone leaves choices, and a Newton matrix without curvature: a share of the effort in the cost decides. It is a
-//! hundredth while durations are compared, and is lowered to a millionth on the requested grid as far as that goes
-//! (`search/cheapest`). The optimum is longer by the square of the share where inputs are free on arcs, and by nothing where
-//! nearly all are at limits. Steps that end at switches would need arcs of three kinds (inputs, rates, cones) and their
-//! order; opinion: `O(h²)` with the grid of all other plans is worth more. Switching times are those of continuous time, which
-//! `search/limited` finds from the plan, where it does.
-//!
-//! # How does fuel go the same road?
-//!
-//! By its kinks. `c |u|` is the largest of `ν u` over the slopes `|ν| ≤ c`, so an input that costs fuel is one more row of
-//! its stage, with a slope for a multiplier: in the cone program a variable above `±u`, in Newton on the active set an
-//! equation `u = 0` where the slope is within its bounds, and a known slope elsewhere. Splitting inputs into two one-sided
-//! ones would do the same with twice the inputs, and each pair would have a direction that costs nothing. A thruster is the
-//! kink whose lower slope is any: the bound at 0 needs no row of its own. Under a limit of the norm alone the kink is that of
-//! `|τ|`, three rows together, with its curvature where it burns; under limits of inputs and of the norm fuel is counted by
-//! inputs. With the duration as a state the row is `u/s`, as `∫ c|u| dt` goes in the units of the chain, and its curvature
-//! follows as that of every row does. On a grid the optimum is a vertex: nearly all inputs are off or at a limit, and so many
-//! are between that the terminal conditions are met. A cost that is quadratic with a small share does not move a vertex; that
-//! is why the shares of effort that decide what fuel leaves open need not vanish. Seeds are, beside those of minimum time,
-//! the plans of least effort within all limits.
-//!
-//! # And forces, and fields?
-//!
-//! The same way, since the chain has them: a flight has force inputs beside those of the torques, each a kink of its own or,
-//! under a limit of the norm alone, one for all of them; a field changes `A_k` and nothing else. Their inputs stand at the
-//! nodes of equal steps. What they needed was a correction of second order. Where forces turn with the body, or a field with
-//! the place, the dynamics bend along a move, the merit function sees defects that the subproblem does not, and the iteration
-//! creeps with moves of a thousandth (Maratos). A move that gives less than half of what it promises is therefore solved once
-//! more with the defects that it ended with; the better of both is taken. Of twelve transfers in central gravity six came to
-//! a plan of fuel before and eleven do now; two of twelve pendulums and the flights of least time, which did not settle, do.
-//! What was tried before it and is not here: curvature moved from stage to stage along the linearised dynamics, so that none
-//! is lost where it is made convex, found four of the twelve transfers; a bound on how far positions move changed nothing.
-//! Thrusters that push and turn are one row of inputs behind two sets of axes (`Actuation::split`): `B` of the chain has two
-//! blocks in a column instead of one, and nothing else in the solver knows. The sets stay what they were, each with the
-//! limits of the thrusters, so that proofs of infeasibility and the seeds without limits hold as for forces and torques that
-//! do not know of each other, which can do more. Whether they push and turn every way is a question of six rows: full rank,
-//! and `−B 1` within the cone of the columns, which least squares without negative weights decide (`numerics/cone`); the
-//! three rows of torques alone ask the same. Where the duration is sought it is first guessed from all that helps along the
-//! way: from the weakest thruster alone the guess may be far too long, and SCP does not come back. Where the frame turns the
-//! duration says how far: `exp(−h s S(n))` on each step, whose derivative by `ln s` goes into the column of the duration, and
-//! into the rows of cones about directions that stand in space. What a chain with an unknown duration has found is written in
-//! the units of the duration found; where the body moves at an end the unit of length goes with it, and positions, momenta,
-//! forces and their multipliers with that.
+//! From turns about a fixed axis, bent to six sides, and their detours around the cones that they cross (`search/seeds`). Where a force
+//! or a field acts, also from the extremals of least effort without limits, and of fuel from the plans of least effort within all limits.
+//! A search that is local in the duration too may miss a cheaper plan: least fuel in the duration found is therefore looked for once more.
 
 use super::advice;
 use super::chains::{effort_paths, unlimited_paths};
@@ -81,10 +28,7 @@ use super::duration;
 use super::given_duration::{search_of, searched};
 use super::goal::{SAME_COST, cheapest};
 use super::ladder::Ask;
-use super::paths::shortest_way;
-use super::rungs::interior;
-use super::shares::SHARE;
-use super::switching;
+use super::{seeds, switching};
 use crate::Vector3;
 use crate::flight::{Excess, Flight};
 use crate::lie;
@@ -97,12 +41,8 @@ use crate::maneuver::solution::{Outcome, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::methods::scp::model::{Effort, Goal};
+use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{Chain, path};
-use std::f64::consts::PI;
-
-/// How far the path of minimum time or fuel is bent to either side \[rad\]: a turn about one axis is often a saddle.
-const BENT: f64 = 0.5;
 
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
 /// sought.
@@ -155,22 +95,19 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     // To any attitude there is none, unless the body has the rate that it should have.
     let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
     let mut within = None;
-    let interior = interior::plans(problem, context.settings);
-    let quick = match problem.motion {
-        // Paths about a fixed axis, bent and past cones, are enough.
-        _ if interior => unsolved.clone(),
-        Motion::Attitude if !open || arrived => {
-            let bare = without_field(bare);
-            let unconstrained = may_be_unconstrained(problem)
-                .then(|| switching::solve_unconstrained(&bare, context, &|plan| keeps_all(problem, plan)));
-            let cheapest = unconstrained.and_then(|found| {
-                within = found.within;
-                Some(found.cheapest).filter(|plan| plan.outcome == Outcome::Converged)
-            });
-            // Where a shorter duration is sought in vain it is all of the time.
-            cheapest.unwrap_or_else(|| switching::solve_discrete(&bare, context))
-        }
-        _ => unsolved.clone(),
+    // A plan of arcs is the answer where it keeps all constraints, and where the body is already at the end.
+    let unconstrained = problem.motion == Motion::Attitude && (!open || arrived) && may_be_unconstrained(problem);
+    let there = arrived && !open && problem.start.attitude == problem.end.attitude && free;
+    let quick = if unconstrained {
+        let bare = without_field(bare);
+        let found = switching::solve_unconstrained(&bare, context, &|plan| keeps_all(problem, plan));
+        within = found.within;
+        let solved = found.cheapest.outcome == Outcome::Converged;
+        if solved { found.cheapest } else { unsolved.clone() }
+    } else if there {
+        switching::solve_discrete(&bare, context)
+    } else {
+        unsolved.clone()
     };
     *context.ladder.borrow_mut() = if free { quick.ladder.clone() } else { Vec::new() };
     if free && quick.trajectory.time.len() == 1 {
@@ -180,11 +117,11 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
         return Solution { trajectory, ..quick };
     }
     // Nothing that keeps more is cheaper than the cheapest of all.
-    let unconstrained = |plan: &Solution| {
+    let is_cheapest = |plan: &Solution| {
         let cost = plan.landing.as_ref().map_or(plan.cost, |landing| landing.cost_before);
         cost <= quick.cost * (1.0 + SAME_COST) && !switching::is_dear(plan)
     };
-    if let Some(answer) = within.take_if(|plan| unconstrained(plan)) {
+    if let Some(answer) = within.take_if(|plan| is_cheapest(plan)) {
         return answer;
     }
     let sought = problem.duration.known().is_none();
@@ -282,36 +219,30 @@ fn of_dimension<const N: usize>(
     context: &Context,
     quick: &Trajectory,
 ) -> Solution {
-    let interior = objective.switches()
-        && interior::plans(&stated.clone().with_objective(objective.clone()), context.settings);
-    // The interior point needs no effort that decides what time and fuel leave open.
-    let share = if interior { 0.0 } else { SHARE };
-    let goal = Goal { objective: objective.clone(), effort: Effort::of_share(share) };
+    let goal = Goal { objective: objective.clone() };
     let advise = !objective.counts_time();
     let lands = context.lands() || stated.met().is_some();
     let ask = Ask { advise, lands, ..Ask::of_goal(Some(goal), context.settings) };
     let search = search_of::<N>(stated, context, ask.clone());
     let coarse = search.chain(chain_steps(stated));
-    let mut paths = bent(resampled(&coarse, objective.name(), quick));
-    if paths.is_empty() {
-        // Without a plan of inputs that switch.
-        paths.push(shortest_way(&coarse.model));
-        if interior {
-            paths = bent(paths);
+    let mut paths = resampled(&coarse, objective.name(), quick);
+    if !stated.ends_in_any_attitude() {
+        paths.extend(seeds::of(&search, coarse.model.steps));
+    }
+    if stated.ends_in_any_attitude() || !stated.is_free_turn() {
+        let unlimited = unlimited_paths(&search, &coarse);
+        if objective.fuel().is_some() {
+            paths.extend(effort_paths(&search, &unlimited));
         }
+        paths.extend(unlimited);
     }
-    let unlimited = if interior { Vec::new() } else { unlimited_paths(&search, &coarse) };
-    if objective.fuel().is_some() && !interior {
-        paths.extend(effort_paths(&search, &unlimited));
-    }
-    paths.extend(unlimited);
     let search = search.of(stated, Ask { paths: &paths, ..ask });
     let (found, cheapest) = cheapest(&search);
     let Some(cheapest) = cheapest else {
         // The nearest miss may have a duration of its own, which is none of a plan.
         let missed = found.missed();
         let mut unsolved = Solution {
-            method: if interior { Method::InteriorPoint } else { Method::Scp },
+            method: Method::InteriorPoint,
             outcome: context.interrupt().or(missed.map(|missed| missed.outcome)).unwrap_or(Outcome::Stalled),
             shortfall: missed.and_then(|missed| missed.shortfall.clone()),
             ..Solution::unsolved(stated, context.settings.tolerance)
@@ -342,23 +273,6 @@ fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidat
         Pose { position, attitude: from * lie::exp(&turn) }
     };
     vec![path(&format!("minimum {objective}"), grid, (0..=grid.steps()).map(pose))]
-}
-
-/// Paths, and the same bent to either side about each reference axis.
-fn bent(paths: Vec<Candidate>) -> Vec<Candidate> {
-    let sides = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|axis| [axis, -axis]);
-    let bends: Vec<Vector3> = sides.map(|side| side * BENT).collect();
-    let bend = |straight: &Candidate, turn: &Vector3| {
-        let poses = straight.states.iter().enumerate().map(|(node, point)| {
-            let part = (PI * node as f64 / straight.steps() as f64).sin();
-            Pose { attitude: lie::exp(&(turn * part)) * point.attitude.value, ..point.pose() }
-        });
-        let name = format!("{}, bent", straight.provenance.start);
-        path(&name, &straight.grid, poses)
-    };
-    let turned =
-        paths.iter().flat_map(|path| bends.iter().map(move |turn| bend(path, turn))).collect::<Vec<_>>();
-    paths.into_iter().chain(turned).collect()
 }
 
 /// About how long a turn about a fixed axis takes, or a flight along a line where that is longer \[s\].

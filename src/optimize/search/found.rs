@@ -4,9 +4,7 @@ use super::pool::{Pool, SAME};
 use super::starts::GUESS;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Solution};
-use crate::maneuver::switching::Switching;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::model::Effort;
 
 /// Costs of one optimum of SCP differ by less, relative.
 pub(super) const SAME_COST: f64 = 1e-9;
@@ -22,10 +20,6 @@ pub(super) struct Found<const N: usize> {
     pub pool: Pool<N>,
     /// What the convex subproblems of all seeds took.
     pub work: ConvexWork,
-    /// The effort in the cost with which the plans of a goal were found.
-    pub effort: Option<Effort>,
-    /// The arcs that have led to the first of the plans.
-    pub arcs: Option<Switching>,
     /// The whole answer, where a rung has it: that of the maneuver without limits, which meets them all.
     pub answer: Option<Solution>,
     /// The answer as it is written, where a rung had to read it.

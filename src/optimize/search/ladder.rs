@@ -14,7 +14,7 @@ use crate::maneuver::solution::Trajectory;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::{Effort, Goal};
+use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::Chain;
 
 /// What a search may do, and what it begins from.
@@ -113,14 +113,6 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         'a: 'b,
     {
         Search::new(problem, self.context, ask, self.ladder)
-    }
-
-    /// The same with another effort beside its goal.
-    pub fn with_effort(&self, effort: Option<Effort>) -> Self {
-        let goal = self.ask.goal.clone().map(|goal| Goal { effort: effort.unwrap_or(goal.effort), ..goal });
-        let ask = Ask { goal, ..self.ask.clone() };
-        let (turns, fine, coarse) = (self.turns.clone(), self.fine.clone(), self.coarse.clone());
-        Self { ask, turns, fine, coarse, ..*self }
     }
 
     /// Climbs the ladder.

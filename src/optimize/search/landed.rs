@@ -2,17 +2,15 @@
 
 use super::ladder::Search;
 use super::record;
-use super::shares::{EASED, SHARE, SHARP};
 use crate::maneuver::settings::Method as Road;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate};
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
-use crate::optimize::methods::method::{Attempt, Budget, Method, Swept};
+use crate::optimize::methods::method::{Attempt, Method, Swept};
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::{Effort, Goal};
-use crate::optimize::methods::scp::road::{ActiveSetNewton, Chain, ConvexIteration};
+use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
 use nalgebra::{DVector, SVector};
 
 /// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.
@@ -32,12 +30,9 @@ pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> O
     let record = |chain: &Chain, attempt: &Attempt| {
         Some(record::chain(search.problem, &search.fine, chain, &attempt.candidate).ok()?.trajectory)
     };
-    let options = &search.ask.last;
-    let interior = candidate.provenance.method == Road::InteriorPoint;
+    let options = search.ask.last.polish.then_some(&search.ask.last);
     land_chain(Aim::of(search.problem), &mut chain, attempt.clone(), record, |chain, attempt| {
-        let again = interior
-            .then(|| search.context.within(|budget| within_limits(chain, attempt, Some(options), budget)));
-        again.flatten().or_else(|| warm(search, chain, attempt, options))
+        again(search, chain, attempt, options)
     })
 }
 
@@ -60,60 +55,41 @@ fn costate_landed<const N: usize>(
     Some(Landed { attempt, target: found.state, landing: found.landing })
 }
 
-/// Solves again on a chain that is aimed a little elsewhere: by Newton on the active set or, where that does not settle, by
-/// the convex iteration.
-fn warm<const N: usize>(
+/// Solves again on a chain with a slightly different target, by the method that found the plan.
+///
+/// Newton on the active set goes first where effort is the cost. Where several plans have the least cost the interior point finds their
+/// centre, which moves continuously with the target.
+fn again<const N: usize>(
     search: &Search<N>,
     chain: &Chain,
     attempt: &Attempt,
-    options: &ScpOptions,
+    options: Option<&ScpOptions>,
 ) -> Option<Attempt> {
+    let candidate = attempt.candidate.clone();
+    let next = search.context.within(|budget| {
+        if let Some(near) = options.and_then(|options| chain.polished(&candidate, options, budget)) {
+            return near;
+        }
+        match (candidate.provenance.method, options) {
+            (Road::Scp, Some(options)) => ConvexIteration { chain, options }.improve(candidate, budget),
+            (_, polish) => InteriorPoint { chain, tuning: &Tuning::default(), polish }.improve(candidate, budget),
+        }
+    });
     let provenance = attempt.candidate.provenance.clone();
-    let solved = |method: &dyn Fn(Candidate) -> Attempt| {
-        let again = method(attempt.candidate.clone());
-        again.converged().then(|| Attempt {
-            candidate: Candidate { provenance: provenance.clone(), ..again.candidate },
-            runs: attempt.runs.clone(),
-            work: attempt.work,
-            ..again
-        })
-    };
-    let newton = ActiveSetNewton { chain, options };
-    let convex = ConvexIteration { chain, options };
-    search.context.within(|budget| {
-        solved(&|candidate| newton.improve(candidate, budget))
-            .or_else(|| solved(&|candidate| convex.improve(candidate, budget)))
-    })
-}
-
-/// Solves again by the interior point on a chain with a slightly different target. Where several plans
-/// have the least cost it finds their centre, which moves continuously with the target.
-fn within_limits(
-    chain: &Chain,
-    attempt: &Attempt,
-    polish: Option<&ScpOptions>,
-    budget: &Budget,
-) -> Option<Attempt> {
-    let tuning = Tuning::default();
-    let again = InteriorPoint { chain, tuning: &tuning, polish }.improve(attempt.candidate.clone(), budget);
-    let provenance = attempt.candidate.provenance.clone();
-    again.converged().then(|| Attempt {
-        candidate: Candidate { provenance, ..again.candidate },
+    next.converged().then(|| Attempt {
+        candidate: Candidate { provenance, ..next.candidate },
         runs: attempt.runs.clone(),
         work: attempt.work,
-        ..again
+        ..next
     })
 }
 
-/// A plan of a chain with a goal, whose duration may be sought, made to land, and the share of the effort in its cost.
-pub(super) fn landed_with_goal<const N: usize>(
-    search: &Search<N>,
-    found: &Attempt,
-    goal: &Goal,
-) -> Option<(Landed, f64)> {
+/// Makes a plan of a chain with a goal land, whose duration may be sought.
+pub(super) fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attempt) -> Option<Landed> {
     if !found.converged() || search.stopped() {
         return None;
     }
+    let goal = search.ask.goal.as_ref()?;
     let aim = Aim::asked(search.problem, search.context.settings).filter(|_| search.ask.lands)?;
     let (problem, steps) = (search.problem, search.problem.steps);
     let mut chain = Chain::with_goal(problem, steps, goal);
@@ -128,34 +104,5 @@ pub(super) fn landed_with_goal<const N: usize>(
         let bvp = BoundaryValueProblem::<N>::new(&planned, steps);
         Some(record::chain(&planned, &bvp, &of_duration, &given.candidate).ok()?.trajectory)
     };
-    // Multipliers tell which inputs are off, the less clearly the smaller the share.
-    let options = ScpOptions { cone_tolerance: SHARP, ..search.ask.last.clone() };
-    let mut least = goal.effort.share;
-    let solve = |chain: &Chain, attempt: &Attempt| {
-        if found.candidate.provenance.method == Road::InteriorPoint {
-            return search.context.within(|budget| within_limits(chain, attempt, None, budget));
-        }
-        let sharp = warm(search, chain, attempt, &options);
-        if sharp.is_some() || !goal.objective.switches() {
-            return sharp;
-        }
-        // Other limits act for the new target: with more of the effort in the cost they are found, and with less again kept.
-        let mut eased = goal.effort.share;
-        while eased < SHARE && !search.stopped() {
-            eased = (eased / EASED).min(SHARE);
-            let effort = Effort { share: eased, ..goal.effort.clone() };
-            let goal = Goal { effort, ..goal.clone() };
-            let mut easier = Chain { rows: chain.rows.clone(), ..Chain::with_goal(problem, steps, &goal) };
-            easier.model.aim_with(&chain.model);
-            if let Some(found) = warm(search, &easier, attempt, &options) {
-                return warm(search, chain, &found, &options).or_else(|| {
-                    least = least.max(eased);
-                    Some(found)
-                });
-            }
-        }
-        None
-    };
-    let landed = land_chain(aim, &mut chain, found.clone(), record, solve);
-    landed.map(|landed| (landed, least))
+    land_chain(aim, &mut chain, found.clone(), record, |chain, attempt| again(search, chain, attempt, None))
 }

@@ -6,7 +6,6 @@ mod answer;
 mod any_attitude;
 mod asked;
 mod authority;
-mod by_arcs;
 mod chains;
 mod cheapest;
 mod coarse;
@@ -34,7 +33,7 @@ mod record;
 mod requested;
 mod rolls;
 mod rungs;
-mod shares;
+mod seeds;
 mod shots;
 mod starts;
 mod steps;
@@ -77,6 +76,11 @@ pub enum PlanError {
         /// What it cannot take.
         reason: Obstacle,
     },
+    /// SCP minimises the effort alone, in a given duration.
+    #[error(
+        "SCP plans least effort in a given duration only; leave `method` out or use method = \"interior_point\""
+    )]
+    NotForScp,
     /// What cannot be asked of a maneuver whose inputs switch or whose duration is sought.
     #[error("this maneuver does not go with the settings: {0}")]
     Unsuited(Misfit),
@@ -152,8 +156,10 @@ fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
 
 /// Whether settings and guess are such that least time or fuel, or a duration, can be sought by SCP.
 fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
-    if settings.method == Method::Shooting {
-        return Err(PlanError::NotForShooting { reason: Obstacle::EqualSteps });
+    match settings.method {
+        Method::Shooting => return Err(PlanError::NotForShooting { reason: Obstacle::EqualSteps }),
+        Method::Scp => return Err(PlanError::NotForScp),
+        Method::Auto | Method::InteriorPoint => {}
     }
     check_for_no_guess(guess)?;
     check_for_scp(problem)
@@ -335,9 +341,7 @@ fn solve_on(
             check_for_chain(problem, settings, guess)?;
             let context = Context::new(settings, observer);
             let found = cheapest::solve(problem, &context);
-            // Arcs are what a search by SCP begins from and leads to.
-            let arcs = settings.method != Method::InteriorPoint;
-            Ok(if arcs { limited::with_arcs(problem, &context, found) } else { found })
+            Ok(limited::with_arcs(problem, &context, found))
         }
     }
 }
@@ -360,7 +364,7 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
         return found;
     }
     let tried = found.ladder.clone();
-    let other = cheapest::solve(&problem.clone().planned_by(Method::Scp), context);
+    let other = cheapest::solve(&problem.clone().planned_by(Method::InteriorPoint), context);
     // What was stopped is told as such, with its best iterate.
     let stopped = context.interrupt().is_some() && !converged(&found);
     let better = stopped || converged(&other) && !(converged(&found) && found.cost <= other.cost);

@@ -144,20 +144,13 @@ pub struct ConvexRecord {
     pub all_subproblems: usize,
     /// Interior-point iterations of all.
     pub cone_iterations: u32,
-    /// The weight of the effort in the cost of time or fuel.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub effort_share: f64,
 }
 
 impl From<&ConvexWork> for ConvexRecord {
     fn from(work: &ConvexWork) -> Self {
-        let ConvexWork { subproblems, all_subproblems, cone_iterations, effort_share, .. } = *work;
-        Self { subproblems, all_subproblems, cone_iterations, effort_share }
+        let ConvexWork { subproblems, all_subproblems, cone_iterations, .. } = *work;
+        Self { subproblems, all_subproblems, cone_iterations }
     }
-}
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 impl<'a> PlanFile<'a> {

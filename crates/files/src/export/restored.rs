@@ -37,7 +37,6 @@ impl PlanFile<'_> {
             convex.subproblems = work.subproblems;
             convex.all_subproblems = work.all_subproblems;
             convex.cone_iterations = work.cone_iterations;
-            convex.effort_share = work.effort_share;
             convex
         });
         solution.active = self.active.clone();

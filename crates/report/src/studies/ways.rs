@@ -1,11 +1,11 @@
 //! The methods for a plan that switches, side by side: the smoothed law, Newton on switching
-//! times, and the convex iteration.
+//! times, and the interior point.
 //!
 //! - **smoothed**: the law with the smallest ε that is found, on equal steps; nothing of switching
 //!   times is in it;
 //! - **switching times**: the method of a plan: arcs at the limits on steps that end where inputs
 //!   switch;
-//! - **convex**: SCP on equal steps with inputs at the nodes, and with the duration as an unknown
+//! - **interior_point**: the interior point on equal steps with inputs at the nodes, and with the duration as an unknown
 //!   if it is free. It is the method for maneuvers with constraints, and the method of
 //!   `method = "scp"`.
 //!
@@ -22,7 +22,7 @@ use std::time::Instant;
 /// A plan by one of the methods. Numbers are absent without a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WayRun {
-    /// `smoothed`, `switching_times` or `convex`.
+    /// `smoothed`, `switching_times` or `interior_point`.
     pub way: &'static str,
     /// The status; absent if the method does not apply.
     pub status: Option<Status>,
@@ -69,12 +69,12 @@ pub fn compare(
         Ok(plan::judged(problem, settings, smoothed, began, observer))
     };
     let arcs = plan::plan(problem, settings, None, observer)?;
-    let on_equal_steps = Settings { method: Method::Scp, ..settings.clone() };
-    let convex = plan::plan(problem, &on_equal_steps, None, observer).map_err(|error| error.to_string());
+    let on_equal_steps = Settings { method: Method::InteriorPoint, ..settings.clone() };
+    let interior = plan::plan(problem, &on_equal_steps, None, observer).map_err(|error| error.to_string());
     Ok(vec![
         WayRun::of("smoothed", smoothed),
         WayRun::of("switching_times", Ok(arcs)),
-        WayRun::of("convex", convex),
+        WayRun::of("interior_point", interior),
     ])
 }
 
@@ -140,7 +140,7 @@ mod tests {
             let runs = compare(&problem(steps), &Settings::discrete(), &mut Silent).unwrap();
             assert_eq!(
                 runs.iter().map(|run| run.way).collect::<Vec<_>>(),
-                ["smoothed", "switching_times", "convex"]
+                ["smoothed", "switching_times", "interior_point"]
             );
             let durations: Vec<f64> = runs.iter().map(|run| run.duration_s.expect("a plan")).collect();
             assert!(runs[0].smoothing.is_some() && runs[1].smoothing.is_none(), "{runs:?}");

@@ -320,10 +320,7 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
         };
     }
     if problem.is_shaped() {
-        return match solution.convex.map_or(0.0, |work| work.effort_share) {
-            share if share > 1e-6 => "nearly a local minimum: the cost contains a small effort term".into(),
-            _ => "a local minimum, to first order; others may be better".into(),
-        };
+        return "a local minimum, to first order; others may be better".into();
     }
     match solution.optimality.second_order() {
         SecondOrder::Minimum => "a local minimum; no proof that it is global".into(),

@@ -62,7 +62,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         Some(switching) => lines.extend(switched(problem, solution, switching, identity)),
         None if problem.objective == Objective::Time => {
             let duration = significant(solution.duration(problem), 9);
-            lines.line("duration", format!("{duration} s, {}", minimal(solution)));
+            lines.line("duration", format!("{duration} s, {MINIMAL}"));
         }
         None if problem.seeks_duration() => {
             let duration = significant(solution.duration(problem), 9);
@@ -86,7 +86,7 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         }
         None if problem.objective.fuel().is_some() => {
             let fuel = significant(solution.cost, 9);
-            lines.line("fuel", format!("{fuel}, {}", minimal(solution)));
+            lines.line("fuel", format!("{fuel}, {MINIMAL}"));
         }
         None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
     }
@@ -307,23 +307,11 @@ pub(super) fn rotation_beside_path(problem: &Problem, solution: &Solution) -> Op
     (known && rests && astray).then(|| lie::minus(&end.attitude, &start.attitude).norm().to_degrees())
 }
 
+/// What is known of the optimality of a plan of time or fuel, whose second order is not tested.
+const MINIMAL: &str = "minimal to first order on the grid";
+
 /// The number of residuals that are shown before and after an ellipsis.
 const SHOWN: (usize, usize) = (3, 4);
-
-/// Describes the optimality of a plan of time or fuel by the convex iteration, whose second order
-/// is not tested.
-fn minimal(solution: &Solution) -> String {
-    // Below this what a share of the effort adds to the cost is out of sight.
-    const SEEN: f64 = 1e-6;
-    let minimal = "minimal to first order on the grid";
-    match solution.convex.map_or(0.0, |work| work.effort_share) {
-        share if share > SEEN => {
-            let share = significant(share, 2);
-            format!("{minimal} with {share} of the effort in the cost: a small gain is possible")
-        }
-        _ => minimal.into(),
-    }
-}
 
 /// Iterations of the winning start over all grids, and the residuals of those on the requested
 /// grid.

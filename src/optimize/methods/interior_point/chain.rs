@@ -146,10 +146,9 @@ struct Stage {
 }
 
 impl<'a> ChainProgram<'a> {
-    /// The program of a chain; `None` where a kink of the cost is that of a norm, or effort is counted from other inputs than none.
+    /// The program of a chain; `None` where a kink of the cost is that of a norm.
     pub fn of(model: &'a Model, limits: &'a LimitRows, start: &Iterate) -> Option<Self> {
-        if model.about.is_some() || limits.rows.iter().any(|row| matches!(row.what, What::BurnOfNorm { .. }))
-        {
+        if limits.rows.iter().any(|row| matches!(row.what, What::BurnOfNorm { .. })) {
             return None;
         }
         let mut units = vec![0.0f64; model.m];

@@ -27,6 +27,7 @@ use crate::mechanics::environment::{Environment, Pose};
 use crate::numerics::tableau::EIGHTH;
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
+use std::cell::Cell;
 use std::sync::Arc;
 
 /// Longest step, in the unit of time and in turns by the present rate \[rad\]: halves of it lead to the same end within 1e-13
@@ -163,9 +164,17 @@ pub(crate) struct Maneuver {
     pub start: State,
     pub end: State,
     pub units: Units,
+    /// Steps of the flow taken so far, and the most that a search for arcs may take.
+    steps: Cell<usize>,
+    pub most_steps: usize,
 }
 
 impl Maneuver {
+    /// Returns whether a search for arcs has taken all the steps of the flow that it may take.
+    pub fn is_spent(&self) -> bool {
+        self.steps.get() >= self.most_steps
+    }
+
     /// That of a problem; `None` where arcs of this kind do not describe it.
     pub fn of(problem: &Problem) -> Option<Self> {
         let (torques, forces) = (&problem.actuation.torque, problem.actuation.force.as_ref());
@@ -230,6 +239,8 @@ impl Maneuver {
             j,
             j_inverse,
             units,
+            steps: Cell::new(0),
+            most_steps: usize::MAX,
         })
     }
 
@@ -241,11 +252,6 @@ impl Maneuver {
     /// A state of a plan, with what its wheels store, at a time \[s\].
     pub fn scaled(&self, state: &planned::State, stored: &[f64], time: f64) -> State {
         self.units.state(state, self.moves, stored, time)
-    }
-
-    /// The pose of a state, in meters.
-    pub fn pose(&self, state: &State) -> Pose {
-        Pose { position: self.units.length * state.position(), attitude: state.attitude() }
     }
 
     /// How many of the first parts of a change are given at the end.
@@ -528,6 +534,7 @@ impl Driven<'_> {
 
     /// Where a state comes to in `length`, in so many steps.
     pub fn flow(&self, from: &State, length: f64, steps: usize) -> State {
+        self.maneuver.steps.set(self.maneuver.steps.get().saturating_add(steps));
         let mut numbers = from.0;
         for _ in 0..steps {
             self.step(&mut numbers, length / steps as f64);

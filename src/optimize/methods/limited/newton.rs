@@ -482,7 +482,7 @@ impl Arcs {
             return None;
         }
         for _ in 0..MOST_ITERATIONS {
-            *left = left.checked_sub(1)?;
+            *left = left.checked_sub(1).filter(|_| !maneuver.is_spent())?;
             let followed = self.followed(maneuver)?;
             let newton = Newton::of(&self, maneuver, &followed)?;
             let missed = followed.equations.amax();

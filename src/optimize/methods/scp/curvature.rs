@@ -88,7 +88,7 @@ fn bend_of_effort(at: &Evaluated, duration: usize, stage: usize, block: &mut Blo
     let power = f64::from(model.effort_power);
     block.state[(duration, duration)] += power * power * iterate.effort(model, stage);
     let weight = power * model.effort_weight(stage, iterate.states[stage].stretch);
-    let slope = &model.weight * model.beside(stage, &iterate.inputs[stage]) * weight;
+    let slope = &model.weight * DVector::from_column_slice(&iterate.inputs[stage]) * weight;
     let mixed = block.mixed.get_or_insert_with(|| DMatrix::zeros(model.n, model.m));
     let mut row = mixed.row_mut(duration);
     row += slope.transpose();

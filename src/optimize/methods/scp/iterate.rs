@@ -2,6 +2,7 @@
 
 use super::model::{ChainState, Model, Opening, Step};
 use super::rows::{LimitRows, Place, RowValue};
+use crate::maneuver::objective;
 use crate::optimize::discrete::step::StepError;
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::model::{goal, state, step};
@@ -103,7 +104,7 @@ impl Iterate {
     /// What the inputs of a stage cost as effort.
     pub fn effort(&self, model: &Model, stage: usize) -> f64 {
         model.effort_weight(stage, self.states[stage].stretch)
-            * goal::effort(model, stage, &self.inputs[stage])
+            * objective::effort(&model.weight, &self.inputs[stage])
     }
 
     /// What fuel and time cost.

@@ -19,7 +19,6 @@ pub(crate) mod rows;
 pub(crate) mod second_order;
 pub(crate) mod subproblem;
 mod tuning;
-mod within;
 
 use crate::maneuver::solution::Outcome;
 use crate::optimize::methods::PROMISED;
@@ -32,8 +31,8 @@ use curvature::{blocks, convexified};
 use iterate::{Evaluated, Iterate};
 use model::Model;
 use nalgebra::{DMatrix, DVector};
-use polish::{FreeRamps, Polished, Told, polish};
-use rows::{LimitRows, What};
+use polish::{Polished, Told, polish};
+use rows::LimitRows;
 use subproblem::{Failure, Move, Subproblem, Weights};
 
 /// What the iteration may do.
@@ -109,61 +108,6 @@ impl Convex {
         let defect = self.residuals.last().copied().unwrap_or(f64::INFINITY);
         self.violations.iter().fold(defect, |miss, violation| miss.max(*violation))
     }
-}
-
-/// Newton alone, from an iterate near a solution on another grid. `None` where it does not settle.
-pub(crate) fn polished_only(
-    model: &Model,
-    rows: &LimitRows,
-    start: &Iterate,
-    multipliers: &Multipliers,
-    options: &ScpOptions,
-    watch: &Watch,
-) -> Option<Convex> {
-    let changes = rows.rows.iter().any(|row| matches!(row.what, What::InputRate { .. }));
-    let polished = match within::optimal_inputs(model, rows, start, multipliers, watch) {
-        Some(first) if changes => in_rounds(model, rows, first, options, watch),
-        Some((start, known)) => polish(model, rows, &start, &known, options, Told::Roughly, watch),
-        None => polish(model, rows, start, multipliers, options, Told::Roughly, watch),
-    }?;
-    Some(Convex {
-        outcome: Outcome::Converged,
-        iterate: polished.iterate.clone(),
-        multipliers: polished.multipliers.clone(),
-        subproblems: 0,
-        residuals: vec![polished.residual],
-        violations: vec![0.0; rows.groups.len()],
-        polished: Some(polished),
-        cone_seconds: 0.0,
-        cone_iterations: 0,
-    })
-}
-
-/// Newton from the inputs that the costates ask for within their limits, again and again: a step from there brings the costates
-/// nearer, and with them the rows that act. The sets of rows of how fast inputs change that Newton itself comes to contradict each
-/// other as soon as a ramp is a row too long.
-fn in_rounds(
-    model: &Model,
-    rows: &LimitRows,
-    first: (Iterate, Multipliers),
-    options: &ScpOptions,
-    watch: &Watch,
-) -> Option<Polished> {
-    let (mut start, mut last) = (first, f64::INFINITY);
-    for _ in 0..ROUNDS {
-        let polished = polish(model, rows, &start.0, &start.1, options, Told::Exactly, watch);
-        if polished.is_some() || watch.stopped() {
-            return polished;
-        }
-        let free = FreeRamps::of(model, rows, &start, options, watch)?;
-        if (free.residual() / last - 1.0).abs() < SAME_ROUND {
-            return free.decided(watch);
-        }
-        last = free.residual();
-        let (iterate, multipliers) = free.step()?;
-        start = within::optimal_inputs(model, rows, &iterate, &multipliers, watch)?;
-    }
-    None
 }
 
 /// The iteration.

@@ -45,7 +45,7 @@ use super::curvature::Multipliers;
 use super::iterate::{Evaluated, Iterate};
 use super::kkt::Kkt;
 use super::model::Model;
-use super::rows::{LimitRow, LimitRows, RowValue, What, size};
+use super::rows::{LimitRow, LimitRows, RowValue, size};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
 use crate::optimize::methods::driver::{Iteration, run};
@@ -75,8 +75,6 @@ pub(crate) enum Told {
     Roughly,
     /// The same where the convex iteration has settled.
     Settled,
-    /// Those of limits of an input's size and of how fast it changes exactly: none that is zero acts, and all others do.
-    Exactly,
 }
 
 /// How Newton's method is stabilised.
@@ -119,7 +117,7 @@ pub(crate) fn polish(
             return None;
         }
         let at = iterate.evaluate(model, rows, *watch).ok()?.smooth();
-        let newton = Newton::new(at, multipliers.clone(), options.polish_tolerance, stabilised, told);
+        let newton = Newton::new(at, multipliers.clone(), options.polish_tolerance, stabilised);
         let (newton, report) = run(newton, options.newton, watch.interrupt);
         // At the end of its steps and where a matrix is singular the best point may do all the same.
         let ended = [Outcome::Converged, Outcome::IterationLimit, Outcome::Singular];
@@ -130,71 +128,6 @@ pub(crate) fn polish(
     newton(Stabilised::Not)
         .or_else(|| near.then(|| newton(Stabilised::Narrowly)).flatten())
         .or_else(|| (told == Told::Settled).then(|| newton(Stabilised::Widely)).flatten())
-}
-
-/// Newton's method from exactly known rows, with every ramp of an input set free that ends at a limit of its size: there it is
-/// held by no more than one node asks for, and set free it moves by a part of its last step.
-pub(super) struct FreeRamps<'a> {
-    newton: Newton<'a>,
-    /// The rows that were let go.
-    ends: Vec<usize>,
-}
-
-impl<'a> FreeRamps<'a> {
-    pub fn of(
-        model: &'a Model,
-        rows: &'a LimitRows,
-        (iterate, multipliers): &(Iterate, Multipliers),
-        options: &ScpOptions,
-        watch: &Watch<'a>,
-    ) -> Option<Self> {
-        let at = iterate.evaluate(model, rows, *watch).ok()?.smooth();
-        let (tolerance, plain) = (options.polish_tolerance, Stabilised::Not);
-        let mut newton = Newton::new(at, multipliers.clone(), tolerance, plain, Told::Exactly);
-        let ends = newton.free_ramps();
-        Some(Self { newton, ends })
-    }
-
-    /// The residual of the iterate as it was.
-    pub fn residual(&self) -> f64 {
-        self.newton.size
-    }
-
-    /// Where one step leads.
-    pub fn step(&self) -> Option<(Iterate, Multipliers)> {
-        self.newton.step()
-    }
-
-    /// The optimum, where nothing but the ends of ramps is to be decided: the one that is most wrong is fixed or let go, one after
-    /// the other.
-    pub fn decided(mut self, watch: &Watch) -> Option<Polished> {
-        for _ in 0..2 * self.ends.len() + SETTLING {
-            if watch.stopped() {
-                return None;
-            }
-            let newton = &mut self.newton;
-            let (iterate, multipliers) = newton.step()?;
-            newton.at = newton.at.elsewhere(&iterate).ok()?.smooth();
-            newton.multipliers = multipliers;
-            newton.iterations += 1;
-            newton.residuals = Residuals::of(&newton.at, &newton.multipliers);
-            newton.size = newton.residuals.largest(&newton.at, &newton.multipliers, &newton.active);
-            if newton.size <= newton.tolerance {
-                return Some(polished(&newton.at, &newton.multipliers, newton.size, newton.iterations));
-            }
-            let wrong = |row: usize| match &newton.at.rows[row] {
-                RowValue::Half { c, .. } if !newton.active[row] => *c,
-                _ => -newton.multipliers.rows[row] / newton.residuals.scale,
-            };
-            let worst = self.ends.iter().copied().max_by(|a, b| wrong(*a).total_cmp(&wrong(*b)));
-            if let Some(worst) = worst.filter(|row| wrong(*row) > newton.tolerance) {
-                newton.active[worst] = !newton.active[worst];
-                newton.multipliers.drop_idle(&newton.at, &newton.active);
-                newton.residuals = Residuals::of(&newton.at, &newton.multipliers);
-            }
-        }
-        None
-    }
 }
 
 /// Newton's method, plain or stabilised.
@@ -220,16 +153,9 @@ impl<'a> Newton<'a> {
         mut multipliers: Multipliers,
         tolerance: f64,
         stabilised: Stabilised,
-        told: Told,
     ) -> Self {
         let plain = stabilised == Stabilised::Not;
         let mut active = if plain { active(&at, &multipliers) } else { likely(&at, &multipliers) };
-        if told == Told::Exactly {
-            let rows = at.limits.rows.iter().zip(multipliers.rows.iter()).zip(&mut active);
-            for ((_, multiplier), active) in rows.filter(|((row, _), _)| row.what.is_of_one_input()) {
-                *active = *multiplier > 0.0;
-            }
-        }
         multipliers.drop_idle(&at, &active);
         let rho = largest_multiplier(&multipliers).max(1e-3);
         multipliers.settle_kinks(&at, &mut active, rho);
@@ -252,28 +178,6 @@ impl<'a> Newton<'a> {
             iterations,
             idle,
         }
-    }
-
-    /// Lets the limits of size go at which inputs arrive, or from which they leave, as fast as they may. Their rows.
-    fn free_ramps(&mut self) -> Vec<usize> {
-        let (model, rows) = (self.at.model, &self.at.limits.rows);
-        let place = |stage: usize, input: usize| stage * model.m + input;
-        let mut fast = vec![false; place(model.steps + 2, 0)];
-        for (row, _) in rows.iter().zip(&self.active).filter(|(_, active)| **active) {
-            if let What::InputRate { input, .. } = row.what {
-                fast[place(row.stage, input)] = true;
-                fast[place(row.stage + 1, input)] = true;
-            }
-        }
-        let is_end = |row: &usize| {
-            self.active[*row]
-                && matches!(rows[*row].what, What::InputSize { input, .. } if fast[place(rows[*row].stage, input)])
-        };
-        let ends: Vec<usize> = (0..rows.len()).filter(is_end).collect();
-        ends.iter().for_each(|row| self.active[*row] = false);
-        self.multipliers.drop_idle(&self.at, &self.active);
-        self.residuals = Residuals::of(&self.at, &self.multipliers);
-        ends
     }
 
     /// A Newton step, not too long.
@@ -351,7 +255,7 @@ fn polished(at: &Evaluated, multipliers: &Multipliers, residual: f64, iterations
 /// point's round-off are cut to zero.
 pub(super) fn as_it_is(at: &Evaluated, multipliers: &Multipliers) -> Option<Polished> {
     let at = at.iterate.evaluate(at.model, at.limits, Watch::NONE).ok()?.smooth();
-    Some(Newton::new(at, multipliers.clone(), 0.0, Stabilised::Not, Told::Roughly).best)
+    Some(Newton::new(at, multipliers.clone(), 0.0, Stabilised::Not).best)
 }
 
 impl Multipliers {
@@ -446,7 +350,7 @@ impl Residuals {
             if stage < model.first_input() {
                 return DVector::zeros(model.m);
             }
-            let u = model.beside(stage, &at.iterate.inputs[stage]);
+            let u = DVector::from_column_slice(&at.iterate.inputs[stage]);
             let costate = &multipliers.costates[stage];
             let weight = model.effort_weight(stage, at.iterate.states[stage].stretch);
             &model.weight * u * weight + at.input_slope(stage).tr_mul(costate)

@@ -5,7 +5,8 @@ use super::curvature::Multipliers;
 use super::iterate::Iterate;
 use super::model::{ChainState, Goal, Model};
 use super::rows::LimitRows;
-use super::{Convex, ScpOptions, first_iterate, polished_only, run};
+use super::polish::{Told, polish};
+use super::{Convex, ScpOptions, first_iterate, run};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
@@ -34,27 +35,12 @@ pub(crate) struct ConvexIteration<'a> {
     pub options: &'a ScpOptions,
 }
 
-/// Newton on the active set alone, from a candidate near an optimum.
-pub(crate) struct ActiveSetNewton<'a> {
-    pub chain: &'a Chain,
-    pub options: &'a ScpOptions,
-}
-
 impl Method for ConvexIteration<'_> {
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
         let Chain { model, rows } = self.chain;
         let multipliers = (!candidate.costates.is_empty()).then(|| multipliers(&candidate));
         let start = self.chain.iterate(&candidate, &budget.watch);
         let found = run(model, rows, start, multipliers, self.options, &budget.watch);
-        self.chain.attempt(candidate, found)
-    }
-}
-
-impl Method for ActiveSetNewton<'_> {
-    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
-        let Chain { model, rows } = self.chain;
-        let (start, multipliers) = (self.chain.iterate(&candidate, &budget.watch), multipliers(&candidate));
-        let found = polished_only(model, rows, &start, &multipliers, self.options, &budget.watch);
         self.chain.attempt(candidate, found)
     }
 }
@@ -79,16 +65,6 @@ impl Chain {
         let (iterate, model) = (iterate(candidate), &self.model);
         let cost = if model.effort_power == 0 { iterate.price(model) } else { iterate.cost(model) };
         cost / model.cost_scale
-    }
-
-    /// What a plan of time or fuel may gain at most by less of the effort in its cost, in the user's unit: `Eₘ − E`, where inputs at their
-    /// limits throughout cost `Eₘ`. From its optimum `x` to the one without, `y`, `J(x) + E(x) ≤ J(y) + E(y)`, and `E(y) ≤ Eₘ` as long
-    /// as `y` takes no longer. Infinite where inputs have no limits of their own.
-    pub fn to_gain(&self, candidate: &Candidate) -> f64 {
-        let (iterate, model) = (iterate(candidate), &self.model);
-        let own = iterate.cost(model) - iterate.price(model);
-        // Scaled inputs grow as the square of the duration.
-        (model.most_effort * iterate.stretch().powi(4) - own).max(0.0) / model.cost_scale
     }
 
     /// What this chain, which has a goal, has found, as a candidate of `planned`, the maneuver that states the duration found.
@@ -123,6 +99,18 @@ impl Chain {
             *multiplier *= grown * scale;
         }
         Attempt { candidate, ..found }
+    }
+
+    /// Improves a candidate that is near an optimum by Newton on the active set; `None` where that does not settle.
+    pub fn polished(&self, candidate: &Candidate, options: &ScpOptions, budget: &Budget) -> Option<Attempt> {
+        let Self { model, rows } = self;
+        let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
+        let found = polish(model, rows, &iterate, &multipliers, options, Told::Roughly, &budget.watch)?;
+        let residuals = vec![f64::NAN, found.residual];
+        let report = Report { outcome: Outcome::Converged, iterations: found.iterations, residuals };
+        let candidate = with_iterate(candidate.clone(), found.iterate, found.multipliers);
+        let (cost, residual) = (found.cost, found.residual);
+        Some(Attempt { cost, residual, stationarity: residual, ..Attempt::of(candidate, report) })
     }
 
     /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.
@@ -182,7 +170,6 @@ impl Chain {
             subproblems,
             all_subproblems: subproblems,
             cone_iterations: convex.cone_iterations,
-            effort_share: 0.0,
             cone_seconds: convex.cone_seconds,
         };
         let candidate = with_iterate(candidate, iterate, multipliers);

@@ -30,6 +30,7 @@ use super::curvature::Multipliers;
 use super::iterate::Evaluated;
 use super::model::Model;
 use super::rows::{Kink, LimitRows, RowValue};
+use crate::maneuver::objective;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::parallel;
 use crate::optimize::convex::cone::{
@@ -37,7 +38,6 @@ use crate::optimize::convex::cone::{
 };
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::model::goal;
 use crate::optimize::methods::scp::tuning::{LARGE, STRETCHED};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -314,7 +314,7 @@ impl<'a> Subproblem<'a> {
             upper(layout.state(stage), curvature);
             let stretch = at.iterate.states[stage].stretch;
             upper(layout.inputs(stage), &model.input_weight(stage, stretch));
-            let inputs = model.beside(stage, &at.iterate.inputs[stage]);
+            let inputs = DVector::from_column_slice(&at.iterate.inputs[stage]);
             let slope = &model.weight * inputs * model.effort_weight(stage, stretch);
             linear[layout.inputs(stage)..][..layout.m].copy_from_slice(slope.as_slice());
             if let Some(duration) = model.duration {
@@ -524,7 +524,7 @@ impl Move {
             let stretched = model.duration.map_or(0.0, |duration| {
                 f64::from(model.effort_power) * at.iterate.effort(model, stage) * self.states[stage][duration]
             });
-            model.effort_weight(stage, at.iterate.states[stage].stretch) * goal::effort(model, stage, &u)
+            model.effort_weight(stage, at.iterate.states[stage].stretch) * objective::effort(&model.weight, &u)
                 + stretched
         };
         let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();

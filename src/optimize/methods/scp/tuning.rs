@@ -43,13 +43,6 @@ pub(super) const ACCURACY: (f64, f64) = (1e-2, 1e-4);
 /// fewer that is over soon.
 pub(super) const LARGE: usize = 20_000;
 
-/// Rounds after which Newton from the inputs that costates ask for gives up.
-pub(super) const ROUNDS: usize = 12;
-/// Residuals of two rounds that differ by less, relative, are those of a round that repeats itself.
-pub(super) const SAME_ROUND: f64 = 1e-6;
-/// Parts of a limit that are round-off.
-pub(super) const ROUND_OFF: f64 = 1e-9;
-
 /// Newton's steps that turn a node by more than this \[rad\] are shortened.
 pub(super) const LONGEST_TURN: f64 = 0.4;
 /// Largest proximal term; the same times the largest multiplier; and the least share of a term that the next one is: the
@@ -59,8 +52,6 @@ pub(super) const WIDEST_BY_MULTIPLIER: f64 = 10.0;
 pub(super) const SLOWLY: f64 = 0.3;
 /// Iterations without progress after which the plain and the stabilised method give up.
 pub(super) const IDLE: [usize; 2] = [12, 25];
-/// Newton steps that the ends of ramps may take beside those that decide on them.
-pub(super) const SETTLING: usize = 4;
 /// Growth of the residual after which Newton does not come back.
 pub(super) const LOST: f64 = 100.0;
 /// Share of the largest multiplier below which one is taken for the cone solver's round-off.
@@ -88,5 +79,3 @@ pub(super) const STRETCHED: f64 = 0.5;
 pub(super) const TIME_PRICE: f64 = 100.0;
 /// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian takes a few units.
 pub(super) const FUEL_PRICE: f64 = 10.0;
-/// Scaled effort of a turn by about a radian.
-pub(super) const TYPICAL_EFFORT: f64 = 10.0;

@@ -4,8 +4,7 @@ mod convex;
 mod extremals;
 mod further;
 mod given;
-mod goal;
-pub(super) mod interior;
+mod interior;
 mod saturated;
 mod shortest;
 
@@ -16,18 +15,16 @@ struct Steps<const N: usize>;
 
 impl<const N: usize> Steps<N> {
     /// A guess, `Saturated` and `Shortest` work on the requested grid, the others on a coarse one first.
-    const LADDER: [&'static dyn Climb<N>; 8] = [
+    const LADDER: [&'static dyn Climb<N>; 7] = [
         // guess
         &given::Given,
         // newton, descent and lifted
         &extremals::Extremals,
         // saturated, lifted and limits
         &saturated::Saturated,
-        // scp and polish: of time, fuel and a duration that is sought
-        &goal::OfGoal,
-        // interior_point: the same
+        // interior_point: of time, fuel and a duration that is sought
         &interior::Interior,
-        // scp and polish of effort
+        // interior_point, or scp and polish: of effort
         &convex::Convex,
         // the same from a plan in less time
         &shortest::Shortest,

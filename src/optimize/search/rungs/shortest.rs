@@ -3,14 +3,13 @@
 use crate::maneuver::objective::Objective;
 use crate::maneuver::solution::Outcome;
 use crate::optimize::discrete::step::Point;
-use crate::optimize::methods::scp::model::{Effort, Goal};
+use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::path;
 use crate::optimize::search::chains::{carry, descend, unlimited_paths};
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::found::Found;
 use crate::optimize::search::goal::{Cheapest, cheapest};
 use crate::optimize::search::ladder::{Ask, Climb, Search};
-use crate::optimize::search::shares::SHARE;
 use crate::optimize::search::transfer::Interpolant;
 
 /// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a way that
@@ -26,7 +25,7 @@ impl<const N: usize> Climb<N> for Shortest {
     }
 
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
-        let goal = Goal { objective: Objective::Time, effort: Effort::of_share(SHARE) };
+        let goal = Goal { objective: Objective::Time };
         let of_time = Ask::of_goal(Some(goal), search.context.settings);
         let trial = search.of(search.problem, of_time.clone());
         let paths = unlimited_paths(&trial, &trial.chain(chain_steps(search.problem)));
@@ -36,7 +35,6 @@ impl<const N: usize> Climb<N> for Shortest {
         if duration > search.problem.seconds() {
             return;
         }
-        let search = &search.with_effort(found.effort.clone());
         let coarse = search.chain(chain_steps(search.problem));
         let nodes = Interpolant::of(attempt.candidate.states.iter().map(Point::pose).collect());
         let poses = nodes.on(coarse.model.steps);

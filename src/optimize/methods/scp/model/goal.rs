@@ -1,43 +1,23 @@
 //! What a chain minimises beside or in place of the effort: time, fuel, and their scales.
 
 use super::Model;
-use crate::maneuver::objective::{self, Fuel, Objective};
+use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::ActuatorSet;
-use crate::optimize::methods::scp::tuning::{FUEL_PRICE, TIME_PRICE, TYPICAL_EFFORT};
-use std::sync::Arc;
+use crate::optimize::methods::scp::tuning::{FUEL_PRICE, TIME_PRICE};
 
 /// What a chain minimises in place of the effort.
 #[derive(Clone, Debug)]
 pub(crate) struct Goal {
     /// Time or fuel, or effort with a price of time. The duration is sought where time counts.
     pub objective: Objective,
-    /// The effort beside time or fuel.
-    pub effort: Effort,
-}
-
-/// What of the effort is in the cost of time or fuel.
-#[derive(Clone, Debug)]
-pub(crate) struct Effort {
-    /// Its share, as a part of what the inputs would cost at their limits throughout.
-    pub share: f64,
-    /// Inputs on the nodes of a grid from which it is counted; from none where there are none, and on other grids.
-    pub about: Option<Arc<Vec<Vec<f64>>>>,
-}
-
-impl Effort {
-    /// A share of the effort.
-    pub fn of_share(share: f64) -> Self {
-        Self { share, about: None }
-    }
 }
 
 impl Goal {
-    /// The same for the duration that a plan has; none where time alone counts.
+    /// Returns the same goal for the duration that a plan has; none where time alone counts.
     pub fn in_given_duration(&self) -> Option<Self> {
         let fuel = self.objective.fuel()?;
-        let objective = Objective::Fuel(Fuel { time_price: None, ..fuel.clone() });
-        Some(Self { objective, effort: Effort::of_share(self.effort.share) })
+        Some(Self { objective: Objective::Fuel(Fuel { time_price: None, ..fuel.clone() }) })
     }
 }
 
@@ -57,8 +37,7 @@ impl FuelPrice {
     }
 }
 
-/// The chain of a maneuver with a goal. Of least time or fuel its cost is what these cost, scaled, and a share of what the inputs
-/// cost, as a part of what they would cost at their limits throughout.
+/// Builds the chain of a maneuver with a goal. Of least time or fuel its cost is what these cost, scaled.
 pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
     let mut model = Model::new(problem, steps);
     let (stated, time_price) = (model.dynamics.units.time, goal.objective.time_price());
@@ -80,11 +59,7 @@ pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
         inputs: prices.iter().map(|price| price * model.cost_scale).collect(),
         of_norm: [Fuel::is_of_norm(&model.torque), model.force.as_ref().is_some_and(Fuel::is_of_norm)],
     });
-    model.about = goal.effort.about.clone().filter(|inputs| inputs.len() == steps + 1);
-    let limits = model.input_bounds(problem);
-    let most: f64 = (0..model.m).map(|i| 0.5 * model.weight[(i, i)] * limits[i] * limits[i]).sum();
-    model.most_effort = if most.is_finite() { goal.effort.share * TIME_PRICE } else { f64::INFINITY };
-    model.weight *= goal.effort.share * TIME_PRICE / if most.is_finite() { most } else { TYPICAL_EFFORT };
+    model.weight.fill(0.0);
     model
 }
 
@@ -111,12 +86,4 @@ pub fn fuel_rate(model: &Model, inputs: &[f64]) -> f64 {
     let force = model.force.as_ref();
     force.map_or(0.0, |set| burnt(set, fuel.is_of_norm(true), of_forces, forces))
         + burnt(&model.torque, fuel.is_of_norm(false), of_torques, torques)
-}
-
-/// `½ (u − r)ᵀ W (u − r)` of the inputs of a stage, from those that effort is counted from.
-pub fn effort(model: &Model, stage: usize, inputs: &[f64]) -> f64 {
-    match &model.about {
-        None => objective::effort(&model.weight, inputs),
-        Some(_) => objective::effort(&model.weight, model.beside(stage, inputs).as_slice()),
-    }
 }

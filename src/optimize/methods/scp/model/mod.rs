@@ -27,8 +27,7 @@
 //! Σ κ_k Σ_j c_j |u_j| / s + w s ,     with c |B u| in the place of the terms of a set under a limit of its norm,
 //! ```
 //!
-//! and a little effort beside it, which decides where these leave a choice. Where effort itself is the cost it goes in these
-//! units as `Σ κ_k ½ u_kᵀ W u_k / s³`.
+//! Where effort itself is the cost it goes in these units as `Σ κ_k ½ u_kᵀ W u_k / s³`.
 //!
 //! # Where do step and kick of the chain come from?
 //!
@@ -47,10 +46,9 @@ use crate::maneuver::problem::{Motion, Problem, State};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, InputLimit, LimitKind};
 use crate::optimize::discrete::step::{Costate, Dynamics};
 use crate::optimize::discrete::terminal::TerminalCondition;
-pub(crate) use goal::{Effort, FuelPrice, Goal};
+pub(crate) use goal::{FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
-use std::sync;
 pub(crate) use step::{Arc, Opening, Step};
 
 /// The chain.
@@ -82,12 +80,8 @@ pub(crate) struct Model {
     terminal: TerminalCondition,
     /// `W`, m×m, scaled.
     pub weight: DMatrix<f64>,
-    /// Inputs of every stage from which effort is counted ([`Effort::about`]).
-    pub about: Option<sync::Arc<Vec<Vec<f64>>>>,
-    /// Power of the duration with which the effort goes: 0 where that is a share beside another cost.
+    /// Power of the duration with which the effort goes.
     pub effort_power: i32,
-    /// What effort its inputs would cost at their limits throughout the stated duration, scaled; infinite where they have none.
-    pub most_effort: f64,
     /// Units of the inputs [N or N·m].
     pub input_unit: Vec<f64>,
     /// Number of force inputs, which come first.
@@ -148,9 +142,7 @@ impl Model {
             target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
             terminal: TerminalCondition::of(&problem.end_condition, dynamics.point(&problem.end)),
             weight,
-            about: None,
             effort_power: 0,
-            most_effort: f64::INFINITY,
             input_unit,
             forces,
             force: force.cloned(),
@@ -171,12 +163,6 @@ impl Model {
         let point = self.dynamics.point(end);
         self.target = ChainState::of(&point, DVector::zeros(self.wheels));
         self.terminal = self.terminal.aimed(point);
-    }
-
-    /// Aims at the end that another chain of the maneuver aims at.
-    pub fn aim_with(&mut self, other: &Self) {
-        self.target = other.target.clone();
-        self.terminal = other.terminal;
     }
 
     /// How large each input can be, scaled; infinite where nothing limits it.
@@ -229,15 +215,6 @@ impl Model {
     /// What a stage's effort is multiplied by in a maneuver that takes `stretch` times the stated duration.
     pub fn effort_weight(&self, stage: usize, stretch: f64) -> f64 {
         self.kick_weight(stage) * stretch.powi(self.effort_power)
-    }
-
-    /// `u − r`, the inputs of a stage from those that effort is counted from.
-    pub fn beside(&self, stage: usize, inputs: &[f64]) -> DVector<f64> {
-        let inputs = DVector::from_column_slice(inputs);
-        match &self.about {
-            None => inputs,
-            Some(about) => inputs - DVector::from_column_slice(&about[stage]),
-        }
     }
 
     /// `κ_k W`, the curvature of the cost of a stage's inputs. Lie–Euler has no `u_0`: any weight keeps it where it is.

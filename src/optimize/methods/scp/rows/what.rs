@@ -141,11 +141,6 @@ impl What {
         self.input().is_some() || matches!(self, Self::InputNorm { .. } | Self::BurnOfNorm { .. })
     }
 
-    /// Whether it bounds the size of one input, or how fast that changes.
-    pub fn is_of_one_input(&self) -> bool {
-        matches!(self, Self::InputSize { .. } | Self::InputRate { .. })
-    }
-
     /// Whether it is an equation.
     pub fn is_equation(&self) -> bool {
         matches!(self, Self::Cone(Cone { on: Some(_), .. }))

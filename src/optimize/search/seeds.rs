@@ -1,0 +1,79 @@
+//! Paths from which maneuvers within limits are solved: turns about a fixed axis and coasts, bent to several sides.
+//!
+//! The interior point ends in an optimum near its first path, so the paths need variety. A turn about a fixed axis is often a saddle,
+//! and where several optima lie about it, one bend of half a radian leads to each (`cargo run --release -p evidence -- guard`).
+
+use super::ladder::Search;
+use super::{paths, starts};
+use crate::Vector3;
+use crate::maneuver::problem::Path;
+use crate::maneuver::settings::Thoroughness;
+use crate::mechanics::environment::Pose;
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
+use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::methods::scp::road::path;
+use std::f64::consts::{PI, TAU};
+
+/// How far a path is bent to either side \[rad\]: half of it misses optima, twice of it finds no others.
+const BEND: f64 = 0.5;
+
+/// Sides to which a path is bent, evenly about its axis.
+const SIDES: usize = 6;
+
+/// A turn by more than this may be longer than the other way round \[rad\].
+const NEARLY_HALF: f64 = 150.0 / 180.0 * PI;
+
+/// Returns paths on a grid of `steps` steps, the likeliest first.
+pub(super) fn of<const N: usize>(search: &Search<N>, steps: usize) -> Vec<Candidate> {
+    let bvp = BoundaryValueProblem::<N>::new(search.problem, steps);
+    let rests = [&search.problem.start, &search.problem.end].map(|end| end.angular_velocity == Vector3::zeros());
+    let moves = rests != [true; 2];
+    let turns = turns(search, moves, paths::rotation(&bvp, 0).norm());
+    let mut found = Vec::new();
+    if moves && let Ok(coasts) = paths::coasting(&bvp, &turns) {
+        found.extend(coasts);
+    }
+    let thorough = search.context.settings.search == Thoroughness::Thorough;
+    for (index, turn) in turns.iter().enumerate() {
+        let rotation = paths::rotation(&bvp, *turn);
+        let name = starts::name_of(*turn);
+        found.push(paths::smooth(&bvp, name.clone(), &rotation, paths::straight));
+        // Ways that are longer than another are bent where the search is to be thorough.
+        let is_bent = index == 0 || thorough;
+        let bends = if is_bent && search.context.settings.search != Thoroughness::Quick { SIDES } else { 0 };
+        for (side, bend) in sides(&rotation).into_iter().enumerate().take(bends) {
+            let name = format!("{name}, bent {}", side + 1);
+            found.push(paths::smooth(&bvp, name, &rotation, |t| bend * (PI * t).sin()));
+        }
+    }
+    let grid = &bvp.dynamics.grid;
+    let poses = |seed: &Candidate| seed.states.iter().map(Point::pose).collect::<Vec<Pose>>();
+    found.iter().map(|seed| path(&seed.provenance.start, grid, poses(seed).into_iter())).collect()
+}
+
+/// Returns the turns beside the shortest rotation, the likeliest first.
+fn turns<const N: usize>(search: &Search<N>, moves: bool, angle: f64) -> Vec<i32> {
+    let asked = starts::wanted_turns(search.problem);
+    if search.problem.path != Path::Best {
+        return asked;
+    }
+    match (moves, angle > NEARLY_HALF) {
+        (true, _) => vec![0, -1, 1],
+        (false, true) => vec![0, -1],
+        (false, false) if search.context.settings.search == Thoroughness::Thorough => asked,
+        (false, false) => vec![0],
+    }
+}
+
+/// Returns bends across a rotation, evenly about its axis.
+fn sides(rotation: &Vector3) -> [Vector3; SIDES] {
+    let axis = rotation.try_normalize(1e-9).unwrap_or_else(Vector3::x);
+    let least = axis.iamin();
+    let first = axis.cross(&Vector3::ith(least, 1.0)).normalize();
+    let second = axis.cross(&first);
+    std::array::from_fn(|side| {
+        let (sine, cosine) = (TAU * side as f64 / SIDES as f64).sin_cos();
+        (first * cosine + second * sine) * BEND
+    })
+}
