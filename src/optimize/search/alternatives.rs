@@ -13,7 +13,7 @@ use super::{Guess, Observer, PlanError, solve as planned};
 use crate::lie;
 use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
 use crate::maneuver::problem::{Problem, ProblemError};
-use crate::maneuver::settings::Settings;
+use crate::maneuver::settings::{Settings, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
 use std::time::Instant;
 
@@ -96,11 +96,25 @@ impl InTurns<'_> {
         }
     }
 
-    /// A plan by a schedule, begun from another plan where its path can be.
+    /// Plans by a schedule, from another plan where its path can be a start.
     fn plan(&mut self, schedule: &Schedule, from: Option<&Solution>) -> Result<Solution, Halt> {
+        self.planned(schedule, from, self.settings.search)
+    }
+
+    /// Plans by a schedule from the plan of one that hardly differs.
+    fn plan_near(&mut self, schedule: &Schedule, from: &Solution) -> Result<Solution, Halt> {
+        self.planned(schedule, Some(from), Thoroughness::Quick)
+    }
+
+    fn planned(
+        &mut self,
+        schedule: &Schedule,
+        from: Option<&Solution>,
+        search: Thoroughness,
+    ) -> Result<Solution, Halt> {
         let problem = self.problem.in_turns(schedule);
         let remaining = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
-        let settings = Settings { time_limit: remaining, ..self.settings.clone() };
+        let settings = Settings { time_limit: remaining, search, ..self.settings.clone() };
         let takes_one = problem.duration.known().is_some() && problem.aim().is_none() && !problem.switches();
         let own = from.filter(|_| takes_one).map(|from| Guess::of(from, &problem));
         let guess = own.as_ref().or(self.guess);
@@ -164,7 +178,7 @@ impl InTurns<'_> {
                         }
                         (shifts[after - 1].to, shifts[after].from) = (moment, moment);
                         let from = best.clone();
-                        let found = self.plan(&schedule, Some(&from))?;
+                        let found = self.plan_near(&schedule, &from)?;
                         if found.outcome == Outcome::Converged && found.cost < best.cost * (1.0 - GAINED) {
                             (best, gained) = (found, true);
                             break;

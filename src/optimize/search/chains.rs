@@ -118,12 +118,17 @@ pub(super) fn descend<const N: usize>(
 /// compared.
 fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
     let is_fine = chain.model.steps == search.problem.steps;
+    improved(search, chain, from, if is_fine { Tuning::default() } else { Tuning::roughly() })
+}
+
+/// Improves a candidate with these settings of the interior point.
+fn improved<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate, tuning: Tuning) -> Attempt {
+    let is_fine = chain.model.steps == search.problem.steps;
     let options =
         if is_fine { &search.ask.last } else { &ScpOptions::default().within(search.context.settings.max_iterations) };
     if search.context.settings.method == settings::Method::Scp {
         return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
     }
-    let tuning = if is_fine { Tuning::default() } else { Tuning::roughly() };
     // Newton on the active set needs a cost that is strictly convex within the active rows.
     let polish = Some(options).filter(|options| is_fine && options.polish && search.ask.goal.is_none());
     search.context.attempt(Rung::InteriorPoint, &InteriorPoint { chain, tuning: &tuning, polish }, from)
@@ -139,22 +144,25 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
     let coarse_plans = found.take_plans();
     let fine = search.chain(search.problem.steps);
     let (mut carried, mut rivals) = (Vec::<Attempt>::new(), Vec::new());
-    let mut best = None;
+    let mut best = f64::INFINITY;
     for (index, plan) in coarse_plans.iter().enumerate() {
         // On the fine grid the order of costs may be another.
-        let close = |best: f64| carried.len() < CARRIED && plan.cost <= best + CLOSE * best.abs();
-        if search.stopped() || !best.is_none_or(close) {
+        let least = carried.iter().map(|plan| plan.cost).fold(f64::INFINITY, f64::min);
+        let hopeful = carried.is_empty() || plan.cost <= (best + CLOSE * best.abs()).max(least);
+        if search.stopped() || !hopeful || carried.len() == CARRIED {
             rivals.extend_from_slice(&coarse_plans[index..]);
             break;
         }
-        let next = optimised(search, &fine, transfer([coarse, &fine], &plan.candidate));
+        let start = transfer([coarse, &fine], &plan.candidate);
+        let near = improved(search, &fine, start.clone(), Tuning::near());
+        let next = if near.converged() { near } else { optimised(search, &fine, start) };
         if !next.converged() {
             rivals.push(plan.clone());
             found.keep(next);
             continue;
         }
         found.add_work(&next);
-        best = best.or(Some(plan.cost));
+        best = best.min(plan.cost);
         if !carried.iter().any(|other| same::<N>(other, &next)) {
             carried.push(next);
         }

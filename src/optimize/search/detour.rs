@@ -11,9 +11,12 @@ use crate::mechanics::environment::Pose;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::scp::road::path;
+use crate::optimize::search::transfer::Interpolant;
 
 /// Room kept to a cone's edge beyond its half angle \[rad\].
 const CLEARANCE: f64 = 0.03;
+/// Parts of a step at which crossings are looked for.
+const PARTS: usize = 8;
 /// Most paths kept; each further cone doubles them.
 const MOST: usize = 8;
 
@@ -57,7 +60,14 @@ pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
             });
         }
     }
-    let mut seeds = vec![seed];
+    if cones.is_empty() {
+        return vec![seed];
+    }
+    // A crossing may lie between two nodes.
+    let steps = seed.steps();
+    let grid = seed.grid.clone();
+    let between = Interpolant::of(seed.states.iter().map(Point::pose).collect());
+    let mut seeds = vec![path(&seed.provenance.start, &seed.grid, between.on(PARTS * steps).into_iter())];
     for cone in &cones {
         let mut next = Vec::new();
         for seed in seeds {
@@ -69,7 +79,11 @@ pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
         next.truncate(MOST);
         seeds = next;
     }
-    seeds
+    let at_nodes = |seed: Candidate| {
+        let poses = seed.states.iter().step_by(PARTS).map(Point::pose);
+        path(&seed.provenance.start, &grid, poses)
+    };
+    seeds.into_iter().map(at_nodes).collect()
 }
 
 impl Cone<'_> {
@@ -87,7 +101,7 @@ impl Cone<'_> {
 
 /// Both ways around a keep-out cone, or the path itself where it stays outside.
 fn around(cone: &Cone, seed: Candidate, out: &mut Vec<Candidate>) {
-    let last = seed.steps();
+    let last = seed.states.len() - 1;
     let poses: Vec<Pose> = seed.states.iter().map(Point::pose).collect();
     let part = |index: usize| index as f64 / last as f64;
     let seen: Vec<Seen> =
@@ -107,7 +121,7 @@ fn around(cone: &Cone, seed: Candidate, out: &mut Vec<Candidate>) {
     let sideways = p.cross(&along);
     let lateral = sideways.dot(w).clamp(-1.0, 1.0).asin();
     // The turn fades out over twice the crossing, within the ends of the path.
-    let reach = 0.75 * (final_ - first + 2) as f64;
+    let reach = 0.75 * (final_ - first + 2 * PARTS) as f64;
     let centre = 0.5 * (first + final_) as f64;
     let (low, high) = ((centre - 2.0 * reach).max(0.0), (centre + 2.0 * reach).min(last as f64));
     for side in [1.0, -1.0] {
@@ -136,7 +150,7 @@ fn other(p: &Vector3) -> Vector3 {
 
 /// The path pulled into a keep-in cone, or onto a cone.
 fn into(cone: &Cone, seed: Candidate) -> Candidate {
-    let last = seed.steps();
+    let last = seed.states.len() - 1;
     let poses = seed.states.iter().map(Point::pose).enumerate().map(|(index, pose)| {
         let Seen { boresight: p, direction: w, half_angle, acts } =
             cone.seen(index as f64 / last as f64, &pose);

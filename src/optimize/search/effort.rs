@@ -36,8 +36,6 @@ pub(super) struct Starts {
     slowed: Paces,
     /// Humps of bent paths \[rad\].
     bent: Vec<f64>,
-    /// Whether they are bent off the short way alone.
-    short_only: bool,
     random: usize,
     /// Hops from minimum to minimum that may lead to none that counts before the search ends.
     pub hops: usize,
@@ -103,16 +101,10 @@ impl Starts {
             coasting: vec![0, -1, 1],
             slowed: Paces::Shifted,
             bent: vec![2.0, 1.0],
-            short_only: false,
             random: RANDOM,
             given: None,
             hops: 0,
         }
-    }
-
-    /// Paths bent off the short way, alone or beside the long one.
-    pub fn bent_ways(short_only: bool) -> Self {
-        Self { bent: vec![1.0], short_only, ..Self::default() }
     }
 
     /// The paths: likely ones first, then the others of all families in turn, since a search may end before the last.
@@ -122,7 +114,7 @@ impl Starts {
         out.extend(paths::smooth_ways(bvp, &self.smooth));
         out.extend(paths::coasting(bvp, &self.coasting).unwrap_or_default());
         let slowed = paths::slowed(bvp, self.slowed);
-        let bent = self.bent.iter().flat_map(|by| paths::bent(bvp, *by, self.short_only)).collect();
+        let bent = self.bent.iter().flat_map(|by| paths::bent(bvp, *by)).collect();
         let random = paths::random(bvp, self.random).collect();
         out.extend(in_turn([slowed, bent, random]));
         out

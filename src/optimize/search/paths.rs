@@ -146,16 +146,14 @@ pub(super) fn smooth_ways<'a, const N: usize>(
     })
 }
 
-/// Smooth paths with a hump of `by` \[rad\] about every axis, to either side, short and, unless `short_only`, long.
+/// Smooth paths with a hump of `by` \[rad\] about every axis, to either side, short and long.
 pub(super) fn bent<'a, const N: usize>(
     bvp: &'a BoundaryValueProblem<'a, N>,
     by: f64,
-    short_only: bool,
 ) -> impl Iterator<Item = Candidate> + 'a {
     let humps = [by, -by].into_iter().flat_map(|by| (0..3).map(move |axis| Vector3::ith(axis, by)));
-    let turns = if short_only { &[0][..] } else { &[0, -1] };
     humps.flat_map(move |hump| {
-        turns.iter().map(move |&turns| {
+        [0, -1].into_iter().map(move |turns| {
             let name = format!("{}, bent path", name_of(turns));
             smooth(bvp, name, &rotation(bvp, turns), |t| hump * (PI * t).sin().powi(2))
         })

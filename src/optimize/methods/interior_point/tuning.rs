@@ -141,6 +141,12 @@ impl Default for Tuning {
 }
 
 impl Tuning {
+    /// Returns the settings for a start near an optimum, as that of a coarser grid: a large barrier term or slack would lead to
+    /// another one.
+    pub fn near() -> Self {
+        Self { first: 1e-4, slack: 1e-3, ..Self::default() }
+    }
+
     /// Returns the settings for comparing optima on a coarse grid.
     pub fn roughly() -> Self {
         Self { tolerance: 1e-6, last: 1e-7, ..Self::default() }

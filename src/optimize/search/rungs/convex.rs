@@ -18,7 +18,7 @@ use crate::optimize::search::detour::detours;
 use crate::optimize::search::effort::Starts;
 use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::{Ask, Climb, Search};
-use crate::optimize::search::paths;
+use crate::optimize::search::{paths, seeds};
 
 /// A violation on the coarse grid that spares the fine solve of the relaxed maneuver.
 const CLEAR_VIOLATION: f64 = 0.05;
@@ -83,15 +83,15 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
             descend(search, found, &coarse, seed);
         }
     }
-    // From rest to rest with torques about all axes the extremals without limits, and their detours, are enough as a rule.
-    let asked = found.plans().iter().any(|plan| goes_round_as_asked(search, &plan.candidate));
-    let simple = bounds && asked && problem.can_wait() && search.fine.dynamics.has_all_axes();
     match search.context.settings.search {
-        Thoroughness::Thorough => from_paths(search, found, Starts::all(), &relaxed, &coarse),
-        Thoroughness::Default if !simple => {
-            from_paths(search, found, Starts::bent_ways(asked), &relaxed, &coarse)
+        Thoroughness::Quick => {}
+        // SCP has its paths for comparison; more of them take seconds.
+        _ if search.context.settings.method == Method::Scp => {}
+        Thoroughness::Default => from_bent(search, found, &coarse),
+        Thoroughness::Thorough => {
+            from_bent(search, found, &coarse);
+            from_paths(search, found, Starts::all(), &relaxed, &coarse);
         }
-        Thoroughness::Default | Thoroughness::Quick => {}
     }
     // What goes the other way round is told where nothing goes as asked.
     found.reorder(|mut plans| {
@@ -101,6 +101,21 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
         plans
     });
     carry(search, found, &coarse);
+}
+
+/// Solves from turns about a fixed axis and coasts, bent to several sides.
+fn from_bent<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
+    if search.problem.ends_in_any_attitude() {
+        return;
+    }
+    for path in seeds::of(search, coarse.model.steps) {
+        for seed in detours(search.problem, path) {
+            if search.stopped() {
+                return;
+            }
+            descend(search, found, coarse, seed);
+        }
+    }
 }
 
 /// SCP from the paths that descents of the relaxed maneuver start from, bent and random ones among them: optima within
