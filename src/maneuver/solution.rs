@@ -255,6 +255,21 @@ pub struct ConvexWork {
     pub cone_seconds: f64,
 }
 
+/// The work of the interior point, and how near its plan is to the optimum of its grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct InteriorWork {
+    /// Iterations of the start that won, on all its grids.
+    pub iterations: usize,
+    /// Solves of all starts on all grids.
+    pub starts: usize,
+    /// The last barrier term μ, scaled: each row's slack times its multiplier. 0 where Newton on the active rows
+    /// finished the plan.
+    pub mu: f64,
+    /// What a plan near this one may cost less by complementarity, relative: the barrier term of all rows over the cost.
+    pub gap: f64,
+}
+
 /// The nodes at which a constraint is active, and its multipliers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -444,6 +459,8 @@ pub struct Solution {
     pub ladder: Vec<RungReport>,
     /// The work of SCP, if it ran: subproblems, iterations and time of the cone solver.
     pub convex: Option<ConvexWork>,
+    /// The work of the interior point, and how near its plan is to the optimum of its grid, if it found the plan.
+    pub interior: Option<InteriorWork>,
     /// The active limits and constraints: name, times \[s\] and multipliers of each.
     pub active: Vec<ActiveConstraint>,
     /// Arcs and certificate, where time or fuel is minimised: the structure, the arcs of the
@@ -514,6 +531,7 @@ impl Solution {
             iterations: 0,
             ladder: Vec::new(),
             convex: None,
+            interior: None,
             active: Vec::new(),
             switching: None,
             turns: Vec::new(),

@@ -75,6 +75,8 @@ pub(crate) struct Attempt {
     pub work: ConvexWork,
     /// What the sweep of its first costate showed, where that was kept.
     pub swept: Option<Swept>,
+    /// The last barrier term of an interior point, and what all rows together cost by it, relative.
+    pub barrier: Option<[f64; 2]>,
     /// What is missing, where it did not converge.
     pub shortfall: Option<Shortfall>,
 }
@@ -107,7 +109,18 @@ impl Attempt {
         let runs = vec![Run { rung: None, steps: candidate.steps(), report }];
         let (cost, residual, stationarity) = (f64::INFINITY, f64::INFINITY, f64::NAN);
         let work = ConvexWork::default();
-        Self { candidate, outcome, cost, residual, stationarity, runs, work, swept: None, shortfall: None }
+        Self {
+            candidate,
+            outcome,
+            cost,
+            residual,
+            stationarity,
+            runs,
+            work,
+            swept: None,
+            barrier: None,
+            shortfall: None,
+        }
     }
 
     /// A run that could not begin.

@@ -1,7 +1,7 @@
 //! The answer of a search: the best of what was found, written with all that is told of it.
 
 use super::asked;
-use super::chains::along;
+use super::chains::{along, optimised};
 use super::found::{Found, SAME_COST};
 use super::ladder::Search;
 use super::landed::landed;
@@ -13,7 +13,9 @@ use crate::flight::{Excess, Flight};
 use crate::lie;
 use crate::maneuver::problem::State;
 use crate::maneuver::settings::Method as Road;
-use crate::maneuver::solution::{ConvexWork, Landing, Optimality, Outcome, Rival, Solution, Trajectory};
+use crate::maneuver::solution::{
+    ConvexWork, InteriorWork, Landing, Optimality, Outcome, Rival, Rung, Solution, Trajectory,
+};
 use crate::numerics::parallel;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::second_order;
@@ -21,8 +23,8 @@ use crate::optimize::discrete::step::StepError;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::driver::Report;
-use crate::optimize::methods::method::{Attempt, Method, Watch};
-use crate::optimize::methods::scp::road::{Chain, ConvexIteration, iterate, multipliers};
+use crate::optimize::methods::method::{Attempt, Watch};
+use crate::optimize::methods::scp::road::{Chain, iterate, multipliers};
 use crate::optimize::methods::scp::second_order::descents;
 use crate::optimize::methods::shooting::newton::outcome_of;
 
@@ -63,8 +65,7 @@ fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution 
     let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
     let shortfall = found.shortfall.clone();
 
-    let asked = search.context.settings.method;
-    let own = if asked == Road::InteriorPoint { asked } else { Road::Scp };
+    let own = if search.context.settings.method == Road::Scp { Road::Scp } else { Road::InteriorPoint };
     let method = if search.ask.shooting { Road::Shooting } else { own };
     let mut solution = Solution { method, rivals, shortfall, ..unsolved };
     if let Some(chosen) = found.best().or(found.missed()) {
@@ -180,7 +181,15 @@ pub(super) fn write_aimed<const N: usize>(
         }
         Some(chain) if attempt.converged() => {
             solution.active = recorded.active;
-            solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..*work });
+            match attempt.barrier {
+                Some([mu, gap]) if provenance.method == Road::InteriorPoint => {
+                    let ladder = search.context.ladder.borrow();
+                    let starts = ladder.iter().filter(|run| run.rung == Rung::InteriorPoint).count();
+                    let iterations = provenance.iterations;
+                    solution.interior = Some(InteriorWork { iterations, starts, mu, gap });
+                }
+                _ => solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..*work }),
+            }
             // The second order is that of the effort, in the duration found.
             let effort = search.ask.goal.as_ref().is_none_or(|goal| !goal.objective.switches());
             let tested = search.context.settings.test_second_order;
@@ -253,15 +262,16 @@ pub(super) fn confirm<const N: usize>(search: &Search<N>, solution: Solution) ->
         return solution;
     }
     if solution.terminal.largest() > search.context.settings.tolerance {
-        return Solution { convex: solution.convex, rivals: solution.rivals, ..confirmed };
+        let Solution { convex, interior, rivals, .. } = solution;
+        return Solution { convex, interior, rivals, ..confirmed };
     }
     let stationarity = solution.optimality.stationarity.max(confirmed.optimality.stationarity);
     let optimality = Optimality { stationarity, ..confirmed.optimality };
     Solution { optimality, solve_time: confirmed.solve_time, ..solution }
 }
 
-/// The answer of a search without limits, made to land: where its true motion then exceeds a constraint, by the convex
-/// iteration along its path.
+/// The answer of a search without limits, made to land: where its true motion then exceeds a constraint, it is
+/// planned again along its path.
 pub(super) fn answer_landed<const N: usize>(search: &Search<N>, answer: Solution) -> Solution {
     if !search.ask.lands || answer.outcome != Outcome::Converged || search.stopped() {
         return answer;
@@ -283,8 +293,7 @@ pub(super) fn answer_landed<const N: usize>(search: &Search<N>, answer: Solution
     let steps = search.problem.steps;
     let chain = Chain::new(search.problem, steps);
     let path = chain.opened(&along(&answer.start, &answer.trajectory, &chain.model.dynamics));
-    let convex = ConvexIteration { chain: &chain, options: &search.ask.last };
-    let kept = search.context.within(|budget| convex.improve(path, budget));
+    let kept = optimised(search, &chain, path);
     if kept.converged() {
         let mut kept_within = answer.clone();
         write(search, &ConvexWork::default(), &mut kept_within, &kept);

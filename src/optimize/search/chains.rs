@@ -116,7 +116,7 @@ pub(super) fn descend<const N: usize>(
 
 /// Improves a candidate by SCP if the settings request it, else by the interior point: roughly on a coarse grid whose plans are only
 /// compared.
-fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
+pub(super) fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
     let is_fine = chain.model.steps == search.problem.steps;
     improved(search, chain, from, if is_fine { Tuning::default() } else { Tuning::roughly() })
 }
@@ -124,8 +124,11 @@ fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate)
 /// Improves a candidate with these settings of the interior point.
 fn improved<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate, tuning: Tuning) -> Attempt {
     let is_fine = chain.model.steps == search.problem.steps;
-    let options =
-        if is_fine { &search.ask.last } else { &ScpOptions::default().within(search.context.settings.max_iterations) };
+    let options = if is_fine {
+        &search.ask.last
+    } else {
+        &ScpOptions::default().within(search.context.settings.max_iterations)
+    };
     if search.context.settings.method == settings::Method::Scp {
         return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
     }

@@ -96,7 +96,8 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
     let mut within = None;
     // A plan of arcs is the answer where it keeps all constraints, and where the body is already at the end.
-    let unconstrained = problem.motion == Motion::Attitude && (!open || arrived) && may_be_unconstrained(problem);
+    let unconstrained =
+        problem.motion == Motion::Attitude && (!open || arrived) && may_be_unconstrained(problem);
     let there = arrived && !open && problem.start.attitude == problem.end.attitude && free;
     let quick = if unconstrained {
         let bare = without_field(bare);

@@ -72,7 +72,9 @@ fn again<const N: usize>(
         }
         match (candidate.provenance.method, options) {
             (Road::Scp, Some(options)) => ConvexIteration { chain, options }.improve(candidate, budget),
-            (_, polish) => InteriorPoint { chain, tuning: &Tuning::default(), polish }.improve(candidate, budget),
+            (_, polish) => {
+                InteriorPoint { chain, tuning: &Tuning::default(), polish }.improve(candidate, budget)
+            }
         }
     });
     let provenance = attempt.candidate.provenance.clone();

@@ -27,7 +27,8 @@ const NEARLY_HALF: f64 = 150.0 / 180.0 * PI;
 /// Returns paths on a grid of `steps` steps, the likeliest first.
 pub(super) fn of<const N: usize>(search: &Search<N>, steps: usize) -> Vec<Candidate> {
     let bvp = BoundaryValueProblem::<N>::new(search.problem, steps);
-    let rests = [&search.problem.start, &search.problem.end].map(|end| end.angular_velocity == Vector3::zeros());
+    let rests =
+        [&search.problem.start, &search.problem.end].map(|end| end.angular_velocity == Vector3::zeros());
     let moves = rests != [true; 2];
     let turns = turns(search, moves, paths::rotation(&bvp, 0).norm());
     let mut found = Vec::new();

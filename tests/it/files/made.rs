@@ -144,7 +144,6 @@ pub fn plan(problem: &Problem) -> Plan {
         convex.all_subproblems = 7;
         convex.cone_iterations = 50;
         convex.cone_seconds = 0.01;
-        convex.effort_share = 1.0 / 3.0;
         convex
     });
     solution.active =

@@ -12,8 +12,8 @@ use slewkit::assured::{Beside, Margins};
 use slewkit::feedback::Gains;
 use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
-    ActiveConstraint, ChosenSteps, ConvexWork, Landing, Method, Optimality, Outcome, Problem, Rival,
-    RungReport, Scheme, SecondOrder, Sense, Settings, Switching, TerminalError,
+    ActiveConstraint, ChosenSteps, ConvexWork, InteriorWork, Landing, Method, Optimality, Outcome, Problem,
+    Rival, RungReport, Scheme, SecondOrder, Sense, Settings, Switching, TerminalError,
 };
 use slewkit::numerics::encoding;
 use slewkit::plan::{Guess, Plan, Status};
@@ -93,6 +93,9 @@ pub struct PlanFile<'a> {
     /// The work of the convex iteration, if it ran.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convex: Option<ConvexRecord>,
+    /// The work of the interior point, if it found the plan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interior_point: Option<InteriorWork>,
     /// The active limits and constraints, with their times and multipliers.
     #[serde(default, deserialize_with = "null_is_nan")]
     pub active: Vec<ActiveConstraint>,
@@ -192,6 +195,7 @@ impl<'a> PlanFile<'a> {
                 .map(|found| Accuracy::of(found, problem, settings.continuous_limit())),
             ladder: solution.ladder.clone(),
             convex: solution.convex.as_ref().map(Into::into),
+            interior_point: solution.interior,
             active: solution.active.clone(),
             switching: solution.switching.clone(),
             rivals: solution.rivals.clone(),

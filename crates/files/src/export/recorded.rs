@@ -30,7 +30,7 @@ use slewkit::verify::{self, Accuracy, Verification};
 const BESIDE: f64 = 4.0;
 
 /// The keys of a plan file that are not judged, because they describe the search and optimality.
-pub const NOT_JUDGED: [&str; 20] = [
+pub const NOT_JUDGED: [&str; 21] = [
     "generator",
     "iterations",
     "solve_time_s",
@@ -42,6 +42,7 @@ pub const NOT_JUDGED: [&str; 20] = [
     "optimality",
     "ladder",
     "convex",
+    "interior_point",
     "active",
     "switching.gap",
     "switching.eigenaxis_s",

@@ -12,7 +12,7 @@ use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Whe
 use crate::mechanics::body::{Body, Inertia};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
-use crate::optimize::methods::scp::model::{Effort, Goal};
+use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{Chain, path};
 use crate::optimize::methods::scp::tests::straight;
 use crate::optimize::search;
@@ -87,7 +87,7 @@ fn solved(problem: &Problem, kind: Kind) -> Attempt {
     let chain = if kind == Kind::Effort {
         Chain::new(problem, steps)
     } else {
-        Chain::with_goal(problem, steps, &Goal { objective: Objective::Time, effort: Effort::of_share(0.0) })
+        Chain::with_goal(problem, steps, &Goal { objective: Objective::Time })
     };
     let start: Candidate = path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter());
     let budget = Budget { iterations: 200, watch: Watch::NONE };
@@ -129,4 +129,25 @@ fn everyday_maneuvers_land() {
         let landing = found.landing.expect("it lands");
         assert!(landing.misses.last().is_some_and(|miss| *miss < 1e-9), "{kind:?}: {landing:?}");
     }
+}
+
+/// A sphere turns about an axis by θ under a torque of one, no faster than ω: it takes θ/ω + ω.
+#[test]
+fn the_shortest_turn_within_a_rate_takes_its_angle_over_the_rate_and_a_ramp() {
+    let (angle, fastest) = (2.1, 0.8);
+    let inertia = crate::mechanics::body::Inertia::diagonal(Vector3::repeat(1.0)).unwrap();
+    let (body, end) = (Body { inertia, mass: None }, lie::exp(&(Vector3::z() * angle)));
+    let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
+    let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let rate = Constraint { name: "rate".into(), rule: Rule::RateNorm(fastest) };
+    let problem = Problem::minimum_time(body, State::at_rest(Matrix3::identity()), State::at_rest(end))
+        .with_actuation(Actuation::torques(torques))
+        .with_constraint(rate)
+        .with_duration(4.0)
+        .with_steps(60);
+    let found = solved(&problem, Kind::Time);
+    assert!(found.converged());
+    let duration = 4.0 * found.candidate.grid.duration();
+    // But for the grid, on which a switch is no instant.
+    assert!((duration / (angle / fastest + fastest) - 1.0).abs() < 3e-4, "{duration}");
 }

@@ -60,6 +60,9 @@ impl Method for InteriorPoint<'_> {
         let mut residual = run.primal.max(excess);
         let mut stationarity = run.dual.max(run.primal).max(run.complementarity);
         let residuals = vec![f64::NAN, run.dual.max(residual)];
+        let pairs = program.shape().rows() + 2 * program.shape().terminal;
+        let scaled = solver.at.values.cost.abs();
+        let mut barrier = [run.barrier, pairs as f64 * run.barrier / scaled.max(f64::MIN_POSITIVE)];
         let mut cost = if outcome == Outcome::Converged { iterate.cost(model) } else { f64::NAN };
         let polished = self.polish.filter(|_| outcome == Outcome::Converged).and_then(|options| {
             polish(model, rows, &iterate, &multipliers, options, Told::Roughly, &budget.watch)
@@ -69,12 +72,13 @@ impl Method for InteriorPoint<'_> {
         {
             (iterate, multipliers, cost) = (polished.iterate, polished.multipliers, polished.cost);
             (residual, stationarity) = (polished.residual, polished.residual);
+            barrier = [0.0; 2];
         }
         let mut candidate = with_iterate(candidate, iterate, multipliers);
         candidate.provenance.method = settings::Method::InteriorPoint;
         let report = Report { outcome, iterations: run.iterations, residuals };
         let attempt = Attempt::of(candidate, report);
-        Attempt { cost, residual, stationarity, shortfall, ..attempt }
+        Attempt { cost, residual, stationarity, shortfall, barrier: Some(barrier), ..attempt }
     }
 }
 

@@ -148,12 +148,7 @@ struct Newton<'a> {
 }
 
 impl<'a> Newton<'a> {
-    fn new(
-        at: Evaluated<'a>,
-        mut multipliers: Multipliers,
-        tolerance: f64,
-        stabilised: Stabilised,
-    ) -> Self {
+    fn new(at: Evaluated<'a>, mut multipliers: Multipliers, tolerance: f64, stabilised: Stabilised) -> Self {
         let plain = stabilised == Stabilised::Not;
         let mut active = if plain { active(&at, &multipliers) } else { likely(&at, &multipliers) };
         multipliers.drop_idle(&at, &active);

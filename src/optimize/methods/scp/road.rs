@@ -4,8 +4,8 @@
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
 use super::model::{ChainState, Goal, Model};
-use super::rows::LimitRows;
 use super::polish::{Told, polish};
+use super::rows::LimitRows;
 use super::{Convex, ScpOptions, first_iterate, run};
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
@@ -110,7 +110,8 @@ impl Chain {
         let report = Report { outcome: Outcome::Converged, iterations: found.iterations, residuals };
         let candidate = with_iterate(candidate.clone(), found.iterate, found.multipliers);
         let (cost, residual) = (found.cost, found.residual);
-        Some(Attempt { cost, residual, stationarity: residual, ..Attempt::of(candidate, report) })
+        let barrier = Some([0.0; 2]);
+        Some(Attempt { cost, residual, stationarity: residual, barrier, ..Attempt::of(candidate, report) })
     }
 
     /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.
@@ -173,7 +174,8 @@ impl Chain {
             cone_seconds: convex.cone_seconds,
         };
         let candidate = with_iterate(candidate, iterate, multipliers);
-        Attempt { candidate, outcome, cost, residual, stationarity, runs, work, swept: None, shortfall }
+        let (swept, barrier) = (None, None);
+        Attempt { candidate, outcome, cost, residual, stationarity, runs, work, swept, barrier, shortfall }
     }
 }
 

@@ -524,7 +524,8 @@ impl Move {
             let stretched = model.duration.map_or(0.0, |duration| {
                 f64::from(model.effort_power) * at.iterate.effort(model, stage) * self.states[stage][duration]
             });
-            model.effort_weight(stage, at.iterate.states[stage].stretch) * objective::effort(&model.weight, &u)
+            model.effort_weight(stage, at.iterate.states[stage].stretch)
+                * objective::effort(&model.weight, &u)
                 + stretched
         };
         let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();

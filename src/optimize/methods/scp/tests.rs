@@ -12,7 +12,7 @@ use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Whe
 use crate::mechanics::body::Body;
 use crate::mechanics::environment::{GravityGradient, Pose, SecondOrderGravity, UniformGravity};
 use crate::optimize::discrete::step::Dynamics;
-use crate::optimize::methods::scp::model::{Effort, goal, state, step};
+use crate::optimize::methods::scp::model::{goal, state, step};
 use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::DMatrix;
@@ -122,8 +122,7 @@ pub(crate) fn chains() -> impl Iterator<Item = (Problem, Model)> {
         let grid = graded(problem.scheme, problem.steps);
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
         let fuel = Fuel { time_price: Some(0.1), ..Fuel::default() };
-        let goals = [Objective::Time, Objective::Fuel(fuel)]
-            .map(|objective| Goal { objective, effort: Effort::of_share(1e-2) });
+        let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal { objective });
         let seeking = goals.map(|goal| goal::with_goal(&problem, problem.steps, &goal));
         models.into_iter().chain(seeking).map(move |model| (problem.clone(), model))
     })
@@ -376,49 +375,6 @@ fn converge(problem: &Problem, options: &ScpOptions) -> (Model, Convex) {
     let start = first_iterate::along(&model, &rows, &straight(&model), 1.0, &Watch::NONE);
     let convex = run(&model, &rows, start, None, options, &Watch::NONE).unwrap();
     (model, convex)
-}
-
-/// A sphere turns about an axis by θ under a torque of one, no faster than ω: it takes θ/ω + ω. With the effort in its cost it takes
-/// longer; effort that is counted from the inputs of the plan before is no part of the cost where these change no more.
-#[test]
-fn effort_that_is_counted_from_the_plan_itself_costs_no_time() {
-    let (angle, fastest) = (2.1, 0.8);
-    let inertia = crate::mechanics::body::Inertia::diagonal(Vector3::repeat(1.0)).unwrap();
-    let (body, end) = (Body { inertia, mass: None }, lie::exp(&(Vector3::z() * angle)));
-    let limits = Limits { size: Some(vec![1.0; 3]), ..Limits::default() };
-    let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
-    let rate = Constraint { name: "rate".into(), rule: Rule::RateNorm(fastest) };
-    let problem = Problem::minimum_time(body, State::at_rest(Matrix3::identity()), State::at_rest(end))
-        .with_actuation(Actuation::torques(torques))
-        .with_constraint(rate)
-        .with_duration(4.0)
-        .with_steps(60);
-    let options = ScpOptions::default();
-    let solved = |effort: Effort, from: Option<(Iterate, Multipliers)>| {
-        let model = goal::with_goal(&problem, 60, &Goal { objective: Objective::Time, effort });
-        let rows = LimitRows::of(&problem, &model);
-        let (start, multipliers) = match from {
-            Some((start, multipliers)) => (start, Some(multipliers)),
-            None => (first_iterate::along(&model, &rows, &straight(&model), 1.0, &Watch::NONE), None),
-        };
-        let found = run(&model, &rows, start, multipliers, &options, &Watch::NONE).unwrap();
-        let polished = found.polished.expect("an optimum");
-        (polished.iterate.stretch() * 4.0, polished.iterate, polished.multipliers)
-    };
-    let shortest = angle / fastest + fastest;
-    let (mut last, mut iterate, mut multipliers) = solved(Effort::of_share(1.0), None);
-    assert!(last > 1.001 * shortest, "{last} {shortest}");
-    for _ in 0..30 {
-        let about = Effort { share: 1.0, about: Some(Arc::new(iterate.inputs.clone())) };
-        let next;
-        (next, iterate, multipliers) = solved(about, Some((iterate, multipliers)));
-        assert!(next <= last * (1.0 + 1e-12), "{next} after {last}");
-        last = next;
-    }
-    // But for the grid, on which a switch is no instant: as long as with hardly any effort in the cost.
-    assert!((last / shortest - 1.0).abs() < 3e-4, "{last} {shortest}");
-    let (least, ..) = solved(Effort::of_share(1e-6), Some((iterate, multipliers)));
-    assert!((last / least - 1.0).abs() < 1e-6, "{last} {least}");
 }
 
 /// Nobody is asked within the cone solver, which looks at the flag.
