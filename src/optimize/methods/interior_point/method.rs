@@ -81,7 +81,7 @@ impl Method for InteriorPoint<'_> {
 impl InteriorPoint<'_> {
     /// Returns the iterate of a candidate. A candidate without inputs gets inputs that follow its path,
     /// in a duration in which they are within the limits.
-    fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
+    pub(super) fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         let Chain { model, rows } = self.chain;
         let sought = candidate.inputs.is_empty() && model.duration.is_some();
         let stretch = sought.then(|| self.fitting(candidate, watch)).flatten();
