@@ -121,6 +121,12 @@ pub(super) fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from:
     improved(search, chain, from, if is_fine { Tuning::default() } else { Tuning::roughly() })
 }
 
+/// Improves a candidate that is near an optimum: from there first, and then from anywhere.
+pub(super) fn optimised_near<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
+    let near = improved(search, chain, from.clone(), Tuning::near());
+    if near.converged() { near } else { optimised(search, chain, from) }
+}
+
 /// Improves a candidate with these settings of the interior point.
 fn improved<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate, tuning: Tuning) -> Attempt {
     let is_fine = chain.model.steps == search.problem.steps;
@@ -157,8 +163,7 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
             break;
         }
         let start = transfer([coarse, &fine], &plan.candidate);
-        let near = improved(search, &fine, start.clone(), Tuning::near());
-        let next = if near.converged() { near } else { optimised(search, &fine, start) };
+        let next = optimised_near(search, &fine, start);
         if !next.converged() {
             rivals.push(plan.clone());
             found.keep(next);

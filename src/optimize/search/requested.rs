@@ -8,7 +8,7 @@
 //! the problem nearly singular, SCP goes on from the path of the minimum.
 
 use super::authority::WIDENED;
-use super::chains::descend;
+use super::chains::optimised_near;
 use super::descents::{LIFTED_TOLERANCE, NARROW, SAME_BRANCH, descended, descends_on};
 use super::found::Found;
 use super::ladder::Search;
@@ -66,11 +66,7 @@ fn replay<const N: usize>(search: &Search<N>, found: &mut Found<N>, nodes: &Cand
     if search.ask.convex && !search.stopped() {
         let chain = search.chain(search.problem.steps);
         let name = &nodes.provenance.start;
-        descend(
-            search,
-            found,
-            &chain,
-            path(name, &chain.model.dynamics.grid, nodes.states.iter().map(Point::pose)),
-        );
+        let nodes = path(name, &chain.model.dynamics.grid, nodes.states.iter().map(Point::pose));
+        found.keep(optimised_near(search, &chain, nodes));
     }
 }

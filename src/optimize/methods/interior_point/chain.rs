@@ -32,9 +32,9 @@ use crate::optimize::discrete::step::{Costate, GyrostatDrift};
 use crate::optimize::methods::scp::Multipliers;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::{ChainState, Model, step};
-use crate::optimize::methods::scp::rows::{Cone, ConeAt, LimitRows, What};
+use crate::optimize::methods::scp::rows::{Bend, Cone, ConeAt, LimitRows, What};
 use crate::{Matrix3, Vector3};
-use nalgebra::{DVector, SMatrix, SVector};
+use nalgebra::{DVector, SMatrix};
 use std::cell::RefCell;
 
 /// What the cost is where the iteration begins.
@@ -412,8 +412,28 @@ impl<'a> ChainProgram<'a> {
     }
 
     fn cone_at(&self, cone: &Cone, k: usize, stage: &Stage) -> Option<ConeAt> {
+        self.cone_in(cone, k, stage, stage.stretch)
+    }
+
+    /// A cone's row in another duration.
+    fn cone_in(&self, cone: &Cone, k: usize, stage: &Stage, stretch: f64) -> Option<ConeAt> {
         let arc = cone.is_of_arc().then_some(&stage.arc);
-        cone.met(self.model, k, (&stage.pose.attitude, stage.stretch), arc, true)
+        cone.met(self.model, k, (&stage.pose.attitude, stretch), arc, true)
+    }
+
+    /// A cone's row, with its second derivatives if these are asked for.
+    fn cone_bent(&self, cone: &Cone, k: usize, stage: &Stage, bent: bool) -> Option<(ConeAt, Option<Bend>)> {
+        if !bent {
+            return self.cone_at(cone, k, stage).map(|found| (found, None));
+        }
+        let arc = cone.is_of_arc().then_some(&stage.arc);
+        let (found, bend) = cone.bent(self.model, k, (&stage.pose.attitude, stage.stretch), arc)?;
+        Some((found, Some(bend)))
+    }
+
+    fn cone_value(&self, cone: &Cone, k: usize, stage: &Stage) -> Option<f64> {
+        let arc = cone.is_of_arc().then_some(&stage.arc);
+        cone.value(self.model, k, (&stage.pose.attitude, stage.stretch), arc)
     }
 
     /// The values of stage k. The inputs of the chain and the wheels after the kick are left in `space`.
@@ -541,7 +561,7 @@ impl<'a> ChainProgram<'a> {
             What::Cone(cone) => {
                 // Where it does not act it is far from its bound.
                 let equation = what.is_equation();
-                self.cone_at(cone, k, stage).map_or(if equation { 0.0 } else { -1.0 }, |found| found.c)
+                self.cone_value(cone, k, stage).unwrap_or(if equation { 0.0 } else { -1.0 })
             }
             What::Burn { .. } | What::BurnOfNorm { .. } => -1.0,
         }
@@ -1286,7 +1306,8 @@ impl ChainProgram<'_> {
                 }
                 (_, What::Cone(cone)) => {
                     space.by_y.fill(0.0);
-                    if let Some(found) = self.cone_at(cone, k, stage) {
+                    let felt = multiplier.abs() > FELT;
+                    if let Some((found, bend)) = self.cone_bent(cone, k, stage, felt) {
                         for i in 0..3 {
                             space.by_y[zeta + i] = found.by_attitude[i];
                         }
@@ -1297,8 +1318,8 @@ impl ChainProgram<'_> {
                             space.by_y[duration] = found.by_duration;
                         }
                         of_arc += found.by_arc * multiplier;
-                        if multiplier.abs() > FELT {
-                            self.bend_cone(cone, k, stage, multiplier, space);
+                        if let Some(bend) = bend {
+                            self.bend_cone(cone, k, stage, (multiplier, &bend), space);
                         }
                     }
                     if cone.is_of_arc() {
@@ -1476,64 +1497,44 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Second derivatives of a cone by attitude, arc and duration, as differences of its gradient.
-    fn bend_cone(&self, cone: &Cone, k: usize, stage: &Stage, multiplier: f64, space: &mut Space) {
+    /// Second derivatives of a cone by attitude, arc and duration.
+    fn bend_cone(
+        &self,
+        cone: &Cone,
+        k: usize,
+        stage: &Stage,
+        (multiplier, bend): (f64, &Bend),
+        space: &mut Space,
+    ) {
         let (model, n) = (self.model, self.shape.n);
         let (zeta, pi) = (model.zeta(), model.pi());
-        let on_arc = cone.is_of_arc();
-        let gradient = |by: &SVector<f64, 7>| -> Option<SVector<f64, 7>> {
-            let attitude = stage.pose.attitude * lie::exp(&by.fixed_rows::<3>(0).into_owned());
-            let arc = stage.arc + by.fixed_rows::<3>(3);
-            let at = (&attitude, stage.stretch * by[6].exp());
-            let found = cone.met(model, k, at, on_arc.then_some(&arc), true)?;
-            let mut out = SVector::<f64, 7>::zeros();
-            out.fixed_rows_mut::<3>(0).copy_from(&found.by_attitude);
-            out.fixed_rows_mut::<3>(3).copy_from(&found.by_arc);
-            out[6] = found.by_duration;
-            Some(out)
-        };
-        let mut bend = SMatrix::<f64, 7, 7>::zeros();
-        for i in 0..7 {
-            if (3..6).contains(&i) && !on_arc || i == 6 && model.duration.is_none() {
-                continue;
-            }
-            let mut by = SVector::<f64, 7>::zeros();
-            by[i] = STEP;
-            // At a moment at which it begins or ends to act there is no difference.
-            if let (Some(plus), Some(minus)) = (gradient(&by), gradient(&-by)) {
-                bend.set_column(i, &((plus - minus) / (2.0 * STEP)));
-            }
-        }
-        let bend = (bend + bend.transpose()) * (0.5 * multiplier);
-        let [of_attitude, of_arc] = [bend.fixed_view::<3, 3>(0, 0), bend.fixed_view::<3, 3>(3, 3)];
-        for i in 0..3 {
-            for j in 0..=i {
-                both(&mut space.phi, n, zeta + i, zeta + j, of_attitude[(i, j)]);
-            }
-        }
-        if let Some(duration) = model.duration {
-            space.phi[duration * n + duration] += bend[(6, 6)];
-            for i in 0..3 {
-                both(&mut space.phi, n, zeta + i, duration, bend[(i, 6)]);
-            }
-        }
-        if !on_arc {
-            return;
-        }
-        let mixed = bend.fixed_view::<3, 3>(0, 3);
-        for i in pi..pi + 3 + model.wheels {
-            let (own, turned) = (of_arc * space.arc[i], mixed * space.arc[i]);
+        let bend = bend.scaled(multiplier);
+        add_symmetric(&mut space.phi, n, zeta, &bend.attitude);
+        let of_arc = pi..pi + if cone.is_of_arc() { 3 + model.wheels } else { 0 };
+        for i in of_arc.clone() {
+            let (own, turned) = (bend.arc * space.arc[i], bend.mixed * space.arc[i]);
             for j in pi..=i {
                 both(&mut space.phi, n, i, j, space.arc[j].dot(&own));
             }
             for j in 0..3 {
                 both(&mut space.phi, n, i, zeta + j, turned[j]);
             }
-            if let Some(duration) = model.duration {
-                let value = bend.fixed_view::<3, 1>(3, 6).dot(&space.arc[i]);
-                both(&mut space.phi, n, i, duration, value);
-            }
         }
+        let Some(duration) = model.duration.filter(|_| !cone.stands(model)) else { return };
+        // Directions move as they like, so that their second derivatives by time are differences.
+        let gradient = |by: f64| self.cone_in(cone, k, stage, stage.stretch * by.exp());
+        // At a moment at which it begins or ends to act there is no difference.
+        let (Some(plus), Some(minus)) = (gradient(STEP), gradient(-STEP)) else { return };
+        let by = multiplier / (2.0 * STEP);
+        let of_attitude = (plus.by_attitude - minus.by_attitude) * by;
+        let by_arc = (plus.by_arc - minus.by_arc) * by;
+        for i in 0..3 {
+            both(&mut space.phi, n, zeta + i, duration, of_attitude[i]);
+        }
+        for i in of_arc {
+            both(&mut space.phi, n, i, duration, by_arc.dot(&space.arc[i]));
+        }
+        space.phi[duration * n + duration] += (plus.by_duration - minus.by_duration) * by;
     }
 
     /// Second derivatives of the kick, weighed with the costate after it and with `own` of the physical momentum.

@@ -85,12 +85,12 @@ pub(crate) struct Solver {
     /// The trial point and its values.
     trial: Point,
     trial_values: Values,
-    riccati: Riccati,
-    sigma: Vec<f64>,
-    yields: Vec<Yield>,
-    right: Right,
+    pub(super) riccati: Riccati,
+    pub(super) sigma: Vec<f64>,
+    pub(super) yields: Vec<Yield>,
+    pub(super) right: Right,
     /// The step.
-    step: Step,
+    pub(super) step: Step,
     other: Step,
     /// Products of second order: of `s z`, `t (π − z)`.
     products: [Vec<f64>; 2],
@@ -101,9 +101,9 @@ pub(crate) struct Solver {
 
 /// A step of all unknowns.
 #[derive(Clone, Debug, Default)]
-struct Step {
-    point: Increment,
-    duals: Duals,
+pub(super) struct Step {
+    pub(super) point: Increment,
+    pub(super) duals: Duals,
     slacks: Vec<f64>,
     violations: Vec<f64>,
     misses: [Vec<f64>; 2],
@@ -462,7 +462,7 @@ impl Solver {
     }
 
     /// Computes `Σ` of the rows and `D` of the terminal equations.
-    fn weigh(&mut self, shape: &Shape, tuning: &Tuning) {
+    pub(super) fn weigh(&mut self, shape: &Shape, tuning: &Tuning) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let (s, z, t) = (self.slacks[row], self.duals.rows[row], self.violations[row]);
             self.sigma[row] = match kind {

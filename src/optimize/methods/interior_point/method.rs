@@ -41,7 +41,9 @@ impl Method for InteriorPoint<'_> {
         };
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
-        let run = solver.run(&program, self.tuning, &budget.watch);
+        let most = self.tuning.for_each.saturating_mul(budget.iterations);
+        let iterations = self.tuning.iterations.min(most);
+        let run = solver.run(&program, &Tuning { iterations, ..self.tuning.clone() }, &budget.watch);
         if !run.dual.is_finite() {
             let stopped = (budget.watch.interrupt)().filter(|_| run.end == End::Stopped);
             return unsolved(candidate, stopped.unwrap_or(Outcome::Stalled));
@@ -85,7 +87,7 @@ impl Method for InteriorPoint<'_> {
 impl InteriorPoint<'_> {
     /// Returns the iterate of a candidate. A candidate without inputs gets inputs that follow its path,
     /// in a duration in which they are within the limits.
-    fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
+    pub(super) fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         let Chain { model, rows } = self.chain;
         let sought = candidate.inputs.is_empty() && model.duration.is_some();
         let stretch = sought.then(|| self.fitting(candidate, watch)).flatten();

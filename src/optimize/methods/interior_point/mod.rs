@@ -17,3 +17,5 @@ mod chain_tests;
 mod everyday_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod timing_tests;

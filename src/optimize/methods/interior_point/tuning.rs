@@ -6,6 +6,9 @@
 pub(crate) struct Tuning {
     /// Iterations after which the method gives up.
     pub iterations: usize,
+    /// Iterations for each that the settings allow to Newton's method: one costs little, and hard maneuvers take more than
+    /// a hundred.
+    pub for_each: usize,
     /// Residual of all conditions at which the method has converged: a smaller one is nearer to
     /// round-off and takes an iteration or two more.
     pub tolerance: f64,
@@ -102,6 +105,7 @@ impl Default for Tuning {
     fn default() -> Self {
         Self {
             iterations: 250,
+            for_each: 4,
             tolerance: 1e-11,
             first: 0.1,
             last: 1e-11,

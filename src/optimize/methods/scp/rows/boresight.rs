@@ -51,9 +51,35 @@ impl BoresightArc {
         Some(self.highest(within)).filter(|at| *at > 0.0 && *at < 1.0)
     }
 
-    /// Where between two fractions of the arc the value is largest. An arc turns far less than half a turn, so the slope changes its
-    /// sign once at most.
-    pub fn highest(&self, [mut low, mut high]: [f64; 2]) -> f64 {
+    /// Returns the fraction between two of the arc at which the value is largest. An arc turns far less than half a turn, so the slope
+    /// changes its sign once at most.
+    pub fn highest(&self, [low, high]: [f64; 2]) -> f64 {
+        if self.turn == Vector3::zeros() {
+            self.highest_of_standing(low, high)
+        } else {
+            self.highest_of_moving(low, high)
+        }
+    }
+
+    /// With a direction that stands, the slope is `α cos θτ + β sin θτ/θ`.
+    fn highest_of_standing(&self, low: f64, high: f64) -> f64 {
+        let seen = self.attitude.tr_mul(&self.direction) * self.sign;
+        let (across, angle) = (self.arc.cross(&self.boresight), self.arc.norm());
+        let (first, second) = (seen.dot(&across), seen.dot(&self.arc.cross(&across)));
+        let slope = |fraction: f64| {
+            let (sin, cos) = (angle * fraction).sin_cos();
+            first * angle * cos + second * sin
+        };
+        if slope(low) <= 0.0 {
+            low
+        } else if slope(high) >= 0.0 {
+            high
+        } else {
+            ((first * angle).atan2(-second) / angle).clamp(low, high)
+        }
+    }
+
+    fn highest_of_moving(&self, mut low: f64, mut high: f64) -> f64 {
         if self.slope(low) <= 0.0 {
             return low;
         }
@@ -77,4 +103,55 @@ impl BoresightArc {
         }
         at
     }
+    /// Returns the second derivatives of the value by the turn of the attitude and by the rotation vector of the arc, at a fraction of the
+    /// arc; with `highest`, of the highest value, whose place moves along.
+    pub fn bend(&self, fraction: f64, highest: bool) -> Bend {
+        let (b, a) = (&self.boresight, &self.arc);
+        let turned = lie::exp(&(a * fraction));
+        let direction = if self.turn == Vector3::zeros() {
+            self.direction
+        } else {
+            lie::exp(&(self.turn * fraction)) * self.direction
+        };
+        // Boresight and direction in the axes of the body at the beginning of the arc, and the direction in its axes at the fraction.
+        let (p, w) = (turned * b, self.attitude.tr_mul(&direction));
+        let v = turned.tr_mul(&w);
+        let along = lie::right_jacobian(&(a * fraction)) * fraction;
+        let slope = b.cross(&v);
+        let outer = w * p.transpose();
+        let attitude = (outer + outer.transpose()) * 0.5 - Matrix3::identity() * w.dot(&p);
+        let mixed = columns(&along, |column| w.cross(&(turned * b.cross(column))));
+        let arc = along.tr_mul(&columns(&along, |column| b.cross(&v.cross(column))))
+            - lie::right_jacobian_directional(&(a * -fraction), &slope) * (fraction * fraction);
+        let mut out = Bend { attitude, mixed, arc: (arc + arc.transpose()) * 0.5 };
+        let second = self.slopes(fraction).1 * self.sign;
+        if highest && second * self.sign < 0.0 {
+            // The envelope's: c_yy − c_yτ c_τy/c_ττ.
+            let moved = self.attitude.tr_mul(&self.turn.cross(&direction));
+            let by_attitude = (turned * a.cross(b)).cross(&w) + p.cross(&moved);
+            let by_arc = turned * slope + along.tr_mul(&b.cross(&(turned.tr_mul(&moved) - a.cross(&v))));
+            out.attitude -= by_attitude * by_attitude.transpose() / second;
+            out.mixed -= by_attitude * by_arc.transpose() / second;
+            out.arc -= by_arc * by_arc.transpose() / second;
+        }
+        Bend { attitude: out.attitude * self.sign, mixed: out.mixed * self.sign, arc: out.arc * self.sign }
+    }
+}
+
+/// Second derivatives of a boresight's value by the turn of the attitude, by attitude (rows) and arc (columns), and by the arc.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bend {
+    pub attitude: Matrix3,
+    pub mixed: Matrix3,
+    pub arc: Matrix3,
+}
+
+impl Bend {
+    pub fn scaled(&self, by: f64) -> Self {
+        Self { attitude: self.attitude * by, mixed: self.mixed * by, arc: self.arc * by }
+    }
+}
+
+fn columns(of: &Matrix3, to: impl Fn(&Vector3) -> Vector3) -> Matrix3 {
+    Matrix3::from_columns(&[0, 1, 2].map(|i| to(&of.column(i).into_owned())))
 }

@@ -29,6 +29,7 @@ use super::model::Model;
 use crate::maneuver::constraint::Rule;
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::{InputLimit, LimitKind};
+pub(crate) use boresight::Bend;
 use std::ops::Range;
 pub(crate) use value::RowValue;
 pub(crate) use what::{Cone, ConeAt, Place, What};

@@ -2,7 +2,7 @@
 
 use super::super::model::{Arc, ChainState, Model};
 use super::RowValue;
-use super::boresight::BoresightArc;
+use super::boresight::{Bend, BoresightArc};
 use crate::maneuver::constraint::{Direction, During, Pointing, Rule, Side, angle_between, on_arc};
 use crate::maneuver::problem::{Problem, State};
 use crate::optimize::methods::scp::model::step;
@@ -325,6 +325,53 @@ impl Cone {
         arc: Option<&Vector3>,
         closed: bool,
     ) -> Option<ConeAt> {
+        self.meeting(model, stage, (attitude, stretch), arc, closed)
+            .map(|meeting| self.slopes(model, &meeting, arc))
+    }
+
+    /// Returns the value of the row on a closed arc, or at a node.
+    pub(crate) fn value(
+        &self,
+        model: &Model,
+        stage: usize,
+        at: (&Matrix3, f64),
+        arc: Option<&Vector3>,
+    ) -> Option<f64> {
+        let meeting = self.meeting(model, stage, at, arc, true)?;
+        let (cosine, _) = meeting.pointing.at(meeting.fraction);
+        Some((cosine - self.sign * meeting.half_angle.cos()) / meeting.half_angle.sin())
+    }
+
+    /// Returns the row on a closed arc, or at a node, with its second derivatives by attitude and arc.
+    pub(crate) fn bent(
+        &self,
+        model: &Model,
+        stage: usize,
+        at: (&Matrix3, f64),
+        arc: Option<&Vector3>,
+    ) -> Option<(ConeAt, Bend)> {
+        let meeting = self.meeting(model, stage, at, arc, true)?;
+        let Meeting { fraction, acting: [low, high], .. } = meeting;
+        let bend = meeting.pointing.bend(fraction, arc.is_some() && fraction > low && fraction < high);
+        Some((self.slopes(model, &meeting, arc), bend.scaled(1.0 / meeting.half_angle.sin())))
+    }
+
+    /// Whether neither the row nor its derivatives know the duration.
+    pub(crate) fn stands(&self, model: &Model) -> bool {
+        matches!(self.direction, Direction::Fixed(_))
+            && self.during.given().is_none()
+            && step::frame_rate(model) == Vector3::zeros()
+    }
+
+    /// Returns where the row is met.
+    fn meeting(
+        &self,
+        model: &Model,
+        stage: usize,
+        (attitude, stretch): (&Matrix3, f64),
+        arc: Option<&Vector3>,
+        closed: bool,
+    ) -> Option<Meeting> {
         let (unit, grid) = (model.dynamics.units.time, &model.dynamics.grid);
         // In seconds, as directions know the time.
         let (frame_rate, seconds) = (step::frame_rate(model) / unit, unit * stretch);
@@ -357,6 +404,13 @@ impl Cone {
             Some(_) if closed => pointing.highest(acting),
             Some(_) => pointing.extremum(acting)?,
         };
+        Some(Meeting { pointing, frame_rate, time, step, acting, half_angle, fraction })
+    }
+
+    /// The row where it is met, with its derivatives.
+    fn slopes(&self, model: &Model, meeting: &Meeting, arc: Option<&Vector3>) -> ConeAt {
+        let Meeting { pointing, frame_rate, time, step, acting, half_angle, fraction } = meeting;
+        let (time, step, fraction) = (*time, *step, *fraction);
         let (cosine, slope) = pointing.at(fraction);
         // Near the edge of the cone this is the violation in rad.
         let scale = 1.0 / half_angle.sin();
@@ -368,13 +422,13 @@ impl Cone {
             by_arc = along.tr_mul(&slope) * scale;
         }
         let mut by_duration = 0.0;
-        if model.duration.is_some() {
+        if model.duration.is_some() && !self.stands(model) {
             let passed = match &self.direction {
                 Direction::Fixed(_) => frame_rate * -time,
                 Direction::InFrame(_) => pointing.turn * fraction,
                 Direction::Moving(_) | Direction::Disc { .. } => {
                     let at = time + step * fraction;
-                    let moved = self.direction.in_space(at, &frame_rate);
+                    let moved = self.direction.in_space(at, frame_rate);
                     moved.direction.cross(&moved.rate) * at - frame_rate * time
                 }
             };
@@ -384,8 +438,22 @@ impl Cone {
             by_duration = (pointing.along(fraction, &passed) - slid) * scale;
         }
         let c = (cosine - self.sign * half_angle.cos()) * scale;
-        Some(ConeAt { c, by_attitude, by_arc, by_duration, fraction })
+        ConeAt { c, by_attitude, by_arc, by_duration, fraction }
     }
+}
+
+/// Where a cone's row is met.
+struct Meeting {
+    pointing: BoresightArc,
+    /// [rad/s]
+    frame_rate: Vector3,
+    /// When the arc begins, and how long it takes \[s\].
+    time: f64,
+    step: f64,
+    /// Fractions of the arc between which the cone acts.
+    acting: [f64; 2],
+    half_angle: f64,
+    fraction: f64,
 }
 
 /// `v = slope·u / s`: what is burnt at a stage, in a unit that does not go with the duration.
