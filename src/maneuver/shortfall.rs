@@ -12,7 +12,7 @@ use std::fmt;
 pub enum Shortfall {
     /// The nearest iterate of SCP violates limits, constraints or the end.
     Violated {
-        /// The subproblems after which the limit of iterations came, where it came first.
+        /// The iterations or subproblems after which the limit of iterations came, where it came first.
         cut_short_after: Option<usize>,
         /// The remaining violations.
         violations: Vec<Violation>,
@@ -201,7 +201,7 @@ impl fmt::Display for Shortfall {
 /// Describes the remaining violations at the last iterate of SCP.
 fn violated(cut_short_after: Option<usize>, violations: &[Violation], reaches_end: bool) -> String {
     let cut = cut_short_after
-        .map(|subproblems| format!("the iteration limit ended the search, after {subproblems} subproblems"));
+        .map(|iterations| format!("the iteration limit ended the search, after {iterations} iterations"));
     let of_one = |Violation { name, excess }: &Violation| match excess {
         Excess::Angle(angle) => format!("\"{name}\" remains violated by {:.3} deg", angle.to_degrees()),
         Excess::Share(share) => format!("{name} remains exceeded by {:.2} %", 100.0 * share),

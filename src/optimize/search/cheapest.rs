@@ -46,13 +46,13 @@ use crate::optimize::methods::scp::road::{Chain, path};
 
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
 /// sought.
-pub(super) fn solve(problem: &Problem, context: &Context) -> Solution {
+pub(super) fn solve(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
     let once = |problem: &Problem| match Formulation::of(problem) {
         Formulation::Extremal => {
             let ask = Ask { advise: true, lands: context.lands(), ..Ask::of_goal(None, context.settings) };
             searched(problem, context, ask)
         }
-        _ if problem.objective.switches() => solve_once(problem, context),
+        _ if problem.objective.switches() => solve_once(problem, context, known),
         _ => effort_sought(problem, context),
     };
     match problem.duration.at_most() {
@@ -78,7 +78,7 @@ fn effort_sought(problem: &Problem, context: &Context) -> Solution {
 }
 
 /// In a given duration, or in the best one of all.
-fn solve_once(problem: &Problem, context: &Context) -> Solution {
+fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
     let unsolved = Solution::unsolved(problem, context.settings.tolerance);
     let mut bare = Problem {
         constraints: Vec::new(),
@@ -127,13 +127,14 @@ fn solve_once(problem: &Problem, context: &Context) -> Solution {
     }
     let sought = problem.duration.known().is_none();
     let stated = quick.trajectory.time.last().copied().filter(|_| sought && free);
+    let path = if known.time.len() > 1 { known } else { &quick.trajectory };
     let duration = stated.or(problem.duration.known()).unwrap_or_else(|| about(problem));
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
     // Checked as what it is: effort takes less than time and fuel.
     let mut solution = match (problem.clone().lasting(duration).check(), context.interrupt()) {
         (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
         (Err(error), _) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
-        (Ok(()), None) => of_stated(&stated, &problem.objective, context, &quick.trajectory),
+        (Ok(()), None) => of_stated(&stated, &problem.objective, context, path),
     };
     if sought && let Some(cheaper) = by_its_duration(problem, context, &solution) {
         solution = cheaper;
@@ -182,7 +183,11 @@ fn by_its_duration(problem: &Problem, context: &Context, found: &Solution) -> Op
     let duration = *found.trajectory.time.last()?;
     let objective = Objective::Fuel(Fuel { time_price: None, ..fuel.clone() });
     let noted = context.ladder.borrow().clone();
-    let given = solve_once(&problem.clone().with_objective(objective).with_duration(duration), context);
+    let given = solve_once(
+        &problem.clone().with_objective(objective).with_duration(duration),
+        context,
+        &Trajectory::default(),
+    );
     *context.ladder.borrow_mut() = noted;
     let price = problem.objective.time_price();
     let dearer = found.cost * (1.0 - SAME_COST);

@@ -340,7 +340,7 @@ fn solve_on(
         Formulation::Chain => {
             check_for_chain(problem, settings, guess)?;
             let context = Context::new(settings, observer);
-            let found = cheapest::solve(problem, &context);
+            let found = cheapest::solve(problem, &context, &Trajectory::default());
             Ok(limited::with_arcs(problem, &context, found))
         }
     }
@@ -364,7 +364,8 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
         return found;
     }
     let tried = found.ladder.clone();
-    let other = cheapest::solve(&problem.clone().planned_by(Method::InteriorPoint), context);
+    let other =
+        cheapest::solve(&problem.clone().planned_by(Method::InteriorPoint), context, &found.trajectory);
     // What was stopped is told as such, with its best iterate.
     let stopped = context.interrupt().is_some() && !converged(&found);
     let better = stopped || converged(&other) && !(converged(&found) && found.cost <= other.cost);

@@ -1,8 +1,8 @@
 //! Minimum fuel and time where forces move the body, and in fields: closed forms on the grid, another program on the same
 //! grid, laws.
 
-use super::asked_of_scp::by_scp;
 use super::minimum_time::{body, solved};
+use super::on_equal_steps::on_equal_steps;
 use slewkit::maneuver::{Duration, Fuel, Method, Objective, Problem, ProblemError, Settings, State, Weights};
 use slewkit::mechanics::{
     ActuatorSet, AxisFrame, GravityGradient, Limits, SecondOrderGravity, UniformGravity,
@@ -104,8 +104,8 @@ fn more_time_never_costs_more_fuel_and_a_price_of_time_finds_its_trade() {
 
 #[test]
 fn moves_along_a_bend_are_corrected_and_few() {
-    // A pendulum's field bends the dynamics along a move, and the merit function sees it: what a move takes away of the
-    // duration the defects that it ends with give back. Uncorrected, moves shrink, and the way takes ten times as many.
+    // A pendulum's field bends the dynamics along a move: what a move takes away of the duration the defects that it ends
+    // with give back. Without corrections of second order moves shrink, and the way takes ten times as many.
     let field = UniformGravity::new(MASS, 9.81, Vector3::z(), Vector3::new(0.02, 0.1, 0.1)).unwrap();
     let start = State::at_rest(lie::exp(&Vector3::new(0.3, 0.2, 0.1)));
     let end = State::at_rest(start.attitude * lie::exp(&Vector3::new(0.9, 0.1, 0.2)));
@@ -113,8 +113,8 @@ fn moves_along_a_bend_are_corrected_and_few() {
         Problem::attitude(body([2.0, 1.6, 1.1]), start, end, Duration::SOUGHT).with_environment(field);
     pendulum.actuation.torque = pendulum.actuation.torque.with_limits(each(7.5)).unwrap();
     let found = solved(&pendulum.with_steps(24).with_objective(Objective::Time));
-    let subproblems = found.solution.convex.expect("planned by SCP").all_subproblems;
-    assert!(subproblems <= 30, "{subproblems} subproblems");
+    let iterations = found.solution.interior.expect("planned by the interior point").iterations;
+    assert!(iterations <= 30, "{iterations} iterations");
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn in_a_field_that_pulls_hardly_the_fuel_is_that_of_a_free_body() {
         problem.actuation.force = None;
         problem
     };
-    let wanted = by_scp(&free).solution.cost;
+    let wanted = on_equal_steps(&free).solution.cost;
     let pull = UniformGravity::new(1e-9, 9.81, Vector3::z(), Vector3::new(0.0, 0.1, 0.3)).unwrap();
     near(solved(&free.clone().with_environment(pull)).solution.cost, wanted, 1e-6);
     let orbit = GravityGradient::new(1e-7, &free.body.inertia).unwrap();
@@ -190,7 +190,7 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
     );
     let free =
         on_an_orbit(0.0).with_steps(FEW).with_duration(Duration::SOUGHT).with_objective(Objective::Time);
-    near(slow.solution.cost, by_scp(&free).solution.cost, 1e-6);
+    near(slow.solution.cost, on_equal_steps(&free).solution.cost, 1e-6);
 }
 
 #[test]
@@ -198,8 +198,8 @@ fn a_duration_of_least_effort_is_the_same_by_both_roads_in_a_frame_that_turns() 
     // The secant of its derivative, and the length of the steps as an unknown.
     let effort = on_an_orbit(0.2).with_objective(effort(2e-3)).with_duration(Duration::SOUGHT);
     let secant = solved(&effort).solution;
-    let unknown = by_scp(&effort).solution;
-    assert_eq!((secant.method, unknown.method), (Method::Shooting, Method::Scp));
+    let unknown = on_equal_steps(&effort).solution;
+    assert_eq!((secant.method, unknown.method), (Method::Shooting, Method::InteriorPoint));
     near(unknown.cost, secant.cost, 1e-10);
 }
 

@@ -74,7 +74,7 @@ fn cases() -> Vec<(&'static str, Problem, f64)> {
 
 /// On equal steps, also where no constraint acts.
 fn fuel(problem: &Problem) -> f64 {
-    let plan = solved(&problem.clone().planned_by(Method::Scp));
+    let plan = solved(&problem.clone().planned_by(Method::InteriorPoint));
     // The extremal that it stands for is told where every sign is right.
     assert!(plan.solution.switching.is_none_or(|told| told.gap <= GAP * told.continuous_cost));
     let work = plan.solution.interior.expect("planned by the interior point");
@@ -158,7 +158,7 @@ fn too_short_a_duration_is_answered_by_the_shortest_found() {
 }
 
 #[test]
-fn it_is_planned_by_scp_from_its_own_seeds() {
+fn it_is_planned_on_equal_steps_from_its_own_seeds() {
     let (_, problem, _) = cases().swap_remove(0);
     takes_no_guess_and_no_shooting(&problem);
     let resting = Problem { end: problem.start, ..problem };

@@ -5,7 +5,6 @@
 
 mod any_attitude;
 mod any_of;
-mod asked_of_scp;
 mod best;
 mod best_known;
 mod bounds;
@@ -24,6 +23,7 @@ mod limits;
 mod metamorphic;
 mod minimum_fuel;
 mod minimum_time;
+mod on_equal_steps;
 mod order;
 mod pulses;
 mod pushing_thrusters;

@@ -232,7 +232,10 @@ fn a_limit_that_does_not_act_leaves_the_arcs_of_the_turn_without_it() {
         let tight = within(0.9);
         assert!(tight.solution.cost > alone.solution.cost * (1.0 + 1e-4), "{}", tight.solution.cost);
         // On equal steps, and never beyond the limit.
-        assert!(tight.solution.method == Method::Scp && peak(&tight) <= 0.9 * peak(&alone) * (1.0 + 1e-9));
+        assert!(
+            tight.solution.method == Method::InteriorPoint
+                && peak(&tight) <= 0.9 * peak(&alone) * (1.0 + 1e-9)
+        );
     }
 }
 
@@ -241,9 +244,9 @@ fn a_limit_that_does_not_act_leaves_the_arcs_of_the_turn_without_it() {
 fn what_is_asked_for_on_equal_steps_stays_on_them_though_its_limit_does_not_act() {
     let free = slew([1.0, 2.0, 3.0], turn([1.0, 2.0, 3.0], 120.0));
     let alone = solved(&free);
-    let loose = rate(free, Rule::RateNorm(1.001 * peak(&alone))).planned_by(Method::Scp);
+    let loose = rate(free, Rule::RateNorm(1.001 * peak(&alone))).planned_by(Method::InteriorPoint);
     let equal = solved(&loose);
-    assert_eq!(equal.solution.method, Method::Scp);
+    assert_eq!(equal.solution.method, Method::InteriorPoint);
     let time = &equal.solution.trajectory.time;
     let step = time[time.len() - 1] / (time.len() - 1) as f64;
     assert!(time.windows(2).all(|pair| ((pair[1] - pair[0]) / step - 1.0).abs() < 1e-9));
@@ -296,7 +299,7 @@ fn too_short_a_duration_is_answered_by_the_shortest_found() {
 }
 
 #[test]
-fn the_shortest_is_sought_by_scp_from_its_own_seeds() {
+fn the_shortest_is_sought_on_equal_steps_from_its_own_seeds() {
     let (_, problem, _) = cases().swap_remove(0);
     takes_no_guess_and_no_shooting(&problem);
     let limit = Settings { time_limit: Some(std::time::Duration::from_millis(1)), ..Settings::discrete() };

@@ -14,12 +14,13 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
-use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::first_iterate;
 use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::polish::{Told, polish};
 use crate::optimize::methods::scp::road::{Chain, with_iterate};
 use crate::optimize::methods::scp::rows::LimitRows;
+use crate::optimize::methods::scp::{Multipliers, ScpOptions};
+use nalgebra::DVector;
 
 /// The interior-point method on a chain.
 pub(crate) struct InteriorPoint<'a> {
@@ -39,6 +40,9 @@ impl Method for InteriorPoint<'_> {
         let Some(program) = ChainProgram::of(model, rows, &start) else {
             return unsolved(candidate, Outcome::Stalled);
         };
+        if let Some(nothing) = self.costs_nothing(&candidate, &start) {
+            return nothing;
+        }
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
         let most = self.tuning.for_each.saturating_mul(budget.iterations);
@@ -102,6 +106,26 @@ impl InteriorPoint<'_> {
             start.inputs.iter_mut().flatten().for_each(|u| *u *= self.tuning.centred);
         }
         start
+    }
+
+    /// Returns the candidate as an optimum where it meets all conditions and costs nothing, as no effort, fuel or time costs less.
+    fn costs_nothing(&self, candidate: &Candidate, start: &Iterate) -> Option<Attempt> {
+        let Chain { model, rows } = self.chain;
+        if start.cost(model) != 0.0 {
+            return None;
+        }
+        let at = start.evaluate(model, rows, Watch::NONE).ok()?;
+        let met = at.largest_defect() == 0.0 && at.violations().iter().all(|violation| *violation <= 0.0);
+        let multipliers = Multipliers {
+            costates: vec![DVector::zeros(model.n); model.steps + 1],
+            terminal: DVector::zeros(model.terminal_count()),
+            rows: vec![0.0; rows.rows.len()],
+        };
+        let mut candidate = with_iterate(candidate.clone(), start.clone(), multipliers);
+        candidate.provenance.method = settings::Method::InteriorPoint;
+        let report = Report { outcome: Outcome::Converged, iterations: 0, residuals: vec![0.0] };
+        let found = Attempt { cost: 0.0, residual: 0.0, stationarity: 0.0, ..Attempt::of(candidate, report) };
+        met.then_some(Attempt { barrier: Some([0.0; 2]), ..found })
     }
 
     /// Returns the duration that the path of a candidate needs, as a multiple of the stated one.

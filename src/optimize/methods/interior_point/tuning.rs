@@ -12,6 +12,9 @@ pub(crate) struct Tuning {
     /// Residual of all conditions at which the method has converged: a smaller one is nearer to
     /// round-off and takes an iteration or two more.
     pub tolerance: f64,
+    /// Residual of stationarity and complementarity with which a run that cannot go on is a solution: a larger one accepts
+    /// poorer ones, which the residual in the plan tells.
+    pub accepted: f64,
     /// First barrier term: a larger one takes more iterations and keeps farther from bounds that the first path crosses.
     pub first: f64,
     /// Last barrier term: the cost exceeds the optimum by this for each active row.
@@ -107,8 +110,9 @@ impl Default for Tuning {
             iterations: 250,
             for_each: 4,
             tolerance: 1e-11,
+            accepted: 1e-6,
             first: 0.1,
-            last: 1e-11,
+            last: 1e-12,
             tail: 1e-7,
             tail_mean: 1e-6,
             slack: 0.1,

@@ -8,11 +8,11 @@ use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
 use slewkit::{Duration, Matrix3};
 
 /// A plan by SCP, which the witnesses have verified.
-pub(super) fn by_scp(problem: &Problem) -> Plan {
-    let settings = Settings { method: Method::Scp, ..Settings::discrete() };
+pub(super) fn on_equal_steps(problem: &Problem) -> Plan {
+    let settings = Settings { method: Method::InteriorPoint, ..Settings::discrete() };
     let found = plan(problem, &settings, None, &mut Silent).unwrap();
     assert_eq!(found.status, Status::Solved, "{:?}", found.solution.shortfall);
-    assert_eq!(found.solution.method, Method::Scp);
+    assert_eq!(found.solution.method, Method::InteriorPoint);
     assert!(found.solution.switching.is_none());
     found
 }
@@ -34,7 +34,7 @@ fn apart(a: f64, b: f64) -> f64 {
 fn a_quarter_of_a_turn_takes_what_was_published() {
     let quarter = slew([1.0; 3], 90.0);
     let [coarse, fine] = [60, 120].map(|steps| {
-        let found = by_scp(&quarter.clone().with_steps(steps)).solution;
+        let found = on_equal_steps(&quarter.clone().with_steps(steps)).solution;
         assert_eq!(found.cost, found.duration(&quarter));
         found.cost
     });
@@ -46,7 +46,7 @@ fn least_fuel_is_that_of_the_arcs_but_for_the_grid() {
     let fuel = Objective::Fuel(Fuel::default());
     let problem = slew([1.0, 2.0, 3.0], 120.0).with_objective(fuel).with_duration(6.0).with_steps(80);
     let arcs = solved(&problem).solution.switching.expect("arcs").continuous_cost;
-    let found = by_scp(&problem).solution.cost;
+    let found = on_equal_steps(&problem).solution.cost;
     assert!(apart(found, arcs) < 2e-3, "{found} {arcs}");
 }
 
@@ -57,7 +57,7 @@ fn a_duration_that_is_sought_is_the_same_by_both_roads() {
     let weights = Weights { time_price: Some(0.05), ..Weights::default() };
     let problem =
         slew([1.0, 2.0, 3.0], 120.0).with_objective(Objective::from(weights)).with_duration(Duration::SOUGHT);
-    let [chain, secant] = [by_scp(&problem), solved(&problem)].map(|plan| plan.solution);
+    let [chain, secant] = [on_equal_steps(&problem), solved(&problem)].map(|plan| plan.solution);
     assert_eq!(secant.method, Method::Shooting);
     assert!(apart(chain.cost, secant.cost) < 1e-10, "{} {}", chain.cost, secant.cost);
     let [a, b] = [&chain, &secant].map(|found| found.duration(&problem));
@@ -70,7 +70,7 @@ fn pulses_are_between_equal_steps_and_refused() {
     let torque = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
     let fuel = slew([1.0; 3], 90.0).with_objective(Objective::Fuel(Fuel::default())).with_duration(6.0);
     let pulses = fuel.with_actuation(Actuation::torques(torque));
-    let settings = Settings { method: Method::Scp, ..Settings::discrete() };
+    let settings = Settings { method: Method::InteriorPoint, ..Settings::discrete() };
     let refused = plan(&pulses, &settings, None, &mut Silent).unwrap_err();
     assert_eq!(refused, PlanError::Problem(ProblemError::Unsuited(Unsuited::PulsesOnEqualSteps)));
 }
