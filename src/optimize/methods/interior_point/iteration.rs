@@ -87,7 +87,11 @@ pub(crate) struct Solver {
     trial_values: Values,
     pub(super) riccati: Riccati,
     pub(super) sigma: Vec<f64>,
+    /// `1/z` and `1/(π − z)`.
+    inverses: [Vec<f64>; 2],
     pub(super) yields: Vec<Yield>,
+    /// Gradients of the Lagrangian at the present multipliers, and the right-hand side.
+    plain: Right,
     pub(super) right: Right,
     /// The step.
     pub(super) step: Step,
@@ -167,7 +171,9 @@ impl Solver {
             trial_values: Values::of(shape),
             riccati: Riccati::of(shape),
             sigma: zeros(rows),
+            inverses: [zeros(rows), zeros(rows)],
             yields: vec![Yield::default(); ends],
+            plain: Right::of(shape),
             right: Right::of(shape),
             step: Step::of(shape),
             other: Step::of(shape),
@@ -218,6 +224,7 @@ impl Solver {
                 run.end = End::NotFinite;
                 break;
             }
+            self.gradients(shape);
             let residuals = self.residuals(shape, tuning, state.barrier);
             (run.dual, run.primal) = (residuals.dual, residuals.primal);
             (run.complementarity, run.barrier, run.exact) =
@@ -337,9 +344,8 @@ impl Solver {
         }
     }
 
-    /// Writes the gradient of the Lagrangian into the right-hand side and returns all residuals.
-    fn residuals(&mut self, shape: &Shape, tuning: &Tuning, barrier: f64) -> Residuals {
-        self.gradients(shape);
+    /// Returns all residuals, from the gradients of the Lagrangian.
+    fn residuals(&self, shape: &Shape, tuning: &Tuning, barrier: f64) -> Residuals {
         let largest = |values: &[f64]| values.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         let mean = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
         let count = self.duals.costates.len() + self.duals.rows.len() + self.duals.terminal.len();
@@ -347,8 +353,8 @@ impl Solver {
         let dual_scale = (sum / count as f64 / tuning.large).max(1.0);
         let mut found = Residuals {
             dual: nan_max(
-                nan_max(largest(&self.right.gradients), largest(&self.right.last)),
-                largest(&self.right.start),
+                nan_max(largest(&self.plain.gradients), largest(&self.plain.last)),
+                largest(&self.plain.start),
             ) / dual_scale,
             primal: largest(&self.at.values.defects),
             ..Residuals::default()
@@ -386,7 +392,7 @@ impl Solver {
     fn gradients(&mut self, shape: &Shape) {
         let (n, m, z) = (shape.n, shape.m, shape.z());
         for stage in 0..shape.stages {
-            let gradient = &mut self.right.gradients[stage * z..][..z];
+            let gradient = &mut self.plain.gradients[stage * z..][..z];
             gradient.copy_from_slice(&self.at.gradients[stage * z..][..z]);
             let next = &self.duals.costates[(stage + 1) * n..][..n];
             for (to, column) in gradient.iter_mut().zip(self.at.steps[stage * n * z..].chunks_exact(n)) {
@@ -401,13 +407,13 @@ impl Solver {
                 }
             }
         }
-        let last = &mut self.right.last;
+        let last = &mut self.plain.last;
         last.copy_from_slice(&self.at.last_gradient);
         for (slope, nu) in self.at.terminal_slopes.chunks_exact(n).zip(&self.duals.terminal) {
             add(last, *nu, slope);
         }
         add(last, -1.0, &self.duals.costates[shape.stages * n..]);
-        for (to, start) in self.right.start.iter_mut().zip(self.at.start_slopes.chunks_exact(n)) {
+        for (to, start) in self.plain.start.iter_mut().zip(self.at.start_slopes.chunks_exact(n)) {
             *to = dot(start, &self.duals.costates[..n]);
         }
     }
@@ -456,7 +462,7 @@ impl Solver {
         self.products.iter_mut().for_each(|products| products.fill(0.0));
         self.lack(shape);
         if !state.tail {
-            self.direction(shape, tuning, 0.0);
+            self.direction(shape, 0.0);
             let (primal, dual) = self.to_boundary(shape, tuning, 1.0);
             let after = self.mean_after(shape, tuning, primal, dual);
             let share = (after / mean).clamp(0.0, 1.0).powi(3);
@@ -467,7 +473,7 @@ impl Solver {
             }
             self.filter.clear();
         }
-        self.direction(shape, tuning, state.barrier);
+        self.direction(shape, state.barrier);
         if !self.search(program, tuning, state, watch) {
             let (first, growth) = tuning.shift_of_search;
             state.least_shift = first.max(4.0 * state.shift).max(growth * state.least_shift);
@@ -485,10 +491,12 @@ impl Solver {
     pub(super) fn weigh(&mut self, shape: &Shape, tuning: &Tuning) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let (s, z, t) = (self.slacks[row], self.duals.rows[row], self.violations[row]);
+            let [of_slack, of_violation] = [1.0 / z, 1.0 / (tuning.price - z)];
+            (self.inverses[0][row], self.inverses[1][row]) = (of_slack, of_violation);
             self.sigma[row] = match kind {
                 RowKind::Equation => 1.0 / tuning.proximal,
                 RowKind::Hard => z / s,
-                RowKind::Elastic => 1.0 / (s / z + t / (tuning.price - z)),
+                RowKind::Elastic => 1.0 / (s * of_slack + t * of_violation),
             };
         }
         for (index, (given, price)) in self.yields.iter_mut().zip(&self.prices).enumerate() {
@@ -510,24 +518,23 @@ impl Solver {
     }
 
     /// Computes the step for a barrier term from the residuals and the second-order products.
-    fn direction(&mut self, shape: &Shape, tuning: &Tuning, barrier: f64) {
+    fn direction(&mut self, shape: &Shape, barrier: f64) {
         let (z_size, n) = (shape.z(), shape.n);
-        self.gradients(shape);
+        self.right.gradients.copy_from_slice(&self.plain.gradients);
+        self.right.last.copy_from_slice(&self.plain.last);
+        self.right.start.copy_from_slice(&self.plain.start);
         // ẑ − z.
         for stage in 0..shape.stages {
             let gradient = &mut self.right.gradients[stage * z_size..][..z_size];
             for row in shape.rows_of(stage) {
-                let (s, z, t) = (self.slacks[row], self.duals.rows[row], self.violations[row]);
-                let lacking = self.lacking.rows[row];
+                let (s, t, lacking) = (self.slacks[row], self.violations[row], self.lacking.rows[row]);
                 let [of_slack, of_violation] =
-                    [&self.products[0], &self.products[1]].map(|of| barrier - of[row]);
+                    [0, 1].map(|of| (barrier - self.products[of][row]) * self.inverses[of][row]);
                 let asked = self.sigma[row]
                     * match shape.kinds[row] {
                         RowKind::Equation => lacking,
-                        RowKind::Hard => lacking - s + of_slack / z,
-                        RowKind::Elastic => {
-                            lacking + t - s + of_slack / z - of_violation / (tuning.price - z)
-                        }
+                        RowKind::Hard => lacking - s + of_slack,
+                        RowKind::Elastic => lacking + t - s + of_slack - of_violation,
                     };
                 self.step.duals.rows[row] = asked;
                 let slopes = shape.slopes_of(row);
@@ -562,15 +569,16 @@ impl Solver {
                     let place = usize::from(*place);
                     change += value * if place < shape.m { du[place] } else { dx[place - shape.m] };
                 }
-                let (s, z, t) = (self.slacks[row], self.duals.rows[row], self.violations[row]);
+                let (s, t) = (self.slacks[row], self.violations[row]);
                 let dz = step.duals.rows[row] + self.sigma[row] * change;
                 step.duals.rows[row] = dz;
                 if shape.kinds[row] != RowKind::Equation {
-                    step.slacks[row] = (barrier - self.products[0][row]) / z - s - s / z * dz;
+                    let product = barrier - self.products[0][row] - s * dz;
+                    step.slacks[row] = product * self.inverses[0][row] - s;
                 }
                 if shape.kinds[row] == RowKind::Elastic {
-                    step.violations[row] =
-                        (barrier - self.products[1][row] + t * dz) / (tuning.price - z) - t;
+                    let product = barrier - self.products[1][row] + t * dz;
+                    step.violations[row] = product * self.inverses[1][row] - t;
                 }
             }
         }
@@ -808,7 +816,7 @@ impl Solver {
                 }
                 corrections -= 1;
                 self.add_lacking(shape, primal);
-                self.direction(shape, tuning, barrier);
+                self.direction(shape, barrier);
                 let corrected = self.to_boundary(shape, tuning, part);
                 primal = corrected.0.min(program.longest(&self.step.point));
                 dual = corrected.1;

@@ -71,7 +71,12 @@ impl Right {
     }
 }
 
-/// The factors, and the space to find them in.
+/// Rows of blocks: what the kernels work on at a time.
+const LANES: usize = 4;
+/// Unknowns from which a row of the program is added to the Hessian as one of a dense matrix.
+const DENSE: usize = 5;
+
+/// The factors, and the space to find them in. Sizes in matrices are padded to whole blocks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Riccati {
     n: usize,
@@ -79,24 +84,29 @@ pub(crate) struct Riccati {
     stages: usize,
     terminal: usize,
     starts: usize,
-    /// `P_k`, n×n each.
+    /// `n` and `m` as they are padded, and those with the columns of the terminal equations after `n`.
+    wide_n: usize,
+    wide_m: usize,
+    width: usize,
+    /// Rows of `[P_k, p_k^1 …]`.
     p: Vec<f64>,
-    /// `p_k^c`, n×(1 + terminal) each.
-    columns: Vec<f64>,
-    /// `U_k`, m×m each; `W_k`, m×n each; `l_k^c`, m×(1 + terminal) each.
+    /// `p_k⁰`, and `l_k⁰`.
+    main: Vec<f64>,
+    l: Vec<f64>,
+    /// Columns of `U_k`, m×m each; rows of `[W_k, l_k^1 …]`.
     u: Vec<f64>,
     w: Vec<f64>,
-    l: Vec<f64>,
     /// `N`, then its factor; `g`, starts×terminal; `N⁻¹gᵀ`; what is left for `dy`, then its factor.
     normal: Vec<f64>,
     by_start: Vec<f64>,
     solved: Vec<f64>,
     reduced: Vec<f64>,
     yields: Vec<Yield>,
-    /// Space.
+    /// Space: rows of `[B A]` and of dense rows, the same times `P` and `Σ`, the Hessian with the terminal columns, and vectors.
+    left: Vec<f64>,
+    right: Vec<f64>,
     h: Vec<f64>,
-    product: Vec<f64>,
-    turned: Vec<f64>,
+    sums: Vec<f64>,
     vector: Vec<f64>,
     omega: Vec<f64>,
     dy: Vec<f64>,
@@ -108,27 +118,35 @@ const DEPENDENT: f64 = 1e-14;
 impl Riccati {
     pub fn of(shape: &Shape) -> Self {
         let Shape { n, m, stages, terminal, starts, .. } = *shape;
-        let (z, columns) = (n + m, 1 + terminal);
+        let [wide_n, wide_m, ends] = [n, m, terminal].map(|size| size.next_multiple_of(LANES));
+        let (width, wide) = (wide_n + ends, wide_m + wide_n);
+        let dense =
+            |stage: usize| shape.rows_of(stage).filter(|row| shape.slopes_of(*row).len() >= DENSE).count();
+        let rows = n + (0..stages).map(dense).max().unwrap_or(0);
         Self {
             n,
             m,
             stages,
             terminal,
             starts,
-            p: vec![0.0; (stages + 1) * n * n],
-            columns: vec![0.0; (stages + 1) * n * columns],
+            wide_n,
+            wide_m,
+            width,
+            p: vec![0.0; (stages + 1) * n * width],
+            main: vec![0.0; (stages + 1) * n],
+            l: vec![0.0; stages * m],
             u: vec![0.0; stages * m * m],
-            w: vec![0.0; stages * m * n],
-            l: vec![0.0; stages * m * columns],
+            w: vec![0.0; stages * m * width],
             normal: vec![0.0; terminal * terminal],
             by_start: vec![0.0; starts * terminal],
             solved: vec![0.0; starts * terminal],
             reduced: vec![0.0; starts * starts],
             yields: vec![Yield::default(); terminal],
-            h: vec![0.0; z * z],
-            product: vec![0.0; n * z],
-            turned: vec![0.0; n * z],
-            vector: vec![0.0; z],
+            left: vec![0.0; rows * wide],
+            right: vec![0.0; rows * wide],
+            h: vec![0.0; wide * (wide + ends)],
+            sums: vec![0.0; ends * ends],
+            vector: vec![0.0; width],
             omega: vec![0.0; terminal],
             dy: vec![0.0; starts],
         }
@@ -143,117 +161,169 @@ impl Riccati {
         yields: &[Yield],
         taken: Taken,
     ) -> bool {
-        let (n, m, terminal) = (self.n, self.m, self.terminal);
-        let (z, columns) = (n + m, 1 + terminal);
+        let (n, terminal, width) = (self.n, self.terminal, self.width);
         self.yields.copy_from_slice(yields);
-        self.normal.fill(0.0);
+        self.sums.fill(0.0);
         // The last state.
-        let last = self.stages * n * n;
-        let p = &mut self.p[last..];
-        p.copy_from_slice(&at.last_hessian);
-        if taken.curved {
-            add(p, 1.0, &at.last_curvature);
-        }
-        for (slope, given) in at.terminal_slopes.chunks_exact(n).zip(yields) {
-            for (column, by) in p.chunks_exact_mut(n).zip(slope) {
-                if *by != 0.0 {
-                    add(column, given.rho * by, slope);
-                }
-            }
-        }
-        (0..n).for_each(|i| p[i * n + i] += taken.shift);
-        let ends = &mut self.columns[self.stages * n * columns..];
-        ends[n..].copy_from_slice(&at.terminal_slopes);
-        for stage in (0..self.stages).rev() {
-            let step = &at.steps[stage * n * z..][..n * z];
-            let (before, after) = self.p.split_at_mut((stage + 1) * n * n);
-            let (before, after) = (&mut before[stage * n * n..], &after[..n * n]);
-            let h = &mut self.h[..];
-            h.copy_from_slice(&at.hessians[stage * z * z..][..z * z]);
+        let last = &mut self.p[self.stages * n * width..];
+        for (j, row) in last.chunks_exact_mut(width).enumerate() {
+            row[..n].copy_from_slice(&at.last_hessian[j * n..][..n]);
             if taken.curved {
-                add(h, 1.0, &at.curvatures[stage * z * z..][..z * z]);
+                add(&mut row[..n], 1.0, &at.last_curvature[j * n..][..n]);
             }
-            for i in 0..z {
-                h[i * z + i] += taken.shift;
+            row[j] += taken.shift;
+            for (c, (slope, given)) in at.terminal_slopes.chunks_exact(n).zip(yields).enumerate() {
+                if slope[j] != 0.0 {
+                    add(&mut row[..n], given.rho * slope[j], slope);
+                }
+                row[self.wide_n + c] = slope[j];
             }
-            for row in shape.rows_of(stage) {
-                let slopes = shape.slopes_of(row);
-                let (places, values) = (&shape.unknowns[slopes.clone()], &at.slopes[slopes]);
-                for (index, (place, value)) in places.iter().zip(values).enumerate() {
-                    let (column, scaled) = (usize::from(*place) * z, sigma[row] * value);
-                    for (other, by) in places[..=index].iter().zip(values) {
-                        h[column + usize::from(*other)] += scaled * by;
-                    }
-                }
+        }
+        for stage in (0..self.stages).rev() {
+            self.gather(shape, at, sigma, taken, stage);
+            if !self.eliminate(stage) {
+                return false;
             }
-            // `P [B A]`, and the same turned: rows one after the other.
-            self.product.fill(0.0);
-            for (product, column) in self.product.chunks_exact_mut(n).zip(step.chunks_exact(n)) {
-                for (p, value) in after.chunks_exact(n).zip(column) {
-                    if *value != 0.0 {
-                        add(product, *value, p);
-                    }
-                }
-            }
-            for (j, product) in self.product.chunks_exact(n).enumerate() {
-                for (i, value) in product.iter().enumerate() {
-                    self.turned[i * z + j] = *value;
-                }
-            }
-            for (i, column) in step.chunks_exact(n).enumerate() {
-                let h = &mut h[i * z..][..=i];
-                for (turned, value) in self.turned.chunks_exact(z).zip(column) {
-                    if *value != 0.0 {
-                        add(h, *value, &turned[..=i]);
-                    }
-                }
-            }
-            // `U`, `W`, `P`.
-            let (u, w) = (&mut self.u[stage * m * m..][..m * m], &mut self.w[stage * m * n..][..m * n]);
-            for i in 0..m {
-                for j in 0..i {
-                    let dot: f64 = (0..j).map(|r| u[j * m + r] * u[i * m + r]).sum();
-                    u[i * m + j] = (h[i * z + j] - dot) / u[j * m + j];
-                }
-                let pivot = h[i * z + i] - (0..i).map(|r| u[i * m + r] * u[i * m + r]).sum::<f64>();
-                if !(pivot > 0.0 && pivot.is_finite()) {
-                    return false;
-                }
-                u[i * m + i] = pivot.sqrt();
-            }
-            for (i, w) in w.chunks_exact_mut(m.max(1)).enumerate().take(n) {
-                w.copy_from_slice(&h[(m + i) * z..][..m]);
-                forward(u, w);
-            }
-            for i in 0..n {
-                for j in 0..=i {
-                    let value = h[(m + i) * z + m + j] - dot(&w[i * m..][..m], &w[j * m..][..m]);
-                    before[i * n + j] = value;
-                    before[j * n + i] = value;
-                }
-            }
-            // The columns of the terminal equations.
-            let (to, from) = self.columns.split_at_mut((stage + 1) * n * columns);
-            let to = &mut to[stage * n * columns..];
-            let l = &mut self.l[stage * m * columns..][..m * columns];
-            for c in 1..columns {
-                let from = &from[c * n..][..n];
-                let l = &mut l[c * m..][..m];
-                for (l, column) in l.iter_mut().zip(step.chunks_exact(n)) {
-                    *l = dot(column, from);
-                }
-                forward(u, l);
-                for (i, to) in to[c * n..][..n].iter_mut().enumerate() {
-                    *to = dot(&step[(m + i) * n..][..n], from) - dot(&w[i * m..][..m], l);
-                }
-            }
-            for c in 0..terminal {
-                for d in 0..=c {
-                    self.normal[c * terminal + d] += dot(&l[(c + 1) * m..][..m], &l[(d + 1) * m..][..m]);
-                }
+        }
+        let ends = width - self.wide_n;
+        for c in 0..terminal {
+            for d in 0..terminal {
+                self.normal[c * terminal + d] = self.sums[c.min(d) * ends + c.max(d)];
             }
         }
         self.close(at)
+    }
+
+    /// Writes the Hessian of a stage with all that depends on its unknowns: rows, the states after it, and the terminal columns.
+    fn gather(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken, stage: usize) {
+        let (n, m, width) = (self.n, self.m, self.width);
+        let (z, wide) = (n + m, self.wide_m + self.wide_n);
+        let h_width = self.wide_m + width;
+        let gap = self.wide_m - m;
+        let place = |index: usize| if index < m { index } else { index + gap };
+        let (hessian, curvature) =
+            (&at.hessians[stage * z * z..][..z * z], &at.curvatures[stage * z * z..][..z * z]);
+        for j in 0..z {
+            let row = &mut self.h[place(j) * h_width..][..h_width];
+            let (of_inputs, of_states) = row.split_at_mut(self.wide_m);
+            let own = &hessian[j * z..][..z];
+            of_inputs[..m].copy_from_slice(&own[..m]);
+            of_states[..n].copy_from_slice(&own[m..]);
+            if taken.curved {
+                let own = &curvature[j * z..][..z];
+                add(&mut of_inputs[..m], 1.0, &own[..m]);
+                add(&mut of_states[..n], 1.0, &own[m..]);
+            }
+            self.h[place(j) * (h_width + 1)] += taken.shift;
+        }
+        // `[B A]` and what it is multiplied with.
+        let step = &at.steps[stage * n * z..][..n * z];
+        for (j, column) in step.chunks_exact(n).enumerate() {
+            let column_place = place(j);
+            for (row, value) in self.left.chunks_exact_mut(wide).zip(column) {
+                row[column_place] = *value;
+            }
+        }
+        let after = &self.p[(stage + 1) * n * width..][..n * width];
+        for i in (0..n).step_by(LANES) {
+            for j in (0..wide).step_by(LANES) {
+                let found = block(&after[i..], width, &self.left[j..], wide, n);
+                for (row, found) in self.right[i * wide..].chunks_mut(wide).zip(&found).take(n - i) {
+                    row[j..j + LANES].copy_from_slice(found);
+                }
+            }
+        }
+        let mut count = n;
+        for row in shape.rows_of(stage) {
+            let slopes = shape.slopes_of(row);
+            let (places, values) = (&shape.unknowns[slopes.clone()], &at.slopes[slopes]);
+            if places.len() >= DENSE {
+                let to = count * wide..(count + 1) * wide;
+                let (left, right) = (&mut self.left[to.clone()], &mut self.right[to]);
+                left.fill(0.0);
+                right.fill(0.0);
+                for (index, value) in places.iter().zip(values) {
+                    let index = place(usize::from(*index));
+                    (left[index], right[index]) = (*value, sigma[row] * value);
+                }
+                count += 1;
+                continue;
+            }
+            for (index, (own, value)) in places.iter().zip(values).enumerate() {
+                let (column, scaled) = (place(usize::from(*own)), sigma[row] * value);
+                for (other, by) in places[..=index].iter().zip(values) {
+                    self.h[place(usize::from(*other)) * h_width + column] += scaled * by;
+                }
+            }
+        }
+        for i in (0..wide).step_by(LANES) {
+            for j in (i..wide).step_by(LANES) {
+                let found = block(&self.left[i..], wide, &self.right[j..], wide, count);
+                put(&mut self.h[i * h_width + j..], h_width, &found);
+            }
+            for j in (self.wide_n..width).step_by(LANES) {
+                let found = block(&self.left[i..], wide, &after[j..], width, n);
+                for (row, found) in self.h[i * h_width + self.wide_m + j..].chunks_mut(h_width).zip(&found) {
+                    row[..LANES].copy_from_slice(found);
+                }
+            }
+        }
+    }
+
+    /// Eliminates the inputs of a stage; `false` where its Hessian by them is not positive.
+    fn eliminate(&mut self, stage: usize) -> bool {
+        let (n, m, width, wide_m) = (self.n, self.m, self.width, self.wide_m);
+        let h_width = wide_m + width;
+        let u = &mut self.u[stage * m * m..][..m * m];
+        for i in 0..m {
+            for j in 0..i {
+                let dot: f64 = (0..j).map(|r| u[j * m + r] * u[i * m + r]).sum();
+                u[i * m + j] = (self.h[j * h_width + i] - dot) / u[j * m + j];
+            }
+            let pivot = self.h[i * h_width + i] - (0..i).map(|r| u[i * m + r] * u[i * m + r]).sum::<f64>();
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return false;
+            }
+            u[i * m + i] = pivot.sqrt();
+        }
+        let w = &mut self.w[stage * m * width..][..m * width];
+        for i in 0..m {
+            let (known, own) = w.split_at_mut(i * width);
+            let own = &mut own[..width];
+            own.copy_from_slice(&self.h[i * h_width + wide_m..][..width]);
+            for (known, by) in known.chunks_exact(width).zip(&u[i * m..]) {
+                add(own, -by, known);
+            }
+            let by = 1.0 / u[i * m + i];
+            own.iter_mut().for_each(|value| *value *= by);
+        }
+        // What is left for the states.
+        let p = &mut self.p[stage * n * width..][..n * width];
+        for i in (0..n).step_by(LANES) {
+            for j in (i..width).step_by(LANES) {
+                let found = block(&w[i..], width, &w[j..], width, m);
+                let of_h = self.h[(wide_m + i) * h_width + wide_m + j..].chunks(h_width);
+                let rows = p[i * width + j..].chunks_mut(width);
+                for ((row, found), of_h) in rows.zip(&found).zip(of_h).take(n - i) {
+                    for ((to, found), of_h) in row[..LANES].iter_mut().zip(found).zip(of_h) {
+                        *to = of_h - found;
+                    }
+                }
+            }
+        }
+        for i in 0..n {
+            for j in 0..i {
+                p[i * width + j] = p[j * width + i];
+            }
+        }
+        let ends = width - self.wide_n;
+        for i in (0..ends).step_by(LANES) {
+            for j in (i..ends).step_by(LANES) {
+                let found = block(&w[self.wide_n + i..], width, &w[self.wide_n + j..], width, m);
+                put(&mut self.sums[i * ends + j..], ends, &found);
+            }
+        }
+        true
     }
 
     /// The factors of what couples all stages; `false` where the inertia is wrong.
@@ -268,7 +338,8 @@ impl Riccati {
         }
         for (y, start) in at.start_slopes.chunks_exact(n).enumerate() {
             for c in 0..terminal {
-                self.by_start[y * terminal + c] = dot(start, &self.columns[(c + 1) * n..][..n]);
+                let rows = self.p.chunks_exact(self.width).zip(start);
+                self.by_start[y * terminal + c] = rows.map(|(row, by)| row[self.wide_n + c] * by).sum();
             }
             let solved = &mut self.solved[y * terminal..][..terminal];
             solved.copy_from_slice(&self.by_start[y * terminal..][..terminal]);
@@ -277,7 +348,7 @@ impl Riccati {
         for y in 0..starts {
             let vector = &mut self.vector[..n];
             vector.fill(0.0);
-            for (p, by) in self.p.chunks_exact(n).zip(&at.start_slopes[y * n..][..n]) {
+            for (p, by) in self.p.chunks_exact(self.width).zip(&at.start_slopes[y * n..][..n]) {
                 add(vector, *by, p);
             }
             for x in 0..=y {
@@ -300,48 +371,50 @@ impl Riccati {
         costates: &mut [f64],
         terminals: &mut [f64],
     ) {
-        let (n, m, terminal, starts) = (self.n, self.m, self.terminal, self.starts);
-        let (z, columns) = (n + m, 1 + terminal);
-        let last = &mut self.columns[self.stages * n * columns..][..n];
-        last.copy_from_slice(&right.last);
+        let (n, m, terminal, starts, width) = (self.n, self.m, self.terminal, self.starts, self.width);
+        let (z, wide_n) = (n + m, self.wide_n);
+        let main = &mut self.main[self.stages * n..];
+        main.copy_from_slice(&right.last);
         for ((slope, given), lacking) in
             at.terminal_slopes.chunks_exact(n).zip(&self.yields).zip(&right.terminal)
         {
-            add(last, given.rho * lacking, slope);
+            add(main, given.rho * lacking, slope);
         }
-        let omega = &mut self.omega;
-        omega.copy_from_slice(&right.terminal);
+        // States, and behind them what is summed up for the terminal equations.
+        let vector = &mut self.vector[..];
+        vector.fill(0.0);
+        vector[wide_n..][..terminal].copy_from_slice(&right.terminal);
         for stage in (0..self.stages).rev() {
             let step = &at.steps[stage * n * z..][..n * z];
-            let (to, from) = self.columns.split_at_mut((stage + 1) * n * columns);
-            let to = &mut to[stage * n * columns..][..n];
-            let defect = &right.defects[stage * n..][..n];
-            let y = &mut self.vector[..n];
-            y.copy_from_slice(&from[..n]);
-            for (p, value) in self.p[(stage + 1) * n * n..].chunks_exact(n).zip(defect) {
+            vector[..n].copy_from_slice(&self.main[(stage + 1) * n..][..n]);
+            let after = self.p[(stage + 1) * n * width..].chunks_exact(width);
+            for (row, value) in after.zip(&right.defects[stage * n..][..n]) {
                 if *value != 0.0 {
-                    add(y, *value, p);
+                    add(vector, *value, row);
                 }
             }
             let gradient = &right.gradients[stage * z..][..z];
-            let all = &mut self.l[stage * m * columns..][..m * columns];
-            let (l, others) = all.split_at_mut(m);
+            let l = &mut self.l[stage * m..][..m];
             for ((l, column), own) in l.iter_mut().zip(step.chunks_exact(n)).zip(gradient) {
-                *l = own + dot(column, y);
+                *l = own + dot(column, &vector[..n]);
             }
             forward(&self.u[stage * m * m..][..m * m], l);
-            let w = &self.w[stage * m * n..][..m * n];
-            for (i, to) in to.iter_mut().enumerate() {
-                *to = gradient[m + i] + dot(&step[(m + i) * n..][..n], y) - dot(&w[i * m..][..m], l);
+            let main = &mut self.main[stage * n..][..n];
+            for ((to, column), own) in main.iter_mut().zip(step.chunks_exact(n).skip(m)).zip(&gradient[m..]) {
+                *to = own + dot(column, &vector[..n]);
             }
-            for (c, omega) in omega.iter_mut().enumerate() {
-                *omega += dot(defect, &from[(c + 1) * n..][..n]) - dot(l, &others[c * m..][..m]);
+            vector[..n].copy_from_slice(main);
+            for (row, l) in self.w[stage * m * width..].chunks_exact(width).zip(l.iter()) {
+                add(vector, -l, row);
             }
+            main.copy_from_slice(&vector[..n]);
         }
         // What couples all stages.
+        let omega = &mut self.omega;
+        omega.copy_from_slice(&vector[wide_n..][..terminal]);
         substitute(&self.normal, omega);
         for (y, start) in at.start_slopes.chunks_exact(n).enumerate() {
-            let own = right.start[y] + dot(start, &self.columns[..n]);
+            let own = right.start[y] + dot(start, &self.main[..n]);
             self.dy[y] = -own - dot(&self.by_start[y * terminal..][..terminal], omega);
         }
         substitute(&self.reduced, &mut self.dy);
@@ -352,6 +425,8 @@ impl Riccati {
             *to = omega / (1.0 - rho * by);
         }
         // Forward.
+        vector.fill(0.0);
+        vector[wide_n..][..terminal].copy_from_slice(omega);
         let first = &mut point.states[..n];
         first.fill(0.0);
         for (start, dy) in at.start_slopes.chunks_exact(n).zip(&self.dy) {
@@ -360,30 +435,20 @@ impl Riccati {
         for stage in 0..=self.stages {
             let (known, next) = point.states.split_at_mut((stage + 1) * n);
             let dx = &known[stage * n..];
+            vector[..n].copy_from_slice(dx);
             let costate = &mut costates[stage * n..][..n];
-            let own = &self.columns[stage * n * columns..][..n * columns];
-            costate.copy_from_slice(&own[..n]);
-            for (column, omega) in own[n..].chunks_exact(n).zip(omega.iter()) {
-                add(costate, *omega, column);
-            }
-            for (p, value) in self.p[stage * n * n..].chunks_exact(n).zip(dx) {
-                add(costate, *value, p);
+            let rows = self.p[stage * n * width..].chunks_exact(width).zip(&self.main[stage * n..]);
+            for (to, (row, own)) in costate.iter_mut().zip(rows) {
+                *to = own + dot_of_blocks(row, vector);
             }
             if stage == self.stages {
                 break;
             }
             let du = &mut point.inputs[stage * m..][..m];
-            let l = &self.l[stage * m * columns..][..m * columns];
-            du.copy_from_slice(&l[..m]);
-            for (c, omega) in omega.iter().enumerate() {
-                add(du, *omega, &l[(c + 1) * m..][..m]);
+            let rows = self.w[stage * m * width..].chunks_exact(width).zip(&self.l[stage * m..]);
+            for (to, (row, own)) in du.iter_mut().zip(rows) {
+                *to = -own - dot_of_blocks(row, vector);
             }
-            if m > 0 {
-                for (w, value) in self.w[stage * m * n..].chunks_exact(m).zip(dx) {
-                    add(du, *value, w);
-                }
-            }
-            du.iter_mut().for_each(|value| *value = -*value);
             backward(&self.u[stage * m * m..][..m * m], du);
             let next = &mut next[..n];
             next.copy_from_slice(&right.defects[stage * n..][..n]);
@@ -393,6 +458,44 @@ impl Riccati {
             }
         }
     }
+}
+
+/// `Σ a_r b_rᵀ` of the first numbers of rows, which are so far apart.
+#[inline(always)]
+fn block(a: &[f64], apart_a: usize, b: &[f64], apart_b: usize, rows: usize) -> [[f64; LANES]; LANES] {
+    let mut out = [[0.0; LANES]; LANES];
+    for (a, b) in a.chunks(apart_a).zip(b.chunks(apart_b)).take(rows) {
+        if let (Some(a), Some(b)) = (a.first_chunk::<LANES>(), b.first_chunk::<LANES>()) {
+            for i in 0..LANES {
+                for j in 0..LANES {
+                    out[i][j] += a[i] * b[j];
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Adds a block.
+#[inline(always)]
+fn put(to: &mut [f64], apart: usize, block: &[[f64; LANES]; LANES]) {
+    for (row, block) in to.chunks_mut(apart).zip(block) {
+        for (to, value) in row.iter_mut().zip(block) {
+            *to += value;
+        }
+    }
+}
+
+/// `a · b` of whole blocks.
+#[inline(always)]
+fn dot_of_blocks(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+        for i in 0..LANES {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums.iter().sum()
 }
 
 /// `to += by · from`.
