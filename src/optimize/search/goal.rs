@@ -4,8 +4,8 @@ use super::answer::{rival_of_cost, write_aimed};
 use super::asked::held_to_all;
 use super::found::Found;
 use super::ladder::Search;
-use super::landed::landed_with_goal;
-use crate::maneuver::problem::State;
+use super::landed::{can_be_flown, landed_with_goal};
+use crate::maneuver::problem::{Motion, State};
 use crate::maneuver::solution::{Landing, Solution};
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::Attempt;
@@ -66,8 +66,16 @@ impl Cheapest {
 /// Returns the cheapest of the local minima along the paths of a search with a goal, and what else is known.
 pub(super) fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
     let mut found = search.climb();
-    let mut plans = found.take_plans().into_iter();
-    let first = plans.next().filter(|first| first.candidate.steps() == search.problem.steps);
+    let mut plans = found.take_plans();
+    let requested = |plan: &Attempt| plan.candidate.steps() == search.problem.steps;
+    let moves = search.problem.motion == Motion::RigidBody && !search.problem.environment.is_free();
+    let flies = |plan: &Attempt| requested(plan) && (!moves || can_be_flown(search, plan));
+    if let Some(flown) = plans.iter().position(flies) {
+        let first = plans.remove(flown);
+        plans.insert(0, first);
+    }
+    let mut plans = plans.into_iter();
+    let first = plans.next().filter(requested);
     let cheapest = first.map(|first| {
         let price = |rival: Attempt| {
             let cost = search.chain(rival.candidate.steps()).price(&rival.candidate);

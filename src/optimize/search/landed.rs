@@ -5,11 +5,14 @@ use super::record;
 use crate::maneuver::settings::Method as Road;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
-use crate::optimize::landing::{Aim, Landed, land_chain, land_costate};
+use crate::maneuver::problem::Problem;
+use crate::maneuver::solution::Trajectory;
+use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::{Attempt, Method, Swept};
 use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
 use nalgebra::{DVector, SVector};
 
@@ -86,6 +89,37 @@ fn again<const N: usize>(
     })
 }
 
+/// Records a plan of a chain with a goal, and the maneuver in the duration that it takes; `None` where it cannot be replayed.
+fn recorded<const N: usize>(
+    search: &Search<N>,
+    goal: &Goal,
+    chain: &Chain,
+    attempt: &Attempt,
+) -> Option<(Problem, Trajectory)> {
+    let (problem, steps) = (search.problem, attempt.candidate.steps());
+    let duration = problem.seconds() * attempt.candidate.grid.duration();
+    let planned = problem.clone().lasting(duration);
+    let given = chain.of_given_duration(attempt.clone(), &planned);
+    let of_duration = match goal.in_given_duration() {
+        None => Chain::new(&planned, steps),
+        Some(goal) => Chain::with_goal(&planned, steps, &goal),
+    };
+    let bvp = BoundaryValueProblem::<N>::new(&planned, steps);
+    let found = record::chain(&planned, &bvp, &of_duration, &given.candidate).ok()?;
+    Some((planned, found.trajectory))
+}
+
+/// Largest scaled miss of the true motion at the end of a plan: beyond it the plan is none of this body.
+const FAR: f64 = 1.0;
+
+/// Returns whether the true motion of a plan with a goal ends near its discrete one. On few steps a discrete motion may pass by the center
+/// of a field, which costs little and which no body does.
+pub(super) fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bool {
+    let Some(goal) = search.ask.goal.as_ref() else { return true };
+    let chain = search.chain(attempt.candidate.steps());
+    recorded(search, goal, &chain, attempt).is_some_and(|(planned, plan)| left(&planned, &plan) <= FAR)
+}
+
 /// Makes a plan of a chain with a goal land, whose duration may be sought.
 pub(super) fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attempt) -> Option<Landed> {
     if !found.converged() || search.stopped() {
@@ -95,16 +129,6 @@ pub(super) fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attem
     let aim = Aim::asked(search.problem, search.context.settings).filter(|_| search.ask.lands)?;
     let (problem, steps) = (search.problem, search.problem.steps);
     let mut chain = Chain::with_goal(problem, steps, goal);
-    let record = |chain: &Chain, attempt: &Attempt| {
-        let duration = problem.seconds() * attempt.candidate.grid.duration();
-        let planned = problem.clone().lasting(duration);
-        let given = chain.of_given_duration(attempt.clone(), &planned);
-        let of_duration = match goal.in_given_duration() {
-            None => Chain::new(&planned, steps),
-            Some(goal) => Chain::with_goal(&planned, steps, &goal),
-        };
-        let bvp = BoundaryValueProblem::<N>::new(&planned, steps);
-        Some(record::chain(&planned, &bvp, &of_duration, &given.candidate).ok()?.trajectory)
-    };
+    let record = |chain: &Chain, attempt: &Attempt| Some(recorded(search, goal, chain, attempt)?.1);
     land_chain(aim, &mut chain, found.clone(), record, |chain, attempt| again(search, chain, attempt, None))
 }

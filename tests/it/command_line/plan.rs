@@ -245,7 +245,7 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
         ["--set", cone, "--set", limit, "--set", "maneuver.steps=50", "--set", "solver.target=discrete"];
     let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml"], &set[..], more].concat());
     let run =
-        plan(&["-v", "-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      SCP: ");
+        plan(&["-v", "-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      interior point, ");
     let run = run
         .tells("torque norm limit  active at ")
         .tells("Sun                active at ")

@@ -44,7 +44,8 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     lines.lines("in turns", turns(problem, solution).iter().flat_map(|text| wrapped(text, TEXT)));
     let mut last = Vec::new();
     last.lines("proof", wrapped(&proof(problem, solution), TEXT));
-    last.lines("also found", also(problem, solution).iter().flat_map(|text| wrapped(text, TEXT)));
+    let mut others = Vec::new();
+    others.lines("also found", also(problem, solution).iter().flat_map(|text| wrapped(text, TEXT)));
     let Some(found) = &plan.verification else {
         lines.extend(last);
         return lines;
@@ -67,8 +68,13 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
     );
     lines.lines("rate", wrapped(&rate(problem, found), TEXT));
     let failed = failures(false, found);
-    if !failed.is_empty() {
+    let failed_nothing = failed.is_empty();
+    if !failed_nothing {
         last = failed;
+    }
+    // Other plans are told where there is room.
+    if failed_nothing && AROUND + lines.len() + last.len() + others.len() < MOST_LINES + aimed {
+        last.extend(others);
     }
     let room = (MOST_LINES + aimed).saturating_sub(AROUND + lines.len() + last.len()).max(1);
     let told = clearances(problem, solution, found, room);

@@ -178,7 +178,11 @@ fn largest(rows: &[f64], range: std::ops::Range<usize>, count: usize) -> Vec<f64
 /// Returns the names and the peaks, and the largest part of a limit.
 fn peaks_told(names: &[String], peaks: &[f64], limits: Option<&[f64]>, unit: &str) -> String {
     let mut order: Vec<usize> = (0..peaks.len()).collect();
-    let part = |index: usize| limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
+    // In digits that an optimum has: the first of those that are at their limits comes first.
+    let part = |index: usize| {
+        let part = limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
+        (part * 1e9).round() * 1e-9
+    };
     let shown = if peaks.len() > MOST_TOLD {
         order.sort_by(|a, b| part(*b).total_cmp(&part(*a)).then(a.cmp(b)));
         &order[..MOST_TOLD / 2]

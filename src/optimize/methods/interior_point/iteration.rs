@@ -101,6 +101,34 @@ pub(crate) struct Solver {
     /// What rows lack, and the same of equations, in the right-hand side.
     lacking: Values,
     filter: Vec<(f64, f64)>,
+    /// The best point of the tail.
+    saved: Saved,
+}
+
+/// A point with all that belongs to it.
+#[derive(Default)]
+struct Saved {
+    point: Point,
+    duals: Duals,
+    slacks: Vec<f64>,
+    violations: Vec<f64>,
+    misses: [Vec<f64>; 2],
+}
+
+impl Saved {
+    fn copy(
+        &mut self,
+        point: &Point,
+        duals: &Duals,
+        [slacks, violations]: [&Vec<f64>; 2],
+        misses: &[Vec<f64>; 2],
+    ) {
+        self.point.clone_from(point);
+        self.duals.clone_from(duals);
+        self.slacks.clone_from(slacks);
+        self.violations.clone_from(violations);
+        self.misses.clone_from(misses);
+    }
 }
 
 /// A step of all unknowns.
@@ -134,7 +162,9 @@ struct State {
     shift: f64,
     least_shift: f64,
     exact: bool,
+    /// The least error of the tail, and of the last barrier term.
     best: f64,
+    best_at_last: f64,
     idle: usize,
 }
 
@@ -180,6 +210,7 @@ impl Solver {
             products: [zeros(rows), zeros(rows)],
             lacking: Values::of(shape),
             filter: Vec::new(),
+            saved: Saved::default(),
         }
     }
 
@@ -195,6 +226,7 @@ impl Solver {
             least_shift: 0.0,
             exact: false,
             best: f64::INFINITY,
+            best_at_last: f64::INFINITY,
             idle: 0,
         };
         let mut run = Run {
@@ -242,6 +274,11 @@ impl Solver {
                 run.end = End::Converged;
                 break;
             }
+            let error = nan_max(nan_max(residuals.dual, residuals.primal), residuals.complementarity);
+            if state.tail && error < state.best {
+                state.best = error;
+                self.saved.copy(&self.point, &self.duals, [&self.slacks, &self.violations], &self.misses);
+            }
             if std::env::var("IPLOG").is_ok() {
                 eprintln!(
                     "{iteration} mu {:.1e} dual {:.1e} primal {:.1e} comp {:.1e} off {:.1e} mean {:.1e} shift {:.1e} {:.1e} tail {} exact {}",
@@ -259,8 +296,8 @@ impl Solver {
             }
             if at_last {
                 let error = residuals.dual.max(residuals.primal).max(residuals.off);
-                state.idle = if error < 0.9 * state.best { 0 } else { state.idle + 1 };
-                state.best = state.best.min(error);
+                state.idle = if error < 0.9 * state.best_at_last { 0 } else { state.idle + 1 };
+                state.best_at_last = state.best_at_last.min(error);
                 if state.idle > tuning.patience {
                     run.end = End::Stalled;
                     break;
@@ -293,14 +330,47 @@ impl Solver {
                 break;
             }
         }
-        // Where multipliers are large round-off ends what a smaller residual would need.
-        let accepted = run.dual.max(run.complementarity) <= tuning.accepted && run.primal <= tuning.tolerance;
-        if matches!(run.end, End::Stalled | End::Iterations) && accepted {
-            run.end = End::Converged;
+        if matches!(run.end, End::Stalled | End::Iterations) && state.best <= tuning.accepted {
+            self.settle(program, tuning, last, &mut run);
         }
         run.violation = self.violations.iter().fold(0.0, |worst, value| nan_max(worst, *value));
         run.miss = self.at.values.terminal.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         run
+    }
+
+    /// Returns to the best point of a run that cannot go on, as along the valley of a saddle, and makes its equations hold to round-off by
+    /// Newton steps with a Hessian that is positive. The point is a solution where its other residuals stay small.
+    fn settle(&mut self, program: &impl Program, tuning: &Tuning, barrier: f64, run: &mut Run) {
+        let shape = program.shape();
+        let saved = std::mem::take(&mut self.saved);
+        (self.point, self.duals) = (saved.point, saved.duals);
+        (self.slacks, self.violations, self.misses) = (saved.slacks, saved.violations, saved.misses);
+        let part = tuning.to_boundary;
+        for step in 0..=tuning.settling {
+            if !program.derivatives(&self.point, &self.duals, &mut self.at) {
+                return;
+            }
+            let residuals = self.residuals(shape, tuning, barrier);
+            (run.dual, run.primal) = (residuals.dual, residuals.primal);
+            (run.complementarity, run.barrier, run.exact) = (residuals.complementarity, residuals.mean, false);
+            let error = nan_max(nan_max(run.dual, run.primal), run.complementarity);
+            let miss = self.at.values.terminal.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
+            if error <= tuning.accepted && nan_max(run.primal, miss) <= tuning.round_off {
+                run.end = End::Converged;
+                return;
+            }
+            self.weigh(shape, tuning);
+            let taken = Taken { curved: false, shift: 1.0 };
+            if step == tuning.settling || !self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken) {
+                return;
+            }
+            self.products.iter_mut().for_each(|products| products.fill(0.0));
+            self.lack(shape);
+            self.direction(shape, barrier);
+            let (primal, dual) = self.to_boundary(shape, tuning, part);
+            program.moved(&self.point, &self.step.point, primal, &mut self.trial);
+            self.take(shape, tuning, barrier, primal, dual);
+        }
     }
 
     /// Sets the first slacks and multipliers.

@@ -46,8 +46,7 @@ impl Method for InteriorPoint<'_> {
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
         let most = self.tuning.for_each.saturating_mul(budget.iterations);
-        let iterations = self.tuning.iterations.min(most);
-        let run = solver.run(&program, &Tuning { iterations, ..self.tuning.clone() }, &budget.watch);
+        let run = self.run(&program, &mut solver, most, &budget.watch);
         if !run.dual.is_finite() {
             let stopped = (budget.watch.interrupt)().filter(|_| run.end == End::Stopped);
             return unsolved(candidate, stopped.unwrap_or(Outcome::Stalled));
@@ -106,6 +105,26 @@ impl InteriorPoint<'_> {
             start.inputs.iter_mut().flatten().for_each(|u| *u *= self.tuning.centred);
         }
         start
+    }
+
+    /// Runs the solver, again at a higher price of violations and terminal errors as long as some remain: at a low one they may pay
+    /// although a maneuver without them exists.
+    fn run(&self, program: &ChainProgram, solver: &mut Solver, most: usize, watch: &Watch) -> Run {
+        let iterations = self.tuning.iterations.min(most);
+        let mut tuning = Tuning { iterations, ..self.tuning.clone() };
+        let mut run = solver.run(program, &tuning, watch);
+        for _ in 0..tuning.raises {
+            let lacks = run.violation.max(run.miss) > tuning.violated.max(tuning.tolerance);
+            if !lacks || !matches!(run.end, End::Converged | End::Stalled) {
+                break;
+            }
+            tuning.price *= tuning.dearer;
+            tuning.terminal_price *= tuning.dearer;
+            tuning.iterations = iterations.saturating_sub(run.iterations);
+            let again = solver.run(program, &tuning, watch);
+            run = Run { iterations: run.iterations + again.iterations, ..again };
+        }
+        run
     }
 
     /// Returns the candidate as an optimum where it meets all conditions and costs nothing, as no effort, fuel or time costs less.

@@ -15,6 +15,9 @@ pub(crate) struct Tuning {
     /// Residual of stationarity and complementarity with which a run that cannot go on is a solution: a larger one accepts
     /// poorer ones, which the residual in the plan tells.
     pub accepted: f64,
+    /// Residual of the equations that such a solution has at most, and the Newton steps that may take it there.
+    pub round_off: f64,
+    pub settling: usize,
     /// First barrier term: a larger one takes more iterations and keeps farther from bounds that the first path crosses.
     pub first: f64,
     /// Last barrier term: the cost exceeds the optimum by this for each active row.
@@ -37,6 +40,9 @@ pub(crate) struct Tuning {
     pub price: f64,
     /// Price of a unit of a terminal error, times the price that the program reports for its own scale.
     pub terminal_price: f64,
+    /// What both prices are multiplied by where a violation or a terminal error remains, and how often.
+    pub dearer: f64,
+    pub raises: usize,
     /// Weight of the terminal equations in the Hessian. It changes no step and makes blocks positive
     /// that are positive on the terminal manifold only.
     pub rho: f64,
@@ -111,6 +117,8 @@ impl Default for Tuning {
             for_each: 4,
             tolerance: 1e-11,
             accepted: 1e-6,
+            round_off: 1e-13,
+            settling: 12,
             first: 0.1,
             last: 1e-12,
             tail: 1e-7,
@@ -121,6 +129,8 @@ impl Default for Tuning {
             to_boundary: 0.99,
             price: 100.0,
             terminal_price: 100.0,
+            dearer: 100.0,
+            raises: 2,
             rho: 1e3,
             proximal: 1e-8,
             shift: Shift { first: 1e-4, growth_first: 100.0, growth: 8.0, decay: 1.0 / 3.0, largest: 1e10 },
