@@ -340,9 +340,11 @@ impl Cone {
             None => self.during.hull(time - near, 2.0 * near).map(|_| [0.0, 0.0]),
         }?;
         let target = on_arc(&self.direction, time, step, &frame_rate);
+        // What the cone is opened by at the ends goes linearly from one to the other.
         let part = grid.after(stage) / grid.duration();
-        let off = self.on.map_or(0.0, |[first, last]| first + part * (last - first));
-        let half_angle = self.half_angle + target.radius + off;
+        let along = arc.map_or(0.0, |_| grid.step(stage) / grid.duration());
+        let [off, opened] =
+            self.on.map_or([0.0; 2], |[first, last]| [first + part * (last - first), along * (last - first)]);
         // In the axes of the reference frame as it stands when the arc begins.
         let turn = if frame_rate == Vector3::zeros() {
             target.turn
@@ -356,15 +358,16 @@ impl Cone {
             turn,
             arc: arc.copied().unwrap_or_else(Vector3::zeros),
             sign: self.sign,
+            cone: [self.half_angle + target.radius + off, target.growth + opened],
         };
         let fraction = match arc {
             None => 0.0,
             Some(_) if closed => pointing.highest(acting),
             Some(_) => pointing.extremum(acting)?,
         };
-        let (cosine, slope) = pointing.at(fraction);
+        let (value, slope) = pointing.at(fraction);
         // Near the edge of the cone this is the violation in rad.
-        let scale = 1.0 / half_angle.sin();
+        let scale = pointing.cone[0].sin().recip();
         let (mut by_attitude, mut by_arc) = (slope * scale, Vector3::zeros());
         if let Some(turn) = arc {
             let arrived = lie::exp(&(turn * -fraction));
@@ -374,11 +377,16 @@ impl Cone {
         }
         let mut by_duration = 0.0;
         if model.duration.is_some() {
+            let at = time + step * fraction;
+            // Of a disc the half angle and the scale move.
+            let by_time = |time: f64| self.direction.angular_radius_rate(time) * time;
+            let grown = by_time(time) + fraction * (by_time(time + step) - by_time(time));
+            let grown = self.sign * pointing.half_angle(fraction).sin() * grown;
+            let scaled = value * scale * pointing.cone[0].cos() * by_time(time);
             let passed = match &self.direction {
                 Direction::Fixed(_) => frame_rate * -time,
                 Direction::InFrame(_) => pointing.turn * fraction,
                 Direction::Moving(_) | Direction::Disc { .. } => {
-                    let at = time + step * fraction;
                     let moved = self.direction.in_space(at, &frame_rate);
                     moved.direction.cross(&moved.rate) * at - frame_rate * time
                 }
@@ -386,10 +394,9 @@ impl Cone {
             // A moment at which it begins or ends to act stays where it is while the nodes go by.
             let is_edge = fraction > 0.0 && fraction < 1.0 && acting.contains(&fraction);
             let slid = if is_edge { pointing.slope(fraction) * (time / step + fraction) } else { 0.0 };
-            by_duration = (pointing.along(fraction, &passed) - slid) * scale;
+            by_duration = (pointing.along(fraction, &passed) + grown - scaled - slid) * scale;
         }
-        let c = (cosine - self.sign * half_angle.cos()) * scale;
-        Some(ConeAt { c, by_attitude, by_arc, by_duration, fraction })
+        Some(ConeAt { c: value * scale, by_attitude, by_arc, by_duration, fraction })
     }
 }
 
