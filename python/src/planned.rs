@@ -236,7 +236,7 @@ impl Planned {
     /// Node of the first row of inputs, and whether a row belongs to the step that begins there.
     #[getter]
     fn first_input(&self) -> (usize, bool) {
-        let held = self.problem.objective.switches();
+        let held = self.problem.switches();
         (if held { 0 } else { self.problem.scheme.first_input() }, held)
     }
 

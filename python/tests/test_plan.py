@@ -188,6 +188,16 @@ def test_minimum_time_has_arcs_and_switching_times(problems):
     assert plan.switching_times.tolist() == sorted(plan.switching_times.tolist())
 
 
+def test_inputs_at_the_nodes_of_equal_steps_are_not_held(problems):
+    pytest.importorskip("matplotlib").use("agg")
+    plan = slewkit.plan(problems / "shortest_rate.toml")
+    assert not plan.inputs_are_held and len(plan.input_time) == len(plan.input) == plan.steps + 1
+    assert np.array_equal(plan.held_input, 0.5 * (plan.input[:-1] + plan.input[1:]))
+    assert plan.plot().axes
+    arcs = slewkit.plan(problems / "minimum_time_xte.toml")
+    assert np.array_equal(arcs.held_input, arcs.input) and len(arcs.held_input) == arcs.steps
+
+
 def test_limits_margins_and_multipliers(problems):
     plan = slewkit.plan(problems / "keep_out_medium.toml")
     assert plan.margins and all(margin["scaled"] > -1e-9 for margin in plan.margins)

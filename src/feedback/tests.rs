@@ -357,6 +357,60 @@ fn the_held_model_is_the_derivative_of_the_true_motion() {
     }
 }
 
+/// The gains of the first step beside the true motion are the change of the mean torque of that step by which plans from neighbouring
+/// starts differ, to second order in the step: in a field, and with torques in axes that turn against the body. Costates that are
+/// taken half a kick beyond the nodes leave an error of first order.
+#[test]
+fn gains_in_fields_are_of_second_order() {
+    use crate::flight::Flight;
+    use crate::mechanics::actuators::AxisFrame;
+    use crate::optimize::discrete::linear_plan::PosedPlan;
+    use crate::testing::{attitude_only, moving_ends};
+    let mut random = Random(19);
+    let in_field = maneuver(&mut random, 3);
+    let turning =
+        attitude_only(moving_ends(&mut random, AxisFrame::Reference)).with_scheme(Scheme::LieVerlet);
+    for (problem, posed) in [(in_field, false), (turning, true)] {
+        let apart = |steps: usize| {
+            let problem = problem.clone().with_steps(steps);
+            let plan = planned(&problem);
+            let recorded = Flight::recorded(&problem, &plan).unwrap();
+            let first = |gains: Gains| Matrix3x6::from_row_slice(gains.row(0));
+            let [right, beyond] = if posed {
+                [PosedPlan::flown(&problem, &plan), PosedPlan::new(&problem, &recorded)]
+                    .map(|linear| first(Gains::along_pose(&linear.unwrap(), WHOLE, false).unwrap()))
+            } else {
+                [LinearPlan::flown(&problem, &plan), LinearPlan::new(&problem, &recorded, Timing::Held)]
+                    .map(|linear| first(Gains::along(&linear.unwrap(), WHOLE, false).unwrap()))
+            };
+            let mean = |z: &Vector6| {
+                let mut start = problem.start;
+                start.attitude = lie::project_to_rotation(
+                    &(start.attitude * lie::exp(&z.fixed_rows::<3>(0).into_owned())),
+                );
+                start.angular_velocity += problem.body.inertia.j_inverse() * z.fixed_rows::<3>(3);
+                let plan = planned(&Problem { start, ..problem.clone() });
+                let row = |index: usize| Vector3::from_column_slice(plan.inputs(index));
+                0.5 * (row(0) + row(1))
+            };
+            let mut expected = Matrix3x6::zeros();
+            for column in 0..6 {
+                let mut z = Vector6::zeros();
+                z[column] = 1e-4;
+                expected.set_column(column, &((mean(&-z) - mean(&z)) / 2e-4));
+            }
+            [right, beyond].map(|found| (found - expected).amax() / expected.amax())
+        };
+        let [coarse, middle, fine] = [60, 120, 240].map(apart);
+        println!("{coarse:?} {middle:?} {fine:?} of the largest gain");
+        let order = |which: usize| {
+            [(coarse, middle), (middle, fine)].map(|(long, short)| (long[which] / short[which]).log2())
+        };
+        assert!(order(0).iter().all(|order| (1.8..2.3).contains(order)), "{:?}", order(0));
+        assert!(order(1).iter().all(|order| (0.8..1.3).contains(order)), "{:?}", order(1));
+    }
+}
+
 fn recorded_end(plan: &Trajectory) -> Matrix3 {
     lie::rotation_from_quaternion(plan.quaternion.last().unwrap())
 }

@@ -50,7 +50,7 @@ impl<'a> Excess<'a> {
             for (boresight, direction) in pointing.pairs() {
                 let target = on_arc(direction, time, step, &self.frame_rate);
                 // Too far away to come nearer than ever before: no extremum needed.
-                if travel + target.turn.norm()
+                if travel + target.travel()
                     - pointing.room_beside(arc.angle(boresight, &target, 0.0), target.radius)
                     < *worst
                 {

@@ -14,8 +14,9 @@
 //! (`numerics/tableau`). The witnesses judge by other flows (`verify::continuous`,
 //! `verify::symplectic`); nothing of theirs is used here, and nothing of this there.
 //!
-//! A part turns by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a turn of a few
-//! radians (a test holds that). Fields may change faster than the body turns: where there is one,
+//! A part turns and nutates by [`Flight::PART`] at most, which leaves errors of some 1e-11 over a
+//! turn of a few radians (a test holds that). Momentum in wheels makes a body nutate that hardly
+//! turns. Fields may change faster than the body turns: where there is one,
 //! parts are halved until two runs agree ([`Flight::settle`]).
 
 mod limits;
@@ -78,10 +79,10 @@ pub(crate) struct Flight<'a> {
 }
 
 impl<'a> Flight<'a> {
-    /// Largest turn in a part of a step \[rad\].
+    /// Largest turn, with the angle of nutation, in a part of a step \[rad\].
     const PART: f64 = 0.04;
 
-    /// The turn of a step \[rad\] below which the method of fourth order suffices: its error is
+    /// The turn and nutation of a step \[rad\] below which the method of fourth order suffices: its error is
     /// of the fifth power, some 1e-13 for each step.
     const SLOW: f64 = 8e-3;
 
@@ -255,7 +256,11 @@ impl<'a> Flight<'a> {
         mut excess: Option<&mut Excess>,
     ) -> Option<()> {
         let rate = |body: &Body| self.j_inverse * body.momentum;
-        let turn = step * (rate(body).norm() + 0.5 * step * (self.j_inverse * held.torque).norm());
+        let mut turn = step * (rate(body).norm() + 0.5 * step * (self.j_inverse * held.torque).norm());
+        if self.has_wheels {
+            let nutation = |stored: &Vector3| self.problem.body.inertia.nutation(stored);
+            turn += step * (nutation(&body.stored) + 0.5 * step * nutation(&held.torque));
+        }
         let needed = (turn / Self::PART).ceil();
         // A number that is not finite counts as too many.
         if needed.is_nan() || needed >= Self::MOST_PARTS as f64 {

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::maneuver::problem::Problem;
+use crate::mechanics::actuators::Wheels;
 use crate::mechanics::environment::{CentralGravity, GravityGradient, PointMass};
 use crate::propagate::plant::{Output, Plant};
 use crate::testing::{Random, attitude_only, moving_ends};
@@ -51,6 +52,31 @@ fn the_flow_is_that_of_the_witness() {
                     assert!(apart < 2e-9, "{apart:.1e} on {} steps", steps.len());
                 }
             }
+        }
+    }
+}
+
+/// The momentum of wheels makes a body nutate ten times as fast as it turns, and the flow is that of
+/// the witness all the same. The rate of the nutation is that of the linear equations.
+#[test]
+fn a_body_that_nutates_is_followed() {
+    let mut random = Random(43);
+    for steps in [40, 100, 900] {
+        for momentum in [0.0, 5.0, 30.0] {
+            let mut problem = attitude_only(moving_ends(&mut random, AxisFrame::Body));
+            problem.actuation.torque = ActuatorSet::three_axes(AxisFrame::Body);
+            let stored = momentum * random.vector3();
+            problem.actuation.wheels = Some(Wheels {
+                momentum: stored.iter().copied().collect(),
+                momentum_limit: vec![f64::INFINITY; 3],
+            });
+            let (j, nutation) = (&problem.body.inertia, problem.body.inertia.nutation(&stored));
+            let linear = j.j_inverse() * stored.cross_matrix();
+            let squared = -0.5 * (linear * linear).trace();
+            assert!((nutation * nutation - squared).abs() <= 1e-12 * squared, "{nutation} {squared}");
+            let steps = held(&mut random, &problem, steps);
+            let apart = apart(&problem, &steps);
+            assert!(apart < 2e-9, "{apart:.1e} on {} steps with {momentum} N m s", steps.len());
         }
     }
 }

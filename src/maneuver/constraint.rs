@@ -176,7 +176,7 @@ impl Pointing {
             let extremes = self.side.extremes().iter();
             extremes.map(move |extreme| at(arc.extreme(boresight, &target, *extreme)))
         });
-        let met = met.map(|found| (found, self.room_beside(found.angle, target.radius)));
+        let met = met.map(|found| (found, self.room_beside(found.angle, target.radius_at(found.part))));
         met.reduce(|least, next| if next.1 < least.1 || next.1.is_nan() { next } else { least })
     }
 
@@ -188,18 +188,17 @@ impl Pointing {
 
 /// Returns the direction on the arc of `step` \[s\] that begins at `time` \[s\], in the axes that
 /// the reference frame has at `t = 0`. The frame turns at `frame_rate`. A moving direction turns
-/// at one rate from its first to its last position on the arc; the error in between is at most
-/// `h²|d̈|/8`.
+/// at one rate from its first to its last position on the arc, and a disc grows at one rate; the
+/// error in between is at most `h²|d̈|/8` and `h²|r̈|/8`.
 pub fn on_arc(direction: &Direction, time: f64, step: f64, frame_rate: &Vector3) -> Target {
     let start = direction.in_space(time, frame_rate).direction;
     match direction {
         Direction::Fixed(_) => Target::fixed(start),
-        Direction::InFrame(_) => Target { start, turn: frame_rate * step, radius: 0.0 },
+        Direction::InFrame(_) => Target { turn: frame_rate * step, ..Target::fixed(start) },
         Direction::Moving(_) | Direction::Disc { .. } => {
             let turn = turn_between(&start, &direction.in_space(time + step, frame_rate).direction);
-            // The larger of both ends: a disc hardly grows in a step.
             let [first, last] = [time, time + step].map(|time| direction.angular_radius(time));
-            Target { start, turn, radius: first.max(last) }
+            Target { start, turn, radius: first, growth: last - first }
         }
     }
 }
@@ -347,6 +346,7 @@ fn distinct(value: f64, limit: f64) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mechanics::direction::{Track, TrackError};
 
     fn cone(side: Side, half_angle: f64, margin: f64) -> Constraint {
         let directions = vec![Direction::Fixed(Vector3::z())];
@@ -420,5 +420,45 @@ mod tests {
         assert_eq!(both(34.999_999_9, 35.0), "34.9999999 35");
         assert_eq!(both(1234.5678, 0.25), "1235 0.25".replace("1235", "1234.57"));
         assert_eq!(both(1e9, 2.0), "1e9 2e0");
+    }
+
+    /// A body at rest, and a sphere that comes nearer: the least room of a step is that at its
+    /// end, and that at its start where the sphere goes away.
+    #[test]
+    fn a_disc_grows_along_an_arc() {
+        let moving = |by: f64| {
+            let centre = Track::fitted(0.0, 10.0, 10.0, 16, |time| {
+                Ok::<_, TrackError>(Vector3::z() * (2.0 - by * time))
+            });
+            Direction::Disc { centre: centre.unwrap(), radius: 1.0 }
+        };
+        let cone = |direction: Direction| {
+            Pointing::new(Side::KeepOut, vec![Vector3::x()], vec![direction], 20.0_f64.to_radians())
+        };
+        let arc = Arc { start: Matrix3::identity(), turn: Vector3::zeros() };
+        let room = |distance: f64| 70.0_f64.to_radians() - (1.0 / distance).asin();
+        for (by, part, at_start) in [(0.05, 1.0, 2.0), (-0.05, 0.0, 2.0)] {
+            let direction = moving(by);
+            let pointing = cone(direction.clone());
+            let target = on_arc(&direction, 0.0, 4.0, &Vector3::zeros());
+            let (found, least) =
+                pointing.least_room(&arc, &Vector3::x(), &target, [0.0, 4.0]).expect("it acts");
+            assert_eq!(found.part, part);
+            assert!((least - room(at_start - 4.0 * by * part)).abs() < 1e-12, "{by} {least}");
+            // In between to the second order of the step.
+            let halves = [4.0, 2.0, 1.0].map(|step| {
+                let target = on_arc(&direction, 0.0, step, &Vector3::zeros());
+                (target.radius_at(0.5) - direction.angular_radius(0.5 * step)).abs()
+            });
+            assert!(
+                halves[0] < 4e-3 && halves[1] < 0.3 * halves[0] && halves[2] < 0.3 * halves[1],
+                "{halves:?}"
+            );
+            // And only while the cone acts.
+            let first = Pointing { during: During::intervals(vec![[0.0, 1.0]]), ..pointing };
+            let (_, least) = first.least_room(&arc, &Vector3::x(), &target, [0.0, 4.0]).expect("it acts");
+            let linear = 70.0_f64.to_radians() - target.radius_at(0.25 * part);
+            assert!((least - linear).abs() < 1e-12, "{by} {least}");
+        }
     }
 }

@@ -481,8 +481,9 @@ pub struct Solution {
     /// requested duration. For a free duration: less time would cost less, but no plan that takes
     /// less was found.
     pub shortest: Option<f64>,
-    /// A longer duration \[s\] for which a plan was found, if no plan was found for the requested
-    /// one.
+    /// A longer duration \[s\] that has a plan, if no plan was found for the requested one: a
+    /// plan was found for it, or it suffices for a turn about a fixed axis within the limits.
+    /// `None` if none is known.
     pub longer: Option<f64>,
     /// The requested tolerance, scaled.
     pub tolerance: f64,

@@ -158,6 +158,15 @@ impl Inertia {
         self.j.trace() / 3.0
     }
 
+    /// Returns the rate at which the body nutates while wheels hold the momentum `stored`, body
+    /// axes, and the body hardly turns [rad/s]: `h/√(J₁J₂)` for a momentum h about the third
+    /// principal axis.
+    pub fn nutation(&self, stored: &Vector3) -> f64 {
+        // Ω̇ = J⁻¹(μ × Ω) has the eigenvalues 0 and ±i √(μᵀJμ/det J).
+        let [first, second, third] = [self.principal[0], self.principal[1], self.principal[2]];
+        (stored.dot(&(self.j * stored)) / third / second / first).max(0.0).sqrt()
+    }
+
     /// Returns whether the body is a flat plate or a rod: an eigenvalue of `J_d` below 1e-3 of the
     /// largest.
     ///

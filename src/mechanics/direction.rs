@@ -111,6 +111,20 @@ impl Direction {
         }
     }
 
+    /// Returns the rate of [`Direction::angular_radius`] [rad/s]: 0 inside of a sphere too.
+    pub fn angular_radius_rate(&self, time: f64) -> f64 {
+        match self {
+            Self::Disc { centre, radius } => {
+                let [at, velocity, ..] = centre.at(time);
+                let sine = radius / at.norm();
+                // d/dt asin(R/d) = −(R/d) ḋ/d / √(1 − (R/d)²)
+                let receding = at.dot(&velocity) / at.norm_squared();
+                if sine < 1.0 { -sine * receding / (1.0 - sine * sine).sqrt() } else { 0.0 }
+            }
+            Self::Fixed(_) | Self::InFrame(_) | Self::Moving(_) => 0.0,
+        }
+    }
+
     /// Returns the length of the vector that it leads along, in its unit; `None` of one that is
     /// only a direction.
     pub fn distance(&self, time: f64) -> Option<f64> {
@@ -184,5 +198,15 @@ mod tests {
             assert!((seen.acceleration - rate.cross(&first)).amax() < 1e-12, "{t}");
         }
         assert!(Direction::turning(Vector3::zeros(), rate, 60.0).is_err());
+    }
+
+    #[test]
+    fn the_rate_of_a_radius_is_that_of_differences() {
+        let disc = Direction::Disc { centre: passing(), radius: 3e5 };
+        for t in [5.0, 58.0, 61.0, 120.0] {
+            let [before, after] = [t - 1e-3, t + 1e-3].map(|t| disc.angular_radius(t));
+            let found = disc.angular_radius_rate(t);
+            assert!((found - (after - before) / 2e-3).abs() < 1e-9, "{t} {found}");
+        }
     }
 }

@@ -210,7 +210,7 @@ impl<'a> Meter<'a> {
             for (index, (boresight, direction)) in pointing.pairs().enumerate() {
                 let target = on_arc(direction, time, step, &frame_rate);
                 // Too far away to come nearer than ever before: no extremum needed.
-                let travel = arc.turn.norm() + target.turn.norm();
+                let travel = arc.turn.norm() + target.travel();
                 if pointing.room_beside(arc.angle(boresight, &target, 0.0), target.radius) - travel
                     > smallest.scaled
                 {

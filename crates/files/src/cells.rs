@@ -59,9 +59,21 @@ pub(crate) fn cells(line: &str, separator: Option<char>) -> Result<Vec<Cell<'_>>
     }
 }
 
-/// Returns a text for a cell of a table that spreadsheets open. A text that begins like a formula
-/// gets an apostrophe before it, which spreadsheets do not show. Numbers stay as they are.
-pub(crate) fn no_formula(text: &str) -> Cow<'_, str> {
+/// Returns a text as a cell of a table of comma-separated values that spreadsheets open: in quotes
+/// if a reader would split it, and no formula. A line break becomes a blank, because many readers
+/// take a line for a row.
+pub(crate) fn quoted(text: &str) -> String {
+    let text = no_formula(&text.replace(['\r', '\n'], " ")).into_owned();
+    if text.contains([',', '"', ';', '\t']) || text.trim() != text {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text
+    }
+}
+
+/// Returns a text that begins like a formula with an apostrophe before it, which spreadsheets do
+/// not show. Numbers stay as they are.
+fn no_formula(text: &str) -> Cow<'_, str> {
     let begins = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     if begins && text.parse::<f64>().is_err() { format!("'{text}").into() } else { text.into() }
 }
@@ -81,7 +93,7 @@ fn closing(quoted: &str) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::{cells, no_formula, separator};
+    use super::{cells, no_formula, quoted, separator};
 
     #[test]
     fn no_cell_begins_as_a_formula() {
@@ -96,6 +108,7 @@ mod tests {
         ] {
             assert_eq!(no_formula(text), cell);
         }
+        assert_eq!(quoted("=HYPERLINK(\"a\",1)\nb"), "\"'=HYPERLINK(\"\"a\"\",1) b\"");
     }
 
     #[test]

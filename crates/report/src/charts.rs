@@ -56,8 +56,13 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
             .collect();
         let limits: Vec<InputLimit> = actuation.limits().filter(|limit| limit.of_force == of_force).collect();
         if let Some(norm) = limits.iter().find(|limit| limit.kind == LimitKind::Norm) {
-            let output = |row: usize| norm.set.output(&trajectory.inputs(row)[norm.first..]).norm();
-            let values = (0..trajectory.input.len() / count.max(1)).map(output);
+            let output = |row: usize| norm.set.output(&trajectory.inputs(row)[norm.first..]);
+            let rows = trajectory.input.len() / count.max(1);
+            // Of the means where these act alone.
+            let means = problem.objective.switches() && rows == trajectory.time.len();
+            let size =
+                |row: usize| if means { 0.5 * (output(row) + output(row + 1)) } else { output(row) }.norm();
+            let values = (0..rows.saturating_sub(usize::from(means))).map(size);
             curves.push(subject.input_line("norm", several, values.collect()));
         }
         let bounds = limits.iter().filter(|limit| matches!(limit.kind, LimitKind::Size | LimitKind::Norm));

@@ -201,11 +201,15 @@ impl<'a> Subject<'a> {
         &time[self.problem.scheme.first_input().min(time.len())..]
     }
 
-    /// Returns a line of values of the inputs, one a row: with corners where the plan holds them
-    /// over its steps.
-    fn input_line(&self, name: impl Into<String>, style: usize, values: Vec<f64>) -> Curve {
-        if !self.problem.switches() {
+    /// Returns a line of values of the inputs, one a row: with corners where inputs switch, which
+    /// the plan holds over its steps. Of minimum time or fuel on equal steps these are the means of
+    /// the rows, which alone act: rows may alternate about them.
+    fn input_line(&self, name: impl Into<String>, style: usize, mut values: Vec<f64>) -> Curve {
+        if !self.problem.objective.switches() {
             return line(name, style, self.input_times(), values.into_iter());
+        }
+        if values.len() == self.trajectory().time.len() {
+            values = values.windows(2).map(|ends| 0.5 * (ends[0] + ends[1])).collect();
         }
         let time: Vec<f64> = self.trajectory().time.windows(2).flatten().copied().collect();
         line(name, style, &time, values.into_iter().flat_map(|value| [value, value]))

@@ -38,13 +38,13 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
     let solution = &plan.solution;
     let more_steps =
         || again(args, "maneuver.steps", (2 * solution.steps).min(Problem::MAX_STEPS), "more steps");
-    let longer = || {
-        let (key, stated) = match problem.duration.at_most() {
-            Some(longest) => ("maneuver.duration_at_most_s", longest),
-            None => ("maneuver.duration_s", solution.duration(problem)),
-        };
-        let duration = solution.longer.unwrap_or_else(|| rounded_up(1.5 * stated));
-        again(args, key, duration, "more time")
+    let (key, stated) = match problem.duration.at_most() {
+        Some(longest) => ("maneuver.duration_at_most_s", longest),
+        None => ("maneuver.duration_s", solution.duration(problem)),
+    };
+    let longer = || match solution.longer {
+        Some(longer) => again(args, key, longer, "more time"),
+        None => again(args, key, rounded_up(1.5 * stated), "more time, by a guess"),
     };
     let neighbour = || {
         "plan an easier neighbour (longer, or a smaller turn) with `-o neighbour.json`, then start \
@@ -94,10 +94,18 @@ pub fn advice(args: &SpecArgs, problem: &Problem, settings: &Settings, plan: &Pl
         }
         (_, Outcome::Infeasible) => {
             let bound = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound);
-            let longer = bound.map(|bound| {
-                let why = format!("more time; no plan is shorter than {} s", about(bound));
-                again(args, "maneuver.duration_s", rounded_up(1.2 * bound), &why)
-            });
+            let shorter = bound
+                .map_or_else(String::new, |bound| format!("; no plan is shorter than {} s", about(bound)));
+            let longer = match (solution.longer, bound) {
+                (Some(longer), _) => {
+                    Some(again(args, key, longer, &format!("enough time for a fixed axis{shorter}")))
+                }
+                (None, Some(bound)) => {
+                    let (key, bound) = (key.trim_start_matches("maneuver."), about(bound));
+                    Some(format!("{key} above {bound}: no plan is shorter, and a plan may need more"))
+                }
+                (None, None) => None,
+            };
             let others = "changes of the quantities in the reason; or other torque axes, terminal rates or \
              attitudes";
             longer.into_iter().chain([others.into()]).collect()

@@ -4,6 +4,7 @@ mod best_known;
 mod consistency;
 mod constrained_robustness;
 mod dearer;
+mod durations;
 mod everyday;
 mod false_files;
 mod families;
@@ -72,6 +73,7 @@ pub const COMMANDS: &[Command] = commands! {
     consistency
     constrained_robustness
     dearer
+    durations
     everyday
     false_files
     families

@@ -31,11 +31,15 @@ pub struct Target {
     pub start: Vector3,
     /// Rotation vector of its own motion over the arc, inertial axes \[rad\]; zero: fixed.
     pub turn: Vector3,
-    /// The angle from its centre to the limb of the target \[rad\]; 0 for a point.
+    /// The angle from its centre to the limb of the target at the start of the arc \[rad\]; 0 for
+    /// a point.
     pub radius: f64,
+    /// What that angle grows by over the arc \[rad\], at one rate.
+    pub growth: f64,
 }
 
-/// The extreme of the angle between a boresight and a direction on an arc.
+/// The extreme of the angle between a boresight and the limb of a target on an arc: of a point,
+/// between a boresight and a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extreme {
     /// The smallest value along the arc.
@@ -44,12 +48,12 @@ pub enum Extreme {
     Farthest,
 }
 
-/// The point on an arc at which a boresight is nearest to a direction, or farthest from it.
+/// The point on an arc at which a boresight is nearest to a target, or farthest from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
     /// Part of the arc, from 0 to 1.
     pub part: f64,
-    /// Angle between boresight and direction there \[rad\].
+    /// Angle between boresight and direction there, the centre of a disc \[rad\].
     pub angle: f64,
 }
 
@@ -68,7 +72,18 @@ pub fn angle_between(a: &Vector3, b: &Vector3) -> f64 {
 impl Target {
     /// Builds a fixed target.
     pub fn fixed(start: Vector3) -> Self {
-        Self { start, turn: Vector3::zeros(), radius: 0.0 }
+        Self { start, turn: Vector3::zeros(), radius: 0.0, growth: 0.0 }
+    }
+
+    /// Returns the angle from the centre to the limb after `part` of the arc \[rad\].
+    pub fn radius_at(&self, part: f64) -> f64 {
+        self.radius + part * self.growth
+    }
+
+    /// Returns the most that the angle from a boresight at rest to the limb changes by along the
+    /// arc \[rad\].
+    pub fn travel(&self) -> f64 {
+        self.turn.norm() + self.growth.abs()
     }
 
     /// Returns the direction after `part` of the arc, inertial axes.
@@ -78,7 +93,12 @@ impl Target {
 
     /// Returns the part of the arc between two values.
     pub(super) fn piece(&self, [from, to]: [f64; 2]) -> Self {
-        Self { start: self.at(from), turn: self.turn * (to - from), radius: self.radius }
+        Self {
+            start: self.at(from),
+            turn: self.turn * (to - from),
+            radius: self.radius_at(from),
+            growth: self.growth * (to - from),
+        }
     }
 }
 
@@ -102,17 +122,18 @@ impl Arc {
         Self { start: self.attitude(from), turn: self.turn * (to - from) }
     }
 
-    /// Returns the point with the smallest or largest angle. It is NaN if a number is NaN, or if
-    /// the turn exceeds a hundred radians.
+    /// Returns the point with the smallest or largest angle from the limb of a target. It is NaN
+    /// if a number is NaN, or if the turn exceeds a hundred radians.
     pub fn extreme(&self, boresight: &Vector3, target: &Target, which: Extreme) -> Approach {
         let at = |part: f64| Approach { part, angle: self.angle(boresight, target, part) };
         let worse = |a: Approach, b: Approach| {
-            let (smaller, larger) = (b.angle < a.angle, b.angle > a.angle);
+            let [before, after] = [&a, &b].map(|point| point.angle - target.radius_at(point.part));
+            let (smaller, larger) = (after < before, after > before);
             let taken = if which == Extreme::Nearest { smaller } else { larger };
-            if taken || b.angle.is_nan() { b } else { a }
+            if taken || after.is_nan() { b } else { a }
         };
         let ends = worse(at(0.0), at(1.0));
-        if target.turn == Vector3::zeros() {
+        if target.turn == Vector3::zeros() && target.growth == 0.0 {
             self.turning_point(boresight, &target.start, which).map_or(ends, |part| worse(ends, at(part)))
         } else {
             self.turning_points(boresight, target, which).map(at).fold(ends, worse)
@@ -135,8 +156,12 @@ impl Arc {
         (phase <= angle).then_some(phase / angle)
     }
 
-    /// Returns the position on each piece at which the cubic through values and slopes has its
-    /// extremum, or NaN for too many pieces.
+    /// Returns the position on each piece at which the cubic has its extremum, or NaN for too many
+    /// pieces.
+    ///
+    /// The angle θ from a limb of radius r has its extremum where `θ′ = r′`. That is where
+    /// `g = cos θ + ∫ r′ sin θ dτ` has one, which is smooth at θ = 0 as well. The cubic has the
+    /// values and the slopes of g.
     fn turning_points(
         &self,
         boresight: &Vector3,
@@ -148,9 +173,10 @@ impl Arc {
         let sample = move |part: f64| {
             let (attitude, w) = (arc.attitude(part), target.at(part));
             let (v, dv) = (attitude * boresight, attitude * arc.turn.cross(&boresight));
-            (sign * w.dot(&v), sign * (w.dot(&dv) + target.turn.cross(&w).dot(&v)))
+            let grown = if target.growth == 0.0 { 0.0 } else { target.growth * w.cross(&v).norm() };
+            (sign * w.dot(&v), sign * (w.dot(&dv) + target.turn.cross(&w).dot(&v)), sign * grown)
         };
-        let pieces = ((self.turn.norm() + target.turn.norm()) / PIECE).ceil().max(1.0);
+        let pieces = ((self.turn.norm() + target.travel()) / PIECE).ceil().max(1.0);
         let usable = pieces <= MAX_PIECES;
         let count = if usable { pieces as u32 } else { 1 };
         let length = 1.0 / f64::from(count);
@@ -161,7 +187,9 @@ impl Arc {
             }
             let start = f64::from(piece) * length;
             let right = sample(start + length);
-            let found = highest_of_cubic(left.0, right.0, length * left.1, length * right.1);
+            let grown = 0.5 * length * (left.2 + right.2);
+            let slopes = [left, right].map(|(_, slope, growth)| length * (slope + growth));
+            let found = highest_of_cubic(left.0, right.0 + grown, slopes[0], slopes[1]);
             left = right;
             found.map(|part| start + part * length)
         })
@@ -210,5 +238,35 @@ mod tests {
         }
         assert_eq!(highest([0.0, 0.0, -1.0, 0.0]), Some(0.0));
         assert!(close(highest([0.0, 2.0, -1.0, 0.0]), 1.0));
+    }
+
+    /// Against ten thousand points of the arc.
+    #[test]
+    fn a_limb_that_grows_is_nearest_where_the_angle_less_its_radius_is_least() {
+        let arc =
+            Arc { start: lie::exp(&Vector3::new(0.2, -0.7, 0.4)), turn: Vector3::new(0.05, 0.31, -0.22) };
+        let boresight = Vector3::new(0.6, 0.0, 0.8);
+        for (growth, turn) in [(0.2, 0.0), (-0.2, 0.0), (0.05, 0.1), (-0.35, 0.0), (0.0, 0.1)] {
+            for aside in [0.0, 0.02, 0.7] {
+                let start = arc.attitude(0.4) * lie::exp(&(Vector3::y() * aside)) * boresight;
+                let turn = Vector3::new(0.4, 0.3, 0.9) * turn;
+                let target = Target { start, turn, radius: 0.3, growth };
+                let room = |part: f64| arc.angle(&boresight, &target, part) - target.radius_at(part);
+                let sampled = (0..=10_000).map(|index| room(f64::from(index) * 1e-4));
+                let (least, most) = sampled
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), next| {
+                        (least.min(next), most.max(next))
+                    });
+                for (which, sampled) in [(Extreme::Nearest, least), (Extreme::Farthest, most)] {
+                    let found = arc.extreme(&boresight, &target, which);
+                    assert_eq!(found.angle, arc.angle(&boresight, &target, found.part));
+                    let beyond =
+                        (room(found.part) - sampled) * if which == Extreme::Nearest { 1.0 } else { -1.0 };
+                    // Points lie at most 2e-5 rad from the extreme of an angle that may pass the centre.
+                    let told = format!("{growth} {turn:?} {aside} {which:?}: {beyond:e}");
+                    assert!(beyond < 1e-9 && beyond > -3e-5, "{told}");
+                }
+            }
+        }
     }
 }

@@ -40,9 +40,11 @@ mod envelope;
 mod impulse;
 mod outputs;
 mod storage;
+mod sufficient;
 mod words;
 
 pub(crate) use capability::strongest;
+pub(crate) use sufficient::sufficient;
 
 use crate::maneuver::constraint::{Conflict, conflict};
 use crate::maneuver::problem::Problem;

@@ -189,7 +189,8 @@ pub enum Parameter {
 }
 
 impl LinearPlan {
-    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid ([`Solution::on_grid`]).
+    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid ([`Solution::on_grid`]). Where torques are held
+    /// ([`Timing::Held`]) its costates are taken for those at its nodes.
     ///
     /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
     ///
@@ -203,7 +204,7 @@ impl LinearPlan {
         if problem.actuation.wheels.is_some() && timing == Timing::AtNodes {
             return Err(Unlinearised::Wheels);
         }
-        Beside { problem, plan, timing, count: plan.time.len() - 1 }.linearise()
+        Beside { problem, plan, timing, count: plan.time.len() - 1, beyond: false }.linearise()
     }
 
     /// Whether a plan can be linearised beside.
@@ -237,7 +238,9 @@ impl LinearPlan {
     pub fn flown(problem: &Problem, plan: &Trajectory) -> Result<Self, Unlinearised> {
         Self::fits(problem, plan)?;
         let recorded = Flight::recorded(problem, plan).ok_or(Unlinearised::Step)?;
-        Self::new(problem, &recorded, Timing::Held)
+        let beyond = records_beyond_nodes(problem);
+        Beside { problem, plan: &recorded, timing: Timing::Held, count: plan.time.len() - 1, beyond }
+            .linearise()
     }
 
     /// Number of steps.
@@ -427,6 +430,12 @@ impl LinearPlan {
         }
         out
     }
+}
+
+/// Whether a plan records the costates that follow a full kick at each node (Lie–Verlet), and not those of the motion at the node: these
+/// are half a kick before. Without a field, and with torques in body axes, the two are the same.
+fn records_beyond_nodes(problem: &Problem) -> bool {
+    !problem.switches() && problem.scheme.first_input() == 0
 }
 
 /// `[0; vector]`.

@@ -6,6 +6,7 @@ use super::coarse::chain_steps;
 use super::detour::detours;
 use super::found::Found;
 use super::ladder::{Ask, Search};
+use crate::maneuver::infeasible;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::numerics::figures::rounded_up;
@@ -14,7 +15,7 @@ use crate::optimize::methods::scp::road::Chain;
 /// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a guess is hard to find.
 const STRETCHES: [f64; 8] = [1.0, 1.01, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0];
 
-/// Adds to an unsolved maneuver the duration for which a plan was found.
+/// Adds to an unsolved maneuver the duration for which a plan was found, or else one that suffices for a turn about a fixed axis.
 pub(super) fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, solution: &mut Solution) {
     // A search that was cut short says nothing about the maneuver.
     let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);
@@ -22,13 +23,14 @@ pub(super) fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, 
         && !search.stopped()
         && let Some(missing) = solution.shortfall.take()
     {
-        solution.longer = longer(search, shortest);
+        let longer = longer(search, shortest);
+        solution.longer = longer.or_else(|| infeasible::sufficient(search.problem));
         solution.shortest = shortest;
         solution.shortfall = Some(Shortfall::InOtherTime {
             missing: Box::new(missing),
             asked: search.problem.seconds(),
             shortest,
-            longer: solution.longer,
+            longer,
         });
     }
 }

@@ -112,7 +112,8 @@ fn around(cone: &Cone, seed: Candidate, out: &mut Vec<Candidate>) {
         out.push(seed);
         return;
     };
-    let nearest = (first..=final_).min_by(|a, b| angles[*a].total_cmp(&angles[*b])).unwrap_or(first);
+    let beyond = |index: usize| angles[index] - seen[index].half_angle;
+    let nearest = (first..=final_).min_by(|a, b| beyond(*a).total_cmp(&beyond(*b))).unwrap_or(first);
     let Seen { boresight: p, direction: w, half_angle, .. } = &seen[nearest];
     let motion = seen[(nearest + 1).min(last)].boresight - seen[nearest.saturating_sub(1)].boresight;
     let along = motion - p * p.dot(&motion);

@@ -15,7 +15,9 @@ use std::f64::consts::PI;
 pub(super) fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
     if let Some(proof) = infeasible::proof(problem) {
         let unsolved = Solution::unsolved(problem, context.settings.tolerance);
-        return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved };
+        // The bound of a proof need not suffice; a turn about a fixed axis does.
+        let longer = ask.advise.then(|| infeasible::sufficient(problem)).flatten();
+        return Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), longer, ..unsolved };
     }
     let known = known_end(problem);
     let problem = known.as_ref().unwrap_or(problem);

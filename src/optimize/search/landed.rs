@@ -2,11 +2,11 @@
 
 use super::ladder::Search;
 use super::record;
+use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method as Road;
+use crate::maneuver::solution::Trajectory;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
-use crate::maneuver::problem::Problem;
-use crate::maneuver::solution::Trajectory;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;

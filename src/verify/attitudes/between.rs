@@ -13,7 +13,7 @@
 //! the body.
 //!
 //! Along the cubic through attitudes and rates an angle changes at most at the steepest slope of
-//! the rotation vector. A stretch is clear if the distance of its middle from the rim exceeds
+//! the rotation vector, and at the rate of the target. A stretch is clear if the distance of its middle from the rim exceeds
 //! half of this change. Any other stretch is halved, until it is shorter than the tolerance.
 
 use super::{AttitudeReport, Motion};
@@ -58,11 +58,11 @@ pub(super) fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Ta
     let start = direction.at(time, frame_rate);
     match direction {
         Direction::InFrame(_) => Target::fixed(start),
-        Direction::Fixed(_) => Target { start, turn: -frame_rate * step, radius: 0.0 },
+        Direction::Fixed(_) => Target { turn: -frame_rate * step, ..Target::fixed(start) },
         Direction::Moving(_) | Direction::Disc { .. } => {
             let [first, last] = [time, time + step].map(|time| direction.angular_radius(time));
             let turn = turn_between(&start, &direction.at(time + step, frame_rate));
-            Target { start, turn, radius: first.max(last) }
+            Target { start, turn, radius: first, growth: last - first }
         }
     }
 }
@@ -89,7 +89,7 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
             let room = |part: f64| {
                 let acts = pointing.during.contains(begin + part * step);
                 let angle = arc.angle(boresight, &target, part);
-                if acts { pointing.room_beside(angle, target.radius) } else { f64::INFINITY }
+                if acts { pointing.room_beside(angle, target.radius_at(part)) } else { f64::INFINITY }
             };
             let Some((worst, deepest)) = pointing.least_room(&arc, boresight, &target, [begin, step]) else {
                 continue;
@@ -182,13 +182,13 @@ fn along_cubic(
     };
     let (first, second) = (row(k)?, row(k + 1)?);
     let cubic = interpolation::Cubic::between(&first, &second, motion.step(k));
-    let speed = cubic.steepest() + target.turn.norm();
+    let speed = cubic.steepest() + target.travel();
     let room = |part: f64| {
         if !pointing.during.contains(motion.rows.time[k] + part * motion.step(k)) {
             return f64::INFINITY;
         }
         let pointed = first.attitude * lie::exp(&cubic.at(part).0) * boresight;
-        pointing.room_beside(angle_between(&pointed, &target.at(part)), target.radius)
+        pointing.room_beside(angle_between(&pointed, &target.at(part)), target.radius_at(part))
     };
     let mut found: Option<(f64, f64)> = None;
     let mut open = vec![(0.0, 1.0)];

@@ -90,7 +90,10 @@ fn compare_sets_least_time_fuel_and_effort_side_by_side() {
     // A maneuver of minimum time has ways of its own before them.
     let time = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/minimum_time_cube_090.toml");
     let run = folder.slew(&["compare", time]).ends(0);
-    run.tells("objectives compared").tells("1.5 times the shortest").tells("switching times").tells("interior point");
+    run.tells("objectives compared")
+        .tells("1.5 times the shortest")
+        .tells("switching times")
+        .tells("interior point");
     fs::write(folder.path("pair.toml"), DUMBBELLS).unwrap();
     folder.slew(&["compare", "spec.toml", "--objectives", "--bound"]).ends(2).tells("--bound");
     folder.slew(&["compare", "pair.toml", "--objectives"]).ends(2).tells("simulation");

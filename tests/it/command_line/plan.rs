@@ -244,8 +244,10 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     let set =
         ["--set", cone, "--set", limit, "--set", "maneuver.steps=50", "--set", "solver.target=discrete"];
     let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml"], &set[..], more].concat());
-    let run =
-        plan(&["-v", "-o", "plan.json"]).ends(0).tells("solved and verified").tells("method      interior point, ");
+    let run = plan(&["-v", "-o", "plan.json"])
+        .ends(0)
+        .tells("solved and verified")
+        .tells("method      interior point, ");
     let run = run
         .tells("torque norm limit  active at ")
         .tells("Sun                active at ")
@@ -367,7 +369,7 @@ fn a_plan_that_is_not_found_names_what_could_do() {
     let proved = run.json();
     assert!(proved["shortest_duration_s"].as_f64().unwrap() > 10.0);
     assert_eq!(proved["optimality"]["stationarity"], Value::Null);
-    let run = run.tells("   # more time; no plan is shorter than ");
+    let run = run.tells("   # enough time for a fixed axis; no plan is shorter than ");
     assert!(!run.stderr.contains("method"), "{}", run.stderr);
     // Not enough torque, and not provably so.
     let limit = "actuators.torque_norm_limit_n_m=0.13";

@@ -1,6 +1,6 @@
 //! What a spec means.
 
-use super::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
+use super::{BASE, BIASED, CONSTRAINED, ORBIT, WHEELS, bad, good};
 use slewkit::maneuver::constraint::{Direction, Rule, Side};
 use slewkit::maneuver::problem::{Motion, Path, Scheme};
 use slewkit::maneuver::settings::Method;
@@ -326,6 +326,11 @@ fn default_steps_follow_the_formula() {
     assert_eq!(spec::default_steps(0.0, 1.0, 60.0), 200.0);
     let fast = good(&BASE.replace("steps = 200", ""), &["start.angular_velocity_deg_s=[0, 0, 180]"]).problem;
     assert!(fast.steps > 600 && fast.step() * PI < 0.3, "{}", fast.steps);
+    // 20 N·m·s about y: h/√(120 kg·m² 80 kg·m²).
+    let biased = spec::from_str(BIASED, "biased", Format::Toml, &[]).unwrap().problem;
+    let nutation = 20.0 / 9600.0_f64.sqrt();
+    let turned = 1.5 * (2.0 * PI - PI / 3.0);
+    assert_eq!(biased.steps as f64, ((turned + 200.0 * nutation) / 0.3).ceil());
     let errors = bad(&BASE.replace("steps = 200", ""), &["start.angular_velocity_deg_s=[0, 0, 1e9]"]);
     assert_eq!(errors.0[0].code, "E0034");
 }

@@ -22,6 +22,31 @@ mod writer;
 use slewkit_files::spec::{self, Diagnostics, Format, Loaded, Override, Spec};
 use std::path::Path;
 
+/// A turn under the momentum of a pitch wheel.
+pub const BIASED: &str = "format = 1
+[body]
+inertia_kg_m2 = [120, 100, 80]
+[[actuators.wheel]]
+axis_body = [1, 0, 0]
+torque_limit_n_m = 0.2
+momentum_limit_n_m_s = 25
+[[actuators.wheel]]
+axis_body = [0, 1, 0]
+torque_limit_n_m = 0.2
+momentum_limit_n_m_s = 25
+momentum_n_m_s = -20
+[[actuators.wheel]]
+axis_body = [0, 0, 1]
+torque_limit_n_m = 0.2
+momentum_limit_n_m_s = 25
+[start]
+attitude = { quaternion_wxyz = [1, 0, 0, 0] }
+[end]
+attitude = { axis = [0, 0, 1], angle_deg = 60 }
+[maneuver]
+duration_s = 200
+";
+
 /// A complete spec, to change in the tests.
 pub const BASE: &str = r#"
 format = 1

@@ -1,6 +1,8 @@
 //! The figures of the proofs where they are known in closed form.
 
 use super::*;
+use slewkit::maneuver::Settings;
+use slewkit::plan::{Silent, Status, plan};
 
 /// `T ≥ 2 √(θ J₁/ū)` for every body and rotation, and more where an axis of a larger moment is turned.
 #[test]
@@ -157,4 +159,43 @@ fn forces_and_distances_are_bounded() {
     end.velocity.x = -1.0;
     let found = denied(&limited(Problem::rigid_body(body, start, end, 10.0)));
     assert!(found.reason.contains("beyond the mean") && found.duration_lower_bound.is_none(), "{found}");
+}
+
+/// What is advised is a plan: with little momentum in four wheels, and about an axis that no inertia favours, where 1.2 times the bound
+/// is none (41.63 s; the shortest found was 56.96 s).
+#[test]
+fn the_duration_that_is_advised_has_a_plan() {
+    let four = [[0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [-0.8, 0.0, 0.6], [0.0, -0.8, 0.6]];
+    let set = ActuatorSet::new(four.map(Vector3::from).to_vec(), AxisFrame::Body).unwrap();
+    let set = set.with_limits(Limits { size: Some(vec![0.2; 4]), ..Limits::default() }).unwrap();
+    let wheels = Some(Wheels { momentum: vec![0.0; 4], momentum_limit: vec![1.0; 4] });
+    let actuation = Actuation { wheels, ..Actuation::torques(set) };
+    let rotation = Vector3::new(1.0, 2.0, -1.0).normalize() * 70.0_f64.to_radians();
+    let j = Matrix3::from_diagonal(&Vector3::new(60.0, 80.0, 95.0));
+    let problem = rest_to_rest(body(j), rotation, 10.0, actuation);
+    let planned = |duration: f64| {
+        let problem = problem.clone().with_duration(duration);
+        plan(&problem, &Settings::default(), None, &mut Silent).unwrap()
+    };
+    let denied = planned(10.0);
+    assert_eq!(denied.status, Status::Infeasible);
+    let advised = denied.solution.longer.unwrap();
+    println!("{advised} s");
+    assert!((56.9..1.3 * 56.96).contains(&advised), "{advised}");
+    assert_eq!(planned(advised).status, Status::Solved);
+}
+
+/// About a principal axis under a limit of the norm, the quickest turn is known: `2 √(θ J/ū)`. What is advised is a little more. Between
+/// rates none is known.
+#[test]
+fn the_duration_that_is_advised_is_that_of_a_turn_about_a_fixed_axis() {
+    let j = Matrix3::from_diagonal(&Vector3::new(60.0, 80.0, 95.0));
+    let problem = rest_to_rest(body(j), Vector3::z(), 10.0, norm_limit(0.2));
+    let advised =
+        |problem: &Problem| plan(problem, &Settings::default(), None, &mut Silent).unwrap().solution.longer;
+    let ratio = advised(&problem).unwrap() / (2.0 * (95.0_f64 / 0.2).sqrt());
+    assert!((1.05..1.15).contains(&ratio), "{ratio}");
+    let mut moving = problem;
+    moving.end.angular_velocity = Vector3::x() * 1e-3;
+    assert_eq!(advised(&moving), None);
 }

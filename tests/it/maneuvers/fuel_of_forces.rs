@@ -180,7 +180,15 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
     let quickest = solved(&turn.clone().with_objective(Objective::Time)).solution.cost;
     let given = |duration: f64| {
         let given = turn.clone().with_objective(Objective::Fuel(Fuel::default())).with_duration(duration);
-        if let Ok(to) = std::env::var("DUMP") { std::fs::write(format!("{to}/frame{duration:.3}.json"), slewkit_files::spec::SpecDocument::new(&given, &slewkit::maneuver::Settings::discrete()).unwrap().to_string()).unwrap(); }
+        if let Ok(to) = std::env::var("DUMP") {
+            std::fs::write(
+                format!("{to}/frame{duration:.3}.json"),
+                slewkit_files::spec::SpecDocument::new(&given, &slewkit::maneuver::Settings::discrete())
+                    .unwrap()
+                    .to_string(),
+            )
+            .unwrap();
+        }
         plan(&given, &Settings::discrete(), None, &mut Silent).unwrap().status
     };
     assert_eq!(given(1.001 * quickest), Status::Solved);

@@ -78,7 +78,8 @@ fn extremum_on_an_arc_is_exact_for_turning_directions() {
         let mut arc = Arc { start: random.rotation(), turn: 1.4 * random.uniform() * random.direction() };
         let boresight = random.direction();
         let axis = random.direction();
-        let mut target = Target { start: random.direction(), turn: random.uniform() * axis, radius: 0.0 };
+        let mut target =
+            Target { start: random.direction(), turn: random.uniform() * axis, radius: 0.0, growth: 0.0 };
         if case % 3 == 0 {
             target.start = (arc.attitude(0.4) * boresight + 1e-3 * random.vector()).normalize();
         }
@@ -112,7 +113,7 @@ fn extremum_on_an_arc_at_rest_without_numbers_or_too_fast() {
         let lost = Arc { turn: Vector3::new(0.1, f64::NAN, 0.0), ..rest };
         assert!(lost.extreme(&x, &fixed, which).angle.is_nan());
         for turn in [1e9, f64::INFINITY, f64::NAN] {
-            let fast = Target { start: z, turn: turn * x, radius: 0.0 };
+            let fast = Target { start: z, turn: turn * x, radius: 0.0, growth: 0.0 };
             assert!(rest.extreme(&x, &fast, which).angle.is_nan(), "{turn}");
         }
     }

@@ -3,7 +3,7 @@
 
 use super::columns::{AFTER, BEFORE};
 use super::{CaseResult, Header};
-use crate::cells::no_formula;
+use crate::cells::quoted;
 use crate::export::ExportError;
 use serde_json::Value;
 use std::io::Write;
@@ -52,16 +52,5 @@ impl<'o> CommaTable<'o> {
 
     fn row(&mut self, cells: &[String]) -> Result<(), ExportError> {
         Ok(writeln!(self.output, "{}", cells.join(","))?)
-    }
-}
-
-/// Quotes a cell that a reader would split. A line break becomes a blank, because many readers
-/// take a line for a row.
-fn quoted(text: &str) -> String {
-    let text = no_formula(&text.replace(['\r', '\n'], " ")).into_owned();
-    if text.contains([',', '"', ';', '\t']) || text.trim() != text {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text
     }
 }

@@ -125,7 +125,8 @@ pub struct PlanFile<'a> {
     /// the requested one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest_found_s: Option<f64>,
-    /// A longer duration for which a plan was found, seconds.
+    /// A longer duration that has a plan, seconds: a plan was found for it, or it suffices for a
+    /// turn about a fixed axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub longer_s: Option<f64>,
     /// The maneuver, on the grid of the plan, and the settings; `null` if a spec has no notation

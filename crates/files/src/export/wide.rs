@@ -4,6 +4,7 @@
 use super::ExportError;
 use super::columns::{Column, Names, check_finite, columns, plain};
 use super::rows::Rows;
+use crate::cells::quoted;
 use crate::identity::Identity;
 use slewkit::maneuver::{Problem, Trajectory};
 use slewkit::verify::{cone_angles, margins_at_nodes};
@@ -56,7 +57,7 @@ pub fn write_csv(
 ) -> Result<(), ExportError> {
     check_finite(trajectory)?;
     let table = wide_table(trajectory, problem, identity, margins);
-    let heads: Vec<&str> = table.iter().map(|column| &*column.head).collect();
+    let heads: Vec<String> = table.iter().map(|column| quoted(&column.head)).collect();
     writeln!(output, "{}", heads.join(","))?;
     for node in 0..trajectory.time.len() {
         for (index, column) in table.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! Results of `slew fly`: statistics of many cases, each case, and one case step by step.
 
 use super::plan::{Part, PointingRecord, boresights};
+use crate::cells::quoted;
 use crate::exchange::Arrays;
 use crate::export::{ExportError, write_document};
 use serde::Serialize;
@@ -287,14 +288,7 @@ pub fn write_cases(
         }
         return Ok(arrays.close()?);
     }
-    let quoted = |head: &String| {
-        if head.contains([',', '"', '\n']) {
-            format!("\"{}\"", head.replace('"', "\"\""))
-        } else {
-            head.clone()
-        }
-    };
-    writeln!(output, "loop,case,{}", heads.iter().map(quoted).collect::<Vec<_>>().join(","))?;
+    writeln!(output, "loop,case,{}", heads.iter().map(|head| quoted(head)).collect::<Vec<_>>().join(","))?;
     for flight in flights {
         for (index, case) in flight.cases.iter().enumerate() {
             write!(output, "{},{index}", flight.name)?;

@@ -29,6 +29,10 @@ pub struct FeedbackRecord {
     /// gains of wheels have three more by the deviation of their momentum, body axes [N·m·s].
     /// Bodies that translate have a row for each input, forces first, with six numbers before
     /// these, by position \[m\] and velocity [m/s].
+    ///
+    /// The plan is here the true motion under the held inputs, with the attitude R*. That is the
+    /// recorded one, but if the target is the discrete motion: then the discrete motion is
+    /// recorded, and the true one follows by integration of the held inputs.
     pub gains: Vec<Vec<Vec<f64>>>,
     /// The derivatives of the lengths of arcs by the start, if it is corrected.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

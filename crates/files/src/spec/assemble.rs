@@ -136,7 +136,9 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     };
     let spin = if let EndCondition::Aim(aim) = &end_condition { aim.roll_rate.abs() } else { 0.0 };
     let rate = start_state.angular_velocity.norm().max(end_state.angular_velocity.norm() + spin);
-    let rate = rate + environment.frame_rate().norm();
+    let stored = actuated.as_ref().map_or_else(Vector3::zeros, |all| all.actuation.stored_momentum());
+    let nutation = inertia.as_ref().map_or(0.0, |inertia| inertia.nutation(&stored));
+    let rate = rate + environment.frame_rate().norm() + nutation;
     let steps = match duration.known() {
         Some(duration) => maneuver::steps(section, duration, angle, rate)?,
         None => maneuver::steps_of_sought_duration(section, angle)?,

@@ -4,7 +4,7 @@
 use super::found::terminal;
 use super::lines::Lines;
 use slewkit::maneuver::{Outcome, Problem, RungReport, Solution, TerminalError};
-use slewkit::numerics::figures::{about, counted, error, rounded_up, short, significant};
+use slewkit::numerics::figures::{about, counted, error, short, significant};
 use slewkit_files::spec::escape;
 
 pub(super) fn stopped(solution: &Solution) -> &'static str {
@@ -33,12 +33,21 @@ pub(super) fn best(error: &TerminalError) -> String {
 pub fn remedies(problem: &Problem, solution: &Solution) -> Vec<String> {
     let key = if problem.duration.at_most().is_some() { "duration_at_most_s" } else { "duration_s" };
     let mut told = Vec::new();
-    if let Some(bound) = solution.infeasible.as_ref().and_then(|proof| proof.duration_lower_bound) {
-        let longer = short(rounded_up(1.2 * bound));
-        told.push(format!("{key} = {longer}, as no plan is shorter than {} s", about(bound)));
-    }
+    let proof = solution.infeasible.as_ref();
+    let bound = proof.and_then(|proof| proof.duration_lower_bound);
     if let Some(longer) = solution.longer {
-        told.push(format!("{key} = {}, for which a plan was found", short(longer)));
+        let longer = short(longer);
+        told.push(match (proof, bound) {
+            (None, _) => format!("{key} = {longer}, for which there is a plan"),
+            (Some(_), None) => format!("{key} = {longer}, enough for a turn about a fixed axis"),
+            (Some(_), Some(bound)) => format!(
+                "{key} = {longer}, enough for a turn about a fixed axis; no plan is shorter than {} s",
+                about(bound)
+            ),
+        });
+    } else if let Some(bound) = bound {
+        let bound = about(bound);
+        told.push(format!("{key} above {bound}: no plan is shorter than that, and a plan may need more"));
     }
     match solution.outcome {
         Outcome::Converged | Outcome::Interrupted => {}

@@ -22,6 +22,8 @@ pub(super) struct Beside<'a> {
     pub plan: &'a Trajectory,
     pub timing: Timing,
     pub count: usize,
+    /// Whether costates are recorded after full kicks, half a kick beyond the nodes, while torques are held.
+    pub beyond: bool,
 }
 
 impl Beside<'_> {
@@ -146,8 +148,10 @@ impl Beside<'_> {
         let begin = self.pose(units, attitude);
         let field = dynamics.environment_wrench(&begin).moment;
         let momentum = dynamics.j * rate * units.time + ahead * (field + torque);
-        let costate = self.costate(units, k);
-        let (gradient, bent) = dynamics.field_derivatives(&self.pose(units, &nodes[k + 1].0), &costate.pi);
+        let recorded = self.costate(units, k);
+        let (gradient, bent) = dynamics.field_derivatives(&self.pose(units, &nodes[k + 1].0), &recorded.pi);
+        let beyond = if self.beyond { 0.5 * dynamics.grid.full_kick(k + 1) } else { 0.0 };
+        let costate = Costate { zeta: recorded.zeta + beyond * gradient.tr_mul(&recorded.pi), ..recorded };
         let between = Costate { zeta: costate.zeta + kicks[1] * gradient.tr_mul(&costate.pi), ..costate };
         let zero = Matrix3::zeros();
         let mut free = Matrix6::zeros();

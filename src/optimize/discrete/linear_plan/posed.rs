@@ -48,11 +48,15 @@ impl PosedPlan {
         problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference
     }
 
-    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid.
+    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid, whose costates are taken for those at its nodes.
     ///
     /// # Errors
     /// [`Unlinearised`]: of wheels, of thrusters that give force and torque at once, or a trajectory that does not fit.
     pub fn new(problem: &Problem, plan: &Trajectory) -> Result<Self, Unlinearised> {
+        Self::beside(problem, plan, false)
+    }
+
+    fn beside(problem: &Problem, plan: &Trajectory, beyond: bool) -> Result<Self, Unlinearised> {
         Self::fits(problem, plan)?;
         let duration = *plan.time.last().unwrap_or(&f64::NAN);
         let problem = &Problem { duration: Duration::Given(duration), ..problem.clone() };
@@ -66,7 +70,7 @@ impl PosedPlan {
         } else {
             Grid::uniform(scheme, duration / units.time, count)
         };
-        let beside = Beside { dynamics: Dynamics::on(problem, grid), problem, plan };
+        let beside = Beside { dynamics: Dynamics::on(problem, grid), problem, plan, beyond };
         let mut to_inputs = Vec::with_capacity(count);
         let stages = match problem.motion {
             Motion::Attitude => Stages::Attitude(beside.stages(count, &mut to_inputs)?),
@@ -83,7 +87,7 @@ impl PosedPlan {
     pub fn flown(problem: &Problem, plan: &Trajectory) -> Result<Self, Unlinearised> {
         Self::fits(problem, plan)?;
         let recorded = Flight::recorded(problem, plan).ok_or(Unlinearised::Step)?;
-        Self::new(problem, &recorded)
+        Self::beside(problem, &recorded, super::records_beyond_nodes(problem))
     }
 
     fn fits(problem: &Problem, plan: &Trajectory) -> Result<(), Unlinearised> {
@@ -160,6 +164,8 @@ struct Beside<'a> {
     dynamics: Dynamics,
     problem: &'a Problem,
     plan: &'a Trajectory,
+    /// Whether costates are recorded half a kick beyond the nodes.
+    beyond: bool,
 }
 
 /// A kick under held inputs, to first order and bent.
@@ -246,6 +252,8 @@ impl Beside<'_> {
         let costate = recorded.map_or_else(SVector::<f64, N>::zeros, |row| {
             SVector::<f64, N>::from_column_slice(row).component_div(&units.costate::<N>())
         });
+        // Torques and forces of the step before a node and of that after it differ by a part of the step.
+        let costate = if self.beyond { kicks[1].tr_mul(&costate) } else { costate };
         let between = kicks[1].tr_mul(&costate);
         let drift = dynamics.drift::<N>(k, &mut point)?;
         let e = dynamics.drift_matrix(&drift);

@@ -352,7 +352,8 @@ impl Solver {
             }
             let residuals = self.residuals(shape, tuning, barrier);
             (run.dual, run.primal) = (residuals.dual, residuals.primal);
-            (run.complementarity, run.barrier, run.exact) = (residuals.complementarity, residuals.mean, false);
+            (run.complementarity, run.barrier, run.exact) =
+                (residuals.complementarity, residuals.mean, false);
             let error = nan_max(nan_max(run.dual, run.primal), run.complementarity);
             let miss = self.at.values.terminal.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
             if error <= tuning.accepted && nan_max(run.primal, miss) <= tuning.round_off {
@@ -361,7 +362,9 @@ impl Solver {
             }
             self.weigh(shape, tuning);
             let taken = Taken { curved: false, shift: 1.0 };
-            if step == tuning.settling || !self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken) {
+            if step == tuning.settling
+                || !self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken)
+            {
                 return;
             }
             self.products.iter_mut().for_each(|products| products.fill(0.0));

@@ -10,6 +10,7 @@ use crate::maneuver::objective::{Fuel, Objective, Weights};
 use crate::maneuver::problem::{Problem, Scheme, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::Body;
+use crate::mechanics::direction::{Track, TrackError};
 use crate::mechanics::environment::{GravityGradient, Pose, SecondOrderGravity, UniformGravity};
 use crate::optimize::discrete::step::Dynamics;
 use crate::optimize::methods::scp::model::{goal, state, step};
@@ -60,6 +61,15 @@ fn limited_channel(channel: &ActuatorSet) -> ActuatorSet {
     channel.clone().with_limits(limits).unwrap()
 }
 
+/// A disc that recedes while it turns at one rate about an axis across.
+fn receding(from: Vector3) -> Direction {
+    let turn = from.cross(&Vector3::x()) * 0.02;
+    let centre = Track::fitted(-1.0, 60.0, 4.0, 16, |time| {
+        Ok::<_, TrackError>(crate::lie::exp(&(turn * time)) * from * (2.0 + 0.1 * time))
+    });
+    Direction::Disc { centre: centre.unwrap(), radius: 0.5 }
+}
+
 /// Every kind of row, with limits that need not hold.
 fn limited(mut problem: Problem) -> Problem {
     problem.actuation.torque = limited_channel(&problem.actuation.torque);
@@ -88,6 +98,8 @@ fn limited(mut problem: Problem) -> Problem {
         .with_constraint(cone(Side::KeepOut, Direction::Fixed))
         .with_constraint(cone(Side::KeepIn, Direction::InFrame))
         .with_constraint(cone(Side::On { within: 0.1 }, Direction::Fixed))
+        .with_constraint(cone(Side::KeepOut, receding))
+        .with_constraint(at_times(Side::KeepIn, receding))
         .with_constraint(at_times(Side::KeepOut, Direction::InFrame))
         .with_constraint(at_times(Side::KeepIn, Direction::Fixed))
         .with_constraint(rate(Rule::RateNorm(1.5)))

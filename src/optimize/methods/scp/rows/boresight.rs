@@ -2,8 +2,8 @@
 
 use crate::{Matrix3, Vector3, lie};
 
-/// A boresight on one arc, `sign w(τ)·R exp(τ S(f)) b`, where the direction turns in the reference
-/// frame's axes if it is fixed to that frame.
+/// A boresight on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`, where the direction turns in the reference
+/// frame's axes if it is fixed to that frame, and the half angle `α` of the cone grows at one rate.
 pub(super) struct BoresightArc {
     pub attitude: Matrix3,
     pub boresight: Vector3,
@@ -11,15 +11,23 @@ pub(super) struct BoresightArc {
     pub turn: Vector3,
     pub arc: Vector3,
     pub sign: f64,
+    /// Half angle of the cone at the start of the arc, and what it grows by over the arc \[rad\].
+    pub cone: [f64; 2],
 }
 
 impl BoresightArc {
+    /// Half angle of the cone at a fraction of the arc \[rad\].
+    pub fn half_angle(&self, fraction: f64) -> f64 {
+        self.cone[0] + fraction * self.cone[1]
+    }
+
     /// Value at a fraction of the arc, and derivative with respect to ζ there.
     pub fn at(&self, fraction: f64) -> (f64, Vector3) {
         let attitude = self.attitude * lie::exp(&(self.arc * fraction));
         let direction = lie::exp(&(self.turn * fraction)) * self.direction;
         let seen = attitude.tr_mul(&direction);
-        (self.sign * self.boresight.dot(&seen), self.boresight.cross(&seen) * self.sign)
+        let value = self.boresight.dot(&seen) - self.half_angle(fraction).cos();
+        (self.sign * value, self.boresight.cross(&seen) * self.sign)
     }
 
     /// Change of the value at a fraction of the arc as the direction is turned by a rotation vector.
@@ -36,8 +44,9 @@ impl BoresightArc {
         let (w1, w2) = (self.turn.cross(&w), self.turn.cross(&self.turn.cross(&w)));
         let b1 = self.arc.cross(&self.boresight);
         let (p, p1, p2) = (attitude * self.boresight, attitude * b1, attitude * self.arc.cross(&b1));
-        let first = w1.dot(&p) + w.dot(&p1);
-        let second = w2.dot(&p) + 2.0 * w1.dot(&p1) + w.dot(&p2);
+        let ((sine, cosine), growth) = (self.half_angle(fraction).sin_cos(), self.cone[1]);
+        let first = w1.dot(&p) + w.dot(&p1) + sine * growth;
+        let second = w2.dot(&p) + 2.0 * w1.dot(&p1) + w.dot(&p2) + cosine * growth * growth;
         (self.sign * first, self.sign * second)
     }
 
@@ -54,7 +63,7 @@ impl BoresightArc {
     /// Returns the fraction between two of the arc at which the value is largest. An arc turns far less than half a turn, so the slope
     /// changes its sign once at most.
     pub fn highest(&self, [low, high]: [f64; 2]) -> f64 {
-        if self.turn == Vector3::zeros() {
+        if self.turn == Vector3::zeros() && self.cone[1] == 0.0 {
             self.highest_of_standing(low, high)
         } else {
             self.highest_of_moving(low, high)
@@ -103,6 +112,7 @@ impl BoresightArc {
         }
         at
     }
+
     /// Returns the second derivatives of the value by the turn of the attitude and by the rotation vector of the arc, at a fraction of the
     /// arc; with `highest`, of the highest value, whose place moves along.
     pub fn bend(&self, fraction: f64, highest: bool) -> Bend {

@@ -338,8 +338,8 @@ impl Cone {
         arc: Option<&Vector3>,
     ) -> Option<f64> {
         let meeting = self.meeting(model, stage, at, arc, true)?;
-        let (cosine, _) = meeting.pointing.at(meeting.fraction);
-        Some((cosine - self.sign * meeting.half_angle.cos()) / meeting.half_angle.sin())
+        let (value, _) = meeting.pointing.at(meeting.fraction);
+        Some(value / meeting.pointing.cone[0].sin())
     }
 
     /// Returns the row on a closed arc, or at a node, with its second derivatives by attitude and arc.
@@ -353,7 +353,7 @@ impl Cone {
         let meeting = self.meeting(model, stage, at, arc, true)?;
         let Meeting { fraction, acting: [low, high], .. } = meeting;
         let bend = meeting.pointing.bend(fraction, arc.is_some() && fraction > low && fraction < high);
-        Some((self.slopes(model, &meeting, arc), bend.scaled(1.0 / meeting.half_angle.sin())))
+        Some((self.slopes(model, &meeting, arc), bend.scaled(1.0 / meeting.pointing.cone[0].sin())))
     }
 
     /// Whether neither the row nor its derivatives know the duration.
@@ -382,9 +382,11 @@ impl Cone {
             None => self.during.hull(time - near, 2.0 * near).map(|_| [0.0, 0.0]),
         }?;
         let target = on_arc(&self.direction, time, step, &frame_rate);
+        // What the cone is opened by at the ends goes linearly from one to the other.
         let part = grid.after(stage) / grid.duration();
-        let off = self.on.map_or(0.0, |[first, last]| first + part * (last - first));
-        let half_angle = self.half_angle + target.radius + off;
+        let along = arc.map_or(0.0, |_| grid.step(stage) / grid.duration());
+        let [off, opened] =
+            self.on.map_or([0.0; 2], |[first, last]| [first + part * (last - first), along * (last - first)]);
         // In the axes of the reference frame as it stands when the arc begins.
         let turn = if frame_rate == Vector3::zeros() {
             target.turn
@@ -398,22 +400,23 @@ impl Cone {
             turn,
             arc: arc.copied().unwrap_or_else(Vector3::zeros),
             sign: self.sign,
+            cone: [self.half_angle + target.radius + off, target.growth + opened],
         };
         let fraction = match arc {
             None => 0.0,
             Some(_) if closed => pointing.highest(acting),
             Some(_) => pointing.extremum(acting)?,
         };
-        Some(Meeting { pointing, frame_rate, time, step, acting, half_angle, fraction })
+        Some(Meeting { pointing, frame_rate, time, step, acting, fraction })
     }
 
     /// The row where it is met, with its derivatives.
     fn slopes(&self, model: &Model, meeting: &Meeting, arc: Option<&Vector3>) -> ConeAt {
-        let Meeting { pointing, frame_rate, time, step, acting, half_angle, fraction } = meeting;
+        let Meeting { pointing, frame_rate, time, step, acting, fraction } = meeting;
         let (time, step, fraction) = (*time, *step, *fraction);
-        let (cosine, slope) = pointing.at(fraction);
+        let (value, slope) = pointing.at(fraction);
         // Near the edge of the cone this is the violation in rad.
-        let scale = 1.0 / half_angle.sin();
+        let scale = pointing.cone[0].sin().recip();
         let (mut by_attitude, mut by_arc) = (slope * scale, Vector3::zeros());
         if let Some(turn) = arc {
             let arrived = lie::exp(&(turn * -fraction));
@@ -423,11 +426,16 @@ impl Cone {
         }
         let mut by_duration = 0.0;
         if model.duration.is_some() && !self.stands(model) {
+            let at = time + step * fraction;
+            // Of a disc the half angle and the scale move.
+            let by_time = |time: f64| self.direction.angular_radius_rate(time) * time;
+            let grown = by_time(time) + fraction * (by_time(time + step) - by_time(time));
+            let grown = self.sign * pointing.half_angle(fraction).sin() * grown;
+            let scaled = value * scale * pointing.cone[0].cos() * by_time(time);
             let passed = match &self.direction {
                 Direction::Fixed(_) => frame_rate * -time,
                 Direction::InFrame(_) => pointing.turn * fraction,
                 Direction::Moving(_) | Direction::Disc { .. } => {
-                    let at = time + step * fraction;
                     let moved = self.direction.in_space(at, frame_rate);
                     moved.direction.cross(&moved.rate) * at - frame_rate * time
                 }
@@ -435,10 +443,9 @@ impl Cone {
             // A moment at which it begins or ends to act stays where it is while the nodes go by.
             let is_edge = fraction > 0.0 && fraction < 1.0 && acting.contains(&fraction);
             let slid = if is_edge { pointing.slope(fraction) * (time / step + fraction) } else { 0.0 };
-            by_duration = (pointing.along(fraction, &passed) - slid) * scale;
+            by_duration = (pointing.along(fraction, &passed) + grown - scaled - slid) * scale;
         }
-        let c = (cosine - self.sign * half_angle.cos()) * scale;
-        ConeAt { c, by_attitude, by_arc, by_duration, fraction }
+        ConeAt { c: value * scale, by_attitude, by_arc, by_duration, fraction }
     }
 }
 
@@ -452,7 +459,6 @@ struct Meeting {
     step: f64,
     /// Fractions of the arc between which the cone acts.
     acting: [f64; 2],
-    half_angle: f64,
     fraction: f64,
 }
 

@@ -1,0 +1,357 @@
+//! A duration that suffices: that of a turn about a fixed axis within the limits, from rest to
+//! rest.
+//!
+//! On the way `R = R_0 exp(θ S(e))` the inputs give, and wheels hold,
+//!
+//! ```text
+//! u = W (Je θ̈ + e×Je θ̇²)                        without wheels
+//! u = W (Je θ̈ + e×μ θ̇) ,   h = h_0 + W (μ − μ_0) − W Je θ̇ ,   μ = exp(−θ S(e)) μ_0      with wheels
+//! ```
+//!
+//! where W is a right inverse of the axes B, `B W v = v`: along `Je` the one that needs the
+//! smallest share of the limits. The angle is brought to its rate, carried on and stopped with a
+//! constant acceleration, which comes and goes at a constant slope where torque rates are limited.
+//! Each limit is checked at the largest value of each of its terms at once. Cones are checked
+//! along the whole way, at the time at which the body is there.
+
+use super::capability::{fastest, isolated, standing};
+use super::outputs::Outputs;
+use crate::maneuver::constraint::{Arc, Rule, on_arc};
+use crate::maneuver::problem::{EndCondition, Motion, Path, Problem};
+use crate::mechanics::actuators::AxisFrame;
+use crate::numerics::figures::rounded_up;
+use crate::{Vector3, lie};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// The stretch of the quickest such turn: what inputs that are held over steps, and a search that
+/// begins elsewhere, need of room. More of it is a longer duration, and less is harder to plan.
+const STRETCH: f64 = 1.08;
+
+/// The same for each part of a step that a jump of the torque takes: three jumps of the
+/// acceleration, each within a step.
+const PER_STEP: f64 = 3.0;
+
+/// Points of the way at which momenta and cones are checked.
+const POINTS: usize = 200;
+
+/// Factor from one rate, and from one acceleration, to the next that is tried, and their numbers.
+const FINER: f64 = 0.96;
+const RATES: i32 = 120;
+const ACCELERATIONS: i32 = 60;
+
+/// The quickest acceleration, where torques have no limit, as a multiple of the square of the rate
+/// over the angle.
+const BRISK: f64 = 30.0;
+
+/// Relative error of an inverse of the axes that does not reach a torque.
+const UNREACHED: f64 = 1e-7;
+
+/// Room to a cone \[rad\]: the deviation of a plan from the way that is checked.
+const ROOM: f64 = 1e-3;
+
+/// Returns a duration \[s\], rounded up to four digits and longer than that of the problem, in which
+/// a turn about a fixed axis is a plan; `None` where none is known: between rates, in a field, for a body that translates, for
+/// thrusters, or where a constraint is in the way of such a turn.
+pub(crate) fn sufficient(problem: &Problem) -> Option<f64> {
+    let torque = &problem.actuation.torque;
+    let rests = [&problem.start, &problem.end].iter().all(|end| end.angular_velocity == Vector3::zeros());
+    let plain = problem.motion == Motion::Attitude
+        && problem.end_condition == EndCondition::State
+        && problem.actuation.thrusters.is_none()
+        && !torque.limits().one_sided
+        && problem.shortest_pulse().is_none()
+        && problem.alternatives.is_empty()
+        && !(problem.actuation.wheels.is_some() && torque.limits().rate.is_some())
+        && torque.frame() == AxisFrame::Body;
+    if !(plain && rests && isolated(problem) && standing(problem)) {
+        return None;
+    }
+    let found = ways(problem).into_iter().filter_map(|way| Turn::new(problem, &way)?.duration());
+    found.reduce(f64::min).map(rounded_up).filter(|duration| *duration > problem.seconds())
+}
+
+/// Returns the rotations, in the body axes of the start, that the path allows.
+fn ways(problem: &Problem) -> Vec<Vector3> {
+    let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
+    let angle = short.norm();
+    let long = || (angle > 0.0).then(|| short * (1.0 - TAU / angle));
+    match problem.path {
+        Path::Shortest => vec![short],
+        Path::Long => long().into_iter().collect(),
+        Path::Best => [short].into_iter().chain(long()).collect(),
+        Path::AsGiven(way) => vec![way],
+    }
+}
+
+/// A turn about a fixed axis.
+struct Turn<'a> {
+    problem: &'a Problem,
+    axis: Vector3,
+    angle: f64,
+    /// The sizes of the terms of the inputs for each θ̈, each θ̇ and each θ̇².
+    inputs: [Vec<f64>; 3],
+    /// The sizes of the terms of the torque.
+    torque: [f64; 3],
+    /// The largest rate that rate limits and the momenta of wheels allow \[rad/s\].
+    fastest: f64,
+}
+
+/// Rate, acceleration and slope of the acceleration at most [rad/s, rad/s², rad/s³].
+#[derive(Clone, Copy)]
+struct Course {
+    rate: f64,
+    acceleration: f64,
+    slope: f64,
+}
+
+impl Course {
+    /// Returns how long the body is brought to its rate \[s\].
+    fn rise(&self) -> f64 {
+        self.rate / self.acceleration + self.acceleration / self.slope
+    }
+
+    fn duration(&self, angle: f64) -> f64 {
+        angle / self.rate + self.rise()
+    }
+
+    /// Returns the angle after `time` \[s\] of a turn by `angle`.
+    fn angle_at(&self, time: f64, angle: f64) -> f64 {
+        let (rise, end) = (self.rise(), self.duration(angle));
+        let ramp = self.acceleration / self.slope;
+        // The angle while the body is brought to its rate; it is half of what the rate makes.
+        let rising = |time: f64| {
+            let [whole, first, second, last] =
+                [0.0, ramp, rise - ramp, rise].map(|from| (time - from).max(0.0));
+            let cubic = |time: f64| time.powi(3) / 6.0;
+            if ramp > 0.0 {
+                self.slope * (cubic(whole) - cubic(first) - cubic(second) + cubic(last))
+            } else {
+                0.5 * self.acceleration * (whole.powi(2) - last.powi(2))
+            }
+        };
+        if time < end - rise { rising(time) } else { angle - rising((end - time).max(0.0)) }
+    }
+}
+
+impl<'a> Turn<'a> {
+    fn new(problem: &'a Problem, way: &Vector3) -> Option<Self> {
+        let (angle, axis) = (way.norm(), way.try_normalize(0.0)?);
+        let (set, limits) = (&problem.actuation.torque, problem.actuation.torque.limits());
+        let wheels = problem.actuation.wheels.as_ref();
+        let along = problem.body.inertia.j() * axis;
+        let sizes = limits.size.as_deref().or(wheels.map(|wheels| &wheels.momentum_limit[..]));
+        let sizes: Vec<f64> = (0..set.count())
+            .map(|input| sizes.map_or(1.0, |sizes| if sizes[input].is_finite() { sizes[input] } else { 1.0 }))
+            .collect();
+        let inverse = Inverse::new(set.axes(), &sizes, &along)?;
+        let largest = |values: Vec<DVector<f64>>| -> Vec<f64> {
+            let of_input = |input: usize| values.iter().fold(0.0, |most: f64, v| most.max(v[input].abs()));
+            (0..set.count()).map(of_input).collect()
+        };
+        let per_acceleration = inverse.of(&along)?;
+        let stored = problem.actuation.stored_momentum();
+        let points = || (0..=POINTS).map(|point| angle * point as f64 / POINTS as f64);
+        let held = |at: f64| lie::exp(&(axis * -at)) * stored;
+        let (per_rate, per_square, sideways) = match wheels {
+            Some(_) => {
+                let terms: Option<Vec<_>> = points().map(|at| inverse.of(&axis.cross(&held(at)))).collect();
+                (largest(terms?), vec![0.0; set.count()], [axis.cross(&stored).norm(), 0.0])
+            }
+            None => {
+                let bent = axis.cross(&along);
+                let terms = vec![inverse.of(&bent)?];
+                (vec![0.0; set.count()], largest(terms), [0.0, bent.norm()])
+            }
+        };
+        let rules = problem.constraints.iter().filter_map(|constraint| match &constraint.rule {
+            Rule::RateAxes(limits) => (0..3).map(|i| limits[i] / axis[i].abs()).reduce(f64::min),
+            Rule::RateNorm(limit) => Some(*limit),
+            Rule::Pointing(_) => None,
+        });
+        let mut rate = rules.fold(f64::INFINITY, f64::min).min(fastest(problem, None));
+        if let Some(wheels) = wheels {
+            for at in points() {
+                let moved = inverse.of(&(held(at) - stored))?;
+                for (input, limit) in wheels.momentum_limit.iter().enumerate() {
+                    let left = limit - (wheels.momentum[input] + moved[input]).abs();
+                    if left <= 0.0 {
+                        return None;
+                    }
+                    rate = rate.min(left / per_acceleration[input].abs());
+                }
+            }
+        }
+        let [across, bent] = sideways;
+        Some(Self {
+            problem,
+            axis,
+            angle,
+            inputs: [largest(vec![per_acceleration]), per_rate, per_square],
+            torque: [along.norm(), across, bent],
+            fastest: rate,
+        })
+    }
+
+    /// Returns the duration \[s\], stretched; `None` where no rate leaves an acceleration, or a
+    /// constraint is in the way.
+    fn duration(&self) -> Option<f64> {
+        let at_rest = self.acceleration(0.0);
+        // At most as fast as with the acceleration at rest, and with its slope, all the way.
+        let quickest = self
+            .fastest
+            .min((self.angle * at_rest).sqrt())
+            .min((self.angle.powi(2) * self.slope(0.0, 0.0)).cbrt());
+        if !(quickest.is_finite() && quickest > 0.0) {
+            return None;
+        }
+        let rates = (0..RATES).map(|power| quickest * FINER.powi(power));
+        let courses = rates.flat_map(|rate| self.courses(rate));
+        let time = |course: &Course| course.duration(self.angle);
+        let best = courses.min_by(|a, b| time(a).total_cmp(&time(b)))?;
+        let stretch = STRETCH + PER_STEP / self.problem.steps as f64;
+        let stretched = Course {
+            rate: best.rate / stretch,
+            acceleration: best.acceleration / stretch.powi(2),
+            slope: best.slope / stretch.powi(3),
+        };
+        self.is_clear(&stretched).then(|| time(&stretched))
+    }
+
+    /// Returns the largest acceleration that the limits of the inputs leave at a rate.
+    fn acceleration(&self, rate: f64) -> f64 {
+        let limits = self.problem.actuation.torque.limits();
+        let mut most = f64::INFINITY;
+        for (input, limit) in limits.size.iter().flatten().enumerate() {
+            let [first, second, third] = [0, 1, 2].map(|term| self.inputs[term][input]);
+            most = most.min((limit - rate * second - rate * rate * third) / first);
+        }
+        if let Some(norm) = limits.norm {
+            let [first, second, third] = self.torque;
+            // What bends the way is normal to what speeds the body up.
+            let left = (norm * norm - (rate * rate * third).powi(2)).max(0.0).sqrt() - rate * second;
+            most = most.min(left / first);
+        }
+        most
+    }
+
+    /// Returns the largest slope of the acceleration that the limits of torque rates leave.
+    fn slope(&self, rate: f64, acceleration: f64) -> f64 {
+        let limits = self.problem.actuation.torque.limits().rate.iter().flatten().enumerate();
+        limits.fold(f64::INFINITY, |least, (input, limit)| {
+            let [first, _, third] = [0, 1, 2].map(|term| self.inputs[term][input]);
+            least.min((limit - 2.0 * rate * acceleration * third) / first)
+        })
+    }
+
+    /// Returns the courses that reach a rate, or the lower one that the angle leaves time for.
+    fn courses(&self, rate: f64) -> impl Iterator<Item = Course> {
+        let most = self.acceleration(rate).min(BRISK * rate * rate / self.angle);
+        let count = if self.slope(0.0, 0.0).is_finite() { ACCELERATIONS } else { 1 };
+        (0..count).filter_map(move |power| {
+            let acceleration = most * FINER.powi(power);
+            let slope = self.slope(rate, acceleration);
+            if !(acceleration > 0.0 && slope > 0.0) {
+                return None;
+            }
+            // rate (rate/acceleration + acceleration/slope) = angle
+            let ramp = acceleration / slope;
+            let reached =
+                0.5 * acceleration * ((ramp * ramp + 4.0 * self.angle / acceleration).sqrt() - ramp);
+            let course = Course { rate: rate.min(reached), acceleration, slope };
+            (course.rate >= acceleration * ramp).then_some(course)
+        })
+    }
+
+    /// Returns whether the way keeps every cone.
+    fn is_clear(&self, course: &Course) -> bool {
+        let step = course.duration(self.angle) / POINTS as f64;
+        let frame_rate = Vector3::zeros();
+        let attitude =
+            |at: f64| self.problem.start.attitude * lie::exp(&(self.axis * course.angle_at(at, self.angle)));
+        (0..POINTS).all(|piece| {
+            let time = step * piece as f64;
+            let (start, end) = (attitude(time), attitude(time + step));
+            let arc = Arc { start, turn: lie::minus(&end, &start) };
+            self.problem.constraints.iter().all(|constraint| {
+                let Rule::Pointing(pointing) = &constraint.rule else { return true };
+                // At the ends, which keep the cone, there is no more room than they have.
+                let ends = piece == 0 || piece + 1 == POINTS;
+                pointing.pairs().all(|(boresight, direction)| {
+                    let target = on_arc(direction, time, step, &frame_rate);
+                    let least = pointing.least_room(&arc, boresight, &target, [time, step]);
+                    least.is_none_or(|(_, room)| room >= if ends { 0.0 } else { ROOM })
+                })
+            })
+        })
+    }
+}
+
+/// A right inverse of the axes of the inputs.
+struct Inverse<'a> {
+    axes: &'a [Vector3],
+    /// Inputs for each unit of torque, by least squares of the shares of the limits.
+    by_squares: DMatrix<f64>,
+    along: Vector3,
+    /// The inputs of the torque `along`.
+    best: DVector<f64>,
+}
+
+impl<'a> Inverse<'a> {
+    /// Builds the inverse for the limits `sizes`; `None` where no inputs give the torque `along`.
+    fn new(axes: &'a [Vector3], sizes: &[f64], along: &Vector3) -> Option<Self> {
+        let scaled = DMatrix::from_fn(3, axes.len(), |row, input| axes[input][row] * sizes[input]);
+        let threshold = UNREACHED * scaled.amax();
+        let mut by_squares = scaled.pseudo_inverse(threshold).ok()?;
+        for (mut row, size) in by_squares.row_iter_mut().zip(sizes) {
+            row *= *size;
+        }
+        let mut found = Self { axes, by_squares, along: *along, best: DVector::zeros(axes.len()) };
+        found.best = &found.by_squares * along;
+        if let Some(best) = found.at_a_face(sizes) {
+            found.best = best;
+        }
+        (found.miss(&found.best, along) <= UNREACHED).then_some(found)
+    }
+
+    /// Returns the inputs of `along` that need the smallest share of the limits: all at this
+    /// share, but those along the face of the outputs on which it lies.
+    fn at_a_face(&self, sizes: &[f64]) -> Option<DVector<f64>> {
+        const FLAT: f64 = 1e-6;
+        let (share, normal) = Outputs::new(self.axes, sizes.iter().copied()).shortfall(&self.along);
+        let lever = |input: usize| self.axes[input].dot(&normal) / self.axes[input].norm();
+        let (flat, steep): (Vec<usize>, Vec<usize>) =
+            (0..self.axes.len()).partition(|input| lever(*input).abs() <= FLAT);
+        let mut inputs = DVector::zeros(self.axes.len());
+        let mut rest = self.along;
+        for input in steep {
+            inputs[input] = share * sizes[input] * lever(input).signum();
+            rest -= self.axes[input] * inputs[input];
+        }
+        let plane =
+            DMatrix::from_fn(3, flat.len(), |row, index| self.axes[flat[index]][row] * sizes[flat[index]]);
+        if !flat.is_empty() {
+            let shares = plane.pseudo_inverse(UNREACHED).ok()? * rest;
+            for (input, part) in flat.iter().zip(shares.iter()) {
+                inputs[*input] = part * sizes[*input];
+            }
+        }
+        let within =
+            (0..inputs.len()).all(|input| inputs[input].abs() <= share * sizes[input] * (1.0 + FLAT));
+        (within && self.miss(&inputs, &self.along) <= UNREACHED).then_some(inputs)
+    }
+
+    /// Returns by how much inputs miss a torque, relative to the torque along the way.
+    fn miss(&self, inputs: &DVector<f64>, torque: &Vector3) -> f64 {
+        let given: Vector3 = self.axes.iter().zip(inputs.iter()).map(|(axis, input)| axis * *input).sum();
+        (given - torque).norm() / self.along.norm()
+    }
+
+    /// Returns the inputs that give a torque; `None` where none do.
+    fn of(&self, torque: &Vector3) -> Option<DVector<f64>> {
+        let part = torque.dot(&self.along) / self.along.norm_squared();
+        let inputs = &self.best * part + &self.by_squares * (torque - self.along * part);
+        (self.miss(&inputs, torque) <= UNREACHED * (1.0 + torque.norm() / self.along.norm()))
+            .then_some(inputs)
+    }
+}
