@@ -3,7 +3,10 @@
 // The crate forbids unsafe code. This test is a crate of its own, and a counting allocator is an
 // `unsafe impl`: both methods pass their arguments on to the system's allocator as they are.
 
+use slewkit::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use slewkit::maneuver::objective::Objective;
 use slewkit::maneuver::problem::{Problem, Scheme, State};
+use slewkit::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::{
     CentralGravity, GravityGradient, PointMass, Pose, UniformGravity, Wrench,
@@ -14,6 +17,7 @@ use slewkit::mechanics::full_body::{
 };
 use slewkit::optimize::discrete::step::Dynamics;
 use slewkit::optimize::discrete::sweep::BoundaryValueProblem;
+use slewkit::optimize::with_cold_solve;
 use slewkit::propagate::integrator::{self, EulerPoincare, Input, Kind, Quadrature};
 use slewkit::{Matrix3, Vector3, lie};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -164,4 +168,35 @@ fn steps_of_the_integrators_allocate_nothing() {
     }
     let mut reduced = EulerPoincare::new(&systems[0].bodies()[0].inertia, 3, Quadrature::Gauss, 0.1).unwrap();
     assert_eq!(allocations(|| reduced.step(&Vector3::new(0.3, 0.5, 1.0)).unwrap()), 0);
+}
+
+/// An interior point solves again in the space of its first solution: least time and effort with wheels, rate limits and a cone.
+#[test]
+fn an_interior_point_allocates_nothing() {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 0.8, 1.2)).unwrap(), mass: None };
+    let at_rest = |turn: Vector3| State::at_rest(lie::exp(&turn));
+    let problem =
+        Problem::attitude(body, at_rest(Vector3::zeros()), at_rest(Vector3::new(0.2, 1.0, 0.6)), 4.0);
+    let axes = [[0.8, 0.0, 0.6], [-0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [0.0, -0.8, 0.6]].map(Vector3::from);
+    let limits = Limits { size: Some(vec![1.0; 4]), ..Limits::default() };
+    let set = ActuatorSet::new(axes.to_vec(), AxisFrame::Body).unwrap().with_limits(limits).unwrap();
+    let mut actuation = Actuation::torques(set);
+    actuation.wheels = Some(Wheels { momentum: vec![0.0; 4], momentum_limit: vec![2.0; 4] });
+    let directions = vec![Direction::Fixed(Vector3::new(0.8, 0.36, -0.48))];
+    let cone = Pointing::new(Side::KeepOut, vec![Vector3::x()], directions, 0.2);
+    let named = |name: &str, rule: Rule| Constraint { name: name.into(), rule };
+    let problem = problem
+        .with_actuation(actuation)
+        .with_steps(20)
+        .with_constraint(named("rate", Rule::RateAxes(Vector3::repeat(0.7))))
+        .with_constraint(named("cone", Rule::Pointing(cone)));
+    for problem in [problem.clone().with_objective(Objective::Time), problem] {
+        with_cold_solve(&problem, |solve| {
+            let first = solve();
+            assert!(first > 5, "{first}");
+            let mut again = 0;
+            assert_eq!(allocations(|| again = solve()), 0);
+            assert_eq!(first, again);
+        });
+    }
 }

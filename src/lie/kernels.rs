@@ -4,6 +4,7 @@
 //! A = sin t/t      B = (1 − cos t)/t²      C = (t − sin t)/t³      primes: d/d(t²)
 //! A' = (t cos t − sin t)/(2t³)             B' = (t sin t − 2(1 − cos t))/(2t⁴)
 //! C' = (3 sin t − 2t − t cos t)/(2t⁵)      g = (1 − (t/2) cot(t/2))/t²
+//! A'' = (3 sin t − 3t cos t − t² sin t)/(4t⁵)
 //! ```
 //!
 //! The closed forms of `C` and the primes cancel for small `t`; their Taylor series are entire and
@@ -44,6 +45,7 @@ const fn taylor(offset: usize, derivative: usize) -> [f64; TERMS] {
 const B: [f64; TERMS] = taylor(2, 0);
 const C: [f64; TERMS] = taylor(3, 0);
 const A_PRIME: [f64; TERMS] = taylor(1, 1);
+const A_SECOND: [f64; TERMS] = taylor(1, 2);
 const B_PRIME: [f64; TERMS] = taylor(2, 1);
 const C_PRIME: [f64; TERMS] = taylor(3, 1);
 const B_SECOND: [f64; TERMS] = taylor(2, 2);
@@ -101,6 +103,18 @@ pub(super) fn c_prime(t2: f64) -> f64 {
 /// Infinite at `t = 2π`.
 pub(super) fn g(t2: f64) -> f64 {
     -0.5 * a_prime(0.25 * t2) / a(0.25 * t2)
+}
+
+/// `A''`, the second derivative of `A` by `t²`.
+fn a_second(t2: f64) -> f64 {
+    switched(&A_SECOND, t2, |t| ((3.0 - t2) * t.sin() - 3.0 * t * t.cos()) / (4.0 * t * t2 * t2))
+}
+
+/// `g' = dg/d(t²) = ⅛ ((A'/A)² − A''/A)`, all at `t/2`.
+pub(super) fn g_prime(t2: f64) -> f64 {
+    let quarter = 0.25 * t2;
+    let (a, first) = (a(quarter), a_prime(quarter));
+    0.125 * (first * first / a - a_second(quarter)) / a
 }
 
 /// `B`, `C` and their first two derivatives with respect to `t²`, all at once.
@@ -182,10 +196,21 @@ mod tests {
         }
     }
 
+    /// `g'` against central differences of `g`, and its limit at zero.
+    #[test]
+    fn the_derivative_of_g_is_that_of_its_differences() {
+        assert!((g_prime(0.0) - 1.0 / 720.0).abs() < 1e-18);
+        for t2 in [0.01, 1.0, 4.0, 9.9, 16.0, 30.0] {
+            let step = 1e-4 * t2;
+            let found = (g(t2 + step) - g(t2 - step)) / (2.0 * step);
+            assert!((g_prime(t2) / found - 1.0).abs() < 1e-6, "{t2}: {} {found}", g_prime(t2));
+        }
+    }
+
     #[test]
     fn the_branches_meet_at_the_switch() {
         let below = SWITCH.next_down();
-        for f in [c, a_prime, b_prime, c_prime] {
+        for f in [c, a_prime, a_second, b_prime, c_prime] {
             assert!((f(below) - f(SWITCH)).abs() <= 3.0 * f64::EPSILON * f(SWITCH).abs());
         }
     }

@@ -43,6 +43,6 @@ pub(crate) use skew::skew_polynomial;
 pub use skew::vee;
 #[doc(hidden)]
 pub use so3::{
-    exp_minus_identity, left_jacobian, left_jacobian_inverse, right_jacobian, right_jacobian_directional,
-    right_jacobian_inverse,
+    exp_minus_identity, left_jacobian, left_jacobian_inverse, left_jacobian_inverse_directional,
+    right_jacobian, right_jacobian_directional, right_jacobian_inverse,
 };

@@ -1,6 +1,6 @@
 //! Exponential, logarithm and the trivialised derivatives of the exponential.
 
-use super::kernels::{a, b, b_prime, c, c_prime, g};
+use super::kernels::{a, b, b_prime, c, c_prime, g, g_prime};
 use super::quaternion::shepperd;
 use super::skew::{hat, skew_polynomial};
 use crate::{Matrix3, Vector3};
@@ -84,4 +84,14 @@ pub fn right_jacobian_directional(f: &Vector3, v: &Vector3) -> Matrix3 {
         + (along_f - 2.0 * c * v) * f.transpose()
         + c * (f * v.transpose())
         + c * f.dot(v) * Matrix3::identity()
+}
+
+/// Returns the derivative of `J_l⁻¹(f) v = J_r⁻ᵀ(f) v` with respect to `f`, `v` held fixed.
+///
+/// `½ S(v) + g [(f·v) I + f vᵀ − 2 v fᵀ] + 2g' (f×(f×v)) fᵀ`
+pub fn left_jacobian_inverse_directional(f: &Vector3, v: &Vector3) -> Matrix3 {
+    let t2 = f.norm_squared();
+    let g = g(t2);
+    let along_f = f.cross(&f.cross(v)) * (2.0 * g_prime(t2)) - v * (2.0 * g);
+    0.5 * hat(v) + along_f * f.transpose() + g * (f * v.transpose()) + g * f.dot(v) * Matrix3::identity()
 }

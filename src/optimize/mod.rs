@@ -10,3 +10,6 @@ pub mod search;
 
 /// Why the shooting cannot take a problem; `None` where it can.
 pub use discrete::control_law::{Obstacle, obstacle as shooting_obstacle};
+
+#[doc(hidden)]
+pub use methods::interior_point::method::with_cold_solve;

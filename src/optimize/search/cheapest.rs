@@ -233,7 +233,11 @@ fn of_dimension<const N: usize>(
     let coarse = search.chain(chain_steps(stated));
     let mut paths = resampled(&coarse, objective.name(), quick);
     if !stated.ends_in_any_attitude() {
-        paths.extend(seeds::of(&search, coarse.model.steps));
+        let turns = seeds::of(&search, coarse.model.steps);
+        if objective.fuel().is_some() && stated.is_free_turn() {
+            paths.extend(effort_paths(&search, &turns));
+        }
+        paths.extend(turns);
     }
     if stated.ends_in_any_attitude() || !stated.is_free_turn() {
         let unlimited = unlimited_paths(&search, &coarse);

@@ -30,7 +30,8 @@ pub(super) fn of<const N: usize>(search: &Search<N>, steps: usize) -> Vec<Candid
     let rests =
         [&search.problem.start, &search.problem.end].map(|end| end.angular_velocity == Vector3::zeros());
     let moves = rests != [true; 2];
-    let turns = turns(search, moves, paths::rotation(&bvp, 0).norm());
+    let nearly_half = paths::rotation(&bvp, 0).norm() > NEARLY_HALF;
+    let turns = turns(search, moves, nearly_half);
     let mut found = Vec::new();
     if moves && let Ok(coasts) = paths::coasting(&bvp, &turns) {
         found.extend(coasts);
@@ -40,8 +41,8 @@ pub(super) fn of<const N: usize>(search: &Search<N>, steps: usize) -> Vec<Candid
         let rotation = paths::rotation(&bvp, *turn);
         let name = starts::name_of(*turn);
         found.push(paths::smooth(&bvp, name.clone(), &rotation, paths::straight));
-        // Ways that are longer than another are bent where the search is to be thorough.
-        let is_bent = index == 0 || thorough;
+        // Of two ways that are about as long both are bent, and all where the search is to be thorough.
+        let is_bent = index == 0 || thorough || index == 1 && nearly_half;
         let bends = if is_bent && search.context.settings.search != Thoroughness::Quick { SIDES } else { 0 };
         for (side, bend) in sides(&rotation).into_iter().enumerate().take(bends) {
             let name = format!("{name}, bent {}", side + 1);
@@ -54,12 +55,12 @@ pub(super) fn of<const N: usize>(search: &Search<N>, steps: usize) -> Vec<Candid
 }
 
 /// Returns the turns beside the shortest rotation, the likeliest first.
-fn turns<const N: usize>(search: &Search<N>, moves: bool, angle: f64) -> Vec<i32> {
+fn turns<const N: usize>(search: &Search<N>, moves: bool, nearly_half: bool) -> Vec<i32> {
     let asked = starts::wanted_turns(search.problem);
     if search.problem.path != Path::Best {
         return asked;
     }
-    match (moves, angle > NEARLY_HALF) {
+    match (moves, nearly_half) {
         (true, _) => vec![0, -1, 1],
         (false, true) => vec![0, -1],
         (false, false) if search.context.settings.search == Thoroughness::Thorough => asked,

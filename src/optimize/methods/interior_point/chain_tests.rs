@@ -4,14 +4,21 @@ use super::chain::ChainProgram;
 use super::method::InteriorPoint;
 use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
 use super::tuning::Tuning;
-use crate::optimize::methods::method::{Budget, Method, Watch};
+use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::{Problem, State};
+use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
+use crate::mechanics::body::{Body, Inertia};
+use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::{Model, step};
+use crate::optimize::methods::scp::model::goal::with_goal;
+use crate::optimize::methods::scp::model::{Goal, Model, step};
 use crate::optimize::methods::scp::road::{Chain, path};
 use crate::optimize::methods::scp::rows::{LimitRows, Place, RowValue, What};
 use crate::optimize::methods::scp::tests::{chains, random_inputs, reference_slew, shot, straight, stretch};
 use crate::testing::Random;
+use crate::{Matrix3, Vector3, lie};
 
 /// Step of the central differences, and what they may be off by: truncation and round-off.
 const STEP: f64 = 1e-5;
@@ -33,6 +40,23 @@ fn trajectory(random: &mut Random, model: &Model) -> Iterate {
     Iterate { states, inputs }
 }
 
+/// The maneuver past cones about directions that move, and past a disc's limb, in the stated duration and in a sought one.
+fn past_moving((problem, _): (Problem, Model)) -> [(Problem, Model); 2] {
+    let (vector, rate) = (Vector3::new(0.6, -0.64, 0.48), Vector3::new(0.2, 0.3, -0.1));
+    let moving = Direction::turning(vector, rate, 10.0 * problem.seconds()).unwrap();
+    let Direction::Moving(centre) = moving.clone() else { panic!("it moves") };
+    let disc = Direction::Disc { centre, radius: 0.2 };
+    let cone = |side, direction| {
+        let pointing = Pointing::new(side, vec![Vector3::x(), Vector3::z()], vec![direction], 0.5);
+        Constraint { name: "moving".into(), rule: Rule::Pointing(pointing) }
+    };
+    let problem =
+        problem.with_constraint(cone(Side::KeepOut, moving)).with_constraint(cone(Side::KeepIn, disc));
+    let goal = Goal { objective: Objective::Time };
+    let models = [Model::new(&problem, problem.steps), with_goal(&problem, problem.steps, &goal)];
+    models.map(|model| (problem.clone(), model))
+}
+
 /// All that a program gives, and the point there, of each of so many chains.
 fn programs(
     every: usize,
@@ -40,13 +64,15 @@ fn programs(
 ) -> usize {
     let mut random = Random(17);
     let mut seen = 0;
-    for (problem, model) in chains().step_by(every) {
+    for (problem, model) in chains().step_by(every).chain(chains().step_by(20).take(3).flat_map(past_moving))
+    {
         let limits = LimitRows::of(&problem, &model);
         let iterate = trajectory(&mut random, &model);
-        let Some(program) = ChainProgram::of(&model, &limits, &iterate) else { continue };
+        let program = ChainProgram::of(&model, &limits, &iterate, &Tuning::default());
         let shape = program.shape();
         let mut point = Point::of(shape);
         program.point(&iterate, &mut point);
+        program.at_barrier(0.03);
         // Both sides of an input that burns are used.
         point.inputs.iter_mut().for_each(|w| *w += 0.01);
         program.follow(&mut point);
@@ -66,6 +92,7 @@ fn a_program_has_the_values_of_the_chain() {
         let shape = program.shape();
         let (mut point, mut values) = (Point::of(shape), Values::of(shape));
         program.point(iterate, &mut point);
+        program.burn_no_more(&mut point);
         assert!(program.values(&point, &mut values));
         let defect = values.defects.iter().fold(0.0f64, |worst, value| worst.max(value.abs()));
         assert!(defect < 1e-13, "{defect:.1e}");
@@ -315,3 +342,56 @@ fn the_reference_costs_are_met_and_multipliers_are_costates() {
         }
     }
 }
+
+/// The rest of a maneuver that is started along the path about the fixed axis.
+fn improved(chain: &Chain, polish: Option<&ScpOptions>) -> Attempt {
+    let start = path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter());
+    let budget = Budget { iterations: 250, watch: Watch::NONE };
+    InteriorPoint { chain, tuning: &Tuning::default(), polish }.improve(start, &budget)
+}
+
+/// Fuel by the norm of the torque, on 50 steps: of another program on the same grid (CasADi and IPOPT), and as SCP has it, whose slopes
+/// of the kinks are those of the rows here.
+#[test]
+fn fuel_by_the_norm_is_that_of_other_programs() {
+    let about = |axis: [f64; 3], degrees: f64| {
+        lie::exp(&(Vector3::from(axis).normalize() * f64::to_radians(degrees)))
+    };
+    let inertia = Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap();
+    let maneuver = |end: Matrix3, duration: f64, limits: Limits| {
+        let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+        let (body, start) =
+            (Body { inertia: inertia.clone(), mass: None }, State::at_rest(Matrix3::identity()));
+        Problem::minimum_fuel(body, start, State::at_rest(end), duration)
+            .with_actuation(Actuation::torques(torques))
+            .with_steps(50)
+    };
+    let ball = |size: Option<f64>, norm: f64| Limits {
+        size: size.map(|size| vec![size; 3]),
+        norm: Some(norm),
+        ..Limits::default()
+    };
+    let cone = Pointing::new(
+        Side::KeepOut,
+        vec![Vector3::z()],
+        vec![Direction::Fixed(Vector3::new(0.75, 0.15, 0.64).normalize())],
+        15f64.to_radians(),
+    );
+    let cone = Constraint { name: "cone".into(), rule: Rule::Pointing(cone) };
+    let cases = [
+        (maneuver(about([1.0, 2.0, 3.0], 120.0), 5.0, ball(Some(1.0), 1.3)), SIZE_AND_NORM),
+        (maneuver(about([0.0, 1.0, 0.0], 100.0), 6.0, ball(None, 1.0)).with_constraint(cone), NORM_AND_CONE),
+    ];
+    for (problem, expected) in cases {
+        let goal = Goal { objective: problem.objective.clone() };
+        let alone = Chain::with_goal(&problem, problem.steps, &goal);
+        let found = improved(&alone, None);
+        assert!(found.converged(), "{:?} {:.1e} {:.1e}", found.outcome, found.residual, found.stationarity);
+        let price = alone.price(&found.candidate);
+        assert!((price / expected - 1.0).abs() < 1e-5, "{price} {expected}");
+    }
+}
+
+/// From `tests/it/maneuvers/fuel_within.rs`.
+const SIZE_AND_NORM: f64 = 3.743734068;
+const NORM_AND_CONE: f64 = 1.405963232;

@@ -166,3 +166,64 @@ fn the_shortest_turn_within_a_rate_takes_its_angle_over_the_rate_and_a_ramp() {
     // But for the grid, on which a switch is no instant.
     assert!((duration / (angle / fastest + fastest) - 1.0).abs() < 3e-4, "{duration}");
 }
+
+/// Turns of 1e-6° to 1°, whose costs and durations are many orders of magnitude smaller.
+#[test]
+fn small_turns_are_solved_as_large_ones() {
+    for kind in [Kind::Time, Kind::Rate, Kind::Effort] {
+        let mut random = Random(kind as u64 + 1);
+        let problem = everyday(&mut random, kind);
+        let whole = lie::log(&problem.end.attitude);
+        for degrees in [1e-6, 1e-3, 1.0] {
+            let mut small = problem.clone();
+            let share = f64::to_radians(degrees) / whole.norm();
+            small.end.attitude = lie::exp(&(whole * share));
+            let small = if kind == Kind::Effort {
+                small
+            } else {
+                let duration = small.seconds() * share.sqrt();
+                small.with_duration(duration)
+            };
+            let attempt = solved(&small, kind);
+            let told = (attempt.outcome, attempt.residual, attempt.stationarity);
+            assert!(attempt.converged() && attempt.stationarity < 1e-5, "{kind:?} {degrees}: {told:?}");
+        }
+    }
+}
+
+/// From rest to rest at the same attitude the least effort is none.
+#[test]
+fn no_turn_takes_no_effort() {
+    let mut random = Random(4);
+    let mut problem = everyday(&mut random, Kind::Effort);
+    problem.end.attitude = problem.start.attitude;
+    let attempt = solved(&problem, Kind::Effort);
+    assert!(attempt.converged() && attempt.cost.abs() < 1e-12, "{:?} {:e}", attempt.outcome, attempt.cost);
+}
+
+/// One to three steps, which may be too long for the body to be turned by at all, end in a plan or in none; wheels that are full at the
+/// start in a plan or in what is lacking.
+#[test]
+fn few_steps_and_full_wheels_end_in_a_plan_or_in_a_reason() {
+    for kind in [Kind::Time, Kind::Rate, Kind::Cone, Kind::Effort] {
+        for steps in [1, 2, 3] {
+            let mut random = Random(kind as u64 + 1);
+            let attempt = solved(&everyday(&mut random, kind).with_steps(steps), kind);
+            let told = (attempt.outcome, attempt.residual, attempt.cost);
+            assert_eq!(
+                attempt.converged(),
+                attempt.residual < 1e-8 && attempt.cost.is_finite(),
+                "{kind:?} {steps}: {told:?}"
+            );
+        }
+        let mut random = Random(kind as u64 + 1);
+        let mut problem = everyday(&mut random, kind);
+        let wheels = problem.actuation.wheels.as_mut().unwrap();
+        // Their sum is zero, so that a body at rest can be turned with them.
+        wheels.momentum = wheels.momentum_limit.clone();
+        wheels.momentum[1] *= -1.0;
+        wheels.momentum[3] *= -1.0;
+        let attempt = solved(&problem, kind);
+        assert!(attempt.converged() || attempt.shortfall.is_some(), "{kind:?}: {:?}", attempt.outcome);
+    }
+}

@@ -5,7 +5,7 @@ use super::chain::ChainProgram;
 use super::iteration::{End, Run, Solver};
 use super::program::Program;
 use super::tuning::Tuning;
-use crate::Vector3;
+use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
 use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
 use crate::maneuver::solution::Outcome;
@@ -16,10 +16,12 @@ use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
 use crate::optimize::methods::scp::first_iterate;
 use crate::optimize::methods::scp::iterate::Iterate;
+use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::polish::{Told, polish};
-use crate::optimize::methods::scp::road::{Chain, with_iterate};
+use crate::optimize::methods::scp::road::{Chain, path, with_iterate};
 use crate::optimize::methods::scp::rows::LimitRows;
 use crate::optimize::methods::scp::{Multipliers, ScpOptions};
+use crate::{Vector3, lie};
 use nalgebra::DVector;
 
 /// The interior-point method on a chain.
@@ -37,12 +39,10 @@ impl Method for InteriorPoint<'_> {
         let start = self.start(&candidate, &budget.watch);
         let unsolved =
             |candidate, outcome| Attempt { runs: Vec::new(), ..Attempt::failed(candidate, outcome) };
-        let Some(program) = ChainProgram::of(model, rows, &start) else {
-            return unsolved(candidate, Outcome::Stalled);
-        };
         if let Some(nothing) = self.costs_nothing(&candidate, &start) {
             return nothing;
         }
+        let program = ChainProgram::of(model, rows, &start, self.tuning);
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
         let most = self.tuning.for_each.saturating_mul(budget.iterations);
@@ -154,7 +154,7 @@ impl InteriorPoint<'_> {
         let mut stretch = candidate.grid.duration();
         for _ in 0..self.tuning.fitted {
             let along = first_iterate::along(model, &LimitRows::default(), &poses, stretch, watch);
-            let program = ChainProgram::of(model, rows, &along)?;
+            let program = ChainProgram::of(model, rows, &along, self.tuning);
             let mut point = super::program::Point::of(program.shape());
             program.point(&along, &mut point);
             let next = program.fitting(&point)?;
@@ -184,4 +184,35 @@ impl InteriorPoint<'_> {
             reaches_end: run.primal.max(run.miss) <= self.tuning.violated,
         }
     }
+}
+
+/// Prepares the solution of a maneuver from the path about its fixed axis, and hands over what solves it, in
+/// the same space every time, and returns the iterations. For benchmarks and counts of allocations.
+#[doc(hidden)]
+pub fn with_cold_solve<T>(problem: &Problem, work: impl FnOnce(&mut dyn FnMut() -> usize) -> T) -> T {
+    let (steps, objective) = (problem.steps, &problem.objective);
+    let chain = if objective.switches() || objective.counts_time() {
+        let goal = Goal { objective: objective.clone() };
+        Chain::with_goal(problem, steps, &goal)
+    } else {
+        Chain::new(problem, steps)
+    };
+    let (model, tuning) = (&chain.model, Tuning::default());
+    let turn = lie::minus(&model.target.attitude, &model.start.attitude);
+    let pose = |stage: usize| {
+        let t = model.dynamics.grid.time(stage);
+        let attitude = model.start.attitude * lie::exp(&(turn * (t * t * (3.0 - 2.0 * t))));
+        Pose { position: Vector3::zeros(), attitude }
+    };
+    let path = path("short", &model.dynamics.grid, (0..=steps).map(pose));
+    let start = InteriorPoint { chain: &chain, tuning: &tuning, polish: None }.start(&path, &Watch::NONE);
+    let program = ChainProgram::of(model, &chain.rows, &start, &tuning);
+    let mut solver = Solver::of(program.shape());
+    program.point(&start, &mut solver.point);
+    let first = solver.point.clone();
+    work(&mut || {
+        solver.point.states.copy_from_slice(&first.states);
+        solver.point.inputs.copy_from_slice(&first.inputs);
+        solver.run(&program, &tuning, &Watch::NONE).iterations
+    })
 }

@@ -222,8 +222,13 @@ pub(crate) trait Program {
     /// Moves `at` by a part of an increment.
     fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point);
 
-    /// Returns the largest part of an increment, at most 1, within which the derivatives are trusted.
-    fn longest(&self, by: &Increment) -> f64;
+    /// Returns the largest part of an increment from a point, at most 1, within which the derivatives are
+    /// trusted.
+    fn longest(&self, at: &Point, by: &Increment) -> f64;
+
+    /// Tells the program the barrier term for which it is evaluated from now on: rows with corners are
+    /// rounded by it.
+    fn at_barrier(&self, _barrier: f64) {}
 
     /// Writes the price of a unit of error of each terminal equation.
     fn terminal_prices(&self, out: &mut [f64]);

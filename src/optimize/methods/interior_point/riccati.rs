@@ -73,6 +73,7 @@ impl Right {
 
 /// Rows of blocks: what the kernels work on at a time.
 const LANES: usize = 4;
+type Lanes = [f64; LANES];
 /// Unknowns from which a row of the program is added to the Hessian as one of a dense matrix.
 const DENSE: usize = 5;
 
@@ -102,9 +103,12 @@ pub(crate) struct Riccati {
     solved: Vec<f64>,
     reduced: Vec<f64>,
     yields: Vec<Yield>,
-    /// Space: rows of `[B A]` and of dense rows, the same times `P` and `Σ`, the Hessian with the terminal columns, and vectors.
-    left: Vec<f64>,
-    right: Vec<f64>,
+    /// Space: `[B A]` with dense rows below it, the same times `P` and `Σ`, and `[P, p^1 …]`, as columns of blocks, each row after row;
+    /// the Hessian with the terminal columns, and vectors.
+    rows: usize,
+    left: Vec<Lanes>,
+    right: Vec<Lanes>,
+    after: Vec<Lanes>,
     h: Vec<f64>,
     sums: Vec<f64>,
     vector: Vec<f64>,
@@ -142,8 +146,10 @@ impl Riccati {
             solved: vec![0.0; starts * terminal],
             reduced: vec![0.0; starts * starts],
             yields: vec![Yield::default(); terminal],
-            left: vec![0.0; rows * wide],
-            right: vec![0.0; rows * wide],
+            rows,
+            left: vec![[0.0; LANES]; rows * wide / LANES],
+            right: vec![[0.0; LANES]; rows * wide / LANES],
+            after: vec![[0.0; LANES]; n.max(m) * width / LANES],
             h: vec![0.0; wide * (wide + ends)],
             sums: vec![0.0; ends * ends],
             vector: vec![0.0; width],
@@ -217,20 +223,25 @@ impl Riccati {
             self.h[place(j) * (h_width + 1)] += taken.shift;
         }
         // `[B A]` and what it is multiplied with.
+        let rows = self.rows;
         let step = &at.steps[stage * n * z..][..n * z];
         for (j, column) in step.chunks_exact(n).enumerate() {
-            let column_place = place(j);
-            for (row, value) in self.left.chunks_exact_mut(wide).zip(column) {
-                row[column_place] = *value;
+            let j = place(j);
+            for (to, value) in self.left[j / LANES * rows..].iter_mut().zip(column) {
+                to[j % LANES] = *value;
             }
         }
         let after = &self.p[(stage + 1) * n * width..][..n * width];
+        for (i, row) in after.chunks_exact(width).enumerate() {
+            for (j, value) in row.as_chunks::<LANES>().0.iter().enumerate() {
+                self.after[j * n + i] = *value;
+            }
+        }
         for i in (0..n).step_by(LANES) {
-            for j in (0..wide).step_by(LANES) {
-                let found = block(&after[i..], width, &self.left[j..], wide, n);
-                for (row, found) in self.right[i * wide..].chunks_mut(wide).zip(&found).take(n - i) {
-                    row[j..j + LANES].copy_from_slice(found);
-                }
+            for (left, right) in self.left.chunks_exact(rows).zip(self.right.chunks_exact_mut(rows)) {
+                let found = block(&self.after[i / LANES * n..][..n], &left[..n]);
+                let count = LANES.min(n - i);
+                right[i..i + count].copy_from_slice(&found[..count]);
             }
         }
         let mut count = n;
@@ -238,13 +249,14 @@ impl Riccati {
             let slopes = shape.slopes_of(row);
             let (places, values) = (&shape.unknowns[slopes.clone()], &at.slopes[slopes]);
             if places.len() >= DENSE {
-                let to = count * wide..(count + 1) * wide;
-                let (left, right) = (&mut self.left[to.clone()], &mut self.right[to]);
-                left.fill(0.0);
-                right.fill(0.0);
+                for all in [&mut self.left, &mut self.right] {
+                    all.iter_mut().skip(count).step_by(rows).for_each(|lanes| *lanes = [0.0; LANES]);
+                }
                 for (index, value) in places.iter().zip(values) {
                     let index = place(usize::from(*index));
-                    (left[index], right[index]) = (*value, sigma[row] * value);
+                    let at = index / LANES * rows + count;
+                    self.left[at][index % LANES] = *value;
+                    self.right[at][index % LANES] = sigma[row] * value;
                 }
                 count += 1;
                 continue;
@@ -256,14 +268,15 @@ impl Riccati {
                 }
             }
         }
-        for i in (0..wide).step_by(LANES) {
-            for j in (i..wide).step_by(LANES) {
-                let found = block(&self.left[i..], wide, &self.right[j..], wide, count);
-                put(&mut self.h[i * h_width + j..], h_width, &found);
+        for (i, left) in self.left.chunks_exact(rows).enumerate() {
+            let h = &mut self.h[i * LANES * h_width..];
+            for (j, right) in self.right.chunks_exact(rows).enumerate().skip(i) {
+                add_block(&mut h[j * LANES..], h_width, &block(&left[..count], &right[..count]));
             }
-            for j in (self.wide_n..width).step_by(LANES) {
-                let found = block(&self.left[i..], wide, &after[j..], width, n);
-                for (row, found) in self.h[i * h_width + self.wide_m + j..].chunks_mut(h_width).zip(&found) {
+            let ends = self.after[..n * width / LANES].chunks_exact(n).skip(self.wide_n / LANES);
+            for (j, right) in ends.enumerate() {
+                let at = wide + j * LANES;
+                for (row, found) in h[at..].chunks_mut(h_width).zip(&block(&left[..n], right)) {
                     row[..LANES].copy_from_slice(found);
                 }
             }
@@ -297,11 +310,18 @@ impl Riccati {
             let by = 1.0 / u[i * m + i];
             own.iter_mut().for_each(|value| *value *= by);
         }
-        // What is left for the states.
+        // What is left for the states; `W` again in columns of blocks.
+        let columns = &mut self.after[..m * width / LANES];
+        for (i, row) in w.chunks_exact(width).enumerate() {
+            for (j, value) in row.as_chunks::<LANES>().0.iter().enumerate() {
+                columns[j * m + i] = *value;
+            }
+        }
+        let column = |first: usize| &columns[first / LANES * m..][..m];
         let p = &mut self.p[stage * n * width..][..n * width];
         for i in (0..n).step_by(LANES) {
             for j in (i..width).step_by(LANES) {
-                let found = block(&w[i..], width, &w[j..], width, m);
+                let found = block(column(i), column(j));
                 let of_h = self.h[(wide_m + i) * h_width + wide_m + j..].chunks(h_width);
                 let rows = p[i * width + j..].chunks_mut(width);
                 for ((row, found), of_h) in rows.zip(&found).zip(of_h).take(n - i) {
@@ -319,8 +339,8 @@ impl Riccati {
         let ends = width - self.wide_n;
         for i in (0..ends).step_by(LANES) {
             for j in (i..ends).step_by(LANES) {
-                let found = block(&w[self.wide_n + i..], width, &w[self.wide_n + j..], width, m);
-                put(&mut self.sums[i * ends + j..], ends, &found);
+                let found = block(column(self.wide_n + i), column(self.wide_n + j));
+                add_block(&mut self.sums[i * ends + j..], ends, &found);
             }
         }
         true
@@ -460,25 +480,23 @@ impl Riccati {
     }
 }
 
-/// `Σ a_r b_rᵀ` of the first numbers of rows, which are so far apart.
+/// `Σ a_r b_rᵀ`.
 #[inline(always)]
-fn block(a: &[f64], apart_a: usize, b: &[f64], apart_b: usize, rows: usize) -> [[f64; LANES]; LANES] {
+fn block(a: &[Lanes], b: &[Lanes]) -> [Lanes; LANES] {
     let mut out = [[0.0; LANES]; LANES];
-    for (a, b) in a.chunks(apart_a).zip(b.chunks(apart_b)).take(rows) {
-        if let (Some(a), Some(b)) = (a.first_chunk::<LANES>(), b.first_chunk::<LANES>()) {
-            for i in 0..LANES {
-                for j in 0..LANES {
-                    out[i][j] += a[i] * b[j];
-                }
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..LANES {
+            for j in 0..LANES {
+                out[i][j] += a[i] * b[j];
             }
         }
     }
     out
 }
 
-/// Adds a block.
+/// Adds a block to rows that are so far apart.
 #[inline(always)]
-fn put(to: &mut [f64], apart: usize, block: &[[f64; LANES]; LANES]) {
+fn add_block(to: &mut [f64], apart: usize, block: &[Lanes; LANES]) {
     for (row, block) in to.chunks_mut(apart).zip(block) {
         for (to, value) in row.iter_mut().zip(block) {
             *to += value;

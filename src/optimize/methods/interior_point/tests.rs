@@ -4,7 +4,9 @@ use super::iteration::{End, Solver};
 use super::program::*;
 use super::riccati::{Riccati, Right, Taken, Yield};
 use super::tuning::Tuning;
+use crate::maneuver::solution::Outcome;
 use crate::optimize::methods::method::Watch;
+use std::cell::Cell;
 
 /// Numbers in (−1, 1), the same in every run.
 struct Random(u64);
@@ -143,7 +145,7 @@ impl Program for Line {
         all.for_each(|((at, by), out)| *out = at + part * by);
     }
 
-    fn longest(&self, _: &Increment) -> f64 {
+    fn longest(&self, _: &Point, _: &Increment) -> f64 {
         1.0
     }
 
@@ -213,12 +215,81 @@ fn too_short_a_duration_ends_in_the_least_miss() {
     assert!(run.end == End::Converged && run.miss < 1e-9, "{run:?}");
 }
 
-/// Nothing of what is not a number comes through.
+/// A line one of whose gradients is not a number, from an evaluation on.
+struct Broken {
+    line: Line,
+    evaluations: Cell<usize>,
+    from: usize,
+}
+
+impl Program for Broken {
+    fn shape(&self) -> &Shape {
+        self.line.shape()
+    }
+
+    fn values(&self, at: &Point, out: &mut Values) -> bool {
+        self.line.values(at, out)
+    }
+
+    fn derivatives(&self, at: &Point, duals: &Duals, out: &mut Derivatives) -> bool {
+        let exists = self.line.derivatives(at, duals, out);
+        self.evaluations.set(self.evaluations.get() + 1);
+        if self.evaluations.get() > self.from {
+            out.gradients[5] = f64::NAN;
+        }
+        exists
+    }
+
+    fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point) {
+        self.line.moved(at, by, part, out);
+    }
+
+    fn longest(&self, at: &Point, by: &Increment) -> f64 {
+        self.line.longest(at, by)
+    }
+
+    fn terminal_prices(&self, out: &mut [f64]) {
+        self.line.terminal_prices(out);
+    }
+}
+
+/// Nothing of what is not a number comes through: neither a point, nor a gradient at the first point or later.
 #[test]
 fn what_is_not_a_number_is_no_plan() {
     let line = Line::new(20, None, None, true);
     let mut solver = line.solver(f64::NAN);
     assert_eq!(solver.run(&line, &Tuning::default(), &Watch::NONE).end, End::NotFinite);
+    for from in [0, 3] {
+        let mut solver = line.solver(3.0);
+        let broken = Broken { line: Line::new(20, None, None, true), evaluations: Cell::new(0), from };
+        let run = solver.run(&broken, &Tuning::default(), &Watch::NONE);
+        assert_eq!((run.end, run.iterations), (End::NotFinite, from));
+        let known = solver.point.states.iter().chain(&solver.point.inputs);
+        assert!(known.chain(&solver.duals.rows).all(|value| value.is_finite()));
+    }
+}
+
+/// A run ends where it is interrupted, and at its deadline.
+#[test]
+fn a_run_stops_where_it_is_asked_to() {
+    let line = Line::new(50, None, None, true);
+    let asked = Cell::new(0);
+    let interrupt = || {
+        asked.set(asked.get() + 1);
+        (asked.get() > 5).then_some(Outcome::Interrupted)
+    };
+    let watch = Watch { interrupt: &interrupt, deadline: None, flag: None };
+    let mut solver = line.solver(3.0);
+    let run = solver.run(&line, &Tuning::default(), &watch);
+    assert_eq!(run.end, End::Stopped);
+    assert!(run.iterations < 5 && run.dual.is_finite(), "{run:?}");
+    // The same space solves it afterwards.
+    let mut fresh = line.solver(3.0);
+    solver.point = fresh.point.clone();
+    let [again, known] =
+        [&mut solver, &mut fresh].map(|solver| solver.run(&line, &Tuning::default(), &Watch::NONE));
+    assert_eq!((again.end, again.iterations), (End::Converged, known.iterations));
+    assert_eq!(solver.point.states, fresh.point.states);
 }
 
 /// A random system of stages, with all that a factorisation takes.

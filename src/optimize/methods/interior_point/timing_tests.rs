@@ -43,8 +43,11 @@ impl Program for Timed<'_> {
     fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point) {
         self.timed(2, || self.program.moved(at, by, part, out))
     }
-    fn longest(&self, by: &Increment) -> f64 {
-        self.program.longest(by)
+    fn at_barrier(&self, barrier: f64) {
+        self.program.at_barrier(barrier)
+    }
+    fn longest(&self, at: &Point, by: &Increment) -> f64 {
+        self.program.longest(at, by)
     }
     fn terminal_prices(&self, out: &mut [f64]) {
         self.program.terminal_prices(out)
@@ -71,7 +74,7 @@ fn an_iteration_is_timed() {
                 };
                 println!(
                     "{steps:4} {name:5} {kind:?}: {:.0} it, {:.2} ms; µs a stage: iteration {:.2}, values {:.2} \
-                     (x {:.2} an iteration), derivatives {:.2}, moved {:.2}, factor {:.2}, solve {:.2}, n + m {}",
+                     (x {:.2} an iteration), derivatives {:.2}, moved {:.2}, factor {:.2}, solve {:.2}",
                     median(0),
                     median(1) * 1e3,
                     median(2) * 1e6,
@@ -81,7 +84,6 @@ fn an_iteration_is_timed() {
                     median(6) * 1e6,
                     median(7) * 1e6,
                     median(8) * 1e6,
-                    "",
                 );
             }
         }
@@ -97,7 +99,7 @@ fn timed(problem: &crate::maneuver::problem::Problem, kind: Kind, steps: usize, 
     let chain = chain_of(&problem, kind);
     let (model, rows) = (&chain.model, &chain.rows);
     let start = start_of(&chain, tuning);
-    let program = ChainProgram::of(model, rows, &start).unwrap();
+    let program = ChainProgram::of(model, rows, &start, tuning);
     let shape = program.shape();
     let timed = Timed { program: &program, spent: Cell::default() };
     let mut solver = Solver::of(shape);

@@ -12,12 +12,6 @@ pub(crate) struct Tuning {
     /// Residual of all conditions at which the method has converged: a smaller one is nearer to
     /// round-off and takes an iteration or two more.
     pub tolerance: f64,
-    /// Residual of stationarity and complementarity with which a run that cannot go on is a solution: a larger one accepts
-    /// poorer ones, which the residual in the plan tells.
-    pub accepted: f64,
-    /// Residual of the equations that such a solution has at most, and the Newton steps that may take it there.
-    pub round_off: f64,
-    pub settling: usize,
     /// First barrier term: a larger one takes more iterations and keeps farther from bounds that the first path crosses.
     pub first: f64,
     /// Last barrier term: the cost exceeds the optimum by this for each active row.
@@ -63,6 +57,17 @@ pub(crate) struct Tuning {
     /// Iterations at the last barrier term without a decrease of the residual by a tenth, after which
     /// the method gives up.
     pub patience: usize,
+    /// Residual of stationarity and complementarity with which a run that cannot go on is a solution, as along faces of optima
+    /// and valleys of saddles: a larger one accepts poorer ones, which the residual in the plan shows.
+    pub acceptable: f64,
+    /// Iterations at the last barrier term without a decrease of the residual, after which a run with such a point ends.
+    pub acceptable_patience: usize,
+    /// Residual of the equations that such a solution has at most, and the Newton steps that may take it there.
+    pub round_off: f64,
+    pub settling: usize,
+    /// Factor by which the infeasibility may increase in one step, from where it is one or more: a larger
+    /// one accepts steps out of the domain of the derivatives.
+    pub more_infeasible: f64,
     /// Factor within which multipliers stay of the barrier term divided by the slack.
     pub kept: f64,
     /// Part of the predicted decrease that a step must reach (Armijo): a larger one refuses more steps.
@@ -93,6 +98,47 @@ pub(crate) struct Tuning {
     pub fitted: usize,
     /// Relative change of the fitted duration at which the rounds end.
     pub close: f64,
+    /// Settings of the maneuver as a program.
+    pub program: OfProgram,
+}
+
+/// Settings of a maneuver as a program of stages.
+#[derive(Clone, Debug)]
+pub(crate) struct OfProgram {
+    /// The cost at the first point: a larger one makes the first barrier term smaller beside it.
+    pub cost: f64,
+    /// Largest turn of an attitude in one iteration \[rad\]: derivatives hold for less than about this.
+    pub longest_turn: f64,
+    /// Factors by which the duration may decrease and increase in one iteration.
+    pub longest_stretch: [f64; 2],
+    /// Difference between what a set is counted to burn at the first point and the norm of its inputs, as a
+    /// part of their limit.
+    pub spare: f64,
+    /// Part of what a set is counted to burn that one iteration may remove, less than one: a larger one
+    /// leaves the domain in which the row of the norm is nearly linear.
+    pub to_nothing: f64,
+    /// Multiplier of a cone below which its second derivatives are left out.
+    pub felt: f64,
+    /// Factor on a duration in which a path is just within the limits: one leaves no slack.
+    pub room: f64,
+    /// Step of the central differences of a cone's gradient by the logarithm of the duration, where a
+    /// direction moves: its truncation and round-off slow the last iterations.
+    pub difference: f64,
+}
+
+impl Default for OfProgram {
+    fn default() -> Self {
+        Self {
+            cost: 3.0,
+            longest_turn: 1.0,
+            longest_stretch: [0.5, 3.0],
+            spare: 0.1,
+            to_nothing: 0.6,
+            felt: 1e-9,
+            room: 1.1,
+            difference: 1e-5,
+        }
+    }
 }
 
 /// Shifts of the Hessian: a larger one gives shorter, safer steps.
@@ -116,9 +162,6 @@ impl Default for Tuning {
             iterations: 250,
             for_each: 4,
             tolerance: 1e-11,
-            accepted: 1e-6,
-            round_off: 1e-13,
-            settling: 12,
             first: 0.1,
             last: 1e-12,
             tail: 1e-7,
@@ -140,6 +183,11 @@ impl Default for Tuning {
             second_order: 3,
             halvings: 12,
             patience: 40,
+            acceptable: 1e-5,
+            acceptable_patience: 15,
+            round_off: 1e-13,
+            settling: 12,
+            more_infeasible: 10.0,
             kept: 1e10,
             armijo: 1e-4,
             less_infeasible: 1e-5,
@@ -154,6 +202,7 @@ impl Default for Tuning {
             centred: 0.5,
             fitted: 3,
             close: 0.05,
+            program: OfProgram::default(),
         }
     }
 }

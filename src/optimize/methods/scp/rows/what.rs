@@ -426,7 +426,6 @@ impl Cone {
         }
         let mut by_duration = 0.0;
         if model.duration.is_some() && !self.stands(model) {
-            let at = time + step * fraction;
             // Of a disc the half angle and the scale move.
             let by_time = |time: f64| self.direction.angular_radius_rate(time) * time;
             let grown = by_time(time) + fraction * (by_time(time + step) - by_time(time));
@@ -436,8 +435,16 @@ impl Cone {
                 Direction::Fixed(_) => frame_rate * -time,
                 Direction::InFrame(_) => pointing.turn * fraction,
                 Direction::Moving(_) | Direction::Disc { .. } => {
-                    let moved = self.direction.in_space(at, frame_rate);
-                    moved.direction.cross(&moved.rate) * at - frame_rate * time
+                    // On an arc it turns at one rate from its first to its last position.
+                    let [first, last] = [time, time + step].map(|at| self.direction.in_space(at, frame_rate));
+                    let ends = [first.direction, last.direction];
+                    let (turn, slope) =
+                        turn_between_moving(ends, [first.rate * time, last.rate * (time + step)]);
+                    let reached = lie::exp(&(turn * fraction));
+                    let slid = lie::left_jacobian(&(turn * fraction)) * slope * fraction;
+                    let begun = reached * first.direction.cross(&(first.rate * time));
+                    let passed = lie::exp(&(frame_rate * -time)) * (begun + slid);
+                    passed - frame_rate * time
                 }
             };
             // A moment at which it begins or ends to act stays where it is while the nodes go by.
@@ -447,6 +454,22 @@ impl Cone {
         }
         ConeAt { c: value * scale, by_attitude, by_arc, by_duration, fraction }
     }
+}
+
+/// The rotation vector of the shortest turn from one unit vector to another, and its derivative as they move: `φ a×b`, `φ = θ/sin θ`.
+fn turn_between_moving([a, b]: [Vector3; 2], [da, db]: [Vector3; 2]) -> (Vector3, Vector3) {
+    let (axis, cosine) = (a.cross(&b), a.dot(&b));
+    let squared = axis.norm_squared();
+    let angle = squared.sqrt().atan2(cosine);
+    // dφ/d cos θ = (φ cos θ − 1)/sin² θ, which cancels for small angles.
+    let (stretch, slope) = if squared < 1e-6 {
+        (1.0 + angle * angle / 6.0, -1.0 / 3.0)
+    } else {
+        let stretch = angle / squared.sqrt();
+        (stretch, (stretch * cosine - 1.0) / squared)
+    };
+    let change = da.cross(&b) + a.cross(&db);
+    (axis * stretch, change * stretch + axis * (slope * (da.dot(&b) + a.dot(&db))))
 }
 
 /// Where a cone's row is met.

@@ -1,0 +1,362 @@
+//! The chain of a maneuver (`scp/model`) with the rows of its limits (`scp/rows`) as a program of stages.
+//!
+//! States are those **before** the kick of their node, so that a stage has all that its inputs act on:
+//!
+//! ```text
+//! x_0 = start ,    y = x + κ_k (M(R) + B u) ,   x⁺ = drift(y) ,    at the last node the kick alone,  e(x_{N+1}) = 0
+//! ```
+//!
+//! With `Y = [κB, I + κG]` of the kick and `D` of the drift, `[B A] = D Y`. The attitude's rows of `D` are those of the defect's own
+//! tangent space: turned by `E = exp S(δ)`, `δ` the attitude's defect, since `log(R⁺ᵀ R F exp ξ) = δ + E ξ` to first order. With
+//! `λ⁺ = Dᵀλ + Σ z ∂c/∂y`, the costate between kick and drift,
+//!
+//! ```text
+//! ∂²(λ·x⁺ + Σ z c) = Yᵀ Φ Y + ∂²(κ λ⁺·(M + Bu)) ,   Φ = ∂²(λ·drift + Σ z c) by y
+//! ```
+//!
+//! `Φ` is the symmetric part of the drift's own derivative of costates along the group (`discrete/step/gyrostat`; a body without wheels
+//! is a gyrostat whose wheels stand). A row of the mean rate on an arc, `w·log F`, adds `q = J_r⁻ᵀ(log F) w` to what the drift's turn is
+//! weighed with there.
+//!
+//! # What differs from the rows of SCP?
+//!
+//! A cone is one row on every closed arc, at its highest point, in the place of rows of nodes and of arcs that come and go. An input
+//! whose fuel is counted by its size is two, one to each side, and a set whose fuel is counted by the norm of what it gives has one more. Inputs are in units of their limits, and where their changes are
+//! limited the last ones are part of the state. Multipliers are told in the terms of SCP's rows ([`ChainProgram::found`]), and costates
+//! are those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
+
+mod curvature;
+mod ends;
+mod layout;
+mod point;
+mod slopes;
+mod space;
+mod stage;
+#[cfg(test)]
+mod testing;
+
+use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
+use super::tuning::{OfProgram, Tuning};
+use crate::lie;
+use crate::optimize::methods::scp::iterate::Iterate;
+use crate::optimize::methods::scp::model::{ChainState, Model};
+use crate::optimize::methods::scp::rows::{LimitRows, What};
+use crate::{Matrix3, Vector3};
+use space::Space;
+use std::cell::{Cell, RefCell};
+
+/// The duration's increment is one of `s^POWER`, in which the limits of inputs are linear: `s ← s (1 + POWER ζ)^(1/POWER)`. A first
+/// derivative `f'` by `ln s` is one by ζ too, and a second one becomes `f'' − POWER f'`.
+const POWER: f64 = 2.0;
+
+/// An input as the program sees it: a chain's input, in units of its limit, or one side of it.
+#[derive(Clone, Copy, Debug)]
+struct Lane {
+    input: usize,
+    factor: f64,
+}
+
+/// What counts how much a set of inputs burns that is counted by the norm of what it gives: an input `σ` more,
+///
+/// ```text
+/// |B u| ≤ limit σ :     ½ ((|B u|²/limit² + ε²)/σ − σ) ≤ 0 ,   cost κ c limit σ/s
+/// ```
+///
+/// with `ε²` the barrier term: without it the row has a corner where nothing burns, and Newton's steps run away there.
+#[derive(Clone, Copy, Debug)]
+struct Norm {
+    forces: bool,
+    limit: f64,
+    /// What it costs for a unit of time.
+    price: f64,
+    /// Where `σ` stands among the inputs.
+    place: usize,
+}
+
+/// What a row of the program bounds.
+#[derive(Clone, Copy, Debug)]
+enum Bound {
+    /// As a row of the chain says, at its own stage.
+    Row,
+    /// How fast an input changes, at the later of the two stages.
+    Change,
+    /// A side of an input that burns: not less than nothing.
+    Side(usize),
+    /// What a set gives, by what it burns.
+    Norm(usize),
+}
+
+/// A row of the program: what it bounds, and the chain's row that it stands for.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    bound: Bound,
+    row: usize,
+}
+
+/// The program.
+pub(crate) struct ChainProgram<'a> {
+    model: &'a Model,
+    limits: &'a LimitRows,
+    shape: Shape,
+    lanes: Vec<Lane>,
+    norms: Vec<Norm>,
+    /// `ε²` of the norms.
+    round: Cell<f64>,
+    rows: Vec<Row>,
+    /// Units of the inputs of the chain.
+    units: Vec<f64>,
+    /// Numbers of the state that hold the inputs before.
+    before: usize,
+    /// Components of the terminal error that are given.
+    given: Vec<usize>,
+    /// A cost of the program is this times that of the chain.
+    scale: f64,
+    /// Prices of the terminal equations.
+    prices: Vec<f64>,
+    tuning: OfProgram,
+    space: RefCell<Space>,
+}
+
+impl<'a> ChainProgram<'a> {
+    /// The program of a chain, which is to be solved from a path of about the size of `start`.
+    pub fn of(model: &'a Model, limits: &'a LimitRows, start: &Iterate, tuning: &Tuning) -> Self {
+        let mut units = vec![0.0f64; model.m];
+        let mut sides = vec![(false, false); model.m];
+        for row in &limits.rows {
+            match row.what {
+                What::InputSize { input, limit, .. } => units[input] = limit,
+                What::Burn { input, limit, one_sided } => {
+                    if limit.is_finite() {
+                        units[input] = limit;
+                    }
+                    sides[input] = (true, one_sided);
+                }
+                _ => {}
+            }
+        }
+        // Without a limit of its own an input is measured by what the first path asks for.
+        for (input, unit) in units.iter_mut().enumerate() {
+            let largest = start.inputs.iter().map(|inputs| inputs[input].abs()).fold(0.0, f64::max);
+            if *unit <= 0.0 {
+                *unit = if largest > 0.0 { largest } else { 1.0 };
+            }
+        }
+        let mut lanes = Vec::new();
+        for (input, unit) in units.iter().enumerate() {
+            lanes.push(Lane { input, factor: *unit });
+            if let (true, false) = sides[input] {
+                lanes.push(Lane { input, factor: -unit });
+            }
+        }
+        let norms = layout::norms(model, limits, lanes.len());
+        let changes = limits.rows.iter().any(|row| matches!(row.what, What::InputRate { .. }));
+        let before = if changes { model.m } else { 0 };
+        let n = model.n + before;
+        let fixed = if model.zeta() == 6 { 6 } else { 0 } + 9 + 3 + model.wheels + 1;
+        let given = model.given();
+        let mut shape = Shape {
+            terminal: given.len(),
+            starts: usize::from(model.duration.is_some()),
+            ..Shape::new(n, lanes.len() + norms.len(), fixed + before, model.steps + 1)
+        };
+        let (mut rows, space) = (Vec::new(), Space::of(&shape, model.m));
+        for stage in 0..=model.steps {
+            layout::describe(model, limits, (&lanes, &norms), stage, &mut shape, &mut rows);
+        }
+        let mut program = Self {
+            model,
+            limits,
+            shape,
+            lanes,
+            norms,
+            round: Cell::new(0.0),
+            rows,
+            units,
+            before,
+            scale: 1.0,
+            prices: vec![1.0; given.len()],
+            given,
+            tuning: tuning.program.clone(),
+            space: RefCell::new(space),
+        };
+        let cost = start.cost(model);
+        if cost > 0.0 && cost.is_finite() {
+            program.scale = program.tuning.cost / cost;
+        }
+        program.prices(start);
+        program
+    }
+
+    /// The duration, as a multiple of the stated one, in which a path with the inputs that it asks for is well within the limits that
+    /// grow with it.
+    pub fn fitting(&self, at: &Point) -> Option<f64> {
+        let mut values = Values::of(&self.shape);
+        if !(self.values(at, &mut values) && values.are_finite()) {
+            return None;
+        }
+        let zeta = self.model.zeta();
+        let s = at.states[zeta + 12 + self.model.wheels];
+        let mut needed = 0.0f64;
+        for (row, c) in self.rows.iter().zip(&values.rows) {
+            let what = &self.limits.rows[row.row].what;
+            let growth = what.growth();
+            if growth == 0 || matches!(row.bound, Bound::Change) {
+                continue;
+            }
+            let reached = if what.is_ball() {
+                (2.0 * c + 1.0).max(0.0).sqrt() * s.powi(growth)
+            } else {
+                c + s.powi(growth)
+            };
+            needed = needed.max(reached.max(0.0).powf(1.0 / f64::from(growth)));
+        }
+        (needed > 0.0).then_some(self.tuning.room * needed)
+    }
+
+    /// Prices of the terminal equations, for a maneuver of the size of `start`.
+    fn prices(&mut self, start: &Iterate) {
+        let first = start.states[0].attitude;
+        let largest = |of: &dyn Fn(&ChainState) -> f64| start.states.iter().map(of).fold(1e-12, f64::max);
+        let turned = largest(&|state| lie::minus(&state.attitude, &first).norm());
+        let momentum = largest(&|state| state.momentum.norm());
+        let moved = largest(&|state| (state.position - start.states[0].position).norm());
+        let pushed = largest(&|state| state.linear_momentum.norm());
+        let (zeta, pi) = (self.model.zeta(), self.model.pi());
+        for (price, row) in self.prices.iter_mut().zip(&self.given) {
+            let size = match *row {
+                row if row >= pi => momentum,
+                row if row >= zeta => turned,
+                row if row >= 3 => pushed,
+                _ => moved,
+            };
+            *price = (1.0 / size).max(1.0);
+        }
+    }
+
+    /// What a set gives, as a part of its limit: the sum of its axes, fixed to it.
+    fn burnt(&self, norm: &Norm, inputs: &[f64]) -> Vector3 {
+        let (axes, first) = self.model.channel(norm.forces);
+        let given: Vector3 = axes.iter().zip(&inputs[first..]).map(|(axis, u)| axis * *u).sum();
+        given / norm.limit
+    }
+}
+
+impl Program for ChainProgram<'_> {
+    fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    fn values(&self, at: &Point, out: &mut Values) -> bool {
+        let n = self.shape.n;
+        let space = &mut *self.space.borrow_mut();
+        out.cost = self.time(at);
+        for k in 0..self.shape.stages {
+            let Some(stage) = self.stage(at, k, space) else { return false };
+            out.cost += self.cost(k, at, &stage, space);
+            self.defect(k, at, &stage, space, &mut out.defects[k * n..][..n]);
+            for row in self.shape.rows_of(k) {
+                out.rows[row] = self.value(&self.rows[row], k, at, &stage, space);
+            }
+        }
+        self.terminal(at, &mut out.terminal);
+        true
+    }
+
+    fn derivatives(&self, at: &Point, duals: &Duals, out: &mut Derivatives) -> bool {
+        let (n, z) = (self.shape.n, self.shape.z());
+        let space = &mut *self.space.borrow_mut();
+        out.values.cost = self.time(at);
+        for k in 0..self.shape.stages {
+            let Some(stage) = self.stage(at, k, space) else { return false };
+            out.values.cost += self.cost(k, at, &stage, space);
+            self.defect(k, at, &stage, space, &mut out.values.defects[k * n..][..n]);
+            for row in self.shape.rows_of(k) {
+                // Cones tell theirs with their slopes.
+                if !matches!(self.limits.rows[self.rows[row].row].what, What::Cone(_)) {
+                    out.values.rows[row] = self.value(&self.rows[row], k, at, &stage, space);
+                }
+            }
+            out.gradients[k * z..][..z].fill(0.0);
+            out.hessians[k * z * z..][..z * z].fill(0.0);
+            out.curvatures[k * z * z..][..z * z].fill(0.0);
+            self.slopes(at, k, &stage, duals, space, out);
+        }
+        self.terminal(at, &mut out.values.terminal);
+        self.ends(at, duals, out);
+        true
+    }
+
+    fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point) {
+        let Shape { n, coordinates: c, .. } = self.shape;
+        let model = self.model;
+        let (zeta, pi) = (model.zeta(), model.pi());
+        for (k, (from, to)) in at.states.chunks_exact(c).zip(out.states.chunks_exact_mut(c)).enumerate() {
+            let z = &by.states[k * n..][..n];
+            for i in 0..zeta {
+                to[i] = from[i] + part * z[i];
+            }
+            let turn = Vector3::new(z[zeta], z[zeta + 1], z[zeta + 2]) * part;
+            let attitude = Matrix3::from_column_slice(&from[zeta..zeta + 9]) * lie::exp(&turn);
+            // Orthogonal again, to second order in what round-off has left.
+            let attitude = attitude * (Matrix3::identity() * 1.5 - attitude.tr_mul(&attitude) * 0.5);
+            to[zeta..zeta + 9].copy_from_slice(attitude.as_slice());
+            for i in 0..3 + model.wheels {
+                to[zeta + 9 + i] = from[zeta + 9 + i] + part * z[pi + i];
+            }
+            let place = zeta + 12 + model.wheels;
+            let grown = |duration: usize| (1.0 + POWER * part * z[duration]).max(0.0).powf(1.0 / POWER);
+            to[place] = from[place] * model.duration.map_or(1.0, grown);
+            for i in 0..self.before {
+                to[place + 1 + i] = from[place + 1 + i] + part * z[model.n + i];
+            }
+        }
+        // The start is what its duration makes of it.
+        let s = out.states[zeta + 12 + model.wheels];
+        let first = &mut out.states[..c];
+        for (to, from) in first[3.min(zeta)..zeta].iter_mut().zip(model.start.linear_momentum.iter()) {
+            *to = from * s;
+        }
+        for i in 0..3 {
+            first[zeta + 9 + i] = model.start.momentum[i] * s;
+        }
+        for i in 0..model.wheels {
+            first[zeta + 12 + i] = model.start.wheels[i] * s;
+        }
+        for ((to, from), by) in out.inputs.iter_mut().zip(&at.inputs).zip(&by.inputs) {
+            *to = from + part * by;
+        }
+    }
+
+    fn at_barrier(&self, barrier: f64) {
+        self.round.set(barrier);
+    }
+
+    fn longest(&self, at: &Point, by: &Increment) -> f64 {
+        let (model, n, m) = (self.model, self.shape.n, self.shape.m);
+        let zeta = model.zeta();
+        let longest = self.tuning.longest_turn;
+        let mut part = 1.0f64;
+        for (norm, stage) in self.norms.iter().flat_map(|norm| (0..self.shape.stages).map(move |k| (norm, k)))
+        {
+            let place = stage * m + norm.place;
+            if by.inputs[place] < 0.0 {
+                part = part.min(-self.tuning.to_nothing * at.inputs[place] / by.inputs[place]);
+            }
+        }
+        for z in by.states.chunks_exact(n) {
+            let turn = Vector3::new(z[zeta], z[zeta + 1], z[zeta + 2]).norm();
+            part = part.min(longest / turn.max(longest));
+            if let Some(duration) = model.duration {
+                let [least, most] =
+                    self.tuning.longest_stretch.map(|grown| (grown.powf(POWER) - 1.0) / POWER);
+                let bound = if z[duration] < 0.0 { least } else { most };
+                part = part.min((bound / z[duration]).abs());
+            }
+        }
+        part
+    }
+
+    fn terminal_prices(&self, out: &mut [f64]) {
+        out.copy_from_slice(&self.prices);
+    }
+}

@@ -1,0 +1,75 @@
+//! Space for the derivatives of one stage.
+
+use super::super::program::Shape;
+use crate::{Matrix3, Vector3};
+
+/// Space for one stage.
+#[derive(Default)]
+pub(super) struct Space {
+    pub inputs: Vec<f64>,
+    pub wheels: Vec<f64>,
+    /// Columns of the drift's derivative, n×n, and of how its attitude and its arc turn by `y`.
+    pub drift: Vec<f64>,
+    pub turn: Vec<Vector3>,
+    pub arc: Vec<Vector3>,
+    /// How the physical rate changes by `z`.
+    pub rate: Vec<Vector3>,
+    /// Columns of `Y`: elements (row, value), and where each column begins.
+    pub kick: Vec<(usize, f64)>,
+    pub kick_first: Vec<usize>,
+    /// The derivative of the arc `log F` by `z`.
+    pub arc_by_z: Vec<Vector3>,
+    /// `Φ`, `Φ Y`, and `λ⁺`.
+    pub phi: Vec<f64>,
+    pub phi_kick: Vec<f64>,
+    pub after: Vec<f64>,
+}
+
+impl Space {
+    pub fn of(shape: &Shape, inputs: usize) -> Self {
+        let (n, z) = (shape.n, shape.z());
+        Self {
+            inputs: vec![0.0; inputs],
+            wheels: vec![0.0; n],
+            drift: vec![0.0; n * n],
+            turn: vec![Vector3::zeros(); n],
+            arc: vec![Vector3::zeros(); n],
+            rate: vec![Vector3::zeros(); z],
+            kick: Vec::with_capacity(z * 7),
+            kick_first: Vec::with_capacity(z + 1),
+            phi: vec![0.0; n * n],
+            phi_kick: vec![0.0; n * z],
+            arc_by_z: vec![Vector3::zeros(); z],
+            after: vec![0.0; n],
+        }
+    }
+
+    /// The columns of `Y`.
+    pub fn columns(&self) -> impl Iterator<Item = &[(usize, f64)]> {
+        self.kick_first.windows(2).map(|pair| &self.kick[pair[0]..pair[1]])
+    }
+}
+
+/// Adds `value` to an element of a symmetric matrix, and to its mirror image.
+pub(super) fn both(matrix: &mut [f64], size: usize, i: usize, j: usize, value: f64) {
+    matrix[i * size + j] += value;
+    if i != j {
+        matrix[j * size + i] += value;
+    }
+}
+
+/// Adds the symmetric part of a block of a symmetric matrix on its diagonal.
+pub(super) fn add_symmetric(matrix: &mut [f64], size: usize, at: usize, block: &Matrix3) {
+    for i in 0..3 {
+        for j in 0..3 {
+            matrix[(at + j) * size + at + i] += 0.5 * (block[(i, j)] + block[(j, i)]);
+        }
+    }
+}
+
+/// Second derivative of a limit by the logarithm of the duration.
+pub(super) fn bend_limit(curvature: &mut [f64], z: usize, duration: Option<usize>, value: f64) {
+    if let Some(d) = duration {
+        curvature[d * z + d] += value;
+    }
+}

@@ -1,0 +1,50 @@
+//! What tests ask of a program.
+
+use super::super::program::{Increment, Point, Program, Shape, Values};
+use super::ChainProgram;
+use crate::optimize::methods::scp::rows::What;
+
+impl ChainProgram<'_> {
+    /// A cost of the program over that of the chain.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Rows of the program, and those of the chain that they stand for where both are the same.
+    pub fn of_rows(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.rows.iter().map(|row| row.row).enumerate()
+    }
+
+    /// What a row bounds.
+    pub fn what(&self, row: usize) -> &What {
+        &self.limits.rows[self.rows[row].row].what
+    }
+
+    /// Counts no more fuel than what is burnt.
+    pub fn burn_no_more(&self, at: &mut Point) {
+        let m = self.shape.m;
+        for inputs in at.inputs.chunks_exact_mut(m) {
+            let mut own = vec![0.0; self.model.m];
+            self.lanes.iter().zip(inputs.iter()).for_each(|(lane, w)| own[lane.input] += lane.factor * w);
+            for norm in &self.norms {
+                inputs[norm.place] = self.burnt(norm, &own).norm();
+            }
+        }
+    }
+
+    /// Makes the states those that the inputs lead to.
+    pub fn follow(&self, at: &mut Point) {
+        let Shape { n, coordinates: c, .. } = self.shape;
+        let mut values = Values::of(&self.shape);
+        for k in 0..self.shape.stages {
+            for _ in 0..2 {
+                assert!(self.values(at, &mut values));
+                let mut by = Increment::of(&self.shape);
+                by.states[(k + 1) * n..][..n].copy_from_slice(&values.defects[k * n..][..n]);
+                let mut next = Point::of(&self.shape);
+                self.moved(at, &by, 1.0, &mut next);
+                at.states[(k + 1) * c..][..c].copy_from_slice(&next.states[(k + 1) * c..][..c]);
+            }
+        }
+    }
+}

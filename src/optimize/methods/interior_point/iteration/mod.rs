@@ -1,0 +1,478 @@
+//! The primal–dual interior point on programs of stages.
+//!
+//! Rows have slacks, elastic ones a violation `t` with a price `π` as well, and so has each terminal equation, in both directions:
+//!
+//! ```text
+//! c − t + s = 0 ,   s z = μ ,   t (π − z) = μ            e − t⁺ + t⁻ = 0 ,   t⁺(π − ν) = μ ,   t⁻(π + ν) = μ
+//! ```
+//!
+//! Newton, with slacks and violations eliminated:
+//!
+//! ```text
+//! Σ = 1/(s/z + t/(π − z)) ,   ẑ = z + Σ(c + μ/z − μ/(π − z)) ,   dz = ẑ + Σ C dx − z
+//! ds = μ/z − s − (s/z) dz ,   dt = (μ + t dz)/(π − z) − t
+//! D = t⁺/(π − ν) + t⁻/(π + ν) ,   E dx + e − μ/(π − ν) + μ/(π + ν) = D dν
+//! ```
+//!
+//! The right-hand side is the gradient of the Lagrangian at the present multipliers: it vanishes at the end, so that round-off of the
+//! factors does not bound what is reached.
+//!
+//! An iteration:
+//!
+//! 1. Evaluate, and look whether the conditions hold.
+//! 2. Factor the exact Hessian. Where its inertia is wrong, without the second derivatives of steps and rows (Gauss–Newton) while
+//!    `μ` is large, and with a shift where that fails too or `μ` is small.
+//! 3. Before the tail, an affine step (`μ = 0`) tells the next barrier term and the products of second order (Mehrotra 1992). In the
+//!    tail the term is lowered whenever the conditions at the present one hold roughly (Fiacco and McCormick).
+//! 4. A step stays within its bounds, and is taken where a filter of infeasibility and barrier cost lets it (Wächter and Biegler 2006), if
+//!    need be corrected to second order or shortened. Where no part of it is let, the Hessian is shifted.
+//!
+//! # Why a primal–dual method with a hand-over?
+//!
+//! Mehrotra's rule halves the iterations, and to the very end it lets `μ` outrun the residual. Exact second derivatives with
+//! Gauss–Newton as the way out of a wrong inertia take half the iterations of a shift on paths that cross cones. In the tail
+//! Gauss–Newton has no curvature along faces of optima, which least time with more inputs than axes has, and creeps.
+mod search;
+mod settle;
+mod step;
+
+use super::program::{Derivatives, Duals, Point, Program, RowKind, Shape, Values};
+use super::riccati::{Riccati, Right, Taken, Yield, add, dot};
+use super::tuning::Tuning;
+use crate::optimize::methods::method::Watch;
+use settle::Saved;
+use step::Step;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// All conditions hold.
+    Converged,
+    /// No acceptable step was found.
+    Stalled,
+    /// The limit of iterations was reached.
+    Iterations,
+    /// A number is not finite, or the first point has no value.
+    NotFinite,
+    /// The run was interrupted or reached its deadline.
+    Stopped,
+}
+
+/// How a run went.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    pub end: End,
+    pub iterations: usize,
+    /// Largest residual of stationarity, of all equations, and of complementarity.
+    pub dual: f64,
+    pub primal: f64,
+    pub complementarity: f64,
+    /// The last barrier term of a row.
+    pub barrier: f64,
+    /// The largest violation of an elastic row, and of a terminal equation.
+    pub violation: f64,
+    pub miss: f64,
+    /// Whether the last factors were those of the exact Hessian: then the point is a strict minimum for its barrier term.
+    pub exact: bool,
+}
+
+/// Point, multipliers and work space of a run, allocated once for a shape.
+pub(crate) struct Solver {
+    pub point: Point,
+    pub duals: Duals,
+    /// Slacks, and violations of elastic rows.
+    slacks: Vec<f64>,
+    violations: Vec<f64>,
+    /// `t⁺`, `t⁻`, and their prices.
+    misses: [Vec<f64>; 2],
+    prices: Vec<f64>,
+    pub at: Derivatives,
+    /// The trial point and its values.
+    trial: Point,
+    trial_values: Values,
+    pub(super) riccati: Riccati,
+    pub(super) sigma: Vec<f64>,
+    /// `1/z` and `1/(π − z)`.
+    inverses: [Vec<f64>; 2],
+    pub(super) yields: Vec<Yield>,
+    /// Gradients of the Lagrangian at the present multipliers, and the right-hand side.
+    plain: Right,
+    pub(super) right: Right,
+    /// The step.
+    pub(super) step: Step,
+    other: Step,
+    /// Products of second order: of `s z`, `t (π − z)`.
+    products: [Vec<f64>; 2],
+    /// What rows lack, and the same of equations, in the right-hand side.
+    lacking: Values,
+    filter: Vec<(f64, f64)>,
+    /// The best point of the tail.
+    saved: Saved,
+}
+
+/// State of the iteration besides its point.
+struct State {
+    barrier: f64,
+    tail: bool,
+    /// The last shift, and the least that the line search asks for.
+    shift: f64,
+    least_shift: f64,
+    exact: bool,
+    /// The least error of the tail, and of the last barrier term.
+    best: f64,
+    best_at_last: f64,
+    idle: usize,
+    /// Mean complementarity at the last point.
+    mean: f64,
+}
+
+/// Residuals of the conditions.
+#[derive(Clone, Copy, Debug, Default)]
+struct Residuals {
+    dual: f64,
+    primal: f64,
+    complementarity: f64,
+    /// Largest difference between a complementarity product and the barrier term.
+    off: f64,
+    mean: f64,
+}
+
+impl Residuals {
+    fn largest(&self) -> f64 {
+        nan_max(nan_max(self.dual, self.primal), self.complementarity)
+    }
+}
+
+impl Solver {
+    pub fn of(shape: &Shape) -> Self {
+        let (rows, ends) = (shape.rows(), shape.terminal);
+        let zeros = |size: usize| vec![0.0; size];
+        Self {
+            point: Point::of(shape),
+            duals: Duals::of(shape),
+            slacks: zeros(rows),
+            violations: zeros(rows),
+            misses: [zeros(ends), zeros(ends)],
+            prices: zeros(ends),
+            at: Derivatives::of(shape),
+            trial: Point::of(shape),
+            trial_values: Values::of(shape),
+            riccati: Riccati::of(shape),
+            sigma: zeros(rows),
+            inverses: [zeros(rows), zeros(rows)],
+            yields: vec![Yield::default(); ends],
+            plain: Right::of(shape),
+            right: Right::of(shape),
+            step: Step::of(shape),
+            other: Step::of(shape),
+            products: [zeros(rows), zeros(rows)],
+            lacking: Values::of(shape),
+            filter: Vec::new(),
+            saved: Saved::of(shape),
+        }
+    }
+
+    /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and `duals`.
+    pub fn run(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
+        let shape = program.shape();
+        let weight = 100.0 / shape.stages as f64;
+        let first = tuning.first * weight;
+        let mut state = State {
+            barrier: first,
+            tail: false,
+            shift: 0.0,
+            least_shift: 0.0,
+            exact: false,
+            best: f64::INFINITY,
+            best_at_last: f64::INFINITY,
+            idle: 0,
+            mean: first,
+        };
+        let mut run = Run {
+            end: End::NotFinite,
+            iterations: 0,
+            dual: f64::INFINITY,
+            primal: f64::INFINITY,
+            complementarity: f64::INFINITY,
+            barrier: first,
+            violation: f64::INFINITY,
+            miss: f64::INFINITY,
+            exact: false,
+        };
+        self.filter.clear();
+        self.filter.reserve(tuning.filter);
+        program.at_barrier(first);
+        if !(program.values(&self.point, &mut self.at.values) && self.at.values.are_finite()) {
+            return run;
+        }
+        self.begin(program, tuning, first);
+        let last = tuning.last * weight;
+        for iteration in 0..=tuning.iterations {
+            run.iterations = iteration;
+            if watch.stopped() {
+                run.end = End::Stopped;
+                break;
+            }
+            program.at_barrier(state.barrier.max(state.mean));
+            if !program.derivatives(&self.point, &self.duals, &mut self.at) {
+                run.end = End::NotFinite;
+                break;
+            }
+            self.gradients(shape);
+            let residuals = self.residuals(shape, tuning, state.barrier);
+            (run.dual, run.primal) = (residuals.dual, residuals.primal);
+            (run.complementarity, run.barrier, run.exact) =
+                (residuals.complementarity, state.barrier, state.exact);
+            state.mean = residuals.mean;
+            if !residuals.largest().is_finite() {
+                run.end = End::NotFinite;
+                break;
+            }
+            if state.tail && residuals.largest() < state.best {
+                state.best = residuals.largest();
+                self.saved.copy(&self.point, &self.duals, [&self.slacks, &self.violations], &self.misses);
+            }
+            let at_last = state.barrier <= last * (1.0 + 1e-9);
+            let near = residuals.dual.max(residuals.primal) <= tuning.tolerance;
+            if near
+                && (residuals.complementarity <= tuning.tolerance && residuals.mean <= 2.0 * last
+                    || at_last && residuals.off <= tuning.lowered_at * state.barrier)
+            {
+                run.end = End::Converged;
+                break;
+            }
+            if at_last {
+                let error = residuals.dual.max(residuals.primal).max(residuals.off);
+                state.idle = if error < 0.9 * state.best_at_last { 0 } else { state.idle + 1 };
+                state.best_at_last = state.best_at_last.min(error);
+                let acceptable = state.best <= tuning.acceptable;
+                let patience = if acceptable { tuning.acceptable_patience } else { tuning.patience };
+                if state.idle > patience {
+                    run.end = End::Stalled;
+                    break;
+                }
+            }
+            if iteration == tuning.iterations {
+                run.end = End::Iterations;
+                break;
+            }
+            if !state.tail
+                && state.barrier <= tuning.tail * weight
+                && residuals.mean <= tuning.tail_mean * weight
+            {
+                state.tail = true;
+                self.filter.clear();
+            }
+            if state.tail {
+                let mut off = residuals.dual.max(residuals.primal).max(residuals.off);
+                while state.barrier > last && off <= tuning.lowered_at * state.barrier / weight {
+                    let of_hundred = state.barrier / weight;
+                    let next = (tuning.lowered.0 * of_hundred).min(of_hundred.powf(tuning.lowered.1));
+                    state.barrier = (next * weight).max(last);
+                    self.filter.clear();
+                    let again = self.residuals(shape, tuning, state.barrier);
+                    off = again.dual.max(again.primal).max(again.off);
+                }
+            }
+            if !self.iterate(program, tuning, &mut state, residuals.mean, watch) {
+                run.end = if watch.stopped() { End::Stopped } else { End::Stalled };
+                break;
+            }
+        }
+        if matches!(run.end, End::Stalled | End::Iterations) && state.best <= tuning.acceptable {
+            self.settle(program, tuning, last, &mut run);
+        }
+        run.violation = self.violations.iter().fold(0.0, |worst, value| nan_max(worst, *value));
+        run.miss = self.at.values.terminal.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
+        run
+    }
+
+    /// Sets the first slacks and multipliers.
+    fn begin(&mut self, program: &impl Program, tuning: &Tuning, barrier: f64) {
+        self.duals.costates.fill(0.0);
+        self.duals.terminal.fill(0.0);
+        for (row, (kind, c)) in program.shape().kinds.iter().zip(&self.at.values.rows).enumerate() {
+            let (slack, multiplier) = match kind {
+                RowKind::Equation => (0.0, 0.0),
+                RowKind::Hard => {
+                    let slack = (-c).max(tuning.slack);
+                    (slack, barrier / slack)
+                }
+                RowKind::Elastic => {
+                    let slack = (-c).max(tuning.slack);
+                    (slack, (barrier / slack).min(0.5 * tuning.price))
+                }
+            };
+            (self.slacks[row], self.duals.rows[row]) = (slack, multiplier);
+            let elastic = *kind == RowKind::Elastic;
+            let least = barrier / (tuning.price - multiplier);
+            self.violations[row] = if elastic { (c + slack).max(least) } else { 0.0 };
+        }
+        program.terminal_prices(&mut self.prices);
+        for price in &mut self.prices {
+            *price *= tuning.terminal_price;
+        }
+        for (index, (e, price)) in self.at.values.terminal.iter().zip(&self.prices).enumerate() {
+            let least = barrier / price;
+            self.misses[0][index] = e.max(0.0) + least;
+            self.misses[1][index] = (-e).max(0.0) + least;
+        }
+    }
+
+    /// Returns the residual of a row, `c − t + s`.
+    fn row_lacks(&self, kind: RowKind, row: usize, c: f64) -> f64 {
+        match kind {
+            RowKind::Equation => c,
+            RowKind::Hard => c + self.slacks[row],
+            RowKind::Elastic => c - self.violations[row] + self.slacks[row],
+        }
+    }
+
+    /// Returns all residuals, from the gradients of the Lagrangian.
+    fn residuals(&self, shape: &Shape, tuning: &Tuning, barrier: f64) -> Residuals {
+        let largest = |values: &[f64]| values.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
+        let mean = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
+        let count = self.duals.costates.len() + self.duals.rows.len() + self.duals.terminal.len();
+        let sum = mean(&self.duals.costates) + mean(&self.duals.rows) + mean(&self.duals.terminal);
+        let dual_scale = (sum / count as f64 / tuning.large).max(1.0);
+        let mut found = Residuals {
+            dual: nan_max(
+                nan_max(largest(&self.plain.gradients), largest(&self.plain.last)),
+                largest(&self.plain.start),
+            ) / dual_scale,
+            primal: largest(&self.at.values.defects),
+            ..Residuals::default()
+        };
+        let (mut total, mut pairs) = (0.0, 0usize);
+        let mut product = |product: f64| {
+            found.complementarity = nan_max(found.complementarity, product.abs() / dual_scale);
+            found.off = nan_max(found.off, (product - barrier).abs() / dual_scale);
+            (total, pairs) = (total + product, pairs + 1);
+        };
+        for (row, kind) in shape.kinds.iter().enumerate() {
+            if *kind != RowKind::Equation {
+                product(self.slacks[row] * self.duals.rows[row]);
+            }
+            if *kind == RowKind::Elastic {
+                product(self.violations[row] * (tuning.price - self.duals.rows[row]));
+            }
+        }
+        for (index, price) in self.prices.iter().enumerate() {
+            let nu = self.duals.terminal[index];
+            product(self.misses[0][index] * (price - nu));
+            product(self.misses[1][index] * (price + nu));
+        }
+        for (row, kind) in shape.kinds.iter().enumerate() {
+            found.primal = nan_max(found.primal, self.row_lacks(*kind, row, self.at.values.rows[row]).abs());
+        }
+        for (index, e) in self.at.values.terminal.iter().enumerate() {
+            found.primal = nan_max(found.primal, (e - self.misses[0][index] + self.misses[1][index]).abs());
+        }
+        found.mean = total / pairs.max(1) as f64;
+        found
+    }
+
+    /// Computes the gradient of the Lagrangian at the present multipliers, without `ẑ − z`.
+    fn gradients(&mut self, shape: &Shape) {
+        let (n, m, z) = (shape.n, shape.m, shape.z());
+        for stage in 0..shape.stages {
+            let gradient = &mut self.plain.gradients[stage * z..][..z];
+            gradient.copy_from_slice(&self.at.gradients[stage * z..][..z]);
+            let next = &self.duals.costates[(stage + 1) * n..][..n];
+            for (to, column) in gradient.iter_mut().zip(self.at.steps[stage * n * z..].chunks_exact(n)) {
+                *to += dot(column, next);
+            }
+            add(&mut gradient[m..], -1.0, &self.duals.costates[stage * n..][..n]);
+            for row in shape.rows_of(stage) {
+                let slopes = shape.slopes_of(row);
+                let multiplier = self.duals.rows[row];
+                for (place, value) in shape.unknowns[slopes.clone()].iter().zip(&self.at.slopes[slopes]) {
+                    gradient[usize::from(*place)] += multiplier * value;
+                }
+            }
+        }
+        let last = &mut self.plain.last;
+        last.copy_from_slice(&self.at.last_gradient);
+        for (slope, nu) in self.at.terminal_slopes.chunks_exact(n).zip(&self.duals.terminal) {
+            add(last, *nu, slope);
+        }
+        add(last, -1.0, &self.duals.costates[shape.stages * n..]);
+        for (to, start) in self.plain.start.iter_mut().zip(self.at.start_slopes.chunks_exact(n)) {
+            *to = dot(start, &self.duals.costates[..n]);
+        }
+    }
+
+    /// Computes and takes one step; returns `false` if no step can be found or the watch ends the run.
+    fn iterate(
+        &mut self,
+        program: &impl Program,
+        tuning: &Tuning,
+        state: &mut State,
+        mean: f64,
+        watch: &Watch,
+    ) -> bool {
+        let shape = program.shape();
+        let weight = 100.0 / shape.stages as f64;
+        self.weigh(shape, tuning);
+        let curved_only = state.tail;
+        let mut taken = Taken { curved: true, shift: state.least_shift };
+        state.exact = state.least_shift == 0.0;
+        if !self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken) {
+            state.exact = false;
+            let mut found = false;
+            if !curved_only {
+                taken.curved = false;
+                found = self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken);
+            }
+            let mut shift = if state.shift > 0.0 {
+                (state.shift * tuning.shift.decay).max(1e-20)
+            } else {
+                tuning.shift.first
+            };
+            let mut growth = if state.shift > 0.0 { tuning.shift.growth } else { tuning.shift.growth_first };
+            while !found {
+                taken = Taken { curved: true, shift: shift.max(state.least_shift) };
+                if taken.shift > tuning.shift.largest || !taken.shift.is_finite() || watch.stopped() {
+                    return false;
+                }
+                found = self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken);
+                if found {
+                    state.shift = taken.shift;
+                }
+                shift = taken.shift * growth;
+                growth = tuning.shift.growth;
+            }
+        }
+        self.products.iter_mut().for_each(|products| products.fill(0.0));
+        self.lack(shape);
+        if !state.tail {
+            self.direction(shape, 0.0);
+            let (primal, dual) = self.to_boundary(shape, tuning, 1.0);
+            let after = self.mean_after(shape, tuning, primal, dual);
+            let share = (after / mean).clamp(0.0, 1.0).powi(3);
+            let least = 0.1 * tuning.tail * weight;
+            state.barrier = (share * mean).max(least).max(tuning.last * weight);
+            if primal.min(dual) > tuning.corrected_from {
+                self.second_order_products(shape, tuning.corrected_to * mean.max(0.0));
+            }
+            self.filter.clear();
+        }
+        self.direction(shape, state.barrier);
+        if !self.search(program, tuning, state, watch) {
+            let (first, growth) = tuning.shift_of_search;
+            state.least_shift = first.max(4.0 * state.shift).max(growth * state.least_shift);
+            self.filter.clear();
+            return state.least_shift <= tuning.shift.largest;
+        }
+        state.least_shift *= 0.1;
+        if state.least_shift < 0.5 * tuning.shift_of_search.0 * 1e-3 {
+            state.least_shift = 0.0;
+        }
+        true
+    }
+}
+
+/// Returns the larger of two numbers, or NaN where one of them is NaN (`f64::max` would drop it).
+fn nan_max(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
