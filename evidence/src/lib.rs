@@ -10,6 +10,7 @@ pub mod attitude_files;
 pub mod constrained;
 pub mod everyday;
 pub mod families;
+pub mod figures;
 pub mod held;
 pub mod hostile;
 pub mod measured;

@@ -7,6 +7,7 @@ mod dearer;
 mod everyday;
 mod false_files;
 mod families;
+mod figures;
 mod flies;
 mod fuel_of_forces;
 mod global_bound;
@@ -75,6 +76,7 @@ pub const COMMANDS: &[Command] = commands! {
     everyday
     false_files
     families
+    figures
     flies
     fuel_of_forces
     global_bound
