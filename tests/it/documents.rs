@@ -291,7 +291,8 @@ fn links_and_names_lead_somewhere() {
         }
         for quoted in text.split('`').skip(1).step_by(2) {
             if let [folder, file, name] = quoted.split("::").collect::<Vec<_>>()[..] {
-                let file = Path::new(ROOT).join(format!("tests/it/{folder}/{file}.rs"));
+                let of = |tests| Path::new(ROOT).join(format!("tests/{tests}/{folder}/{file}.rs"));
+                let file = if of("laws").exists() { of("laws") } else { of("it") };
                 let text = fs::read_to_string(&file).unwrap_or_default();
                 let is_test = !file.exists() || text.contains(&format!("fn {name}()"));
                 assert!(is_test, "{}: no test {quoted}", document.display());
