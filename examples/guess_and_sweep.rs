@@ -29,7 +29,7 @@ fn main() {
         products.push(product);
         guess = Some(Guess::of(solution, &problem));
     }
-    // From rest to rest time only scales the motion: cost falls with the cube of the duration.
+    // Time only scales the motion from rest to rest: the cost falls with the cube of the duration.
     assert!(products.iter().all(|product| (product / products[0] - 1.0).abs() < 1e-10));
 }
 

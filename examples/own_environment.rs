@@ -34,8 +34,8 @@ impl Environment for Dipole {
     }
 }
 
-/// Largest difference of moment, gradient and curvature from central differences of what they
-/// derive.
+/// Returns the largest difference of moment, gradient and curvature from central differences of
+/// what they derive.
 fn derivative_error(field: &Dipole, attitude: Matrix3) -> f64 {
     let step = 1e-5;
     let at = |axis: usize, size: f64| Pose {

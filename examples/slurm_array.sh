@@ -4,9 +4,10 @@
 #   sbatch --array=1-40 examples/slurm_array.sh maneuver.toml results 40
 #   slew merge results/shard-*.jsonl -o all.jsonl
 #
-# A shard that was killed, or ran into its time limit, goes on where it was left when it is submitted again, alone as well
-# (`--array=3 … 40`: the number of shards stays); what is finished costs nothing. The merged file is, byte for byte, that of
-# one long run. Works the same without Slurm:
+# A shard that was killed, or ran into its time limit, goes on where it was left when it is
+# submitted again, alone as well (`--array=3 … 40`: the number of shards stays); what is finished
+# costs nothing. The merged file is, byte for byte, that of one long run. Works the same without
+# Slurm:
 #
 #   for i in 1 2 3; do SLURM_ARRAY_TASK_ID=$i examples/slurm_array.sh maneuver.toml results 3 & done
 #
@@ -23,7 +24,8 @@ mkdir -p "$results"
 
 "${SLEW:-slew}" monte-carlo "$spec" --shard "$shard/$shards" --threads "${SLURM_CPUS_PER_TASK:-1}" \
     --progress -o "$results/shard-$shard.jsonl" &
-# The signal before the time limit reaches this shell alone: it is passed on, and what is done is kept.
+# The signal before the time limit reaches this shell alone: it is passed on, and what is done is
+# kept.
 trap 'kill -TERM $! 2>/dev/null' TERM
 code=0
 wait $! || code=$?

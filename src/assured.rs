@@ -14,7 +14,7 @@
 //! to its own limit, so the next z is
 //!
 //! ```text
-//! z ← z − q ,    q: what is left of the limits, each in its σ, in the case than which the part p of the cases have less
+//! z ← z − q ,    q: the quantile p, over the cases, of the room within the limits, in σ
 //! ```
 
 mod group;
@@ -283,7 +283,8 @@ const TURNS: usize = 12;
 /// these need.
 ///
 /// # Errors
-/// [`NotKept`]: as of [`plan::plan`], where an end too near to a limit for its chance is one; or more of a limit is needed than there is.
+/// [`NotKept`]: as of [`plan::plan`], where an end too near to a limit for its chance is one; or
+/// more of a limit is needed than there is.
 pub fn plan(
     problem: &Problem,
     settings: &Settings,

@@ -102,7 +102,7 @@ pub fn moving_ends(random: &mut Random, frame: AxisFrame) -> Problem {
     problem.with_actuation(actuation).with_objective(weights)
 }
 
-/// Returns the same on SO(3).
+/// Returns the maneuver without its translation, on SO(3).
 pub fn attitude_only(mut problem: Problem) -> Problem {
     problem.motion = crate::maneuver::problem::Motion::Attitude;
     problem.actuation.force = None;

@@ -124,8 +124,8 @@ fn forces_allocate_nothing() {
     count();
 }
 
-/// A step of every method, for one body and for two, with and without inputs. The references of another
-/// crate allocate and say so.
+/// A step of every method, for one body and for two, with and without inputs. The references of
+/// another crate allocate and say so.
 #[test]
 fn steps_of_the_integrators_allocate_nothing() {
     let inertia = Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap();

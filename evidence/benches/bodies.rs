@@ -73,7 +73,7 @@ fn clouds_parallel(bencher: Bencher, size: (usize, usize)) {
     clouds(bencher, size, Threads::Many);
 }
 
-/// A Lie–Verlet step of all bodies; threads where they pay, as by default.
+/// Measures a Lie–Verlet step of all bodies, with threads if they pay, as by default.
 #[divan::bench(args = CLOUDS, max_time = 2)]
 fn step_of_clouds(bencher: Bencher, (bodies, points): (usize, usize)) {
     let attractors = vec![cloud(points); bodies];
@@ -106,7 +106,7 @@ fn second_order(bencher: Bencher, bodies: usize) {
     evaluate(bencher, &gravity, bodies, bodies * (bodies - 1) / 2);
 }
 
-/// A ball of 8·4^cuts faces.
+/// Returns a ball of 8·4^cuts faces.
 fn ball(cuts: usize) -> Polyhedron {
     let shape = Polyhedron::octahedron(&Vector3::repeat(1.0)).unwrap();
     let (mut vertices, mut faces) = (shape.vertices().to_vec(), shape.faces().to_vec());

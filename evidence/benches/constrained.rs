@@ -1,9 +1,9 @@
 //! Solve time of constrained slews: 100 steps, torque box, two keep-out cones, cold start.
 //!
-//! `cargo bench -p benches --bench constrained` prints the median over 100 random slews that are
-//! solved, next to that of plans whose discrete motion meets the end, the part of it inside the
-//! cone solver, and the number of subproblems. `evidence/src/constrained.rs` has the law of the
-//! slews.
+//! `cargo bench -p benches --bench constrained` prints the median time of 100 random slews that are
+//! solved, the median time of plans whose discrete motion meets the end, the part of the time
+//! inside the cone solver, and the number of subproblems. `evidence/src/constrained.rs` has the law
+//! of the slews.
 
 use slewkit::maneuver::settings::Settings;
 use slewkit::maneuver::solution::Outcome;

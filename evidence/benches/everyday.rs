@@ -1,12 +1,18 @@
 //! Plans of everyday maneuvers: how many are solved and verified, in what time, at what cost.
 //!
-//! `cargo bench -p benches --bench everyday [-- [KIND …] [--cases COUNT] [--seed SEED] [--limit SECONDS] [--costs FILE]]`: COUNT (100)
-//! maneuvers of each kind (`time`, `rate`, `cone`, `effort`) by the law of `evidence::everyday`, one after the other, planned by
-//! default, each within SECONDS of wall time where they are given. Times are of the processor, all threads of a plan together, where
-//! the system tells; of the clock otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan: kind, seed, number,
-//! verdict, cost, seconds.
+//! ```text
+//! cargo bench -p benches --bench everyday [-- [KIND …] [--cases COUNT] [--seed SEED]
+//!     [--limit SECONDS] [--costs FILE]]
+//! ```
 //!
-//! Without `--bench` (as `cargo test` calls it) one maneuver of least effort is planned.
+//! It plans COUNT (100) maneuvers of each kind (`time`, `rate`, `cone`, `effort`) by the law of
+//! `evidence::everyday`, one after the other, with default settings, each within SECONDS of wall
+//! time if given. Times are processor times of all threads of a plan, if the system reports them,
+//! and wall times otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan:
+//! kind, seed, number, verdict, cost, seconds.
+//!
+//! If `--bench` is missing (as when `cargo test` calls it), one maneuver of least effort is
+//! planned.
 
 use evidence::everyday::{KINDS, STEPS, maneuver};
 use evidence::process::Watch;
@@ -18,7 +24,7 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// What is asked for.
+/// The options of the command line.
 struct Asked {
     kinds: Vec<String>,
     cases: usize,

@@ -2,9 +2,10 @@
 //! conservation over long runs.
 //!
 //! `cargo bench -p benches --bench integrators` measures one step of every method on the free
-//! asymmetric body and on two dumbbells, then the implicit equation, then conservation over 10⁶
-//! and 10⁷ steps. Without `--bench` (as `cargo test` calls it) everything runs once and briefly.
-//! Times are the fastest of many batches, because other work on the machine moves a median.
+//! asymmetric body and on two dumbbells, then the implicit equation, then conservation over 10⁶ and
+//! 10⁷ steps. If `--bench` is missing (as when `cargo test` calls it), everything runs once and
+//! briefly. Times are the fastest of many batches, because other work on the machine moves a
+//! median.
 
 use evidence::motions::{dumbbells, free_body, full_inertia, steady_rotation};
 use slewkit::propagate::integrator::{AttitudeEquation, ErrorControl, Kind};
@@ -21,7 +22,7 @@ fn main() {
     conservation(if benching { &[1_000_000, 10_000_000] } else { &[1000] });
 }
 
-/// Shortest time of a batch in a while, in ns per item.
+/// Returns the shortest time of a batch in some seconds, in ns per item.
 fn fastest(seconds: f64, items: u32, mut batch: impl FnMut()) -> f64 {
     let (mut best, whole) = (f64::INFINITY, Instant::now());
     loop {
@@ -138,7 +139,7 @@ fn naive(seconds: f64, steps: u32) {
     }
 }
 
-/// Least-squares slope of the values over 0…1, and its standard error.
+/// Returns the least-squares slope of the values over 0…1, and its standard error.
 fn trend(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let t = |index: usize| index as f64 / n - 0.5 + 0.5 / n;

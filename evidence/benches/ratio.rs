@@ -59,7 +59,8 @@ fn main() {
     }
     whole_plans(benching);
     println!(
-        "discrete: the plan whose discrete motion meets the end; then whole over discrete, and what landing takes a correction"
+        "discrete: the plan whose discrete motion meets the end; then whole over discrete, and what landing \
+            takes a correction"
     );
     println!("\nsolve: the solver alone, all grids and starts. 2nd order: writing the trajectory down and");
     println!("the tests of stationarity, rank and conjugate points. witnesses: both of the verification.");
@@ -105,7 +106,8 @@ fn whole_plans(benching: bool) {
         let [ratio, landing] = [&mut ratios, &mut landings].map(|ratios| quantile(ratios, 0.5));
         let correction = quantile(&mut corrections, 0.5) * 1e6;
         println!(
-            "{steps:>9} {bare:>9.4} ms {whole:>9.3} ms {ratio:>8.1} {discrete:>9.3} ms {landing:>8.2} {correction:>9.1} us"
+            "{steps:>9} {bare:>9.4} ms {whole:>9.3} ms {ratio:>8.1} {discrete:>9.3} ms {landing:>8.2} \
+                {correction:>9.1} us"
         );
     }
 }

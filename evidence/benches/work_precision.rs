@@ -1,8 +1,8 @@
 //! Work at equal energy error: the survey's two dumbbells, and two octahedra against
 //! Runge–Kutta–Fehlberg 7(8).
 //!
-//! `cargo bench -p benches --bench work_precision`. Without `--bench` (as `cargo test` calls it)
-//! everything runs shortly, once. The figures of the first comparison are drawn by
+//! `cargo bench -p benches --bench work_precision`. If `--bench` is missing (as when `cargo test`
+//! calls it), everything runs shortly, once. The figures of the first comparison are drawn by
 //! `slew compare problems/two_dumbbells.toml`.
 
 use slewkit::maneuver::problem::State;
@@ -34,7 +34,8 @@ fn print(study: &Study, system: &System, start: &SystemState) {
     println!("{found}");
 }
 
-/// Two octahedra of 2000 kg/m³, 0.5 and 0.15 km, 1.2 km apart, and the period of their orbit.
+/// Returns two octahedra of 2000 kg/m³, 0.5 and 0.15 km, 1.2 km apart, and the period of their
+/// orbit.
 fn octahedra() -> (System, SystemState, f64) {
     let solid = |size: f64| {
         let shape = Polyhedron::octahedron(&(size * Vector3::new(1.0, 0.8, 0.7))).unwrap();

@@ -35,7 +35,7 @@ impl Motion {
         }
     }
 
-    /// Attitude, body → reference, and rate in body axes [rad/s].
+    /// Returns the attitude, body → reference, and the rate in body axes [rad/s].
     pub fn at(&self, time: f64) -> (Matrix3, Vector3) {
         let s = time / self.duration;
         let (part, slope) = (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / self.duration);
@@ -66,7 +66,7 @@ pub enum Kind {
     Spin,
 }
 
-/// How a file is written.
+/// The style of a file.
 #[derive(Clone, Debug)]
 pub struct Style {
     pub notation: Notation,
@@ -146,7 +146,7 @@ const SEQUENCES: [[usize; 3]; 12] = [
 ];
 
 impl Style {
-    /// Any legal style for this motion.
+    /// Draws any legal style for this motion.
     pub fn random(random: &mut Random, motion: &Motion, frame: Frame) -> Self {
         let notation = random.pick(&[Notation::Keywords, Notation::Keywords, Notation::Xml, Notation::Table]);
         let first_version = notation != Notation::Table && random.unit() < 0.3;
@@ -246,8 +246,8 @@ pub struct Row {
 
 /// Returns the rows of a motion, as a style has them.
 pub fn rows(motion: &Motion, style: &Style) -> Vec<Row> {
-    // The components are converted to the file's reference frame; a table names none and has that
-    // of the spec.
+    // The components are converted to the file's reference frame; a table names no frame and uses
+    // the frame of the spec.
     let theirs = ORBIT.iter().find(|(name, _)| *name == style.reference && style.notation != Notation::Table);
     let to_theirs =
         theirs.map_or(Matrix3::identity(), |(_, rows)| Matrix3::from_fn(|row, column| rows[row][column]));
@@ -348,7 +348,7 @@ fn euler_derivative(angles: &Vector3, axes: [usize; 3], rate: &Vector3) -> Vecto
 fn numbers(style: &Style, row: &Row, index: usize) -> Vec<f64> {
     let (x_is_a, degrees) = (style.a_to_b, |vector: Vector3| vector.map(f64::to_degrees));
     let velocity = || {
-        // The axes of A are those of X if attitudes map from A to B.
+        // The axes of A equal the axes of X if attitudes map from A to B.
         let in_x = style.rate_in_a == x_is_a;
         degrees(if in_x { row.attitude * row.rate } else { row.rate })
     };

@@ -1,25 +1,29 @@
 //! Everyday maneuvers: four reaction wheels turn a spacecraft from rest to rest, within limits.
 //!
-//! The law. One of three buses, each as often: mean moment J, torque τ and momentum h of a wheel (0.12 kg·m², 4 mN·m,
-//! 20 mN·m·s), (40, 0.1, 2), (900, 0.6, 25). Principal moments J·(a, b, c) along the body axes: a and b uniform in 0.6 … 1.4, c
-//! between max(1.1 |a − b|, 0.5) and min(0.9 (a + b), 1.5). Wheels about (±0.8, 0, 0.6) and (0, ±0.8, 0.6), without momentum
-//! at the start. From rest to rest through an angle θ uniform in 25 … 170° about a uniform axis; 100 steps.
+//! The law. One of three buses, each as often: mean moment J, torque τ and momentum h of a wheel
+//! (0.12 kg·m², 4 mN·m, 20 mN·m·s), (40, 0.1, 2), (900, 0.6, 25). Principal moments J·(a, b, c)
+//! along the body axes: a and b uniform in 0.6 … 1.4, c between max(1.1 |a − b|, 0.5) and min(0.9
+//! (a + b), 1.5). Wheels about (±0.8, 0, 0.6) and (0, ±0.8, 0.6), without momentum at the start.
+//! The body turns from rest to rest through an angle θ uniform in 25 … 170° about a uniform axis;
+//! 100 steps.
 //!
 //! - `time`: in least time.
 //! - `rate`: the same with each rate at most √(1.6 θτ/J) times a number uniform in 0.45 … 0.8.
 //! - `cone`: the same past up to three cones.
-//! - `effort`: of least effort past up to three cones, in 2.2 √(θJ/1.6τ) times a number uniform in 1.2 … 2.
+//! - `effort`: of least effort past up to three cones, in 2.2 √(θJ/1.6τ) times a number uniform in
+//!   1.2 … 2.
 //!
-//! Of cones one, two or three are drawn for one uniform boresight, of half angles α uniform in 8 … 25°, each about a direction that lies
-//! tan(α·u), u uniform in 0.2 … 1.1, beside where the boresight points at a part, uniform in 25 … 75 %, of the turn about its
-//! axis; one that an end of the turn is in, or nearer to than 2°, is left out.
+//! One, two or three cones are drawn for one uniform boresight, of half angles α uniform in 8 …
+//! 25°. Each is about a direction that lies tan(α·u), u uniform in 0.2 … 1.1, beside the boresight
+//! at a part, uniform in 25 … 75 %, of the turn about its axis. A cone that contains an end of the
+//! turn, or is nearer to it than 2°, is left out.
 
 use crate::Random;
 use slewkit::maneuver::{Constraint, Direction, Duration, Objective, Pointing, Problem, Rule, Side, State};
 use slewkit::mechanics::{Actuation, Body, Inertia, Wheels};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// What of the law a maneuver has.
+/// The objective and the limits of a maneuver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Least time.
@@ -39,16 +43,16 @@ pub const KINDS: [(&str, Kind); 4] =
 /// Mean moment \[kg·m²\], torque \[N·m\] and momentum [N·m·s] of a wheel.
 const BUSES: [[f64; 3]; 3] = [[0.12, 4e-3, 0.02], [40.0, 0.1, 2.0], [900.0, 0.6, 25.0]];
 
-/// What the four wheels together turn about one axis by, over the torque of one of them.
+/// The torque of the four wheels together about one axis, over the torque of one of them.
 const TOGETHER: f64 = 1.6;
 
-/// How far outside of a cone the ends are \[deg\].
+/// The least angle between an end and the rim of a cone \[deg\].
 const OUTSIDE_DEG: f64 = 2.0;
 
 /// The steps of a maneuver.
 pub const STEPS: usize = 100;
 
-/// The maneuver of a number among those of a seed and a kind.
+/// Returns the maneuver of a number, a kind and a seed.
 pub fn maneuver(kind: Kind, seed: u64, number: usize) -> Problem {
     let mut random = Random::of_case((seed << 2) | kind as u64, number);
     let [mean, torque, momentum] = random.pick(&BUSES);
@@ -84,7 +88,7 @@ pub fn maneuver(kind: Kind, seed: u64, number: usize) -> Problem {
     problem
 }
 
-/// The maneuver past those of one to three cones that hold neither end.
+/// Returns the maneuver past one to three cones, without the cones that contain an end.
 fn past_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Problem {
     let boresight = random.normal_direction();
     for number in 1..=1 + random.below(3) {

@@ -11,7 +11,7 @@ use slewkit::mechanics::environment::{CentralGravity, GravityGradient, PointMass
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::{PI, TAU};
 
-/// One stream a case of a family.
+/// Returns the random numbers of a case of a family, a stream for each.
 pub fn case(seed: u64, family: usize, index: usize) -> Random {
     Random::of_case(seed ^ ((family as u64 + 77) << 48), index)
 }
@@ -219,7 +219,7 @@ fn box_limits(random: &mut Random) -> Problem {
     problem.with_actuation(Actuation::torques(set))
 }
 
-/// One or two cones that a boresight would cross on the turn about the fixed axis.
+/// Builds one or two cones that a boresight would cross on the turn about the fixed axis.
 fn cones(random: &mut Random) -> Problem {
     let (mut problem, angle) = slew(random);
     let axis = lie::log(&problem.end.attitude) / angle;

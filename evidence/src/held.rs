@@ -18,7 +18,7 @@ pub struct Flown {
     pub attitude: f64,
     /// The rate error at the end, over a radian in the duration.
     pub rate: f64,
-    /// On SE(3): the position error, over the distance between the ends or one meter.
+    /// The position error of a motion on SE(3), over the distance between the ends or one meter.
     pub position: f64,
     /// The largest violation of a cone \[rad\], or of a limit of a rate relative to it, at the
     /// nodes of the integration; at most 0 if all hold.

@@ -109,7 +109,7 @@ const KEYS: &[&str] = &[
     "gravity.gravitational_constant_m3_kg_s2",
 ];
 
-/// `text` with up to three changes; `donor` gives lines of its own.
+/// Returns `text` with up to three changes; `donor` gives lines of its own.
 pub fn mutate(text: &str, donor: &str, random: &mut Random) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..random.below(4) {
@@ -213,8 +213,15 @@ impl Corpus {
     pub fn new() -> Result<Self, Box<dyn std::error::Error>> {
         let mut seeds = Vec::new();
         let root = Path::new(crate::ROOT);
-        for folder in ["problems", "problems/published", "problems/shapes", "tests/bad_inputs"] {
-            for entry in fs::read_dir(root.join(folder))? {
+        let mut folders =
+            ["problems", "problems/published", "problems/shapes"].map(|one| root.join(one)).to_vec();
+        let bad = root.join("tests/bad_inputs");
+        // One folder for each table of the spec.
+        for entry in fs::read_dir(&bad)? {
+            folders.push(entry?.path());
+        }
+        for folder in folders {
+            for entry in fs::read_dir(&folder)? {
                 let path = entry?.path();
                 let reader = match path.extension().and_then(|ending| ending.to_str()) {
                     Some("toml") => Reader::Toml,
@@ -224,7 +231,7 @@ impl Corpus {
                 };
                 // Those that are no text are wrong in their own way, which no mutation improves.
                 if let Ok(text) = fs::read_to_string(&path) {
-                    seeds.push((reader, folder != "tests/bad_inputs", text));
+                    seeds.push((reader, !folder.starts_with(&bad), text));
                 }
             }
         }
@@ -375,7 +382,7 @@ fn refused(errors: &Diagnostics) -> Result<Answer, String> {
 pub fn read_spec(bytes: &[u8], format: Format, set: &[Override]) -> Result<Answer, String> {
     // `from_bytes` handles input that is not text.
     let read = match std::str::from_utf8(bytes) {
-        Ok(text) => spec::load_from_str(text, "x", Path::new("tests/bad_inputs"), format, set),
+        Ok(text) => spec::load_from_str(text, "x", Path::new("tests/bad_inputs/orbit"), format, set),
         Err(_) => spec::from_bytes(bytes, "x", format, set).map(|loaded| Spec::Maneuver(Box::new(loaded))),
     };
     let spec = match read {

@@ -93,8 +93,8 @@ pub fn complaint(law: &Law, planned: &Planned, random: &mut Random) -> Result<Op
     if solved && !same { words(format!("cost differs by {excess:+.1e}")) } else { Ok(None) }
 }
 
-/// Returns the cost of a plan. If inputs switch, it is the cost of the extremal, because that of
-/// the grid depends on the placement of its arcs on steps, and on whether a singular arc is
+/// Returns the cost of a plan. If inputs switch, it is the cost of the extremal, because the cost
+/// on the grid depends on the placement of its arcs on steps, and on whether a singular arc is
 /// smoothed or replaced.
 fn cost(plan: &Plan) -> f64 {
     plan.solution.switching.as_ref().map_or(plan.solution.cost, |found| found.continuous_cost)
@@ -108,8 +108,8 @@ fn inexact(plan: &Plan) -> f64 {
 /// The law does not apply to this maneuver.
 pub struct NotApplicable;
 
-/// Returns the same maneuver backwards, in three mirrors and in permuted axes, where it has these:
-/// all cost the same.
+/// Returns the maneuver backwards, in three mirrors and in permuted axes, as far as it has these
+/// images: all have one cost.
 pub fn images(problem: &Problem) -> Vec<(&'static str, Problem)> {
     let mirror = |at: usize| {
         let mut matrix = Matrix3::identity();
@@ -198,8 +198,8 @@ impl View {
         ActuatorSet::new(set.axes().iter().map(turned).collect(), set.frame()).ok()?.with_limits(limits).ok()
     }
 
-    /// Returns the maneuver in this description; `None` if it has none, such as an orbit's frame
-    /// in other axes.
+    /// Returns the maneuver in this description; `None` if the description does not exist, such as
+    /// an orbit's frame in other axes.
     fn of(&self, problem: &Problem) -> Option<Problem> {
         let Self { mass, length, time, cost, reference, body } = self;
         let mut told = problem.clone();
@@ -336,7 +336,7 @@ fn permuted_axes(planned: &Planned, random: &mut Random) -> Option<Related> {
     same(View { body, ..PLAIN }.of(&planned.problem)?, 1.0)
 }
 
-/// The plane of the mirror holds the orbit's radius and velocity.
+/// The plane of the mirror contains the orbit's radius and velocity.
 fn in_a_mirror(planned: &Planned, _: &mut Random) -> Option<Related> {
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0));
     same(View { reference: mirror, body: mirror, ..PLAIN }.of(&planned.problem)?, 1.0)
@@ -472,7 +472,8 @@ fn written_and_read(planned: &Planned, _: &mut Random) -> Option<Related> {
     same(written.read("written", &[]).ok()?.problem, 1.0)
 }
 
-/// In c times the time one path needs c⁻² of each torque, c⁻³ of the effort and c⁻¹ of the fuel;
+/// One path in c times the time needs c⁻² of each torque, c⁻³ of the effort and c⁻¹ of the
+/// fuel;
 /// rates and the changes of torques per second fall too.
 fn more_time(planned: &Planned, random: &mut Random) -> Option<Related> {
     let mut problem = planned.problem.clone();

@@ -12,7 +12,7 @@ pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }
 
-/// Torque-free rotation of that body.
+/// Returns the torque-free rotation of that body.
 pub fn free_body() -> (System, SystemState) {
     let system = System::new(vec![Body { inertia: full_inertia(), mass: None }], None).unwrap();
     let start = State::attitude(lie::exp(&Vector3::new(0.4, -0.3, 0.5)), Vector3::new(0.6, -0.5, 1.0));

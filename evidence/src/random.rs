@@ -21,7 +21,7 @@ impl Random {
         random
     }
 
-    /// Uniform 64 bits.
+    /// Draws 64 uniform bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -30,52 +30,52 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1): the upper 53 bits, so that every value is exact.
+    /// Draws a number uniform in [0, 1): the upper 53 bits, so that every value is exact.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * 2.0_f64.powi(-53)
     }
 
-    /// Uniform in [−1, 1).
+    /// Draws a number uniform in [−1, 1).
     pub fn uniform(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
 
-    /// Uniform between two numbers.
+    /// Draws a number uniform between two others.
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// One of `count` numbers from 0.
+    /// Returns one of `count` numbers from 0.
     pub fn below(&mut self, count: usize) -> usize {
         (self.unit() * count as f64) as usize
     }
 
-    /// One of several.
+    /// Draws one of several.
     pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.below(from.len())]
     }
 
-    /// True in one of two cases.
+    /// Draws true in one of two cases.
     pub fn coin(&mut self) -> bool {
         self.unit() < 0.5
     }
 
-    /// Normal, of variance 1, by Box and Muller.
+    /// Draws a normal number of variance 1, by Box and Muller.
     pub fn normal(&mut self) -> f64 {
         (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (2.0 * PI * self.unit()).cos()
     }
 
-    /// Uniform in the cube [−1, 1)³.
+    /// Draws a vector uniform in the cube [−1, 1)³.
     pub fn vector(&mut self) -> Vector3 {
         Vector3::from_fn(|_, _| self.uniform())
     }
 
-    /// Uniform in the cube [−half, half)³.
+    /// Draws a vector uniform in the cube [−half, half)³.
     pub fn within_cube(&mut self, half: f64) -> Vector3 {
         Vector3::from_fn(|_, _| self.within(-half, half))
     }
 
-    /// Uniform on the unit sphere: the direction of a point of the ball.
+    /// Draws a direction uniform on the unit sphere: the direction of a point of the ball.
     pub fn direction(&mut self) -> Vector3 {
         loop {
             let v = self.vector();
@@ -96,7 +96,7 @@ impl Random {
         lie::exp(&(self.direction() * (PI * self.uniform())))
     }
 
-    /// Uniform on SO(3): a normalised quaternion of four normal numbers.
+    /// Draws a rotation uniform on SO(3): a normalised quaternion of four normal numbers.
     pub fn uniform_rotation(&mut self) -> Matrix3 {
         let q: [f64; 4] = std::array::from_fn(|_| self.normal());
         let norm = q.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -127,7 +127,7 @@ impl Random {
         self.about_any_axes(&moments)
     }
 
-    /// These moments about axes uniform on SO(3).
+    /// Returns the inertia of these moments about axes uniform on SO(3).
     pub fn about_any_axes(&mut self, moments: &Vector3) -> Inertia {
         let axes = self.uniform_rotation();
         let j = axes * Matrix3::from_diagonal(moments) * axes.transpose();

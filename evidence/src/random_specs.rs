@@ -73,8 +73,8 @@ const SWITCHING_KINDS: [Kind; 8] = [
     ("minimum_time_thrusters", |draft| switching(draft, "time", Inputs::Thrusters)),
 ];
 
-/// Returns the spec of this index among those of minimum time and fuel. It has its own stream, so
-/// that the other stream does not change.
+/// Returns the spec of minimum time or fuel with this index. It has its own stream, so that the
+/// other stream does not change.
 pub fn random_switching_spec(index: u64) -> RandomSpec {
     let (kind, build) = SWITCHING_KINDS[(index % SWITCHING_KINDS.len() as u64) as usize];
     let mut draft = Draft::new(index ^ 0x0051_71c4);

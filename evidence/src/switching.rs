@@ -1,17 +1,24 @@
 //! Random maneuvers of least time and fuel of twelve kinds, on a few hundred steps.
 //!
-//! In all of them a body of random principal axes in one of three maneuvers and along the axes of
-//! the torques otherwise; rotation vector of uniform direction, angle up to π; 200 steps; where not
-//! said otherwise moments in a ratio up to 5 and rates up to 0.3 in the unit of time in 40 % of
-//! them. `time`: three torques, limits from 0.4 to 1.6. `unequal`: moments in a ratio from 5 to
-//! 100, from rest to rest. `fuel`: the duration from 1.05 to 1000 times that of the turn about the
-//! axis, uniform in its logarithm. `price`: a second costs from 2 to 200 % of what all inputs cost
-//! at their limits. `thrusters`, `thruster-fuel`: 6 to 12 one-sided thrusters about random axes
-//! that reach every direction, from rest to rest; of fuel in 1.5 to 5 times that duration. `long`:
-//! the long way round in least time, from rest to rest. `given`: rotations of 120 to 840° as
-//! written, the same. `cones`, `cone-fuel`: past one to three cones on 60 steps. `norm-fuel`: one
-//! torque that points anywhere, its norm limited, in 1.5 to 5 times that duration. `pulses`: three
-//! torques off or at a limit in the same, with a shortest pulse of 1 to 10 % of it.
+//! All maneuvers have a body of random principal axes in one of three maneuvers and along the axes
+//! of the torques otherwise; a rotation vector of uniform direction, angle up to π; 200 steps.
+//! Unless stated otherwise, moments have a ratio up to 5, and 40 % of the maneuvers have rates up
+//! to 0.3 in the unit of time. The kinds are:
+//!
+//! - `time`: three torques, limits from 0.4 to 1.6;
+//! - `unequal`: moments in a ratio from 5 to 100, from rest to rest;
+//! - `fuel`: the duration from 1.05 to 1000 times the duration of the turn about the axis, uniform
+//!   in its logarithm;
+//! - `price`: a second costs from 2 to 200 % of the cost of all inputs at their limits;
+//! - `thrusters`, `thruster-fuel`: 6 to 12 one-sided thrusters about random axes that reach every
+//!   direction, from rest to rest; fuel in 1.5 to 5 times the duration of that turn;
+//! - `long`: the long way in least time, from rest to rest;
+//! - `given`: rotations of 120 to 840° as written, in least time, from rest to rest;
+//! - `cones`, `cone-fuel`: past one to three cones on 60 steps;
+//! - `norm-fuel`: one torque that points anywhere, its norm limited, in 1.5 to 5 times the duration
+//!   of that turn;
+//! - `pulses`: three torques off or at a limit in such a duration, with a shortest pulse of 1 to 10
+//!   % of it.
 
 use crate::Random;
 use slewkit::maneuver::{Constraint, Direction, Fuel, Objective, Path, Pointing, Problem, Rule, Side, State};
@@ -65,7 +72,7 @@ pub fn cost_and_gap(plan: &Plan) -> (f64, f64) {
     }
 }
 
-/// Returns the maneuver of this index among those of a kind; `None` where it cannot be built.
+/// Returns the maneuver of this index and kind; `None` if it cannot be built.
 pub fn maneuver(kind: Kind, index: u64) -> Option<Problem> {
     let mut random = Random::of_case(0x1a6e_5000 + kind as u64, index as usize);
     let log_uniform = |random: &mut Random, low: f64, high: f64| low * (high / low).powf(random.unit());
@@ -140,7 +147,8 @@ pub fn maneuver(kind: Kind, index: u64) -> Option<Problem> {
     if coned { with_cones(problem, &turn, &mut random) } else { Some(problem) }
 }
 
-/// One to three directions that a boresight is to be kept from, near the middle of the turn.
+/// Returns one to three directions that a boresight is to be kept from, near the middle of the
+/// turn.
 fn with_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Option<Problem> {
     for index in 0..1 + random.below(3) {
         let boresight = direction(random);
@@ -159,7 +167,8 @@ fn with_cones(mut problem: Problem, turn: &Vector3, random: &mut Random) -> Opti
     Some(problem)
 }
 
-/// Six to twelve thrusters that push to one side each and together turn the body any way round.
+/// Returns six to twelve thrusters that push to one side each and together turn the body any way
+/// round.
 fn thrusters(random: &mut Random) -> Option<ActuatorSet> {
     let count = 6 + random.below(7);
     for _ in 0..1000 {

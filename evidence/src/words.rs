@@ -6,17 +6,17 @@ use std::iter::Peekable;
 use std::str::FromStr;
 use std::vec::IntoIter;
 
-/// A command that was asked for what it does not do: `evidence` ends with 2.
+/// A wrong command line: `evidence` ends with 2.
 #[derive(Debug)]
 pub struct Misuse(String);
 
 impl Misuse {
-    /// What is wrong, in words.
+    /// Creates the error with this description of the fault.
     pub fn new(what: impl Into<String>) -> Self {
         Self(what.into())
     }
 
-    /// Says that a word is none of those that are known.
+    /// Creates the error for a word that is none of the known ones.
     pub fn of(what: &str, word: &str, known: &[impl AsRef<str>]) -> Self {
         let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
         Self(format!("`{word}` is no {what}; known are {}", known.join(", ")))
@@ -55,7 +55,7 @@ impl Words {
         self.take().ok_or_else(|| Misuse(format!("the {what} is missing")))
     }
 
-    /// Takes a number, or the default where the words have ended.
+    /// Takes a number, or the default if no word is left.
     pub fn number<T: FromStr>(&mut self, what: &str, default: T) -> Result<T, Misuse> {
         self.take().map_or(Ok(default), |word| parsed(what, &word))
     }

@@ -1,10 +1,12 @@
-"""What a Python process that plans all day holds: resident memory over many plans, none of which is kept.
+"""What a Python process that plans all day holds: resident memory over many plans, none of which is
+kept.
 
     python memory.py [plans] [steps]
 
-Every plan is of another dictionary, and is used as users do: arrays, a rotation, the dictionary of the plan; one in ten is
-refused, stopped or verified once more. What grows is a leak; the first tenth warms up. Prints a line every tenth, and
-fails where the second half has grown by more than a mebibyte.
+Every plan is of another dictionary, and is used as users do: arrays, a rotation, the dictionary of
+the plan; one in ten is refused, stopped or verified once more. What grows is a leak; the first
+tenth warms up. Prints a line every tenth, and fails where the second half has grown by more than a
+mebibyte.
 """
 
 import resource

@@ -1,9 +1,10 @@
-"""What Python adds to a plan: the time of a call from Python beside that of the same plan within the library, pair by pair.
+"""What Python adds to a plan: the time of a call from Python beside that of the same plan within
+the library, pair by pair.
 
     python overhead.py [steps] [plans]
 
-The maneuver is the free asymmetric body of `cargo bench -p benches --bench ratio`, rest to rest, the default plan: best way, second order,
-all witnesses. Needs a wheel built with `--release`.
+The maneuver is the free asymmetric body of `cargo bench -p benches --bench ratio`, rest to rest,
+the default plan: best way, second order, all witnesses. Needs a wheel built with `--release`.
 """
 
 import sys
@@ -25,7 +26,8 @@ problem = slewkit.Problem(spec)
 
 
 def measured(call):
-    """Median and 95 % of the microseconds of a call beyond those within the library, and the median of the latter."""
+    """Median and 95 % of the microseconds of a call beyond those within the library, and the median
+    of the latter."""
     beyond, within = [], []
     for _ in range(count):
         began = time.perf_counter()

@@ -2,11 +2,13 @@
 
     pip install casadi; python peers.py [cases] [steps]
 
-A free asymmetric body turns from rest to rest between random attitudes in given time with least effort. CasADi gets what a
-practitioner writes: unit quaternion and rate, Runge–Kutta 4 over steps with held torque, multiple shooting, exact derivatives,
-compiled once for all cases, and from the turn about the eigenaxis with a cubic law as the start. Its effort is that of held
-torques, so the two optima differ by the square of the step: some 1e-4 of the cost at 100 steps. `slewkit` is timed twice: the
-solve alone, and the whole default plan, with second-order test and witnesses, called from Python.
+A free asymmetric body turns from rest to rest between random attitudes in given time with least
+effort. CasADi gets what a practitioner writes: unit quaternion and rate, Runge–Kutta 4 over steps
+with held torque, multiple shooting, exact derivatives, compiled once for all cases, and from the
+turn about the eigenaxis with a cubic law as the start. Its effort is that of held torques, so the
+two optima differ by the square of the step: some 1e-4 of the cost at 100 steps. `slewkit` is timed
+twice: the solve alone, and the whole default plan, with second-order test and witnesses, called
+from Python.
 """
 
 import os
@@ -45,7 +47,8 @@ def spec(moments, target):
 
 
 def transcription(solver):
-    """The maneuver as a program of all nodes, in scaled time and torque; parameters are moments and target."""
+    """The maneuver as a program of all nodes, in scaled time and torque; parameters are moments and
+    target."""
     moments, target = ca.MX.sym("J", 3), ca.MX.sym("target", 4)
     x, u, h = ca.MX.sym("x", 7), ca.MX.sym("u", 3), 1.0 / steps
     q, w = x[:4], x[4:]
@@ -126,7 +129,8 @@ for moments, target in cases():
         times.setdefault(name, []).append(seconds)
 
 best = np.nanmin(np.array(list(costs.values())), axis=0)
-print(f"{count} random slews of {steps} steps, rest to rest, one core; CasADi {ca.__version__}, slewkit {slewkit.__version__}\n")
+print(f"{count} random slews of {steps} steps, rest to rest, one core; CasADi {ca.__version__}, "
+      f"slewkit {slewkit.__version__}\n")
 print(f"{'':<16} {'solved':>8} {'costlier by > 1 %':>18} {'median excess':>14} {'median':>10} {'95 %':>10}")
 for name in times:
     seconds = 1e3 * np.array(times[name])

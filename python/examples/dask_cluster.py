@@ -2,7 +2,8 @@
 
     python dask_cluster.py [cases] [workers]
 
-On a cluster a `SLURMCluster` or `KubeCluster` of dask-jobqueue or dask-kubernetes stands in the place of `LocalCluster`.
+On a cluster a `SLURMCluster` or `KubeCluster` of dask-jobqueue or dask-kubernetes stands in the
+place of `LocalCluster`.
 """
 
 import os
@@ -18,7 +19,8 @@ import slewkit
 
 
 def spec(case: int) -> dict:
-    """A random slew from rest to rest; the case is its seed, so that every worker makes the same."""
+    """A random slew from rest to rest; the case is its seed, so that every worker makes the
+    same."""
     random = np.random.default_rng(case)
     return {
         "format": 1,
@@ -31,21 +33,25 @@ def spec(case: int) -> dict:
 
 
 def solve(cases: list[int]) -> list[tuple[int, str, float]]:
-    """Status and cost of some cases; enough at a time that the scheduler does not become the work."""
+    """Status and cost of some cases; enough at a time that the scheduler does not become the
+    work."""
     plans = [slewkit.plan(spec(case), strict=False) for case in cases]
     return [(case, plan.status, plan.cost) for case, plan in zip(cases, plans)]
 
 
 def run(count: int, workers: int, kill: bool) -> tuple[list, float]:
-    with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-        # So many that a worker which is done early finds more, and so few that handing them out costs nothing.
+    with LocalCluster(n_workers=workers, threads_per_worker=1,
+        dashboard_address=None) as cluster, Client(cluster) as client:
+        # So many that a worker which is done early finds more, and so few that handing them out
+        # costs nothing.
         size = max(10, count // (16 * workers))
         batches = [list(range(first, min(first + size, count))) for first in range(0, count, size)]
         pids = list(client.run(os.getpid).values())
         # What every worker loads, once.
         client.run(solve, [0])
         began, results = time.perf_counter(), []
-        # A batch whose worker dies goes to another: Dask's own doing, as a plan depends on nothing but its spec.
+        # A batch whose worker dies goes to another: Dask's own doing, as a plan depends on nothing
+        # but its spec.
         for done in as_completed(client.map(solve, batches), with_results=True):
             results += done[1]
             if kill:

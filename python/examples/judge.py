@@ -1,4 +1,5 @@
-"""What is told when things go wrong: a spec with mistakes, a maneuver that cannot be, a plan that was tampered with."""
+"""What is told when things go wrong: a spec with mistakes, a maneuver that cannot be, a plan that
+was tampered with."""
 
 import slewkit
 

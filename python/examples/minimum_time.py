@@ -1,4 +1,5 @@
-"""The shortest turn of a cube by 90°, which is not about its axis: K. D. Bilimoria and B. Wie, J. Guidance 16 (1993)."""
+"""The shortest turn of a cube by 90°, which is not about its axis: K. D. Bilimoria and B. Wie, J.
+Guidance 16 (1993)."""
 
 import math
 

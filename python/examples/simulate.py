@@ -1,4 +1,5 @@
-"""Dzhanibekov's wing nut: spin about the middle axis turns over and over, energy and momentum stay."""
+"""Dzhanibekov's wing nut: spin about the middle axis turns over and over, energy and momentum
+stay."""
 
 import numpy as np
 
@@ -19,5 +20,6 @@ motion = slewkit.simulate(
 )
 spin = motion.bodies[0].angular_velocity[:, 1]
 turns = np.count_nonzero(np.diff(np.sign(spin)))
-print(f"turned over {turns} times; angular momentum drifts by {np.ptp(motion.angular_momentum, axis=0).max():.1e} N·m·s")
+print(f"turned over {turns} times; angular momentum drifts "
+      f"by {np.ptp(motion.angular_momentum, axis=0).max():.1e} N·m·s")
 assert turns >= 4 and np.ptp(motion.angular_momentum, axis=0).max() < 1e-12

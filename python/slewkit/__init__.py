@@ -1,4 +1,5 @@
-"""Optimal attitude maneuvers of a rigid body, planned with Lie group variational integrators and independently verified.
+"""Optimal attitude maneuvers of a rigid body, planned with Lie group variational integrators and
+independently verified.
 
 ::
 
@@ -13,9 +14,10 @@
     })
     print(plan.cost, plan.torque[0], plan.rotation()[-1].as_rotvec())
 
-Units are SI and radians, and stand in the keys of specs. Attitudes map body to reference components; quaternions are those of
-SciPy, ``[x, y, z, w]``, unless ``scalar_first`` is given. Angular velocities, torques and inertias are in body axes; positions,
-velocities and forces in reference axes. Results are the same bits as those of the program ``slew``.
+Units are SI and radians, and stand in the keys of specs. Attitudes map body to reference
+components; quaternions are those of SciPy, ``[x, y, z, w]``, unless ``scalar_first`` is given.
+Angular velocities, torques and inertias are in body axes; positions, velocities and forces in
+reference axes. Results are the same bits as those of the program ``slew``.
 """
 
 from ._commands import (

@@ -28,8 +28,8 @@ class Progress(NamedTuple):
     elapsed: float
 
 
-#: Called with the progress of the work, at once and then at most twenty times a second. A return value of ``False``, or an
-#: exception, stops the work.
+#: Called with the progress of the work, at once and then at most twenty times a second. A return
+#: value of ``False``, or an exception, stops the work.
 ProgressFunction = Callable[[Progress], Union[bool, None]]
 
 #: A guess: a plan, the path of a plan file or of attitudes, or 6 (12) costates.
@@ -46,15 +46,17 @@ def plan(
 ) -> Plan:
     """Plans a maneuver and verifies the plan, with the bits of ``slew plan``.
 
-    ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a :class:`Problem`. ``guess`` is a plan of a
-    neighbouring maneuver: a :class:`Plan`, a plan file, a file of attitudes, or costates. ``overrides`` sets keys of the
-    spec: ``{"maneuver.duration_s": 90}``. Other threads run meanwhile; Ctrl-C raises KeyboardInterrupt, with the best iterate in
+    ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a
+    :class:`Problem`. ``guess`` is a plan of a neighbouring maneuver: a :class:`Plan`, a plan file,
+    a file of attitudes, or costates. ``overrides`` sets keys of the spec: ``{"maneuver.duration_s":
+    90}``. Other threads run meanwhile; Ctrl-C raises KeyboardInterrupt, with the best iterate in
     its attribute ``plan``.
 
-    Returns a plan that is solved and verified, and raises otherwise: :class:`SpecError`, :class:`FileError`,
-    :class:`Infeasible`, :class:`NotSolved`, :class:`LimitReached`, :class:`VerificationFailed`, :class:`Interrupted`.
-    The exceptions of a solve have the best result in ``plan``. With ``strict=False`` the function returns the plan in every
-    case, with its ``status``.
+    Returns a plan that is solved and verified, and raises otherwise: :class:`SpecError`,
+    :class:`FileError`, :class:`Infeasible`, :class:`NotSolved`, :class:`LimitReached`,
+    :class:`VerificationFailed`, :class:`Interrupted`. The exceptions of a solve have the best
+    result in ``plan``. With ``strict=False`` the function returns the plan in every case, with its
+    ``status``.
     """
     maneuver = maneuver_of(spec, overrides)
     planned, raised = _slewkit.plan(maneuver, _suggestion(guess), _told(progress))
@@ -78,7 +80,8 @@ def _failure(found: Plan) -> PlanError:
 
 
 def check(spec: SpecLike, *, overrides: Mapping[str, Any] | None = None) -> list[Diagnostic]:
-    """Returns all errors and warnings of the spec of a maneuver or a simulation; an empty list for a valid spec.
+    """Returns all errors and warnings of the spec of a maneuver or a simulation; an empty list for
+    a valid spec.
 
     Raises :class:`FileError` if a file cannot be read.
     """
@@ -121,7 +124,8 @@ class Verification:
 
     @property
     def margins(self) -> list[dict[str, Any]]:
-        """Every limit and constraint with its smallest margin; empty if only attitudes were judged."""
+        """Every limit and constraint with its smallest margin; empty if only attitudes were
+        judged."""
         return list(self.found.get("margins", []))
 
     @property
@@ -138,14 +142,15 @@ def verify(
     progress: ProgressFunction | None = None,
     strict: bool = False,
 ) -> Verification:
-    """Lets the independent witnesses judge a plan, a plan file, or the dictionary of one, by its own spec or another, as
-    ``slew verify`` does. They do not judge whether the plan is optimal.
+    """Lets the independent witnesses judge a plan, a plan file, or the dictionary of one, by its
+    own spec or another, as ``slew verify`` does. They do not judge whether the plan is optimal.
 
-    The path may also be that of an AEM or a table of attitudes, with the ``spec`` that they must fulfil. Ends, duration, cones
-    and rates are then judged, and ``found`` has ``checks``, ``violations`` in words and ``peak_torque_n_m``.
+    The path may also be that of an AEM or a table of attitudes, with the ``spec`` that they must
+    fulfil. Ends, duration, cones and rates are then judged, and ``found`` has ``checks``,
+    ``violations`` in words and ``peak_torque_n_m``.
 
-    A plan that fails is returned; with ``strict`` it raises :class:`VerificationFailed`. A plan whose arrays do not fit the
-    maneuver always raises it.
+    A plan that fails is returned; with ``strict`` it raises :class:`VerificationFailed`. A plan
+    whose arrays do not fit the maneuver always raises it.
     """
     if isinstance(plan, (str, os.PathLike)):
         bytes, name = content(plan)
@@ -206,8 +211,8 @@ def compare(
     overrides: Mapping[str, Any] | None = None,
     progress: ProgressFunction | None = None,
 ) -> Comparison:
-    """Solves a maneuver by every method that applies, as ``slew compare`` does: Newton shooting, sequential convex programming
-    to its own convergence, and SCP with final Newton iterations."""
+    """Solves a maneuver by every method that applies, as ``slew compare`` does: Newton shooting,
+    sequential convex programming to its own convergence, and SCP with final Newton iterations."""
     text, raised = _slewkit.compare(maneuver_of(spec, overrides), _told(progress))
     if raised is not None:
         raise raised
@@ -244,12 +249,14 @@ def compare_integrators(
     overrides: Mapping[str, Any] | None = None,
     progress: ProgressFunction | None = None,
 ) -> IntegratorComparison:
-    """Compares work and precision of integrators on the motion of a simulation spec, as ``slew compare`` does.
+    """Compares work and precision of integrators on the motion of a simulation spec, as ``slew
+    compare`` does.
 
-    ``integrators`` are names; the others are compared with the first; ``steps`` in seconds, longest first;
-    ``horizons`` in seconds, shortest first, whole numbers of every step; ``errors`` are the mean energy errors at which work is
-    compared, largest first. The spec supplies values that are not given. Raises ValueError if the values do not
-    make a comparison, :class:`Interrupted` if ``progress`` stops it."""
+    ``integrators`` are names; the others are compared with the first; ``steps`` in seconds, longest
+    first; ``horizons`` in seconds, shortest first, whole numbers of every step; ``errors`` are the
+    mean energy errors at which work is compared, largest first. The spec supplies values that are
+    not given. Raises ValueError if the values do not make a comparison, :class:`Interrupted` if
+    ``progress`` stops it."""
     floats = [[float(number) for number in given] for given in (steps, horizons, errors)]
     text, raised = _slewkit.compare_integrators(
         spec, overrides, list(integrators), floats[0], floats[1], floats[2], _told(progress)

@@ -128,7 +128,8 @@ class VerificationFailed(PlanError):
 
 
 class NotFinite(SlewError):
-    """A simulation produced a number that is not finite; ``simulation`` has the rows before it (exit code 9)."""
+    """A simulation produced a number that is not finite; ``simulation`` has the rows before it
+    (exit code 9)."""
 
     exit_code = 9
     #: The rows before it.

@@ -18,22 +18,25 @@ from ._plan import Array, Plan, load
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """Many flights of one plan; SI units, body axes. Rows of arrays are cases; the row of a lost case is NaN."""
+    """Many flights of one plan; SI units, body axes. Rows of arrays are cases; the row of a lost
+    case is NaN."""
 
     #: The name of the maneuver.
     name: str
     #: Seed of the random numbers: a case depends only on it and its number.
     seed: int
-    #: Statistics, with the keys of a loop of ``slew fly --format json``: deviations with their linear prediction, quantiles,
-    #: proportions of the cases with their intervals of 95 % (Clopper and Pearson).
+    #: Statistics, with the keys of a loop of ``slew fly --format json``: deviations with their
+    #: linear prediction, quantiles, proportions of the cases with their intervals of 95 % (Clopper
+    #: and Pearson).
     statistics: dict[str, Any]
     #: ``[ζ, δΩ]`` at the end, true minus planned, rad and rad/s, shape (runs, 6).
     end: Array
-    #: The smallest room to each constraint along the motion, shape (runs, constraints): rad for cones, relative to the limit
-    #: for rates; negative for a violation.
+    #: The smallest room to each constraint along the motion, shape (runs, constraints): rad for
+    #: cones, relative to the limit for rates; negative for a violation.
     room: Array
-    #: The smallest room of commands to each limit of the torques along the motion, before saturation, shape (runs, limits): of
-    #: the size of each input, of the norm, of the rate of each input, for the limits that exist, SI; negative for a violation.
+    #: The smallest room of commands to each limit of the torques along the motion, before
+    #: saturation, shape (runs, limits): of the size of each input, of the norm, of the rate of each
+    #: input, for the limits that exist, SI; negative for a violation.
     input_room: Array
     #: Part of the steps in which a limit saturated a command, shape (runs,).
     saturated: Array
@@ -51,12 +54,14 @@ class Flights:
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """The lost cases: they turn too fast to be propagated, or all their drawn inertias are impossible."""
+        """The lost cases: they turn too fast to be propagated, or all their drawn inertias are
+        impossible."""
         return np.isnan(self.end[:, 0])
 
     @property
     def violated(self) -> dict[str, dict[str, Any]]:
-        """For each constraint the cases that violate it at any time: ``count``, ``part``, and its ``interval`` of 95 %."""
+        """For each constraint the cases that violate it at any time: ``count``, ``part``, and its
+        ``interval`` of 95 %."""
         return {one["name"]: one["violated"] for one in self.statistics["end"]["constraints"]}
 
     @property
@@ -81,15 +86,18 @@ def closed_loop(
     overrides: Mapping[str, Any] | None = None,
     progress: ProgressFunction | None = None,
 ) -> Flights:
-    """Flies a plan ``runs`` times by a craft that differs from the model as ``[uncertainty]`` and ``[plant]`` of its spec state.
-    The numbers are those of ``slew fly``: with its gains, or in open loop with ``gains=False``.
+    """Flies a plan ``runs`` times by a craft that differs from the model as ``[uncertainty]`` and
+    ``[plant]`` of its spec state. The numbers are those of ``slew fly``: with its gains, or in open
+    loop with ``gains=False``.
 
-    ``plan`` is a :class:`Plan`, a plan file, or the dictionary of one; ``overrides`` sets keys of its spec, such as
-    ``{"uncertainty.inertia.relative": 0.05}``, without a change of the plan. The number of ``threads``, by default that of the machine,
-    does not change the result. Other threads run meanwhile.
+    ``plan`` is a :class:`Plan`, a plan file, or the dictionary of one; ``overrides`` sets keys of
+    its spec, such as ``{"uncertainty.inertia.relative": 0.05}``, without a change of the plan. The
+    number of ``threads``, by default that of the machine, does not change the result. Other threads
+    run meanwhile.
 
-    Raises :class:`PlanError` if the plan is not solved, has no uncertainty, or has no gains; :class:`SpecError`;
-    :class:`FileError`; ValueError for impossible numbers; :class:`Interrupted` if ``progress`` stops it."""
+    Raises :class:`PlanError` if the plan is not solved, has no uncertainty, or has no gains;
+    :class:`SpecError`; :class:`FileError`; ValueError for impossible numbers; :class:`Interrupted`
+    if ``progress`` stops it."""
     flown = plan if isinstance(plan, Plan) else load(plan)
     text, arrays, raised = _slewkit.fly(flown._planned, runs, seed, threads, gains, overrides, _told(progress))
     if raised is not None:

@@ -46,8 +46,8 @@ class Plan:
 
     @property
     def status(self) -> str:
-        """``"solved"``, ``"infeasible"``, ``"not_converged"``, ``"limit_reached"``, ``"verification_failed"`` or
-        ``"interrupted"``."""
+        """``"solved"``, ``"infeasible"``, ``"not_converged"``, ``"limit_reached"``,
+        ``"verification_failed"`` or ``"interrupted"``."""
         return self._planned.status
 
     @property
@@ -57,8 +57,8 @@ class Plan:
 
     @property
     def cost(self) -> float:
-        """The cost: the effort ``∫ ½ uᵀWu dt`` (N²·m²·s with unit weights, for the attitude alone), the fuel, or the duration
-        in seconds. NaN without a plan."""
+        """The cost: the effort ``∫ ½ uᵀWu dt`` (N²·m²·s with unit weights, for the attitude alone),
+        the fuel, or the duration in seconds. NaN without a plan."""
         return self._planned.cost
 
     @property
@@ -78,31 +78,33 @@ class Plan:
 
     @property
     def wall_time(self) -> float:
-        """Wall time within the library in seconds, verification included; NaN for a plan that was read."""
+        """Wall time within the library in seconds, verification included; NaN for a plan that was
+        read."""
         return self._planned.wall_time
 
     @property
     def outcome(self) -> str:
-        """The outcome of the solver: ``"converged"``, ``"iteration_limit"``, ``"stalled"`` and so on."""
+        """The outcome of the solver: ``"converged"``, ``"iteration_limit"``, ``"stalled"`` and so
+        on."""
         return str(self._head["outcome"])
 
     @property
     def verification(self) -> dict[str, Any] | None:
-        """The results of the independent witnesses, with the keys of a plan file; None without a trajectory. Numbers that are
-        not finite are None."""
+        """The results of the independent witnesses, with the keys of a plan file; None without a
+        trajectory. Numbers that are not finite are None."""
         found: dict[str, Any] | None = self._head["verified"]
         return found
 
     @property
     def margins(self) -> list[dict[str, Any]]:
-        """Every limit and constraint with its smallest margin, from the witnesses: ``name``, ``margin`` in
-        ``unit``, negative if violated, ``time_s``, ``at``."""
+        """Every limit and constraint with its smallest margin, from the witnesses: ``name``,
+        ``margin`` in ``unit``, negative if violated, ``time_s``, ``at``."""
         return list((self.verification or {}).get("margins", []))
 
     @property
     def active(self) -> list[dict[str, Any]]:
-        """The active limits and constraints: ``name``, and arrays ``time_s`` and ``multiplier``, scaled and
-        nonnegative."""
+        """The active limits and constraints: ``name``, and arrays ``time_s`` and ``multiplier``,
+        scaled and nonnegative."""
         return [
             {"name": one["name"], "time_s": _floats(one["time_s"]), "multiplier": _floats(one["multiplier"])}
             for one in self._head["active"]
@@ -110,14 +112,16 @@ class Plan:
 
     @property
     def switching(self) -> dict[str, Any] | None:
-        """Arcs, switching times and certificate of a plan whose inputs switch, with the keys of a plan file: ``structure``,
-        ``continuous_duration_s``, ``continuous_cost``, ``gap``, ``eigenaxis_s``, ``arcs``. None for other plans."""
+        """Arcs, switching times and certificate of a plan whose inputs switch, with the keys of a
+        plan file: ``structure``, ``continuous_duration_s``, ``continuous_cost``, ``gap``,
+        ``eigenaxis_s``, ``arcs``. None for other plans."""
         arcs: dict[str, Any] | None = self._head.get("switching")
         return arcs
 
     @property
     def switching_times(self) -> Array:
-        """Switching times in seconds of the continuous extremal of minimum time or fuel; empty for other plans."""
+        """Switching times in seconds of the continuous extremal of minimum time or fuel; empty for
+        other plans."""
         arcs = (self.switching or {}).get("arcs", [])
         return _floats([arc["start_s"] for arc in arcs[1:]])
 
@@ -128,7 +132,8 @@ class Plan:
 
     @property
     def optimality(self) -> dict[str, Any]:
-        """``stationarity``, ``conjugate_points`` (0: a local minimum), ``rank`` and ``condition`` of the sensitivities.
+        """``stationarity``, ``conjugate_points`` (0: a local minimum), ``rank`` and ``condition``
+        of the sensitivities.
 
         If the spec skips the test, ``tested`` is present and false.
         """
@@ -136,22 +141,24 @@ class Plan:
 
     @property
     def terminal_error(self) -> dict[str, float]:
-        """Distance of the discrete end from the terminal conditions: ``attitude_rad``, ``momentum_relative``."""
+        """Distance of the discrete end from the terminal conditions: ``attitude_rad``,
+        ``momentum_relative``."""
         return dict(self._head["terminal"])
 
     @property
     def landing(self) -> dict[str, Any] | None:
-        """The corrections of landing, after which the true motion under the held torques meets the end: ``corrections`` of the
-        discrete target, ``misses`` before each and after the last (rad, or relative), ``cost_before`` of the discrete optimum,
-        with which rivals compare. None if the discrete motion meets the end (``target = "discrete"``)."""
+        """The corrections of landing, after which the true motion under the held torques meets the
+        end: ``corrections`` of the discrete target, ``misses`` before each and after the last (rad,
+        or relative), ``cost_before`` of the discrete optimum, with which rivals compare. None if
+        the discrete motion meets the end (``target = "discrete"``)."""
         found: dict[str, Any] | None = self._head.get("landing")
         return found
 
     @property
     def chosen_steps(self) -> dict[str, Any] | None:
-        """The choice of the number of steps, if the spec gives none: the first number ``began``, whether the plan ``lands``,
-        and ``cost_error``, the estimated relative excess of the cost over the optimum in continuous time. None if steps are
-        given."""
+        """The choice of the number of steps, if the spec gives none: the first number ``began``,
+        whether the plan ``lands``, and ``cost_error``, the estimated relative excess of the cost
+        over the optimum in continuous time. None if steps are given."""
         found: dict[str, Any] | None = self._head.get("chosen")
         return found
 
@@ -163,9 +170,10 @@ class Plan:
 
     @property
     def accuracy(self) -> dict[str, Any] | None:
-        """The accuracy of the true motion under the held torques: the miss ``continuous_attitude_deg``, the required
-        ``wanted_deg``, and the approximate number of ``steps`` that would suffice (None if the present number does, or if no
-        number can). None without a plan."""
+        """The accuracy of the true motion under the held torques: the miss
+        ``continuous_attitude_deg``, the required ``wanted_deg``, and the approximate number of
+        ``steps`` that would suffice (None if the present number does, or if no number can). None
+        without a plan."""
         found: dict[str, Any] | None = self._head.get("accuracy")
         return found
 
@@ -182,8 +190,9 @@ class Plan:
         return self._column("time")
 
     def quaternions(self, *, scalar_first: bool = False) -> Array:
-        """Attitudes at the nodes as unit quaternions, continuous along the motion, shape (N + 1, 4): ``[x, y, z, w]`` as in
-        SciPy, ``[w, x, y, z]`` with ``scalar_first``. Hamilton; body to reference components."""
+        """Attitudes at the nodes as unit quaternions, continuous along the motion, shape (N + 1,
+        4): ``[x, y, z, w]`` as in SciPy, ``[w, x, y, z]`` with ``scalar_first``. Hamilton; body to
+        reference components."""
         return self._wxyz if scalar_first else self._xyzw
 
     @cached_property
@@ -196,11 +205,13 @@ class Plan:
 
     @cached_property
     def rotation_matrices(self) -> Array:
-        """Attitudes at the nodes as matrices, shape (N + 1, 3, 3); ``R @ v`` maps body components to reference components."""
+        """Attitudes at the nodes as matrices, shape (N + 1, 3, 3); ``R @ v`` maps body components
+        to reference components."""
         return self._column("rotation_matrix", 3, 3)
 
     def rotation(self) -> Rotation:
-        """Attitudes at the nodes as a SciPy ``Rotation``; ``apply`` maps body components to reference components."""
+        """Attitudes at the nodes as a SciPy ``Rotation``; ``apply`` maps body components to
+        reference components."""
         from scipy.spatial.transform import Rotation
 
         return Rotation.from_quat(self._xyzw)
@@ -212,26 +223,28 @@ class Plan:
 
     @cached_property
     def angular_momentum(self) -> Array:
-        """Angular momentum of the body ``Π = JΩ`` at the nodes, body axes, N·m·s, shape (N + 1, 3); without the momentum of its
-        wheels."""
+        """Angular momentum of the body ``Π = JΩ`` at the nodes, body axes, N·m·s, shape (N + 1, 3);
+        without the momentum of its wheels."""
         inertia: Array = np.array(self._planned.inertia)
         momentum: Array = self.angular_velocity @ inertia
         return momentum
 
     @cached_property
     def position(self) -> Array:
-        """Position of the mass center at the nodes, reference axes, m, shape (N + 1, 3); (0, 3) if it does not move."""
+        """Position of the mass center at the nodes, reference axes, m, shape (N + 1, 3); (0, 3) if
+        it does not move."""
         return self._column("position", 3)
 
     @cached_property
     def velocity(self) -> Array:
-        """Velocity of the mass center at the nodes, reference axes, m/s, shape (N + 1, 3); (0, 3) if it does not
-        move."""
+        """Velocity of the mass center at the nodes, reference axes, m/s, shape (N + 1, 3); (0, 3)
+        if it does not move."""
         return self._column("velocity", 3)
 
     @cached_property
     def input_time(self) -> Array:
-        """The time of each row of inputs, s: of its node, or of the start of the step over which the row is held."""
+        """The time of each row of inputs, s: of its node, or of the start of the step over which
+        the row is held."""
         first, held = self._planned.first_input
         return self.time[:-1] if held else self.time[first:]
 
@@ -260,7 +273,8 @@ class Plan:
 
     @cached_property
     def force(self) -> Array:
-        """Force of all actuators, reference axes, N, shape (rows, 3); (0, 3) if the body only turns."""
+        """Force of all actuators, reference axes, N, shape (rows, 3); (0, 3) if the body only
+        turns."""
         return self._column("force", 3)
 
     @cached_property
@@ -271,22 +285,26 @@ class Plan:
 
     @cached_property
     def costates(self) -> Array:
-        """Costates, SI, left-trivialised, ``[ζ, δΠ]`` or ``[δx, δγ, ζ, δΠ]``, shape (rows, 6 or 12); ``u = −W⁻¹Bᵀλ``."""
+        """Costates, SI, left-trivialised, ``[ζ, δΠ]`` or ``[δx, δγ, ζ, δΠ]``, shape (rows, 6 or
+        12); ``u = −W⁻¹Bᵀλ``."""
         return self._column("costates", 12 if self._planned.moves else 6)
 
     @cached_property
     def gains(self) -> Array:
-        """Gains of each step and input, for the deviation of attitude and rate from the plan, body axes: ``input = held input - gains[k] @
-        [ζ, δΩ]``, ``ζ = log(R*ᵀR)`` in rad, rad/s; shape (N, inputs, 6), (0, inputs, 6) without ``[feedback]``. Neighbouring gains of
-        wheels have nine columns, with the deviation of the stored momentum, body axes, N·m·s. Gains of bodies that translate have
-        twelve columns, with the deviation of position and velocity before these, m and m/s."""
+        """Gains of each step and input, for the deviation of attitude and rate from the plan, body
+        axes: ``input = held input - gains[k] @ [ζ, δΩ]``, ``ζ = log(R*ᵀR)`` in rad, rad/s; shape
+        (N, inputs, 6), (0, inputs, 6) without ``[feedback]``. Neighbouring gains of wheels have
+        nine columns, with the deviation of the stored momentum, body axes, N·m·s. Gains of bodies
+        that translate have twelve columns, with the deviation of position and velocity before
+        these, m and m/s."""
         inputs, states = self._planned.gain_shape or (max(self._planned.input_count, 1), 6)
         return self._column("gains", inputs, states)
 
     @cached_property
     def arc_gains(self) -> Array:
-        """The derivatives of the lengths of arcs by the start, for ``[feedback] kind = "switching"``: from a start that differs by
-        ``[ζ, δΩ]``, rad and rad/s, arc ``a`` has ``arc_lengths[a] + arc_gains[a] @ [ζ, δΩ]`` seconds; shape (arcs, 6)."""
+        """The derivatives of the lengths of arcs by the start, for ``[feedback] kind =
+        "switching"``: from a start that differs by ``[ζ, δΩ]``, rad and rad/s, arc ``a`` has
+        ``arc_lengths[a] + arc_gains[a] @ [ζ, δΩ]`` seconds; shape (arcs, 6)."""
         return self._column("arc_gains", 6)
 
     @cached_property
@@ -296,8 +314,8 @@ class Plan:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of ``[ζ, δΠ]`` at the nodes, rad and N·m·s, shape (N + 1, 6, 6): with gains if the plan has any;
-        (0, 6, 6) without ``[uncertainty]``."""
+        """Covariance of ``[ζ, δΠ]`` at the nodes, rad and N·m·s, shape (N + 1, 6, 6): with gains if
+        the plan has any; (0, 6, 6) without ``[uncertainty]``."""
         upper = self._column("covariance", 21)
         whole = np.zeros((len(upper), 6, 6))
         rows, columns = np.triu_indices(6)
@@ -309,9 +327,10 @@ class Plan:
     def uncertainty(self) -> dict[str, Any] | None:
         """The uncertainty of the spec, SI units, body axes; None without ``[uncertainty]``.
 
-        ``start``: covariance of ``[ζ, δΩ]`` at the start, (6, 6), rad and rad/s. ``parameters``: one standard deviation of each constant
-        error by name, as in :attr:`Flights.parameters`. ``torque_noise``: intensity of the noise of the torque, (3, 3),
-        (N·m)²·s. ``sensor_noise``: covariance of the measurement of ``[ζ, δΩ]``, independent at each step, (6, 6)."""
+        ``start``: covariance of ``[ζ, δΩ]`` at the start, (6, 6), rad and rad/s. ``parameters``:
+        one standard deviation of each constant error by name, as in :attr:`Flights.parameters`.
+        ``torque_noise``: intensity of the noise of the torque, (3, 3), (N·m)²·s. ``sensor_noise``:
+        covariance of the measurement of ``[ζ, δΩ]``, independent at each step, (6, 6)."""
         parameters = self._planned.uncertain_parameters
         if parameters is None:
             return None
@@ -336,9 +355,10 @@ class Plan:
         return document
 
     def to_pandas(self, *, margins: bool = False) -> pandas.DataFrame:
-        """Returns one row for each node with the columns of ``slew plan -o plan.csv``, indexed by time in seconds. Inputs are in
-        the row of the node at which they act, NaN if the row has none. ``margins`` adds the margin to every limit and
-        constraint, and the angle in degrees between each boresight and each direction."""
+        """Returns one row for each node with the columns of ``slew plan -o plan.csv``, indexed by
+        time in seconds. Inputs are in the row of the node at which they act, NaN if the row has
+        none. ``margins`` adds the margin to every limit and constraint, and the angle in degrees
+        between each boresight and each direction."""
         import pandas
 
         # Later versions read every number exactly, and warn of the argument.
@@ -357,17 +377,19 @@ class Plan:
         margins: bool = False,
         overwrite: bool = False,
     ) -> None:
-        """Writes a file, completely or not at all, in the format of its ending or in the named format: those of
-        ``slew plan -o``, such as ``.json``, ``.csv``, ``.aem``, ``.npz``, ``.mat``. ``tick`` is that of ``.flight``, s;
-        ``margins`` is that of :meth:`to_pandas`, for ``.csv``.
+        """Writes a file, completely or not at all, in the format of its ending or in the named
+        format: those of ``slew plan -o``, such as ``.json``, ``.csv``, ``.aem``, ``.npz``,
+        ``.mat``. ``tick`` is that of ``.flight``, s; ``margins`` is that of :meth:`to_pandas`, for
+        ``.csv``.
 
-        Raises :class:`FileError` if it exists and ``overwrite`` is not given, :class:`SpecError` if the spec lacks data of
-        the format, such as an epoch."""
+        Raises :class:`FileError` if it exists and ``overwrite`` is not given, :class:`SpecError` if
+        the spec lacks data of the format, such as an epoch."""
         self._planned.save(os.fspath(path), format, tick, margins, overwrite)
 
     def report(self, path: str | os.PathLike[str] | None = None, *, euler: str = "zyx") -> str:
-        """Returns the plan as one HTML page, as ``slew report`` makes it. If ``path`` is given, also writes the page to it and
-        replaces an existing file. ``euler`` is the sequence of the Euler angles, intrinsic."""
+        """Returns the plan as one HTML page, as ``slew report`` makes it. If ``path`` is given,
+        also writes the page to it and replaces an existing file. ``euler`` is the sequence of the
+        Euler angles, intrinsic."""
         return written(self._planned.page(euler), path)
 
     def summary(self) -> str:
@@ -384,7 +406,10 @@ class Plan:
         return framed(self._planned.page("zyx"))
 
     def __repr__(self) -> str:
-        return f"<slewkit.Plan {self.name!r}: {self.status}, cost {self.cost:.6g}, {self.duration:.6g} s in {self.steps} steps>"
+        return (
+            f"<slewkit.Plan {self.name!r}: {self.status}, cost {self.cost:.6g}, {self.duration:.6g} s "
+            f"in {self.steps} steps>"
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _again, (self._planned.text("json"),)
@@ -396,7 +421,8 @@ def _again(text: bytes) -> Plan:
 
 
 def load(plan: str | os.PathLike[str] | Mapping[str, Any]) -> Plan:
-    """Reads a plan file, as :meth:`Plan.save` and ``slew plan -o plan.json`` write it, or the dictionary of one.
+    """Reads a plan file, as :meth:`Plan.save` and ``slew plan -o plan.json`` write it, or the
+    dictionary of one.
 
     It reads plans of any status. Raises :class:`FileError` if the file is not a plan."""
     if isinstance(plan, Mapping):
@@ -424,7 +450,8 @@ def written(page: str, path: str | os.PathLike[str] | None) -> str:
 
 
 def framed(page: str) -> str:
-    """Returns a page within another, such as a notebook, without an effect on its styles and scripts."""
+    """Returns a page within another, such as a notebook, without an effect on its styles and
+    scripts."""
     return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: 900px; border: 0"></iframe>'
 
 

@@ -20,10 +20,10 @@ SpecLike = Union[Mapping[str, Any], str, "os.PathLike[str]", "Problem"]
 class Problem:
     """The maneuver of a spec, read and checked.
 
-    ``spec`` is a dictionary with the keys of a spec file, or the path of a TOML or JSON file. Values are numbers, text,
-    lists, NumPy arrays; an attitude may be a SciPy ``Rotation``, which maps body to reference components.
-    The keys state the units. ``overrides`` sets keys by their path, as ``--set`` does:
-    ``{"maneuver.duration_s": 90, "constraint.0.half_angle_deg": 25}``.
+    ``spec`` is a dictionary with the keys of a spec file, or the path of a TOML or JSON file.
+    Values are numbers, text, lists, NumPy arrays; an attitude may be a SciPy ``Rotation``, which
+    maps body to reference components. The keys state the units. ``overrides`` sets keys by their
+    path, as ``--set`` does: ``{"maneuver.duration_s": 90, "constraint.0.half_angle_deg": 25}``.
 
     Raises :class:`SpecError` with all errors, :class:`FileError` if a file cannot be read.
     """
@@ -73,8 +73,8 @@ class Problem:
         return [Diagnostic(**keys) for keys in self._maneuver.warnings()]
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the maneuver in the keys of a spec, with all defaults: SI units, attitudes as matrices. It reads back to an
-        equal plan."""
+        """Returns the maneuver in the keys of a spec, with all defaults: SI units, attitudes as
+        matrices. It reads back to an equal plan."""
         document: dict[str, Any] = json.loads(self._maneuver.spec_json())
         return document
 

@@ -36,8 +36,8 @@ class Body:
     velocity: Array = field(repr=False)
 
     def quaternions(self, *, scalar_first: bool = False) -> Array:
-        """Attitudes, body to reference components, continuous, shape (rows, 4): ``[x, y, z, w]``, or ``[w, x, y, z]`` with
-        ``scalar_first``."""
+        """Attitudes, body to reference components, continuous, shape (rows, 4): ``[x, y, z, w]``,
+        or ``[w, x, y, z]`` with ``scalar_first``."""
         return self._wxyz if scalar_first else np.roll(self._wxyz, -1, axis=1)
 
     def rotation(self) -> Rotation:
@@ -77,7 +77,8 @@ class Simulation:
     orthogonality: Array = field(repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the document of ``slew simulate --format json``, without the work of the method."""
+        """Returns the document of ``slew simulate --format json``, without the work of the
+        method."""
         rows: dict[str, Any] = {"time_s": self.time.tolist()}
         each = [_keys(body) for body in self.bodies]
         if len(each) == 1:
@@ -101,7 +102,8 @@ class Simulation:
         }
 
     def report(self, path: str | os.PathLike[str] | None = None, *, euler: str = "zyx") -> str:
-        """Returns the motion as one HTML page, as ``slew report`` makes it; also writes it to ``path``, if given."""
+        """Returns the motion as one HTML page, as ``slew report`` makes it; also writes it to
+        ``path``, if given."""
         return written(_slewkit.simulation_report(json.dumps(self.to_dict()), euler), path)
 
     def _repr_html_(self) -> str:
@@ -131,13 +133,13 @@ def simulate(
 ) -> Simulation:
     """Propagates the bodies of a spec from their start, as ``slew simulate`` does.
 
-    A maneuver is propagated from its start over its duration, under ``inputs`` held throughout (forces before torques), by
-    default none. ``steps``, ``stride`` (steps from one row to the next) and ``integrator`` (``"lie_verlet"``, ``"verner98"`` and
-    so on) replace those of the spec.
+    A maneuver is propagated from its start over its duration, under ``inputs`` held throughout
+    (forces before torques), by default none. ``steps``, ``stride`` (steps from one row to the next)
+    and ``integrator`` (``"lie_verlet"``, ``"verner98"`` and so on) replace those of the spec.
 
-    Raises :class:`SpecError`, :class:`FileError`, :class:`Interrupted` where the progress function says stop,
-    :class:`NotFinite`; of the last two ``simulation`` holds the rows so far. Ctrl-C raises KeyboardInterrupt, with the rows so
-    far in its attribute ``simulation``.
+    Raises :class:`SpecError`, :class:`FileError`, :class:`Interrupted` where the progress function
+    says stop, :class:`NotFinite`; of the last two ``simulation`` holds the rows so far. Ctrl-C
+    raises KeyboardInterrupt, with the rows so far in its attribute ``simulation``.
     """
     if isinstance(spec, Problem):
         given: Any = maneuver_of(spec, overrides)

@@ -190,7 +190,10 @@ impl Observer for Rows {
 /// Propagates the bodies of a spec from their start. Returns the rows and their properties as a
 /// dictionary, and an exception that was raised meanwhile.
 #[pyfunction]
-#[pyo3(signature = (spec, overrides = None, steps = None, stride = None, integrator = None, inputs = None, progress = None))]
+#[pyo3(signature = (
+    spec, overrides = None, steps = None, stride = None, integrator = None, inputs = None, progress
+    = None
+))]
 #[expect(clippy::too_many_arguments, reason = "keywords of the function of the package")]
 pub fn simulate<'py>(
     py: Python<'py>,

@@ -112,7 +112,10 @@ pub fn verify_attitudes(
 /// Compares integrators on the motion of a simulation spec. Returns the study as JSON with its
 /// table as text, and an exception that was raised meanwhile.
 #[pyfunction]
-#[pyo3(signature = (spec, overrides = None, integrators = vec![], steps = vec![], horizons = vec![], levels = vec![], progress = None))]
+#[pyo3(signature = (
+    spec, overrides = None, integrators = vec![], steps = vec![], horizons = vec![], levels =
+    vec![], progress = None
+))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
 pub fn compare_integrators(
     py: Python<'_>,

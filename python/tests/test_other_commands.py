@@ -61,7 +61,8 @@ def test_integrators_side_by_side(problems, slew):
     asked = ["--integrators", "lie_verlet,explicit_midpoint", "--step", "0.2,0.1", "--horizon", "2,10"]
     of_program = json.loads(slew("compare", problems / "dzhanibekov.toml", *asked, "--format", "json", "-q").stdout)
     found = slewkit.compare_integrators(
-        problems / "dzhanibekov.toml", integrators=["lie_verlet", "explicit_midpoint"], steps=[0.2, 0.1], horizons=[2, 10]
+        problems / "dzhanibekov.toml", integrators=["lie_verlet", "explicit_midpoint"], steps=[0.2, 0.1],
+        horizons=[2, 10]
     )
     key = lambda run: {name: value for name, value in run.items() if "time" not in name and "seconds" not in name}
     assert [key(run) for run in found.runs] == [key(run) for run in of_program["runs"]]
@@ -76,7 +77,8 @@ def test_integrators_side_by_side(problems, slew):
 
 def test_methods_side_by_side(spec, slew, tmp_path):
     found = slewkit.compare(spec)
-    assert found.status == "solved" and [method["method"] for method in found.methods] == ["shooting", "scp", "scp_polish"]
+    assert found.status == "solved" and [method["method"] for method in found.methods] == ["shooting", "scp",
+        "scp_polish"]
     (tmp_path / "spec.toml").write_text(slewkit.Problem(spec).to_toml())
     of_program = json.loads(slew("compare", tmp_path / "spec.toml", "--format", "json", "-q").stdout)
     assert [method["cost"] for method in found.methods] == [method["cost"] for method in of_program["methods"]]
@@ -92,7 +94,8 @@ def test_a_simulation_has_the_rows_of_the_programs(name, problems, slew):
     rows = dict(of_program["trajectory"])
     rows.pop("wheel_momentum_n_m_s", None)
     assert document["trajectory"] == rows
-    assert all(document[key] == of_program[key] for key in ["status", "name", "integrator", "steps", "step_s", "stride"])
+    assert all(document[key] == of_program[key] for key in ["status", "name", "integrator", "steps", "step_s",
+        "stride"])
     assert len(found.time) == 11 and found.orthogonality.max() < 1e-12
     assert "</html>" in found.report()
 

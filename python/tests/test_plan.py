@@ -19,7 +19,8 @@ def same(first: dict, second: dict) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["xte_20s.toml", "keep_out_medium.toml", "minimum_time_xte.toml", "unstable_pendulum.toml", "wheels_pyramid.toml", "orbit_turn.toml", "flies.toml"],
+    ["xte_20s.toml", "keep_out_medium.toml", "minimum_time_xte.toml", "unstable_pendulum.toml",
+        "wheels_pyramid.toml", "orbit_turn.toml", "flies.toml"],
 )
 def test_a_plan_has_the_bits_of_the_programs(name, problems, slew, tmp_path):
     slew("plan", problems / name, "-o", tmp_path / "plan.json", "-q")
@@ -149,7 +150,8 @@ def test_arrays_are_made_once_and_are_the_callers(spec):
     assert plan.torque is plan.torque and plan.torque.dtype == np.float64 and plan.torque.flags["C_CONTIGUOUS"]
     for name in ["time", "angular_velocity", "input", "torque", "costates", "rotation_matrices"]:
         array = getattr(plan, name)
-        # The memory that the library has filled, seen as rows: SciPy takes no array that cannot be written.
+        # The memory that the library has filled, seen as rows: SciPy takes no array that cannot be
+        # written.
         assert array.flags.writeable and (array.base is not None or array.ndim == 1)
         array[:] = 0
     assert plan.to_dict() == before

@@ -21,7 +21,8 @@ pub(super) struct Limit {
 enum Which {
     /// Index among the constraints.
     Constraint(usize),
-    /// Of the torques, and where its first bound is among those of size, norm and rate.
+    /// A limit of the torques, and the index of its first bound among the bounds of size, norm and
+    /// rate.
     Inputs(LimitKind, usize),
 }
 
@@ -59,8 +60,8 @@ impl Limit {
         }
     }
 
-    /// Returns the bounds that the maneuver sets, one number for each part. A cone has no bound that
-    /// a margin could exceed: infinity.
+    /// Returns the bounds that the maneuver sets, one number for each part. A cone has no bound
+    /// that a margin could exceed: infinity.
     pub fn bounds(&self, problem: &Problem) -> Vec<f64> {
         match self.which {
             Which::Constraint(index) => match &problem.constraints[index].rule {
@@ -75,8 +76,8 @@ impl Limit {
         }
     }
 
-    /// Returns the reserve that the maneuver keeps to the limit, one number for each part: the margin
-    /// of a cone, or the part of a bound that the plan may not use.
+    /// Returns the reserve that the maneuver keeps to the limit, one number for each part: the
+    /// margin of a cone, or the part of a bound that the plan may not use.
     pub fn held(&self, problem: &Problem) -> Vec<f64> {
         let reserve = &problem.reserve;
         let mut held = match self.which {

@@ -86,8 +86,8 @@ fn a_chance_takes_the_margin_of_the_reference() {
     assert!(chance <= 0.0101 && chance > 0.005, "{chance}");
 }
 
-/// The chance of a motion is met by flights of other cases, takes more than that of an instant, and
-/// less than the sum over the nodes.
+/// Flights of other cases keep the chance of a motion. It needs a larger margin than the chance of
+/// an instant, and a smaller one than the sum over the nodes.
 #[test]
 fn the_chance_of_a_motion_is_that_of_other_flights() {
     let (_, problem, uncertainty) = maneuver();
@@ -168,12 +168,12 @@ fn limits_of_torques_and_rates_keep_their_chances_at_the_worst_instant() {
         super::plan(&problem, &Settings::default(), kind, &uncertainty, &kept, &mut Silent).unwrap();
     assert!(margins.agreed && plan.status == Status::Solved, "{margins:?}");
     assert!(plan.solution.cost > margins.cost_without);
-    // What is held and what is kept make the limit.
+    // The limits that are kept and the reserve together make the limits of the problem.
     assert_eq!(with.of_craft().actuation, problem.actuation);
     assert_eq!(with.of_craft().constraints, problem.constraints);
     let on_grid = plan.solution.on_grid(&with);
     let beside = Beside::along(&on_grid, &plan.solution.trajectory, kind, Some(&uncertainty)).unwrap();
-    // Commands are not cut, so that they tell what is asked for.
+    // Commands are not clipped, so that they show the requested torque.
     let plant = Plant { authority: 1e3, ..Plant::default() };
     let gains = beside.gains.as_ref();
     let campaign = Campaign::new(&on_grid, &beside.linear, gains, &uncertainty, plant, 1);

@@ -232,7 +232,7 @@ impl<'a> Campaign<'a> {
         })
     }
 
-    /// `z` as the controller measures it at node `node`: it multiplies rates by the nominal
+    /// Returns `z` as the controller measures it at node `node`: it multiplies rates by the nominal
     /// inertia.
     fn measured(&self, node: usize, state: &State, errors: &Errors, sensors: &mut Stream) -> Vector6 {
         let (planned, planned_rate) = self.plan.node(node);

@@ -36,7 +36,7 @@ impl Errors {
         Self { scale, turn: lie::exp(&turn), constant, sensor_turn: lie::exp(&sensor), rate_scale, rate_bias }
     }
 
-    /// `exp S(α) B (1 + s) u`.
+    /// Returns `exp S(α) B (1 + s) u`.
     pub fn torque(&self, set: &ActuatorSet, inputs: &[f64]) -> Vector3 {
         let axes = set.axes().iter().zip(inputs).zip(&self.scale);
         let torque: Vector3 = axes.map(|((axis, input), scale)| axis * (input * scale)).sum();

@@ -88,7 +88,7 @@ impl<'a> Draws<'a> {
         }
     }
 
-    /// `[ζ; δΩ]` of a case at the start.
+    /// Returns `[ζ; δΩ]` of a case at the start.
     pub fn start(&self, case: u64) -> Vector6 {
         let mut normal = Stream::new(self.seed, case, stream::START);
         self.start * Vector6::from_fn(|_, _| normal.normal())

@@ -19,8 +19,8 @@ pub(super) struct Feedforward<'a> {
 }
 
 impl Feedforward<'_> {
-    /// Returns the commands with the time from which each acts: those given before the start,
-    /// then those of the steps.
+    /// Returns the commands with the time from which each acts: first the commands given before the
+    /// start, then the commands of the steps.
     pub fn commands(&self) -> Vec<(f64, Vec<f64>)> {
         let times = self.plan.times();
         let count = self.plan.count();

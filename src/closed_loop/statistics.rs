@@ -23,7 +23,7 @@ impl Proportion {
     /// The probability outside of the interval.
     const OUTSIDE: f64 = 0.05;
 
-    /// `count` of `of` cases.
+    /// Creates the proportion of `count` of `of` cases.
     pub fn new(count: u64, of: u64) -> Self {
         let (k, n) = (count as f64, of as f64);
         let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(p));

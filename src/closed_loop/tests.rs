@@ -78,7 +78,8 @@ fn inertia(problem: &Problem, parameters: &[(String, Parameter, f64)], values: &
     Inertia::new(j).unwrap()
 }
 
-/// The end of a craft of these parameters, `[ζ; δΩ]`, that begins at `beside`, without noise.
+/// Returns the end of a craft of these parameters, `[ζ; δΩ]`, that begins at `beside`, without
+/// noise.
 fn end_of(campaign: &Campaign<'_>, values: &[f64], beside: &Vector6) -> Vector6 {
     let streams = [stream::SENSORS, stream::TORQUE].map(|of| Stream::new(1, 0, of));
     let inertia = inertia(campaign.problem, &campaign.uncertainty.parameters, values);
@@ -124,7 +125,7 @@ fn the_loop_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(maneuver);
 }
 
-/// Checks wheels too: their momenta are states, and are as large as that of the body.
+/// Checks wheels too: their momenta are states, and are as large as the momentum of the body.
 #[test]
 fn the_loop_of_wheels_has_the_derivatives_of_the_linear_model() {
     falls_fourfold_with_half_the_step(|steps| {
@@ -280,8 +281,8 @@ fn a_plate_whose_inertias_are_drawn_again_says_how_often() {
     assert!((400..620).contains(&rejected), "{rejected}");
 }
 
-/// If a plan uses all of its limits, gains have no effect within them. With a tenth in reserve
-/// they bring the body to the end.
+/// If a plan uses all of its limits, gains have no effect within them. If it keeps a tenth in
+/// reserve, they bring the body to the end.
 #[test]
 fn authority_held_back_flies_a_plan_of_least_time() {
     use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
@@ -308,8 +309,8 @@ fn authority_held_back_flies_a_plan_of_least_time() {
 }
 
 /// Compares every deviation of flights at some nodes (the rates, the commands and their changes
-/// from step to step) with the linear one. With 4,000 cases they have an error of 1.1 %. Wheels
-/// are included; their gains use the stored momentum.
+/// from step to step) with the linear one. The error of 4,000 cases is 1.1 %. Wheels are included;
+/// their gains use the stored momentum.
 #[test]
 fn sampled_rates_and_commands_have_the_linear_deviations() {
     let uncertainty = everything();

@@ -29,7 +29,7 @@ impl<'a> Excess<'a> {
         Self { constraints, frame_rate, worst: vec![f64::NEG_INFINITY; constraints.len()] }
     }
 
-    /// A rate, body axes [rad/s].
+    /// Compares a rate with the limits, body axes [rad/s].
     pub(super) fn rate(&mut self, rate: &Vector3) {
         for (constraint, worst) in self.constraints.iter().zip(&mut self.worst) {
             let share = match &constraint.rule {
@@ -41,7 +41,7 @@ impl<'a> Excess<'a> {
         }
     }
 
-    /// A piece of `step` \[s\] from `time`, between two attitudes, body → inertial.
+    /// Compares a piece of `step` \[s\] from `time` with the cones, between two attitudes, body → inertial.
     pub(super) fn piece(&mut self, time: f64, step: f64, before: &Matrix3, after: &Matrix3) {
         let arc = Arc { start: *before, turn: lie::minus(after, before) };
         let travel = arc.turn.norm();

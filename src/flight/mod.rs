@@ -286,7 +286,7 @@ impl<'a> Flight<'a> {
         Some(())
     }
 
-    /// The body at the start.
+    /// Returns the body at the start.
     pub fn start(&self) -> Body {
         self.start
     }
@@ -426,8 +426,8 @@ fn weighted<const POSED: bool, const S: usize>(
     sum
 }
 
-/// `J_r⁻¹(u) Ω = Ω + ½ u × Ω + g u × (u × Ω)`, with the series of `g = (1 − (t/2) cot(t/2))/t²`,
-/// `t = |u|` below a tenth.
+/// Returns `J_r⁻¹(u) Ω = Ω + ½ u × Ω + g u × (u × Ω)`, with the series of
+/// `g = (1 − (t/2) cot(t/2))/t²`, `t = |u|` below a tenth.
 #[inline(always)]
 fn of_rate(u: &Vector3, rate: &Vector3) -> Vector3 {
     let t2 = u.norm_squared();

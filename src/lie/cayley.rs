@@ -11,7 +11,7 @@ pub fn cayley(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + cayley_minus_identity(f)
 }
 
-/// `cay(f) − I = 2 (S(f) + S(f)²)/(1 + |f|²)`, formed without cancellation.
+/// Returns `cay(f) − I = 2 (S(f) + S(f)²)/(1 + |f|²)`, formed without cancellation.
 ///
 /// A step adds this increment to the attitude; forming `cay(f)` first and subtracting `I` would
 /// keep only the absolute accuracy.
@@ -21,7 +21,7 @@ pub fn cayley_minus_identity(f: &Vector3) -> Matrix3 {
     skew_polynomial(a, a, f)
 }
 
-/// Cayley vector of a rotation, `v/w` of its quaternion, the inverse of [`cayley`].
+/// Returns Cayley vector of a rotation, `v/w` of its quaternion, the inverse of [`cayley`].
 ///
 /// Same as `vee(F − Fᵀ)/(1 + tr F)`, which cancels near a half turn. Not finite at a half turn.
 pub fn cayley_inverse(rotation: &Matrix3) -> Vector3 {

@@ -20,7 +20,8 @@ pub struct Row {
     pub rate: Vector3,
 }
 
-/// The rotation vector from the first of two rows, as `s (φ'(0) + s (c + s b))` with `s` from 0 to 1.
+/// The rotation vector from the first of two rows, as `s (φ'(0) + s (c + s b))` with `s` from 0 to
+/// 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Cubic {
     start: Vector3,

@@ -73,7 +73,7 @@ pub fn project_to_rotation(matrix: &Matrix3) -> Matrix3 {
     x
 }
 
-/// `X⁻ᵀ`: the cofactors over the determinant.
+/// Returns `X⁻ᵀ`: the cofactors over the determinant.
 fn inverse_transpose(x: &Matrix3) -> Matrix3 {
     let (a, b, c) = (x.column(0), x.column(1), x.column(2));
     let bc = b.cross(&c);

@@ -22,7 +22,7 @@ pub fn minus(a: &Matrix3, b: &Matrix3) -> Vector3 {
     log(&b.tr_mul(a))
 }
 
-/// `‖I − RᵀR‖`, Frobenius.
+/// Returns `‖I − RᵀR‖`, Frobenius.
 pub(crate) fn orthogonality(rotation: &Matrix3) -> f64 {
     (rotation.tr_mul(rotation) - Matrix3::identity()).norm()
 }
@@ -115,8 +115,8 @@ impl Rotation {
         Self { matrix: self.matrix.transpose() }
     }
 
-    /// `R ⊖ other = log(otherᵀ R)` \[rad\]: the turn that leads from `other` to this one, in the
-    /// axes of the body that `other` is the attitude of.
+    /// Returns `R ⊖ other = log(otherᵀ R)` \[rad\]: the turn that leads from `other` to this one,
+    /// in the axes of the body that `other` is the attitude of.
     pub fn minus(&self, other: &Self) -> Vector3 {
         minus(&self.matrix, &other.matrix)
     }

@@ -2,7 +2,7 @@
 
 use crate::{Matrix3, Vector3};
 
-/// Skew matrix `S(a)`, `S(a) b = a × b`.
+/// Returns skew matrix `S(a)`, `S(a) b = a × b`.
 pub fn hat(a: &Vector3) -> Matrix3 {
     a.cross_matrix()
 }
@@ -12,12 +12,12 @@ pub fn vee(m: &Matrix3) -> Vector3 {
     0.5 * twice_vee(m)
 }
 
-/// `vee(M − Mᵀ)`.
+/// Returns `vee(M − Mᵀ)`.
 pub(super) fn twice_vee(m: &Matrix3) -> Vector3 {
     Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)])
 }
 
-/// `a S(f) + b S(f)²`, without forming `S(f)² = f fᵀ − |f|² I` by subtraction.
+/// Returns `a S(f) + b S(f)²`, without forming `S(f)² = f fᵀ − |f|² I` by subtraction.
 #[inline]
 pub(crate) fn skew_polynomial(a: f64, b: f64, f: &Vector3) -> Matrix3 {
     let (x, y, z) = (f.x, f.y, f.z);

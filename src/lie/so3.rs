@@ -11,7 +11,8 @@ pub fn exp(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(a(t2), b(t2), f)
 }
 
-/// `exp S(f) − I`, formed without cancellation: the increment of an attitude by a small rotation.
+/// Returns `exp S(f) − I`, formed without cancellation: the increment of an attitude by a small
+/// rotation.
 pub fn exp_minus_identity(f: &Vector3) -> Matrix3 {
     let t2 = f.norm_squared();
     skew_polynomial(a(t2), b(t2), f)
@@ -43,7 +44,7 @@ pub fn log(rotation: &Matrix3) -> Vector3 {
     v * (if negative { -angle } else { angle } / norm)
 }
 
-/// Right Jacobian `J_r(f) = I − B S(f) + C S(f)²`.
+/// Returns right Jacobian `J_r(f) = I − B S(f) + C S(f)²`.
 ///
 /// `exp S(f + δ) ≈ exp S(f) exp S(J_r δ)`; the body velocity of `exp S(f(t))` is `J_r(f) ḟ`.
 pub fn right_jacobian(f: &Vector3) -> Matrix3 {
@@ -59,7 +60,7 @@ pub fn right_jacobian_inverse(f: &Vector3) -> Matrix3 {
     Matrix3::identity() + skew_polynomial(0.5, g(f.norm_squared()), f)
 }
 
-/// Left Jacobian `J_l(f) = J_r(−f) = exp(S(f)) J_r(f)`.
+/// Returns left Jacobian `J_l(f) = J_r(−f) = exp(S(f)) J_r(f)`.
 ///
 /// `exp S(f + δ) ≈ exp S(J_l δ) exp S(f)`.
 pub fn left_jacobian(f: &Vector3) -> Matrix3 {

@@ -1,8 +1,8 @@
 //! An end on a target: a body axis points at it, which may move, and the roll about that axis is
 //! the plan's to choose, all of it or within a band.
 //!
-//! A spin s about the boresight may be requested: `Ω = s b` or `Ω = R(ρ)ᵀ ω + s b`. Its phase is the
-//! roll.
+//! A spin s about the boresight may be requested: `Ω = s b` or `Ω = R(ρ)ᵀ ω + s b`. Its phase is
+//! the roll.
 //!
 //! The end states on a target are a family over the roll ρ and the time T. The target has the
 //! direction `d(t)` and a rate, both in inertial axes (the axes of the reference frame at that
@@ -218,8 +218,8 @@ impl Aim {
         Ok(())
     }
 
-    /// The ends at `time` \[s\] of a body that starts in `start`; the reference frame turns at
-    /// `frame_rate`, axes of itself.
+    /// Returns the ends at `time` \[s\] of a body that starts in `start`; the reference frame turns
+    /// at `frame_rate`, axes of itself.
     ///
     /// # Errors
     /// [`AimError::Undefined`].

@@ -121,7 +121,7 @@ pub enum GridError {
 }
 
 impl Grid {
-    /// `steps` steps of equal length, at least one, over `duration`.
+    /// Builds `steps` steps of equal length, at least one, over `duration`.
     pub fn uniform(scheme: Scheme, duration: f64, steps: usize) -> Self {
         Self { scheme, duration, steps, lengths: Lengths::Equal(duration / steps as f64) }
     }
@@ -263,7 +263,7 @@ impl Grid {
         }
     }
 
-    /// `T/N`.
+    /// Returns `T/N`.
     pub fn mean_step(&self) -> f64 {
         self.duration / self.steps as f64
     }

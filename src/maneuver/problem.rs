@@ -399,7 +399,8 @@ impl Problem {
     /// let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0))?, mass: None };
     /// let start = State::at_rest(Matrix3::identity());
     /// let star = Direction::Fixed(Vector3::new(1.0, 2.0, -1.0).normalize());
-    /// let problem = Problem::attitude(body, start, start, 4.0).with_aim_at_end(Aim::new(Vector3::z(), star).at_rest());
+    /// let aim = Aim::new(Vector3::z(), star).at_rest();
+    /// let problem = Problem::attitude(body, start, start, 4.0).with_aim_at_end(aim);
     /// let plan = plan(&problem, &Settings::discrete(), None, &mut Silent)?;
     /// // The best of all rolls about the boresight, on 100 steps.
     /// assert!((plan.solution.cost - 0.47766).abs() < 5e-4);
@@ -453,8 +454,8 @@ impl Problem {
         aim.ends(time, &self.start.attitude, &self.environment.frame_rate())
     }
 
-    /// The end of a plan that takes `duration` \[s\]: where the target is then, of one that it
-    /// meets.
+    /// Returns the end of a plan that takes `duration` \[s\]: where the target is then, of one that
+    /// it meets.
     pub(crate) fn end_after(&self, duration: f64) -> State {
         let ends = self.met().and_then(|meeting| {
             let ends = self.ends_on(&meeting.aim, duration).ok()?;

@@ -16,7 +16,8 @@ pub enum Method {
     /// Sequential convex programming, then polish on the active set: on equal steps, also where
     /// inputs could switch between them.
     Scp,
-    /// An interior point on the group, with all limits as they are: on equal steps, as [`Method::Scp`].
+    /// An interior point on the group, with all limits as they are: on equal steps, as
+    /// [`Method::Scp`].
     InteriorPoint,
 }
 
@@ -31,7 +32,8 @@ impl Method {
         }
     }
 
-    /// Whether its plans have their inputs at the nodes of equal steps, and multipliers of all limits.
+    /// Returns whether its plans have their inputs at the nodes of equal steps, and multipliers of
+    /// all limits.
     #[doc(hidden)]
     pub fn is_on_equal_steps(self) -> bool {
         matches!(self, Self::Scp | Self::InteriorPoint)

@@ -49,7 +49,7 @@ pub enum Shortfall {
     },
     /// An extremal in continuous time, and no optimum on the grid.
     NoDiscreteOptimum {
-        /// Steps of the grid.
+        /// The number of steps of the grid.
         steps: usize,
     },
     /// A plan exists without a shortest pulse, but none was found with it.
@@ -129,8 +129,8 @@ impl fmt::Display for Shortfall {
             }
             Self::TightLimits { factor } => write!(
                 f,
-                "the limits of the inputs are too tight for this search: it found a plan within limits {factor:.4} times \
-                 as large"
+                "the limits of the inputs are too tight for this search: it found a plan within limits \
+                    {factor:.4} times as large"
             ),
             Self::Missed { error, tolerance } => write!(
                 f,
@@ -184,7 +184,8 @@ impl fmt::Display for Shortfall {
                         let (asked, shortest) = figures(shortest);
                         write!(
                             f,
-                            "no plan of {asked} s was found, the shortest duration found is {shortest} s (locally minimal)"
+                            "no plan of {asked} s was found, the shortest duration found is {shortest} s \
+                                (locally minimal)"
                         )
                     }
                     (None, Some(longer)) => write!(f, "a plan of {longer} s was found"),

@@ -591,7 +591,7 @@ impl Solution {
         self.trajectory.completed(&problem).with_steps(steps)
     }
 
-    /// The shifts until the plan ends.
+    /// Returns the shifts until the plan ends.
     fn turns_flown(&self) -> Vec<Turns> {
         let end = self.trajectory.time.last().copied().unwrap_or(f64::INFINITY);
         let begun = |shift: &&Shift| shift.from < end;

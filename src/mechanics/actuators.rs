@@ -72,7 +72,8 @@ pub struct Limits {
     pub norm: Option<f64>,
     /// `|du_i/dt| ≤` this, one per input [N·m/s or N/s].
     pub rate: Option<Vec<f64>>,
-    /// Inputs are off or at their limit of size, and each time for at least so long \[s\]: pulses.
+    /// The shortest pulse \[s\]: inputs are off or at their limit of size, each time for at least
+    /// so long.
     pub shortest_pulse: Option<f64>,
 }
 
@@ -185,7 +186,7 @@ impl ActuatorSet {
         self.frame
     }
 
-    /// `B u`, in the axes of [`ActuatorSet::frame`].
+    /// Returns `B u`, in the axes of [`ActuatorSet::frame`].
     pub fn output(&self, inputs: &[f64]) -> Vector3 {
         self.axes.iter().zip(inputs).map(|(axis, input)| axis * *input).sum()
     }

@@ -143,7 +143,7 @@ impl Inertia {
         &self.j_d
     }
 
-    /// `J⁻¹` [1/(kg·m²)], 3×3.
+    /// Returns `J⁻¹` [1/(kg·m²)], 3×3.
     pub fn j_inverse(&self) -> &Matrix3 {
         &self.j_inverse
     }

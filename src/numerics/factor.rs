@@ -85,8 +85,9 @@ impl<const N: usize> Factor<N> {
     }
 }
 
-/// `matrix⁻¹` on the first `count` columns of `right`, in place and in arrays of fixed size; false,
-/// and nothing of use, where the matrix is singular to the tolerance of [`Factor::new`].
+/// Returns `matrix⁻¹` on the first `count` columns of `right`, in place and in arrays of fixed
+/// size; false, and nothing of use, where the matrix is singular to the tolerance of
+/// [`Factor::new`].
 #[inline]
 pub(crate) fn eliminate<const N: usize, const M: usize>(
     matrix: &SMatrix<f64, N, N>,

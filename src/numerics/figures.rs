@@ -129,7 +129,7 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
-/// `count` of something, with a plural: `1 turn`, `2 turns`.
+/// Returns `count` of something, with a plural: `1 turn`, `2 turns`.
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }

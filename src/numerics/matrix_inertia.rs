@@ -15,8 +15,8 @@ impl MatrixInertia {
     /// rows (Bunch and Parlett 1971). If no pivot exceeds `tolerance`, the remaining rows count
     /// as zero.
     pub fn of(mut a: DMatrix<f64>, tolerance: f64) -> Self {
-        // This value balances the growth of one pivot of two rows with that of two pivots of one
-        // row.
+        // This value balances the growth of one pivot of two rows with the growth of two pivots of
+        // one row.
         let alpha = (1.0 + 17f64.sqrt()) / 8.0;
         let n = a.nrows();
         let mut inertia = Self { negative: 0, zero: 0 };

@@ -1,11 +1,12 @@
 //! The polynomial through values, and through values and slopes, by divided differences.
 //!
-//! Its value is `c₀ + (x − x₀)(c₁ + (x − x₁)(c₂ + …))` with nodes `xₖ`, each of them twice where slopes are given: the difference of
-//! two equal nodes is then the slope.
+//! Its value is `c₀ + (x − x₀)(c₁ + (x − x₁)(c₂ + …))` with nodes `xₖ`, each of them twice where
+//! slopes are given: the difference of two equal nodes is then the slope.
 
-/// The value at `x` of the polynomial through `values` at `nodes`, which differ, and with these `slopes` there, if any.
+/// Returns the value at `x` of the polynomial through `values` at `nodes`, which differ, and with
+/// these `slopes` there, if any.
 ///
-/// `None` where the numbers of nodes, values and slopes differ, or there are none.
+/// Returns `None` if the numbers of nodes, values and slopes differ, or all are zero.
 pub fn through<const N: usize>(
     nodes: &[f64],
     values: &[[f64; N]],
@@ -46,7 +47,8 @@ pub fn about(nodes: &[f64], count: usize, x: f64) -> usize {
 mod tests {
     use super::{about, through};
 
-    /// A polynomial of degree 5 is found again from six values, and from three values and slopes, at uneven nodes.
+    /// A polynomial of degree 5 is found again from six values, and from three values and slopes,
+    /// at uneven nodes.
     #[test]
     fn a_polynomial_is_found_again() {
         let value = |x: f64| [1.0 - 2.0 * x + 0.5 * x.powi(3) - 0.1 * x.powi(5), x * x];

@@ -1,7 +1,7 @@
 //! Products of three rows, written out, for one [`Number`] and for several.
 //!
-//! The products of nalgebra are function calls unless the compiler inlines them. In the innermost
-//! loops the calls take longer than the products, and they stay narrow under
+//! The products of nalgebra are function calls unless the compiler inlines them. Calls in the
+//! innermost loops take longer than the products, and they stay narrow under
 //! [`widest`](super::widest::widest).
 
 use super::eight::Number;
@@ -11,27 +11,27 @@ pub(crate) type Vector<T> = nalgebra::Vector3<T>;
 /// A 3×3 matrix of numbers of any kind.
 pub(crate) type Matrix<T> = nalgebra::Matrix3<T>;
 
-/// `A v`.
+/// Returns `A v`.
 #[inline(always)]
 pub(crate) fn apply<T: Number>(a: &Matrix<T>, v: &Vector<T>) -> Vector<T> {
     let row = |i: usize| a[(i, 0)] * v.x + a[(i, 1)] * v.y + a[(i, 2)] * v.z;
     Vector::new(row(0), row(1), row(2))
 }
 
-/// `Aᵀ v`.
+/// Returns `Aᵀ v`.
 #[inline(always)]
 pub(crate) fn apply_transposed<T: Number>(a: &Matrix<T>, v: &Vector<T>) -> Vector<T> {
     let column = |i: usize| a[(0, i)] * v.x + a[(1, i)] * v.y + a[(2, i)] * v.z;
     Vector::new(column(0), column(1), column(2))
 }
 
-/// `A B`.
+/// Returns `A B`.
 #[inline(always)]
 pub(crate) fn product<T: Number>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
     written(|i, j| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)])
 }
 
-/// `A Bᵀ`.
+/// Returns `A Bᵀ`.
 #[inline(always)]
 pub(crate) fn product_transposed<T: Number>(a: &Matrix<T>, b: &Matrix<T>) -> Matrix<T> {
     written(|i, j| a[(i, 0)] * b[(j, 0)] + a[(i, 1)] * b[(j, 1)] + a[(i, 2)] * b[(j, 2)])
@@ -43,31 +43,31 @@ pub(crate) fn dot<T: Number>(v: &Vector<T>, w: &Vector<T>) -> T {
     v.x * w.x + v.y * w.y + v.z * w.z
 }
 
-/// `v + w`.
+/// Returns `v + w`.
 #[inline(always)]
 pub(crate) fn sum<T: Number>(v: &Vector<T>, w: &Vector<T>) -> Vector<T> {
     Vector::new(v.x + w.x, v.y + w.y, v.z + w.z)
 }
 
-/// `v − w`.
+/// Returns `v − w`.
 #[inline(always)]
 pub(crate) fn difference<T: Number>(v: &Vector<T>, w: &Vector<T>) -> Vector<T> {
     Vector::new(v.x - w.x, v.y - w.y, v.z - w.z)
 }
 
-/// `a v`.
+/// Returns `a v`.
 #[inline(always)]
 pub(crate) fn scaled<T: Number>(a: T, v: &Vector<T>) -> Vector<T> {
     Vector::new(a * v.x, a * v.y, a * v.z)
 }
 
-/// `v×w`.
+/// Returns `v×w`.
 #[inline(always)]
 pub(crate) fn cross<T: Number>(v: &Vector<T>, w: &Vector<T>) -> Vector<T> {
     Vector::new(v.y * w.z - v.z * w.y, v.z * w.x - v.x * w.z, v.x * w.y - v.y * w.x)
 }
 
-/// `S(v) A`.
+/// Returns `S(v) A`.
 #[inline(always)]
 pub(crate) fn crossed<T: Number>(v: &Vector<T>, a: &Matrix<T>) -> Matrix<T> {
     let of = |j: usize| cross(v, &Vector::new(a[(0, j)], a[(1, j)], a[(2, j)]));
@@ -81,7 +81,7 @@ pub(crate) fn written<T: Number>(at: impl Fn(usize, usize) -> T) -> Matrix<T> {
     Matrix::new(at(0, 0), at(0, 1), at(0, 2), at(1, 0), at(1, 1), at(1, 2), at(2, 0), at(2, 1), at(2, 2))
 }
 
-/// `S(v)`.
+/// Returns `S(v)`.
 #[inline(always)]
 pub(crate) fn skew<T: Number>(v: &Vector<T>) -> Matrix<T> {
     let none = T::of(0.0);

@@ -147,9 +147,9 @@ impl Simulation {
         }
     }
 
-    /// The motion of a maneuver's body from its start, over its duration in its number of steps,
-    /// under `inputs` that are held throughout: forces before torques, one row in the order of the
-    /// crate's plans; `None`: no actuation. The end of the maneuver plays no part.
+    /// Returns the motion of a maneuver's body from its start, over its duration in its number of
+    /// steps, under `inputs` that are held throughout: forces before torques, one row in the order
+    /// of the crate's plans; `None`: no actuation. The end of the maneuver plays no part.
     ///
     /// # Errors
     /// A [`SimulationError`], also where the maneuver has reaction wheels.

@@ -65,12 +65,12 @@ pub struct Chance {
     pub parts: Vec<Worst>,
 }
 
-/// `Φ(x)` of the standard normal distribution.
+/// Returns `Φ(x)` of the standard normal distribution.
 pub fn normal_cdf(x: f64) -> f64 {
     Normal::standard().cdf(x)
 }
 
-/// `Φ⁻¹(p)`.
+/// Returns `Φ⁻¹(p)`.
 pub fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
@@ -224,7 +224,7 @@ fn size_of(vector: &Vector3) -> (f64, Vector3) {
     (size, if size > 0.0 { vector / size } else { Vector3::zeros() })
 }
 
-/// `√(gᵀPg)`.
+/// Returns `√(gᵀPg)`.
 fn deviation(covariance: &Matrix3, gradient: &Vector3) -> f64 {
     gradient.dot(&(covariance * gradient)).max(0.0).sqrt()
 }

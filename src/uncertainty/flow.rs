@@ -31,7 +31,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         Self { plan, gains, uncertainty }
     }
 
-    /// `[ζ; δΩ]` in SI as a scaled `z` of momenta.
+    /// Returns `[ζ; δΩ]` in SI as a scaled `z` of momenta.
     fn of_rates(&self) -> Matrix6 {
         let mut map = Matrix6::identity();
         map.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.plan.momentum_of_rate());
@@ -69,7 +69,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         of.fixed_view::<6, 6>(0, 0).into_owned()
     }
 
-    /// `A` and `B` of a step for the whole state.
+    /// Returns `A` and `B` of a step for the whole state.
     fn step(&self, index: usize) -> (Square<N>, SMatrix<f64, N, 3>) {
         let step = &self.plan.steps()[index];
         let mut a = Self::whole(&step.stage.a);
@@ -83,7 +83,7 @@ impl<'a, const N: usize> Flow<'a, N> {
         (a, b)
     }
 
-    /// `E_k` for the whole state.
+    /// Returns `E_k` for the whole state.
     fn disturbed(&self, step: usize) -> Columns<N> {
         let mut columns = self.columns(|parameter| self.plan.disturbance(step, parameter));
         for (index, (_, parameter, _)) in self.uncertainty.parameters.iter().enumerate() {
@@ -346,12 +346,12 @@ impl<const N: usize> Tick<N> {
     }
 }
 
-/// `[0; I]`.
+/// Returns `[0; I]`.
 fn momentum_rows() -> Matrix6x3 {
     Matrix6::identity().fixed_view::<6, 3>(0, 3).into_owned()
 }
 
-/// `[0; vector]`.
+/// Returns `[0; vector]`.
 fn momenta(vector: &Vector3) -> Vector6 {
     Vector6::new(0.0, 0.0, 0.0, vector.x, vector.y, vector.z)
 }

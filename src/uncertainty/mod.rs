@@ -16,7 +16,8 @@
 //! Within such a tick
 //!
 //! ```text
-//! z_j = Φ_j z_0 − Ψ_j (ν + C p) + w_j ,      Φ_{j+1} = A_j Φ_j − B_j G ,      Ψ_{j+1} = A_j Ψ_j + B_j G ,      Φ_0 = I, Ψ_0 = 0
+//! z_j = Φ_j z_0 − Ψ_j (ν + C p) + w_j ,      Φ_{j+1} = A_j Φ_j − B_j G ,   Φ_0 = I ,
+//! Ψ_{j+1} = A_j Ψ_j + B_j G ,   Ψ_0 = 0
 //! ```
 //!
 //! A constant error of a parameter acts at every step with one sign. Treated as independent noise

@@ -151,7 +151,7 @@ fn vector(y: &[f64], at: usize) -> Vector3 {
 }
 
 impl Change<'_> {
-    /// `∫τ dt` of body-fixed torques since the last node, scaled.
+    /// Returns `∫τ dt` of body-fixed torques since the last node, scaled.
     fn spent(&self, t: f64) -> Vector3 {
         let (from, to) = (self.outputs.0.torque, self.outputs.1.torque);
         self.base.moment_unit * (t * from + 0.5 * t * t / self.length * (to - from))

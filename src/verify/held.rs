@@ -89,7 +89,7 @@ pub(super) fn held_witnesses(
 
 /// The number of pieces of a step on which the continuous motion is taken as a rotation about one
 /// axis. The error is the square of their length, a small part of the error of the discrete
-/// motion (`tests/it/witnesses/margins.rs`).
+/// motion (`tests/laws/witnesses/margins.rs`).
 pub(super) const PIECES: usize = 8;
 
 /// The data that the continuous witness records along the plan.

@@ -30,7 +30,7 @@ const MAX_ITERATIONS: usize = 40;
 /// root.
 const TERMS: usize = 12;
 
-/// `Σ (−1)ᵏ xᵏ/(2k + offset)!`: `A` for offset 1, `B` for offset 2.
+/// Returns `Σ (−1)ᵏ xᵏ/(2k + offset)!`: `A` for offset 1, `B` for offset 2.
 const fn series(offset: usize) -> [f64; TERMS] {
     let mut terms = [0.0; TERMS];
     let (mut k, mut term) = (0, if offset == 1 { 1.0 } else { 0.5 });
@@ -75,7 +75,7 @@ fn polynomial<const K: usize>(terms: &[f64; K], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// `matrix⁻¹ right` by Cramer's rule. A singular matrix gives numbers that are not finite.
+/// Returns `matrix⁻¹ right` by Cramer's rule. A singular matrix gives numbers that are not finite.
 #[inline(always)]
 fn cramer(matrix: &Matrix3, right: &Vector3) -> Vector3 {
     let [a, b, c] = [0, 1, 2].map(|column| Vector3::from(matrix.column(column)));
@@ -161,7 +161,7 @@ impl Implicit {
     }
 }
 
-/// `exp S(f) − I`, without the cancellation of subtracting `I` afterwards.
+/// Returns `exp S(f) − I`, without the cancellation of subtracting `I` afterwards.
 pub(crate) fn exp_minus_identity(f: &Vector3) -> Matrix3 {
     let x = f.norm_squared();
     let s = hat(f);

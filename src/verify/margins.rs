@@ -258,7 +258,7 @@ impl Entry<'_> {
         }
     }
 
-    /// Names one of several items by its number.
+    /// Returns the names one of several items by its number.
     fn which(&self, index: usize) -> String {
         let one_of = |what: &str, index: usize, count: usize| {
             if count > 1 { format!("{what} {}", index + 1) } else { String::new() }

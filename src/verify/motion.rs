@@ -51,7 +51,7 @@ impl Phase {
     }
 }
 
-/// `Ω` of `JΩ = Π`, with one step of refinement.
+/// Returns `Ω` of `JΩ = Π`, with one step of refinement.
 ///
 /// The plain product `J⁻¹Π` misses by ε·cond(J): for a thin rod that is a gyroscopic torque `Π × Ω`
 /// about its axis which is not there, and spins it up by a radian a second.
@@ -60,7 +60,8 @@ pub(super) fn angular_velocity(j: &Matrix3, j_inverse: &Matrix3, momentum: &Vect
     rate + j_inverse * (momentum - j * rate)
 }
 
-/// Units in which `T = 1`, the mean principal moment is 1, the mass is 1 and lengths are of order 1.
+/// Units in which `T = 1`, the mean principal moment is 1, the mass is 1 and lengths are of order
+/// 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
     pub(crate) time: f64,

@@ -36,7 +36,7 @@ pub(super) fn turned(trajectory: &Trajectory) -> f64 {
     trajectory.quaternion.windows(2).map(angle).sum()
 }
 
-/// `∫|Ω|dt` over the recorded rates, by the trapezoidal rule \[rad\].
+/// Returns `∫|Ω|dt` over the recorded rates, by the trapezoidal rule \[rad\].
 #[must_use]
 pub fn swept(trajectory: &Trajectory) -> f64 {
     let rate = |node: usize| trajectory.angular_velocity[node].norm();
@@ -373,7 +373,7 @@ pub fn effort(problem: &Problem, inputs: &[f64]) -> f64 {
     })
 }
 
-/// `Σ h rate(u)` over the nodes of equal steps, for Lie–Verlet with half of both end rows.
+/// Returns `Σ h rate(u)` over the nodes of equal steps, for Lie–Verlet with half of both end rows.
 fn at_nodes(problem: &Problem, inputs: &[f64], rate: impl Fn(&[f64]) -> f64) -> f64 {
     let last = (inputs.len() / problem.actuation.count()).saturating_sub(1);
     let rows = inputs.chunks_exact(problem.actuation.count()).enumerate().map(|(index, row)| {

@@ -46,8 +46,8 @@ pub(super) struct Stretch {
     pub(super) speeds: [f64; 2],
 }
 
-/// `q − 1` (scalar first) and the change of `Π` over a stretch from `q = 1`; `None` where the
-/// powers do not suffice.
+/// Returns `q − 1` (scalar first) and the change of `Π` over a stretch from `q = 1`; `None` where
+/// the powers do not suffice.
 pub(super) fn change(j: &Matrix3, j_inverse: &Matrix3, stretch: &Stretch) -> Option<([f64; 4], Vector3)> {
     let Stretch { length: h, momentum, stored, torque, speeds } = stretch;
     let zero = Vector3::zeros();

@@ -123,7 +123,8 @@ pub enum WitnessError {
     TurningFrame,
     /// The implicit equation has no solution below 90° in a step.
     #[error(
-        "at t = {time} s the body turns too far for one step of {step} s: the implicit equation has no physical solution"
+        "at t = {time} s the body turns too far for one step of {step} s: the implicit equation has no \
+            physical solution"
     )]
     StepTooLong {
         /// Start of that step \[s\].

@@ -15,7 +15,7 @@ pub(super) struct Wheels {
 }
 
 impl Wheels {
-    /// Builds the momenta at the start; a body without wheels has none.
+    /// Builds the momenta at the start; empty for a body without wheels.
     pub(super) fn new(inputs: &Inputs) -> Self {
         let wheels = inputs.problem.actuation.wheels.as_ref();
         let momenta = wheels.map_or_else(Vec::new, |wheels| wheels.momentum.clone());

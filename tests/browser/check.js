@@ -1,4 +1,5 @@
-// Stands last in the page under test: uses the page as a reader does, and writes what came of it into the page.
+// Stands last in the page under test: uses the page as a reader does, and writes what came of it
+// into the page.
 (async () => {
   const frame = () => new Promise((resolve) => setTimeout(resolve, 120));
   const found = {};

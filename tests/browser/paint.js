@@ -1,4 +1,5 @@
-// Stands last in the page under test: tells, in milliseconds, when something was seen first and when all was drawn.
+// Stands last in the page under test: tells, in milliseconds, when something was seen first and
+// when all was drawn.
 new PerformanceObserver((list) => {
   for (const entry of list.getEntriesByName("first-contentful-paint")) {
     requestAnimationFrame(() => setTimeout(() => {

@@ -1,13 +1,16 @@
-"""A plan flown by Basilisk, in its own modules and dynamics, lands where the plan says, with its gains too. From the root:
+"""A plan flown by Basilisk, in its own modules and dynamics, lands where the plan says, with its
+gains too. From the root:
 
     python tests/exchange/basilisk.py SLEW
 
-Three roads, each with the inertia of the plan and with 2 % more of it: the exported waypoints, tracked by Basilisk's modules of
-reference, error and feedback; the torques alone, held over each step; and torques with the gains of the plan, both kinds, whose error
-must follow the linear prediction that is made here from the equations of motion.
+Three roads, each with the inertia of the plan and with 2 % more of it: the exported waypoints,
+tracked by Basilisk's modules of reference, error and feedback; the torques alone, held over each
+step; and torques with the gains of the plan, both kinds, whose error must follow the linear
+prediction that is made here from the equations of motion.
 
-Frames and units: R maps components in body axes B to those in the inertial axes N, and Basilisk's σ_BN are the modified
-Rodrigues parameters of R. Rates and torques are in body axes, rad/s and N m. Waypoints have rates in axes of N.
+Frames and units: R maps components in body axes B to those in the inertial axes N, and Basilisk's
+σ_BN are the modified Rodrigues parameters of R. Rates and torques are in body axes, rad/s and N m.
+Waypoints have rates in axes of N.
 """
 
 import itertools
@@ -39,26 +42,30 @@ STEPS = 200
 NANO = 1e9
 # Of all modules, in seconds; Basilisk integrates by RK4 over it.
 TICK = 0.01
-# Of mrpFeedback, in N m and N m s: torque = −K σ_BR − P ω_BR + J (ω̇_RN − ω_BN × ω_RN) + ω_RN × J ω_BN.
+# Of mrpFeedback, in N m and N m s: torque = −K σ_BR − P ω_BR + J (ω̇_RN − ω_BN × ω_RN) + ω_RN × J
+# ω_BN.
 PROPORTIONAL, RATE_GAIN = 500.0, 2500.0
 HEAVIER = 1.02
 
-# What is promised at the end, in rad and rad/s. Waypoints are tracked to 1e-4: the torque of the feedback is held over a tick (half
-# the tick, half the miss), and σ and rates are interpolated linearly, each for itself. Held torques land as the plan does.
+# What is promised at the end, in rad and rad/s. Waypoints are tracked to 1e-4: the torque of the
+# feedback is held over a tick (half the tick, half the miss), and σ and rates are interpolated
+# linearly, each for itself. Held torques land as the plan does.
 TRACKED, TRACKED_HEAVIER = 2e-4, 5e-3
 HELD = 1e-8
-# The least by which 2 % more inertia must miss in open loop, so that a loop has something to do, in rad.
+# The least by which 2 % more inertia must miss in open loop, so that a loop has something to do, in
+# rad.
 SHOWS = 2e-2
 # What the body has of error at the start, in rad and rad/s, and what gains leave of it at the end.
 START_ERROR = np.array([6e-4, -4e-4, 5e-4, 1e-5, 2e-5, -1e-5])
 LEFT = 1e-4
-# The error along the flight against the linear prediction, relative to its largest: what is left is of second order in it.
+# The error along the flight against the linear prediction, relative to its largest: what is left is
+# of second order in it.
 PREDICTED = 1e-3
 
 
 class Row(NamedTuple):
-    """A row of a table of gains. Over [t_k, t_{k+1}) the torque is u_k − K_k [ζ; δω] of t_k; the last row is the end, and
-    acts on nothing."""
+    """A row of a table of gains. Over [t_k, t_{k+1}) the torque is u_k − K_k [ζ; δω] of t_k; the
+    last row is the end, and acts on nothing."""
 
     time: float  # t_k, s
     quaternion: np.ndarray  # of R*, Hamilton, w x y z
@@ -85,12 +92,13 @@ def attitude_error(attitude, expected):
     return (expected.inv() * attitude).as_rotvec()
 
 
-# ---- the craft in Basilisk ----------------------------------------------------------------------------------------------
+# ---- the craft in Basilisk
 
 
 class Craft:
-    """A free rigid body and a torque on it, in one task. Within a tick the body moves first, under the torque that was commanded
-    a tick ago, and what commands is added after it: it sees the state of this instant, and its torque is held until the next."""
+    """A free rigid body and a torque on it, in one task. Within a tick the body moves first, under
+    the torque that was commanded a tick ago, and what commands is added after it: it sees the state
+    of this instant, and its torque is held until the next."""
 
     def __init__(self, inertia, attitude, rate, tick_nanos):
         self.simulation = SimulationBaseClass.SimBaseClass()
@@ -126,8 +134,8 @@ def state(message):
 
 
 def fly_waypoints(table, start, end, inertia, known_inertia):
-    """Basilisk's own loop along a table of waypoints; how far it ends from the last row, in rad and rad/s. The feedback module
-    knows `known_inertia` alone."""
+    """Basilisk's own loop along a table of waypoints; how far it ends from the last row, in rad and
+    rad/s. The feedback module knows `known_inertia` alone."""
     attitude, rate = Rotation.from_quat(start.quaternion, scalar_first=True), start.rate
     craft = Craft(inertia, attitude, rate, round(TICK * NANO))
     navigation = simpleNav.SimpleNav()
@@ -160,7 +168,8 @@ def fly_waypoints(table, start, end, inertia, known_inertia):
 
 
 class GainTable(sysModel.SysModel):
-    """At the tick of row k: torque = u_k − K_k [ζ; δω], ζ = log(R*ᵀ R), δω = ω − ω*, held until the next row."""
+    """At the tick of row k: torque = u_k − K_k [ζ; δω], ζ = log(R*ᵀ R), δω = ω − ω*, held until the
+    next row."""
 
     def __init__(self, rows, ticks, tick_nanos, state_message):
         super().__init__()
@@ -185,20 +194,24 @@ class GainTable(sysModel.SysModel):
 
 
 def ticks_of(rows, longest):
-    """A tick of at most `longest` seconds, in whole nanoseconds, and the number of ticks until each row."""
+    """A tick of at most `longest` seconds, in whole nanoseconds, and the number of ticks until each
+    row."""
     times = np.array([row.time for row in rows]) - rows[0].time
     step = np.diff(times).min()
     tick_nanos = round(step * NANO / math.ceil(step / longest - 1e-9))
     ticks = np.rint(times * NANO / tick_nanos).astype(int)
     off = np.abs(times - ticks * tick_nanos / NANO).max()
-    # Of a step that is no whole number of nanoseconds the rounding adds up, to microseconds at most.
+    # Of a step that is no whole number of nanoseconds the rounding adds up, to microseconds at
+    # most.
     if off > 1e-5:
-        raise ValueError(f"a row is {off:.1e} s from any tick of {tick_nanos / NANO} s; take ticks on which all rows lie")
+        raise ValueError(f"a row is {off:.1e} s from any tick of {tick_nanos / NANO} s; take ticks on "
+                         f"which all rows lie")
     return tick_nanos, ticks.tolist()
 
 
 def fly_gains(rows, inertia, start_error=None, tick=TICK):
-    """Flies a table of gains with a body of `inertia`, from the first row or [ζ; δω] = `start_error` beside it."""
+    """Flies a table of gains with a body of `inertia`, from the first row or [ζ; δω] =
+    `start_error` beside it."""
     rows = [Row(*row) for row in rows]
     tick_nanos, ticks = ticks_of(rows, tick)
     error = np.zeros(6) if start_error is None else np.asarray(start_error)
@@ -214,7 +227,7 @@ def fly_gains(rows, inertia, start_error=None, tick=TICK):
     return Flight(np.linalg.norm(errors[-1, :3]), np.linalg.norm(errors[-1, 3:]), errors)
 
 
-# ---- plan and gains -----------------------------------------------------------------------------------------------------
+# ---- plan and gains
 
 
 class Plan:
@@ -225,9 +238,10 @@ class Plan:
         spec, file = PROBLEMS / f"{name}.toml", Path(folder) / f"{name}.json"
         require(spec.is_file(), f"there is no {spec}; run this from the root of the repository")
         self.waypoints = Path(folder) / f"{name}.csv"
-        # Nodes of the true motion under held torques. Those of the discrete motion of `lie_euler` have rates that lag by half a
-        # step, 5e-3 rad at the end of tracked waypoints.
-        wanted = ["solver.scheme=lie_verlet", "solver.target=motion", f"maneuver.steps={STEPS}", f"feedback.kind={kind}"]
+        # Nodes of the true motion under held torques. Those of the discrete motion of `lie_euler`
+        # have rates that lag by half a step, 5e-3 rad at the end of tracked waypoints.
+        wanted = ["solver.scheme=lie_verlet", "solver.target=motion", f"maneuver.steps={STEPS}",
+            f"feedback.kind={kind}"]
         for arguments in (
             ["plan", "--force", str(spec), *(part for key in wanted for part in ("--set", key)), "-q", "-o", str(file)],
             ["export", "--force", str(file), "--format", "basilisk", "-q", "-o", str(self.waypoints)],
@@ -259,7 +273,8 @@ def cross(v):
 
 
 def linear_steps(rows, inertia):
-    """[ζ; δω] over each step under a held δu: z' = A z + B δu. From J ω̇ = Jω × ω + u, to first order,
+    """[ζ; δω] over each step under a held δu: z' = A z + B δu. From J ω̇ = Jω × ω + u, to first
+    order,
 
         ζ̇ = −ω* × ζ + δω,    J δω̇ = (Jω*) × δω − ω* × J δω + δu,
 
@@ -276,7 +291,7 @@ def linear_steps(rows, inertia):
     return steps
 
 
-# ---- what is judged -----------------------------------------------------------------------------------------------------
+# ---- what is judged
 
 
 def told(road, body, flight):
@@ -289,7 +304,8 @@ def tracked(plan):
     for body, more, promised in (("as planned", 1.0, TRACKED), ("2 % more inertia", HEAVIER, TRACKED_HEAVIER)):
         flight = fly_waypoints(plan.waypoints, rows[0], rows[-1], more * plan.inertia, plan.inertia)
         told("waypoints, mrpFeedback", body, flight)
-        require(flight[0] < promised, f"{body}, tracked waypoints end {flight[0]:.1e} rad off; promised are {promised:.0e}")
+        require(flight[0] < promised, f"{body}, tracked waypoints end {flight[0]:.1e} rad off; promised "
+                                      f"are {promised:.0e}")
 
 
 def held(plan):
@@ -318,7 +334,8 @@ def steered(plan):
     for what, part in (("attitude", slice(0, 3)), ("rate", slice(3, 6))):
         off = np.abs(flight.errors - expected)[:, part].max() / np.abs(expected[:, part]).max()
         print(f"{'':32} error of {what} along the flight as predicted, to {off:.1e} of its largest")
-        require(off < PREDICTED, f"with gains the {what} leaves the linear prediction by {off:.1e} of the largest error")
+        require(off < PREDICTED, f"with gains the {what} leaves the linear prediction by {off:.1e} of the "
+                                 f"largest error")
     flight = fly_gains(plan.rows(gains), HEAVIER * plan.inertia)
     told(f"torques and {plan.kind} gains", "2 % more inertia", flight)
     off = flight.attitude

@@ -1,11 +1,12 @@
-"""Attitude ephemerides in every legal style, read by `slew verify` and by programs that are not ours: Orekit, ccsds-ndm, SPICE. Run by
-`.ci/run`:
+"""Attitude ephemerides in every legal style, read by `slew verify` and by programs that are not
+ours: Orekit, ccsds-ndm, SPICE. Run by `.ci/run`:
 
     python tests/exchange/corpus.py SLEW [NAME OF A STYLE ...]
 
-Messages with orbits stand in orbits.py and are run with them. All files are written here, by formulas of SciPy. The motion is a turn about two axes one after the other, `R(s) = R0 A(s) B(s)`, with
-`3s² − 2s³` of each angle, so that attitudes and rates are formulas too. Every reader must find them, and `slew` must say that they agree
-with the maneuver.
+Messages with orbits stand in orbits.py and are run with them. All files are written here, by
+formulas of SciPy. The motion is a turn about two axes one after the other, `R(s) = R0 A(s) B(s)`,
+with `3s² − 2s³` of each angle, so that attitudes and rates are formulas too. Every reader must find
+them, and `slew` must say that they agree with the maneuver.
 """
 
 import json
@@ -41,13 +42,17 @@ def motion(time):
     return START * first * second, rate
 
 
-# ---- styles -----------------------------------------------------------------------------------------------------
+# ---- styles
 
 BASE = {
-    "version": "2.0", "xml": False, "type": "QUATERNION", "a": "EME2000", "b": "SC_BODY_1", "direction": None, "order": None,
-    "sequence": None, "rate_frame": None, "scale": "UTC", "day": False, "decimals": 3, "digits": 9, "exponent": False, "lower": False,
-    "end": "\n", "comments": False, "extra": False, "blocks": [], "flip": 0, "units": False, "quote": '"', "turned": None,
-    # Which readers know the style: all but where another program leaves the standard, with the reason beside it.
+    "version": "2.0", "xml": False, "type": "QUATERNION", "a": "EME2000", "b": "SC_BODY_1", "direction": None,
+    "order": None,
+    "sequence": None, "rate_frame": None, "scale": "UTC", "day": False, "decimals": 3, "digits": 9,
+    "exponent": False, "lower": False,
+    "end": "\n", "comments": False, "extra": False, "blocks": [], "flip": 0, "units": False, "quote": '"',
+    "turned": None,
+    # Which readers know the style: all but where another program leaves the standard, with the
+    # reason beside it.
     "orekit": True, "ndm": True,
 }
 OLD = {"version": "1.0", "direction": "A2B", "ndm": "version 2 alone"}
@@ -213,8 +218,10 @@ ELEMENTS = {
 def xml(style, to_theirs):
     q = style["quote"]
     lines = [f"<?xml version={q}1.0{q} encoding={q}UTF-8{q}?>",
-             f"<aem xmlns:xsi={q}http://www.w3.org/2001/XMLSchema-instance{q} id={q}CCSDS_AEM_VERS{q} version={q}2.0{q}>",
-             "<header><CREATION_DATE>2026-11-20T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>", "<body>"]
+             f"<aem xmlns:xsi={q}http://www.w3.org/2001/XMLSchema-instance{q} id={q}CCSDS_AEM_VERS{q} "
+             f"version={q}2.0{q}>",
+             "<header><CREATION_DATE>2026-11-20T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>",
+             "<body>"]
     state, parts = ELEMENTS[style["type"]]
     for first, last in blocks(style):
         keys = "".join(f"<{key}>{value}</{key}>\n" for key, value in metadata(style, first, last).items())
@@ -232,7 +239,7 @@ def xml(style, to_theirs):
     return "\n".join([*lines, "</body>", "</aem>"]) + "\n"
 
 
-# ---- readers ----------------------------------------------------------------------------------------------------
+# ---- readers
 
 
 def spec():
@@ -240,12 +247,14 @@ def spec():
     for name, time in (("start", 0.0), ("end", DURATION)):
         w, x, y, z = (float(part) for part in np.roll(motion(time)[0].as_quat(), 1))
         ends.append(f"[{name}]\nattitude = {{ quaternion_wxyz = [{w!r}, {x!r}, {y!r}, {z!r}] }}")
-    return ("format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[names]\nobject = \"DEMO\"\nreference_frame = \"EME2000\"\n"
+    return ("format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[names]\nobject = \"DEMO\"\nreference_frame "
+            "= \"EME2000\"\n"
             f"[body]\ninertia_kg_m2 = [120, 100, 80]\n{ends[0]}\n{ends[1]}\n[maneuver]\nduration_s = {DURATION}\n")
 
 
 def slew(style, path, folder):
-    run = subprocess.run([SLEW, "verify", str(path), "--spec", str(folder / "spec.toml"), "--format", "json"], capture_output=True, text=True)
+    run = subprocess.run([SLEW, "verify", str(path), "--spec", str(folder / "spec.toml"), "--format", "json"],
+        capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     found = json.loads(run.stdout)
     assert found["rows"] == len(TIMES), found["rows"]
@@ -274,7 +283,8 @@ def orekit(style, path, to_theirs):
         for k in range(rows.size()):
             row, time = rows.get(k), TIMES[first + k]
             assert abs(row.getDate().durationFrom(start) - time) < 10.0 ** -style["decimals"]
-            # Orekit: whatever the file says, the rotation that leads from reference to body components.
+            # Orekit: whatever the file says, the rotation that leads from reference to body
+            # components.
             attitude, rate = motion(time)
             attitude = to_theirs * attitude
             for axis in np.eye(3):
@@ -284,7 +294,8 @@ def orekit(style, path, to_theirs):
             if style["type"].endswith(("ANGVEL", "DERIVATIVE")):
                 told = row.getRotationRate()
                 # Those of ANGVEL_FRAME it leaves in the axes of that frame.
-                named = {"REF_FRAME_A": style["a"], "REF_FRAME_B": style["b"]}.get(style["rate_frame"], style["rate_frame"])
+                named = {"REF_FRAME_A": style["a"], "REF_FRAME_B": style["b"]}.get(style["rate_frame"],
+                    style["rate_frame"])
                 if named == "EME2000":
                     rate = attitude.apply(rate)
                 off = np.abs(np.array([told.getX(), told.getY(), told.getZ()]) - rate).max()
@@ -340,7 +351,7 @@ def turn(name, folder):
         spiceypy.kclear()
 
 
-# ---- what is to be said of a file -----------------------------------------------------------------------------------
+# ---- what is to be said of a file
 
 
 def stk(kind="AttitudeTimeQuaternions", axes="J2000"):
@@ -359,7 +370,8 @@ def aem(**changes):
 
 def apm_before(text):
     head, body = text.split("?>\n", 1)
-    apm = ("<apm id=\"CCSDS_APM_VERS\" version=\"2.0\"><header/><body><segment><metadata><TIME_SYSTEM>UTC</TIME_SYSTEM></metadata>"
+    apm = ("<apm id=\"CCSDS_APM_VERS\" version=\"2.0\"><header/><body><segment><metadata><TIME_SYSTEM>"
+           "UTC</TIME_SYSTEM></metadata>"
            "<data><EPOCH>2026-11-21T07:00:00</EPOCH></data></segment></body></apm>")
     return f"{head}?>\n<ndm>{apm}{body}</ndm>"
 
@@ -392,8 +404,10 @@ def words(folder, wanted):
             continue
         path = folder / "file"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        run = subprocess.run([SLEW, "verify", str(path), "--spec", str(folder / "spec.toml")], capture_output=True, text=True)
-        assert run.returncode == code or run.returncode in (3, 8) and code == 3, f"{name}: {run.returncode} {run.stderr}"
+        run = subprocess.run([SLEW, "verify", str(path), "--spec", str(folder / "spec.toml")],
+            capture_output=True, text=True)
+        assert run.returncode == code or run.returncode in (3,
+            8) and code == 3, f"{name}: {run.returncode} {run.stderr}"
         assert word in run.stderr, f"{name}: {run.stderr}"
     print(f"{len(cases)} files have their word", flush=True)
 

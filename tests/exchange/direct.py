@@ -1,19 +1,22 @@
 """Plans against a direct method of another program: CasADi with IPOPT, from many starts.
 
-    pip install casadi numpy scipy
-    python tests/exchange/direct.py target/release/slew SPEC …            maneuvers of files
-    python tests/exchange/direct.py target/release/slew --random 20 [KIND …]      random ones of each kind (or these)
+    pip install casadi numpy scipy python tests/exchange/direct.py target/release/slew SPEC …
+    maneuvers of files python tests/exchange/direct.py target/release/slew --random 20 [KIND …]
+    random ones of each kind (or these)
 
-Each maneuver is planned as a user would plan it, and solved by direct multiple shooting: inputs held over equal intervals, the
-equations of motion written here and integrated by Runge and Kutta's method of order four, in 100 intervals or as many as
-`--intervals` says. The starts (`--starts`) are the plan itself and paths about the axis of the rotation, both ways round, half of
-them bent at random. Held inputs are a restriction, so what the direct method finds is an upper bound of the least cost: a plan is
-beaten where the bound lies below its cost by more than a part of 1e-4. Cones are asked for at the ends of the intervals and at the
-middle of each, while they act; a boresight that is held on a cone at the ends of the intervals.
+Each maneuver is planned as a user would plan it, and solved by direct multiple shooting: inputs
+held over equal intervals, the equations of motion written here and integrated by Runge and Kutta's
+method of order four, in 100 intervals or as many as `--intervals` says. The starts (`--starts`) are
+the plan itself and paths about the axis of the rotation, both ways round, half of them bent at
+random. Held inputs are a restriction, so what the direct method finds is an upper bound of the
+least cost: a plan is beaten where the bound lies below its cost by more than a part of 1e-4. Cones
+are asked for at the ends of the intervals and at the middle of each, while they act; a boresight
+that is held on a cone at the ends of the intervals.
 
-The random maneuvers: bodies of moments in a ratio up to 5 (`unequal`: 5 to 20) along the axes of the torques, limits from 0.4 to
-1.6, rotations of uniform axis and 30 to 180°, from rest to rest; fuel and effort in 1.2 to 5 times the shortest duration; one to
-three cones of 15 to 35° that hold neither end; 6 to 10 one-sided thrusters.
+The random maneuvers: bodies of moments in a ratio up to 5 (`unequal`: 5 to 20) along the axes of
+the torques, limits from 0.4 to 1.6, rotations of uniform axis and 30 to 180°, from rest to rest;
+fuel and effort in 1.2 to 5 times the shortest duration; one to three cones of 15 to 35° that hold
+neither end; 6 to 10 one-sided thrusters.
 """
 
 import argparse
@@ -118,11 +121,13 @@ class Direct:
         flow = ca.Function("flow", [state, held, step], [x, middle]).map(intervals)
 
         def margins(x):
-            rows = [(sign or 1.0) * (cosine - ca.dot(d, turned(x[:4], ca.DM(a)))) for sign, a, d, cosine, _ in maneuver.cones]
+            rows = [(sign or 1.0) * (cosine - ca.dot(d, turned(x[:4], ca.DM(a)))) for sign, a, d, cosine,
+                _ in maneuver.cones]
             return ca.vertcat(*rows)
 
         def bounds(parts, between):
-            """What margins may be at parts of the motion: held on a cone at nodes alone, and anything where a cone does not act."""
+            """What margins may be at parts of the motion: held on a cone at nodes alone, and
+            anything where a cone does not act."""
             low, high = np.full((2, len(maneuver.cones), len(parts)), [[[-np.inf]], [[np.inf]]])
             for cone, (sign, *_, acts) in enumerate(maneuver.cones):
                 assert maneuver.duration or np.isinf(acts).all(), "times need a given duration"
@@ -187,7 +192,8 @@ class Direct:
         self.lbx = np.concatenate([*flat[0], np.zeros(slack), [ends[0]]])
         self.ubx = np.concatenate([*flat[1], np.full(slack, np.inf), [ends[1]]])
         self.lbg, self.ubg = np.concatenate(low), np.concatenate(high)
-        quiet = {"print_level": 0, "sb": "yes", "max_iter": 500, "max_cpu_time": PATIENCE, "tol": 1e-9, "bound_relax_factor": 1e-10}
+        quiet = {"print_level": 0, "sb": "yes", "max_iter": 500, "max_cpu_time": PATIENCE, "tol": 1e-9,
+            "bound_relax_factor": 1e-10}
         problem = {"x": unknowns, "f": cost, "g": ca.vertcat(*rows)}
         self.solver = ca.nlpsol("direct", "ipopt", problem, {"ipopt": quiet, "print_time": False})
 
@@ -201,7 +207,8 @@ class Direct:
         return float(found["f"]) if self.solver.stats()["success"] else np.inf
 
     def path(self, way, bend, duration):
-        """States and inputs of a path about the axis of the rotation (turned by 2π more where `way` says), bent by a vector."""
+        """States and inputs of a path about the axis of the rotation (turned by 2π more where `way`
+        says), bent by a vector."""
         one, s = self.maneuver, np.linspace(0.0, 1.0, self.intervals + 1)
         vector = (one.start.inv() * one.end).as_rotvec()
         angle = np.linalg.norm(vector)
@@ -307,7 +314,8 @@ def random_spec(kind, random, shortest=None):
     return objective, "\n".join(lines) + "\n"
 
 
-KINDS = ["time", "norm", "unequal", "fuel", "effort", "thruster-time", "thruster-fuel", "cone-time", "cone-fuel", "cone-effort"]
+KINDS = ["time", "norm", "unequal", "fuel", "effort", "thruster-time", "thruster-fuel", "cone-time",
+    "cone-fuel", "cone-effort"]
 
 
 def planned(slew, spec, folder, name):

@@ -4,18 +4,23 @@
     cargo build --release && cargo build --release -p evidence
     python tests/exchange/everyday.py target/release/slew target/release/evidence --cases 6 [KIND …]
 
-The maneuvers are those of `evidence everyday KIND NUMBER SEED`: four wheels, rest to rest, of least time (`time`), within rates (`rate`),
-past cones too (`cone`), of least effort past cones (`effort`), on 100 steps. IPOPT solves each from one cold start about the axis
-of the turn, in two forms of direct multiple shooting by one step of Runge and Kutta's method of order four on each interval:
+The maneuvers are those of `evidence everyday KIND NUMBER SEED`: four wheels, rest to rest, of least
+time (`time`), within rates (`rate`), past cones too (`cone`), of least effort past cones
+(`effort`), on 100 steps. IPOPT solves each from one cold start about the axis of the turn, in two
+forms of direct multiple shooting by one step of Runge and Kutta's method of order four on each
+interval:
 
 - `direct`: all nodes as matrices, the step mapped over the intervals, the duration one unknown.
-- `expanded`: stage by stage, the duration a state of its own, all expressions expanded to scalars, which takes seconds to build
+- `expanded`: stage by stage, the duration a state of its own, all expressions expanded to scalars,
+  which takes seconds to build
   and half the time to solve. Building is told apart.
 
-Units are such that torques, moments and durations are near one. Cones are asked for at nodes. Therefore what IPOPT finds counts
-only if its torques, which are held over the intervals, lead to the end and keep all limits to 1e-4 (rad, or of the limit) when
-the motion is sampled 20 times an interval; where they do not, both programs solve the maneuver on `--fine` steps once more, and
-these costs are compared. Seconds are those of the processor: of the whole process of slew, and of the call of IPOPT alone.
+Units are such that torques, moments and durations are near one. Cones are asked for at nodes.
+Therefore what IPOPT finds counts only if its torques, which are held over the intervals, lead to
+the end and keep all limits to 1e-4 (rad, or of the limit) when the motion is sampled 20 times an
+interval; where they do not, both programs solve the maneuver on `--fine` steps once more, and these
+costs are compared. Seconds are those of the processor: of the whole process of slew, and of the
+call of IPOPT alone.
 """
 
 import argparse
@@ -86,12 +91,14 @@ class Maneuver:
         return value * self.time * (self.torque**2 if self.effort else 1.0)
 
     def guess(self, intervals):
-        """States, torques and duration of the turn about its axis, within the limits of everything but cones."""
+        """States, torques and duration of the turn about its axis, within the limits of everything
+        but cones."""
         turn = (self.start.inv() * self.end).as_rotvec()
         s = np.linspace(0.0, 1.0, intervals + 1)
         rates = 6 * s * (1 - s) * turn[:, None]
         angular = self.inertia @ rates
-        # Of a duration of one; rates and momenta go with its inverse, torques with the square of that.
+        # Of a duration of one; rates and momenta go with its inverse, torques with the square of
+        # that.
         back = -np.linalg.pinv(self.axes)
         stored = self.stored[:, None] + back @ angular
         middle = (s[1:] + s[:-1]) / 2
@@ -112,7 +119,8 @@ class Maneuver:
         return np.vstack([quaternions.T, rates / duration, stored]), held, duration
 
     def kept(self, torques, duration):
-        """Whether torques held over equal intervals lead to the end within all limits, by small steps."""
+        """Whether torques held over equal intervals lead to the end within all limits, by small
+        steps."""
         inverse = np.linalg.inv(self.inertia)
 
         def slope(x, held):
@@ -160,7 +168,8 @@ class Discrete:
         self.building = time.process_time() - began
 
     def flow(self):
-        """One step of Runge and Kutta's method: state, held torques and length to the next state."""
+        """One step of Runge and Kutta's method: state, held torques and length to the next
+        state."""
         one, count = self.maneuver, self.wheels
         inertia, inverse, axes = (ca.DM(m) for m in (one.inertia, np.linalg.inv(one.inertia), one.axes))
         x, held, step = ca.SX.sym("x", 7 + count), ca.SX.sym("u", count), ca.SX.sym("h")
@@ -192,7 +201,8 @@ class Discrete:
         return to[0] * q[1:] - q[0] * ca.DM(to[1:]) - ca.cross(ca.DM(to[1:]), q[1:])
 
     def bounds(self, width):
-        """Of all states and torques; the duration is the last state where a state has one more number."""
+        """Of all states and torques; the duration is the last state where a state has one more
+        number."""
         one, count = self.maneuver, self.intervals
         most = np.concatenate([np.full(4, np.inf), one.rate, one.store, np.full(width - 7 - self.wheels, np.inf)])
         low, high = -np.repeat(most[:, None], count + 1, 1), np.repeat(most[:, None], count + 1, 1)
@@ -262,7 +272,8 @@ class Discrete:
         return np.concatenate([both.ravel("F"), states[:, -1]])
 
     def solve(self):
-        """Cost, seconds, and whether the motion counts; the cost is infinite where IPOPT ends at no minimum."""
+        """Cost, seconds, and whether the motion counts; the cost is infinite where IPOPT ends at no
+        minimum."""
         states, torques, duration = self.maneuver.guess(self.intervals)
         if self.expanded:
             given = [] if self.maneuver.effort else [np.full((1, self.intervals + 1), duration)]
@@ -288,7 +299,8 @@ class Discrete:
 
 
 def planned(slew, spec, folder, steps, patience):
-    """Cost of the plan of slew, infinite where none is solved and verified, and the seconds of its process."""
+    """Cost of the plan of slew, infinite where none is solved and verified, and the seconds of its
+    process."""
     file, plan = Path(folder) / "spec.json", Path(folder) / "plan.json"
     file.write_text(json.dumps(spec))
     plan.unlink(missing_ok=True)
@@ -305,7 +317,8 @@ def planned(slew, spec, folder, steps, patience):
 
 
 def compared(spec, folder, asked):
-    """Costs and seconds of all three, and the costs that are compared: of slew, and the least of IPOPT that counts."""
+    """Costs and seconds of all three, and the costs that are compared: of slew, and the least of
+    IPOPT that counts."""
     maneuver = Maneuver(spec)
     cost, seconds = planned(asked.slew, spec, folder, asked.steps, asked.patience)
     forms = [Discrete(maneuver, asked.steps, expanded, asked.patience) for expanded in (False, True)]
@@ -343,7 +356,8 @@ def told(kind, rows):
     if both.any():
         apart = pairs[both, 0] / pairs[both, 1] - 1
         print(f"  cost of slew over IPOPT's: median {np.median(apart):+.1e}, least {apart.min():+.1e}, ", end="")
-        print(f"most {apart.max():+.1e}; dearer by {APART:.1%} in {(apart > APART).sum()}, cheaper in {(apart < -APART).sum()}")
+        print(f"most {apart.max():+.1e}; dearer by {APART:.1%} in {(apart > APART).sum()}, cheaper "
+              f"in {(apart < -APART).sum()}")
 
 
 def main():
@@ -368,7 +382,8 @@ def main():
                 spec = json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
                 rows.append(compared(spec, folder, asked))
                 print(f"  {kind} {number}: " + ", ".join(
-                    f"{name} {rows[-1][name][0]:.8g} in {rows[-1][name][1]:.2f} s" for name in ("slew", "direct", "expanded")
+                    f"{name} {rows[-1][name][0]:.8g} in {rows[-1][name][1]:.2f} s" for name in ("slew",
+                        "direct", "expanded")
                 ) + ("; compared on more steps: {:.8g}, {:.8g}".format(*rows[-1]["pair"]) if "fine" in rows[-1] else ""), flush=True)
             told(kind, rows)
 

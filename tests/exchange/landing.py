@@ -1,7 +1,8 @@
-"""Plans of every kind, flown by SciPy: their torques, held as `slew help replay` says, bring the body to the target.
+"""Plans of every kind, flown by SciPy: their torques, held as `slew help replay` says, bring the
+body to the target.
 
-The equations are written here anew from the plan file and the maneuver in it, and integrated by DOP853; the verdict of the
-program is not read.
+The equations are written here anew from the plan file and the maneuver in it, and integrated by
+DOP853; the verdict of the program is not read.
 """
 
 import json
@@ -14,7 +15,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
-# Shipped maneuvers, none of which takes more than a few seconds to plan. They are planned to land, whatever the file says.
+# Shipped maneuvers, none of which takes more than a few seconds to plan. They are planned to land,
+# whatever the file says.
 KINDS = {
     "effort": ["rest_120", "moving_ends", "detumble", "two_torques", "limited_norm", "pyramid"],
     "other scheme": ["moving_ends_euler"],
@@ -40,7 +42,8 @@ def product(a, b):
 
 
 def fields(spec, inertia, mass):
-    """The moment (body axes) and force (reference axes) of an environment, and the rate of the reference frame."""
+    """The moment (body axes) and force (reference axes) of an environment, and the rate of the
+    reference frame."""
     field = spec.get("environment", {"kind": "none"})
     none = np.zeros(3)
     if field["kind"] == "none":
@@ -76,7 +79,8 @@ def fields(spec, inertia, mass):
 
 
 def missed(plan):
-    """By how many degrees the body misses the attitude of the end, and the largest other miss, relative."""
+    """By how many degrees the body misses the attitude of the end, and the largest other miss,
+    relative."""
     spec, path = plan["spec"], plan["trajectory"]
     inertia, mass = symmetric(spec["body"]["inertia_kg_m2"]), spec["body"].get("mass_kg", 1.0)
     field, turning = fields(spec, inertia, mass)
@@ -90,8 +94,8 @@ def missed(plan):
         rows = np.array(path.get(name, np.zeros((len(time) - 1, 3))))
         return rows if len(rows) < len(time) else 0.5 * (rows[:-1] + rows[1:])
 
-    # Torques of the file are in body axes and forces in reference axes: of actuators fixed in the other, what is held is what
-    # the inputs give in their own axes.
+    # Torques of the file are in body axes and forces in reference axes: of actuators fixed in the
+    # other, what is held is what the inputs give in their own axes.
     inputs = rows("input")
     forces = spec["actuators"].get("force_axes_body", spec["actuators"].get("force_axes_reference", []))
     force = inputs[:, : len(forces)] @ np.array(forces).reshape(-1, 3)

@@ -1,11 +1,11 @@
-"""Messages with orbits in every legal style, each with the word that is due: read, with the direction that other programs find; refused,
-with why; read with a warning. Run by corpus.py:
+"""Messages with orbits in every legal style, each with the word that is due: read, with the
+direction that other programs find; refused, with why; read with a warning. Run by corpus.py:
 
     python tests/exchange/corpus.py SLEW
 
-Elements are followed by the C++ code of SGP4 (PyPI: sgp4), frames are Skyfield's; ephemerides are interpolated by the package `oem`;
-`ccsds-ndm` must read the OMM of every style too, but for JSON and for comments in `<ndm>`. All files are written here. A direction is
-that of the zenith.
+Elements are followed by the C++ code of SGP4 (PyPI: sgp4), frames are Skyfield's; ephemerides are
+interpolated by the package `oem`; `ccsds-ndm` must read the OMM of every style too, but for JSON
+and for comments in `<ndm>`. All files are written here. A direction is that of the zenith.
 """
 
 import json
@@ -19,10 +19,11 @@ import numpy as np
 
 EPOCH = datetime(2026, 11, 21, 7, 0, 0, tzinfo=timezone.utc)
 MU = 3.986004418e14
-# Of a direction [rad]: of elements to what the series of the frames are worth, of tables to what Lagrange's and Hermite's polynomials of
-# one degree differ by.
+# Of a direction [rad]: of elements to what the series of the frames are worth, of tables to what
+# Lagrange's and Hermite's polynomials of one degree differ by.
 ELEMENTS_WITHIN, TABLE_WITHIN = 1e-6, 2e-6
-# Near-Earth and deep, round and eccentric: mean motion, eccentricity, inclination, node, perigee, anomaly, B*.
+# Near-Earth and deep, round and eccentric: mean motion, eccentricity, inclination, node, perigee,
+# anomaly, B*.
 ORBITS = [
     (14.9, 0.0012, 97.8, 200.1, 90.2, 270.1, 2e-5),
     (15.49, 0.0003, 51.64, 10.0, 350.5, 0.25, 1.1e-4),
@@ -37,8 +38,10 @@ ORBITS = [
 
 def spec(orbit, seconds=0.0, duration=30.0):
     moment = EPOCH + timedelta(seconds=seconds)
-    return (f"format = 1\nepoch = \"{moment:%Y-%m-%dT%H:%M:%S.%f} UTC\"\n[orbit]\n{orbit}\n[body]\ninertia_kg_m2 = [120, 100, 80]\n"
-            "[start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n[end]\npoint = { boresight_body = [0, 0, 1], at = \"zenith\" }\n"
+    return (f"format = 1\nepoch = \"{moment:%Y-%m-%dT%H:%M:%S.%f} UTC\"\n[orbit]\n{orbit}\n[body]\n"
+            f"inertia_kg_m2 = [120, 100, 80]\n"
+            "[start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n[end]\npoint = { boresight_body = "
+            "[0, 0, 1], at = \"zenith\" }\n"
             f"[maneuver]\nduration_s = {duration}\n")
 
 
@@ -59,7 +62,7 @@ def apart(one, other):
     return math.atan2(np.linalg.norm(np.cross(one, other)), float(one @ other))
 
 
-# ---- elements ----------------------------------------------------------------------------------------------------
+# ---- elements
 
 
 def checked(line):
@@ -92,7 +95,8 @@ def by_sgp4(lines, seconds):
 
     moment = EPOCH + timedelta(seconds=seconds)
     satellite = Satrec.twoline2rv(*lines)
-    day, part = jday(moment.year, moment.month, moment.day, moment.hour, moment.minute, moment.second + moment.microsecond * 1e-6)
+    day, part = jday(moment.year, moment.month, moment.day, moment.hour, moment.minute,
+        moment.second + moment.microsecond * 1e-6)
     error, position, _ = satellite.sgp4(day, part)
     assert error == 0, error
     at = load.timescale(builtin=True).from_datetime(moment)
@@ -102,7 +106,8 @@ def by_sgp4(lines, seconds):
 def record(orbit, moment="2026-11-20T12:00:00.000000"):
     n, e, i, node, perigee, anomaly, drag = orbit
     return {
-        "OBJECT_NAME": "SAMPLE", "OBJECT_ID": "2020-001A", "CENTER_NAME": "EARTH", "REF_FRAME": "TEME", "TIME_SYSTEM": "UTC",
+        "OBJECT_NAME": "SAMPLE", "OBJECT_ID": "2020-001A", "CENTER_NAME": "EARTH", "REF_FRAME": "TEME",
+        "TIME_SYSTEM": "UTC",
         "MEAN_ELEMENT_THEORY": "SGP4", "EPOCH": moment, "MEAN_MOTION": n, "ECCENTRICITY": round(e, 7), "INCLINATION": i,
         "RA_OF_ASC_NODE": node, "ARG_OF_PERICENTER": perigee, "MEAN_ANOMALY": anomaly, "EPHEMERIS_TYPE": 0,
         "CLASSIFICATION_TYPE": "U", "NORAD_CAT_ID": 799500123, "ELEMENT_SET_NO": 999, "REV_AT_EPOCH": 1, "BSTAR": drag,
@@ -110,11 +115,14 @@ def record(orbit, moment="2026-11-20T12:00:00.000000"):
     }
 
 
-UNITS = {"MEAN_MOTION": "rev/day", "INCLINATION": "deg", "RA_OF_ASC_NODE": "deg", "ARG_OF_PERICENTER": "deg", "MEAN_ANOMALY": "deg",
+UNITS = {"MEAN_MOTION": "rev/day", "INCLINATION": "deg", "RA_OF_ASC_NODE": "deg", "ARG_OF_PERICENTER": "deg",
+    "MEAN_ANOMALY": "deg",
          "BSTAR": "1/ER", "MEAN_MOTION_DOT": "rev/day**2", "MEAN_MOTION_DDOT": "rev/day**3"}
 PARTS = {"metadata": ["OBJECT_NAME", "OBJECT_ID", "CENTER_NAME", "REF_FRAME", "TIME_SYSTEM", "MEAN_ELEMENT_THEORY"],
-         "meanElements": ["EPOCH", "MEAN_MOTION", "ECCENTRICITY", "INCLINATION", "RA_OF_ASC_NODE", "ARG_OF_PERICENTER", "MEAN_ANOMALY"],
-         "tleParameters": ["EPHEMERIS_TYPE", "CLASSIFICATION_TYPE", "NORAD_CAT_ID", "ELEMENT_SET_NO", "REV_AT_EPOCH", "BSTAR",
+         "meanElements": ["EPOCH", "MEAN_MOTION", "ECCENTRICITY", "INCLINATION", "RA_OF_ASC_NODE",
+             "ARG_OF_PERICENTER", "MEAN_ANOMALY"],
+         "tleParameters": ["EPHEMERIS_TYPE", "CLASSIFICATION_TYPE", "NORAD_CAT_ID", "ELEMENT_SET_NO",
+             "REV_AT_EPOCH", "BSTAR",
                            "MEAN_MOTION_DOT", "MEAN_MOTION_DDOT"]}
 
 
@@ -134,7 +142,8 @@ def xml(keys, units=False, wrapped=True, odd=False):
         return f"<{key}{unit}>{value}</{key}>"
     meta, mean, tle = ("".join(map(element, names)) for names in PARTS.values())
     body = (f"<omm id=\"CCSDS_OMM_VERS\" version=\"2.0\"><header><CREATION_DATE>2026-11-20T13:00:00</CREATION_DATE>"
-            f"<ORIGINATOR>TEST</ORIGINATOR></header><body><segment><metadata>{meta}</metadata><data><meanElements>{mean}</meanElements>"
+            f"<ORIGINATOR>TEST</ORIGINATOR></header><body><segment><metadata>{meta}</metadata><data>"
+            f"<meanElements>{mean}</meanElements>"
             f"<tleParameters>{tle}</tleParameters></data></segment></body></omm>")
     comment = "<!-- a comment -->" if odd else ""
     return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" + (f"<ndm>{comment}{body}</ndm>" if wrapped else body)
@@ -150,7 +159,8 @@ OMM_STYLES = {
     "XML alone with units": ("xml", lambda keys: xml(keys, units=True, wrapped=False)),
     "XML with CDATA and comments": ("xml", lambda keys: xml(keys, odd=True)),
     "JSON of numbers": ("json", lambda keys: json.dumps([keys])),
-    "JSON of texts": ("json", lambda keys: json.dumps([{key: str(value) for key, value in keys.items()} | {"DECAY_DATE": None}])),
+    "JSON of texts": ("json", lambda keys: json.dumps([{key: str(value) for key,
+        value in keys.items()} | {"DECAY_DATE": None}])),
     "JSON of one object": ("json", lambda keys: json.dumps(keys, indent=1)),
 }
 REFUSED_OMM = {
@@ -178,7 +188,8 @@ def by_ndm(text, orbit):
     found = (found.omm[0] if hasattr(found, "omm") else found).body.segment.data
     n, e, i, node, perigee, anomaly, drag = orbit
     mean, tle = found.mean_elements, found.tle_parameters
-    angles = [angle.value for angle in (mean.inclination, mean.ra_of_asc_node, mean.arg_of_pericenter, mean.mean_anomaly)]
+    angles = [angle.value for angle in (mean.inclination, mean.ra_of_asc_node, mean.arg_of_pericenter,
+        mean.mean_anomaly)]
     assert [float(value) for value in (mean.mean_motion.value, mean.eccentricity, *angles, tle.bstar.value)] == [
         n, round(e, 7), i, node, perigee, anomaly, drag], found
 
@@ -201,8 +212,10 @@ def elements(slew, folder, random):
         for number, name in (("99991", []), ("B1234", []), ("   12", ["0 SAMPLE"])):
             seconds = round(random.uniform(-40_000, 80_000), 3)
             lines = two_lines(orbit, number)
-            # A blank for the type of ephemeris is a zero, and so are blanks for the second derivative.
-            shown = [checked(lines[0][:44] + " " * 8 + lines[0][52:62] + " " + lines[0][63:68]), lines[1]] if number == "B1234" else lines
+            # A blank for the type of ephemeris is a zero, and so are blanks for the second
+            # derivative.
+            shown = [checked(lines[0][:44] + " " * 8 + lines[0][52:62] + " " + lines[0][63:68]),
+                lines[1]] if number == "B1234" else lines
             found, words = told(slew, folder, spec("tle = " + json.dumps([*name, *shown]), seconds))
             assert found is not None, words
             off = apart(found, by_sgp4(lines, seconds))
@@ -216,7 +229,7 @@ def elements(slew, folder, random):
     return count
 
 
-# ---- ephemerides -------------------------------------------------------------------------------------------------
+# ---- ephemerides
 
 
 def kepler(time, axis=7e6, inclination=0.9, eccentricity=0.01):
@@ -230,7 +243,8 @@ def kepler(time, axis=7e6, inclination=0.9, eccentricity=0.01):
     rate = n / (1 - eccentricity * math.cos(anomaly))
     flat = np.array([math.cos(anomaly) - eccentricity, root * math.sin(anomaly), 0.0]) * axis
     moved = np.array([-math.sin(anomaly), root * math.cos(anomaly), 0.0]) * axis * rate
-    turn = np.array([[1, 0, 0], [0, math.cos(inclination), -math.sin(inclination)], [0, math.sin(inclination), math.cos(inclination)]])
+    turn = np.array([[1, 0, 0], [0, math.cos(inclination), -math.sin(inclination)],
+        [0, math.sin(inclination), math.cos(inclination)]])
     return turn @ flat, turn @ moved
 
 
@@ -238,8 +252,10 @@ def oem(step, count, how, from_=0.0, scale=1.0, row=None, keys="", end="\n", bod
     def date(time):
         return f"{EPOCH + timedelta(seconds=time):%Y-%m-%dT%H:%M:%S.%f}"
     times = [from_ + step * k for k in range(count)]
-    lines = ["CCSDS_OEM_VERS = 2.0", "CREATION_DATE = 2026-11-20T00:00:00", "ORIGINATOR = TEST", "", "META_START", "OBJECT_NAME = A",
-             "OBJECT_ID = 2026-001A", f"CENTER_NAME = {body}", "REF_FRAME = ICRF", "TIME_SYSTEM = UTC", f"START_TIME = {date(times[0])}",
+    lines = ["CCSDS_OEM_VERS = 2.0", "CREATION_DATE = 2026-11-20T00:00:00", "ORIGINATOR = TEST", "",
+        "META_START", "OBJECT_NAME = A",
+             "OBJECT_ID = 2026-001A", f"CENTER_NAME = {body}", "REF_FRAME = ICRF", "TIME_SYSTEM = UTC",
+             f"START_TIME = {date(times[0])}",
              f"STOP_TIME = {date(times[-1])}"]
     if how:
         lines += [f"INTERPOLATION = {how[0]}", f"INTERPOLATION_DEGREE = {how[1]}"]
@@ -279,7 +295,8 @@ REFUSED_OEM = {
     "rows an hour apart": (oem(3600.0, 24, None, -36_000.0), "do not carry this orbit"),
     "Lagrange, quarter hours": (oem(900.0, 24, ("LAGRANGE", 7), -450.0), "do not carry this orbit"),
     "metres": (oem(60.0, 30, None, -300.0, scale=1e3), "escapes from the Earth"),
-    "two orbits": (oem(60.0, 30, None, -300.0) + "META_START" + oem(60.0, 30, None, -300.0, scale=1.01).split("META_START")[1],
+    "two orbits": (oem(60.0, 30, None, -300.0) + "META_START" + oem(60.0, 30, None, -300.0,
+        scale=1.01).split("META_START")[1],
                    "both cover the maneuver"),
     "Mars": (oem(60.0, 30, None, -300.0, body="MARS"), "not the Earth"),
     "straight lines": (oem(60.0, 30, ("LINEAR", 1), -300.0), "an interpolation of degree 1"),
@@ -298,7 +315,8 @@ def ephemerides(slew, folder, random):
                 found, words = told(slew, folder, spec("oem = \"file.oem\"", seconds, min(30.0, 0.5 * step)))
                 assert found is not None and "W0077" not in words, f"{style}: {words}"
                 truth, _ = kepler(seconds)
-                # A polynomial is no orbit: what degree and step leave, of the four rows about a moment.
+                # A polynomial is no orbit: what degree and step leave, of the four rows about a
+                # moment.
                 limit = 2e-5 if step >= 600 else TABLE_WITHIN
                 assert apart(found, truth) < limit, f"{style}: {apart(found, truth):.1e} of the orbit"
                 if how and end == "\n":
@@ -322,5 +340,7 @@ def corpus(slew):
     cases = random.Random(20261121)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        print(f"{elements(slew, folder, cases)} messages and lines with elements have their word, directions those of SGP4", flush=True)
-        print(f"{ephemerides(slew, folder, cases)} ephemerides have theirs, directions those of the orbit and of oem", flush=True)
+        print(f"{elements(slew, folder, cases)} messages and lines with elements have their word, "
+              f"directions those of SGP4", flush=True)
+        print(f"{ephemerides(slew, folder, cases)} ephemerides have theirs, directions those of the orbit "
+              f"and of oem", flush=True)

@@ -2,10 +2,11 @@
 
     python tests/exchange/sky.py SLEW
 
-Orbits by the C++ code of SGP4 (PyPI: sgp4) and by SciPy's DOP853, frames, stations and time scales by Skyfield (IAU 2000A), Sun and
-Moon by DE421 (jplephem, skyfield-data). Each maneuver is a spec whose cones aim at everything; `slew sky` tells where that is at its
-start and its end. Directions are geometric on both sides, or apparent ones on both (light time and aberration, by Skyfield). A velocity is the difference quotient of positions, not the one that SGP4
-states.
+Orbits by the C++ code of SGP4 (PyPI: sgp4) and by SciPy's DOP853, frames, stations and time scales
+by Skyfield (IAU 2000A), Sun and Moon by DE421 (jplephem, skyfield-data). Each maneuver is a spec
+whose cones aim at everything; `slew sky` tells where that is at its start and its end. Directions
+are geometric on both sides, or apparent ones on both (light time and aberration, by Skyfield). A
+velocity is the difference quotient of positions, not the one that SGP4 states.
 """
 
 import json
@@ -30,16 +31,20 @@ SLEW = str(Path(sys.argv[1]).resolve())
 ARCSECOND = np.pi / 648_000
 SPAN = 300.0
 EPOCHS = 100
-# What is promised, in radians: of the Sun 0.01 deg and of the Moon 0.02 deg are asked, their series are good for 4″ and 12″.
+# What is promised, in radians: of the Sun 0.01 deg and of the Moon 0.02 deg are asked, their series
+# are good for 4″ and 12″.
 PROMISED = {
-    "sun": 4 * ARCSECOND, "moon": 12 * ARCSECOND, "nadir": 1e-6, "geodetic_nadir": 1e-6, "velocity": 1e-6, "along_track": 1e-6,
+    "sun": 4 * ARCSECOND, "moon": 12 * ARCSECOND, "nadir": 1e-6, "geodetic_nadir": 1e-6, "velocity": 1e-6,
+    "along_track": 1e-6,
     "orbit_normal": 1e-6, "ground": 1e-5,
 }
-# Of the distance from the center of the Earth, relative: SGP4 to the C++ code, an integrated orbit to the pole of seven arguments.
+# Of the distance from the center of the Earth, relative: SGP4 to the C++ code, an integrated orbit
+# to the pole of seven arguments.
 DISTANCE = {"SGP4": 1e-9, "j2": 1e-8, "two_body": 1e-10}
 MU, J2, RADIUS = 3.986004418e14, 1.08262668e-3, 6378137.0
 
-# Objects of the set that is published with SGP4: near and deep, round and eccentric; the epoch is moved to that of the maneuver.
+# Objects of the set that is published with SGP4: near and deep, round and eccentric; the epoch is
+# moved to that of the maneuver.
 ELEMENTS = {
     "28057, 790 km": (
         "1 28057U 03049A   06177.78615833  .00000060  00000-0  35940-4 0  1836",
@@ -95,7 +100,8 @@ def by_sgp4(lines, start):
 
 
 def by_integration(elements, before, model, start):
-    """The same of osculating elements, `before` seconds before the start, by DOP853 about the pole of their date."""
+    """The same of osculating elements, `before` seconds before the start, by DOP853 about the pole
+    of their date."""
     a, e, *angles = elements
     inclination, node, perigee, anomaly = np.radians(angles)
     plane = Rotation.from_euler("ZXZ", [node, inclination, perigee]).as_matrix()
@@ -141,8 +147,10 @@ def expected(place, start, elapsed, site, light):
         moved = home.at(moment).velocity.km_per_s + velocity
         here = Barycentric((earth + r) / AU_KM, moved * 86_400 / AU_KM, t=moment)
         there = home + wgs84.latlon(site[0], site[1], elevation_m=site[2])
-        # The Sun bends light by 1.75″ at its limb and by milliarcseconds elsewhere: not told, and not taken here.
-        seen = {name: here.observe(of).apparent(deflectors=()) for name, of in (("sun", EPHEMERIS["sun"]), ("moon", EPHEMERIS["moon"]), ("ground", there))}
+        # The Sun bends light by 1.75″ at its limb and by milliarcseconds elsewhere: not told, and
+        # not taken here.
+        seen = {name: here.observe(of).apparent(deflectors=()) for name,
+            of in (("sun", EPHEMERIS["sun"]), ("moon", EPHEMERIS["moon"]), ("ground", there))}
         body = {name: unit(seen[name].position.km) for name in ("sun", "moon")}
         ground = unit(seen["ground"].position.km)
     directions = body | {
@@ -199,7 +207,8 @@ half_angle_deg = 0.001
 
 
 def told(folder, epoch, orbit, site, dut1, light):
-    """What `slew sky` says: unit vectors at both ends, and the distance from the center of the Earth [km]."""
+    """What `slew sky` says: unit vectors at both ends, and the distance from the center of the
+    Earth [km]."""
     more = f", latitude_deg = {site[0]!r}, longitude_deg = {site[1]!r}, height_m = {site[2]!r}"
     effects = 'light_time = "one_way"\naberration = "satellite"' if light else ""
     text = SPEC.format(light=effects, epoch=epoch, orbit=orbit, dut1=dut1, span=SPAN)
@@ -231,7 +240,8 @@ def orbits(draw, year, day, second, start):
         angles = [draw.uniform(0, 180)] + [draw.uniform(0, 360) for _ in range(3)]
         elements = [perigee / (1 - eccentricity), eccentricity, *angles]
         before = draw.randrange(10, 20_000)
-        names = ["semi_major_axis_m", "eccentricity", "inclination_deg", "raan_deg", "argument_of_perigee_deg", "true_anomaly_deg"]
+        names = ["semi_major_axis_m", "eccentricity", "inclination_deg", "raan_deg", "argument_of_perigee_deg",
+            "true_anomaly_deg"]
         keys = [f"{name} = {value!r}" for name, value in zip(names, elements, strict=True)]
         keys += [f'model = "{model}"', f'epoch = "{calendar(year, day, second - before)} UTC"']
         yield model, "\n".join(keys), by_integration(elements, before, model, start)
@@ -268,7 +278,8 @@ def main():
     for name, angles in off.items():
         values = max(angles), np.sqrt(np.mean(np.square(angles))), PROMISED[name]
         good &= values[0] <= values[2]
-        print(f"{name:<16}" + "".join(f"{value / ARCSECOND:{width}.4f}" for value, width in zip(values, (12, 12, 13), strict=True)))
+        print(f"{name:<16}" + "".join(f"{value / ARCSECOND:{width}.4f}" for value,
+            width in zip(values, (12, 12, 13), strict=True)))
     for model, defects in lengths.items():
         good &= max(defects) <= DISTANCE[model]
         print(f"distance by {model}, relative: {max(defects):.1e}, promised {DISTANCE[model]:.0e}")

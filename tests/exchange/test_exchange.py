@@ -1,9 +1,10 @@
-"""What `slew export` writes, read by other programs: NumPy, SciPy, pyarrow, SPICE, Orekit, ccsds-ndm. Run by `.ci/run`:
+"""What `slew export` writes, read by other programs: NumPy, SciPy, pyarrow, SPICE, Orekit,
+ccsds-ndm. Run by `.ci/run`:
 
     python tests/exchange/test_exchange.py SLEW [NAME OF A TEST ...]
 
-The truth is the plan file, which the Rust tests hold against everything else, and a body that has turned by 30 degrees
-about z, of which every program must say so in its own words.
+The truth is the plan file, which the Rust tests hold against everything else, and a body that has
+turned by 30 degrees about z, of which every program must say so in its own words.
 """
 
 import json
@@ -33,8 +34,8 @@ spice_id = -125544
 inputs = ["roll", "pitch", "yaw"]
 [body]
 inertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]
-# The discrete motion meets the end to round-off, so that every direction and digit can be held to it; `landing.py` flies plans
-# that land.
+# The discrete motion meets the end to round-off, so that every direction and digit can be held to
+# it; `landing.py` flies plans that land.
 [solver]
 target = "discrete"
 """
@@ -59,8 +60,8 @@ angular_velocity_deg_s = [0.3, -0.1, 0.7]
 attitude = { euler_zyx_deg = [-97.1, -12.9, 45.3] }
 angular_velocity_deg_s = [-0.2, 0.4, 0.1]
 """
-# Ends in a body that has turned by 30 degrees about z, at rest; a random one with rates at both ends; and that one with
-# inputs that switch.
+# Ends in a body that has turned by 30 degrees about z, at rest; a random one with rates at both
+# ends; and that one with inputs that switch.
 CASES = {
     "thirty": GIVEN + """
 [start]
@@ -88,7 +89,8 @@ class Case:
         self.wxyz = np.array(trajectory["quaternion_wxyz"])
         self.rate = np.array(trajectory["angular_velocity_rad_s"])
         torque = np.array(trajectory["torque_n_m"])
-        # Held over each step: a row each where inputs switch, else the mean of the rows at both ends.
+        # Held over each step: a row each where inputs switch, else the mean of the rows at both
+        # ends.
         self.held = torque if len(torque) < len(self.time) else 0.5 * (torque[1:] + torque[:-1])
         # The nodes at which another row begins to be held.
         jumps = np.any(torque[1:] != torque[:-1], axis=1) if name == "switching" else []
@@ -204,7 +206,8 @@ def flight(case):
         assert int(last.split()[2], 16) == zlib.crc32(body)
         lines = [line for line in body.decode().splitlines() if not line.startswith("#")]
         rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
-        bound = next(float(line.split("at most ")[1].split()[0]) for line in body.decode().splitlines() if "rows against" in line)
+        comments = [line for line in body.decode().splitlines() if "rows against" in line]
+        bound = float(comments[0].split("at most ")[1].split()[0])
         wxyz, ticks = rows[:, 2:6], rows[:, 1]
         # The nodes of the plan that fall on ticks, and the impulse, which must be that of the plan.
         for k, time in enumerate(case.time):
@@ -222,7 +225,8 @@ def flight(case):
     return "checksum, nodes, impulse"
 
 
-# Enough of a leap second kernel for SPICE to know terrestrial from barycentric time (values of naif0012.tls).
+# Enough of a leap second kernel for SPICE to know terrestrial from barycentric time (values of
+# naif0012.tls).
 LEAPSECONDS = """KPL/LSK
 \\begindata
 DELTET/DELTA_T_A = 32.184
@@ -269,7 +273,8 @@ def spice(case):
 
 
 def basilisk(case):
-    """Basilisk's own module reads the table, and its own formula leads to the matrix from reference to body."""
+    """Basilisk's own module reads the table, and its own formula leads to the matrix from reference
+    to body."""
     try:
         from Basilisk.fswAlgorithms import waypointReference
         from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, macros
@@ -382,7 +387,8 @@ def orekit(case):
 
 
 def ndm(case):
-    """The Rust reader ccsds-ndm, asked through a program of its own (tests/exchange/ndm); version 2 alone."""
+    """The Rust reader ccsds-ndm, asked through a program of its own (tests/exchange/ndm); version 2
+    alone."""
     reader = os.environ.get("READ_NDM")
     if not reader:
         return "SKIPPED: READ_NDM names no reader"
@@ -393,7 +399,8 @@ def ndm(case):
         assert len(segments) == len(case.ends) - 1, name
         for segment, first, last in zip(segments, case.ends, case.ends[1:]):
             meta = segment["metadata"]
-            assert (meta["REF_FRAME_A"], meta["REF_FRAME_B"], meta["ANGVEL_FRAME"]) == ("ICRF", "SC_BODY_1", "SC_BODY_1")
+            assert (meta["REF_FRAME_A"], meta["REF_FRAME_B"], meta["ANGVEL_FRAME"]) == ("ICRF", "SC_BODY_1",
+                "SC_BODY_1")
             rows = [state["quaternionAngVel"] for state in segment["data"]["attitudeState"]]
             assert len(rows) == last - first + 1
             assert (meta["START_TIME"], meta["STOP_TIME"]) == (rows[0]["EPOCH"], rows[-1]["EPOCH"])
@@ -428,7 +435,7 @@ def replay(case):
     return f"misses by {missed:.2e} deg, the witness says {expected:.2e}"
 
 
-# ---- a frame that turns -------------------------------------------------------------------------------------------
+# ---- a frame that turns
 
 RATE = 1.16e-3
 ORBIT = f"""
@@ -453,8 +460,8 @@ angular_velocity_deg_s = [-0.02, 0.04, 0.01]
 duration_s = 613
 steps = 120
 """
-# Names of CCSDS, and those of the same frames in Orekit; axes by the registry of SANA, in e1 along the velocity, e2 along the orbit
-# normal, e3 outward.
+# Names of CCSDS, and those of the same frames in Orekit; axes by the registry of SANA, in e1 along
+# the velocity, e2 along the orbit normal, e3 outward.
 FRAMES = {
     "LVLH": ("LVLH_CCSDS", [[1, 0, 0], [0, -1, 0], [0, 0, -1]]),
     "VVLH": ("VVLH", [[1, 0, 0], [0, -1, 0], [0, 0, -1]]),
@@ -468,7 +475,8 @@ FRAMES = {
 
 
 class Turning(Case):
-    """A plan in the frame of an orbit. In the inertial axes that this frame has at the start the body is at `inertial`."""
+    """A plan in the frame of an orbit. In the inertial axes that this frame has at the start the
+    body is at `inertial`."""
 
     def __init__(self, folder):
         self.name, self.folder = "orbit", Path(folder) / "orbit"
@@ -510,7 +518,8 @@ def inertial_formats_refuse(case):
                              capture_output=True, text=True)
         assert run.returncode == 3 and "E0141" in run.stderr, f"{file}: {run.returncode} {run.stderr}"
     for file in ("plan.aem", "plan.xml", "plan.apm"):
-        run = subprocess.run([SLEW, "export", "plan.json", "-q", "--force", "-o", file, "--set", "names.reference_frame=ICRF"],
+        run = subprocess.run([SLEW, "export", "plan.json", "-q", "--force", "-o", file, "--set",
+            "names.reference_frame=ICRF"],
                              cwd=case.folder, capture_output=True, text=True)
         assert run.returncode == 3 and "E0141" in run.stderr, f"{file}: {run.returncode} {run.stderr}"
     return "STK, SPICE, and CCSDS under a name that does not turn"
@@ -533,7 +542,8 @@ def own_axes(case):
 
 
 def orbit_names(case):
-    """Every name of a frame of the orbit by the axes of SANA's registry, and read back by `slew verify`."""
+    """Every name of a frame of the orbit by the axes of SANA's registry, and read back by
+    `slew verify`."""
     for name, (_, axes) in FRAMES.items():
         for file in ("plan.aem", "plan.xml"):
             path = case.export(file, "--set", f"names.reference_frame={name}")
@@ -550,7 +560,8 @@ def orbit_names(case):
 
 
 def orbit_orekit(case):
-    """Orekit turns its own frame of that name, on a circular orbit, to inertial axes: the attitude is that of 42 and Basilisk."""
+    """Orekit turns its own frame of that name, on a circular orbit, to inertial axes: the attitude
+    is that of 42 and Basilisk."""
     if orekit_or_none() is None:
         return "SKIPPED"
     from org.hipparchus.geometry.euclidean.threed import Vector3D

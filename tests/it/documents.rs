@@ -1,8 +1,11 @@
-//! README and `docs/` are true: commands print what stands under them, specs are read, links lead somewhere, lengths are kept.
+//! README and `docs/` are true: commands print what stands under them, specs are read, links lead
+//! somewhere, lengths are kept.
 //!
-//! A fence ` ```console ` has commands after `$ ` and what they print, ` ```sh ` commands alone. All are run, in one folder for each
-//! document, which has `problems/` and the files of fences such as ` ```toml maneuver.toml `. What is printed may differ from the
-//! document in what [`same_word`] says. `BLESS=1 cargo test --test it -- documents` writes what is printed now into the documents.
+//! A fence ` ```console ` has commands after `$ ` and their output, ` ```sh ` commands alone. All
+//! are run, in one folder for each document, which has `problems/` and the files of fences such as
+//! ` ```toml maneuver.toml
+//! `. The output may differ from the document as [`same_word`] allows. `BLESS=1 cargo test --test
+//! it -- documents` writes the present output into the documents.
 
 use evidence::ROOT;
 use std::fs;
@@ -19,10 +22,10 @@ const NOT_RUN: [(&str, &str); 6] = [
     ("chromium", "not every machine has it; `browser` opens pages where there is one"),
 ];
 
-/// How the program is run from a clone.
+/// The beginning of commands that run the program from a clone.
 const FROM_CLONE: &str = "cargo run --release -- ";
 
-/// The documents, from the top of the repository.
+/// Returns the documents, from the top of the repository.
 fn documents() -> Vec<PathBuf> {
     let top = Path::new(ROOT);
     let names =
@@ -36,7 +39,7 @@ fn documents() -> Vec<PathBuf> {
     found
 }
 
-/// What stands between two fences: lines `first..end` of a document.
+/// The text between two fences: lines `first..end` of a document.
 struct Block {
     language: String,
     file: Option<String>,
@@ -62,7 +65,7 @@ fn blocks(lines: &[&str]) -> Vec<Block> {
     found
 }
 
-/// A folder for the commands of a document.
+/// Returns a folder for the commands of a document.
 fn folder(lines: &[&str], blocks: &[Block]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     copy(&Path::new(ROOT).join("problems"), &folder.path().join("problems"));
@@ -91,7 +94,7 @@ fn not_run(command: &str) -> Option<&'static str> {
     NOT_RUN.iter().find(|(begin, _)| command.starts_with(begin)).map(|(_, reason)| *reason)
 }
 
-/// What a command prints to a terminal, both streams in their order, and how it ended.
+/// Returns the output of a command to a terminal, both streams in their order, and its exit code.
 fn printed(command: &str, folder: &Path) -> (String, Option<i32>) {
     let program = Path::new(env!("CARGO_BIN_EXE_slew"));
     let path =
@@ -108,8 +111,9 @@ fn printed(command: &str, folder: &Path) -> (String, Option<i32>) {
     (fs::read_to_string(all).unwrap(), status.code())
 }
 
-/// Whether two words are the same, or two figures that may differ from one machine to the next: by one in the last digit that is
-/// printed, by 1e-12 of themselves, both below 1e-7, where round-off decides, or `timed`, both times of computing.
+/// Returns whether two words are equal, or two figures that may differ from one machine to the
+/// next: by one in the last printed digit, by 1e-12 of themselves, both below 1e-7, where round-off
+/// decides, or `timed`, both times of computing.
 fn same_word(expected: &str, found: &str, timed: bool) -> bool {
     let bare = |word: &str| {
         word.trim_matches(|c: char| !c.is_ascii_alphanumeric() && c != '-' && c != '+').to_owned()
@@ -126,15 +130,15 @@ fn same_word(expected: &str, found: &str, timed: bool) -> bool {
     }
 }
 
-/// One in the last digit of a figure.
+/// Returns one in the last digit of a figure.
 fn last_digit(figure: &str) -> f64 {
     let (digits, power) = figure.split_once(['e', 'E']).unwrap_or((figure, "0"));
     let places = digits.split_once('.').map_or(0, |(_, places)| places.len() as i32);
     10f64.powi(power.parse::<i32>().unwrap_or(0) - places)
 }
 
-/// Whether the word after a figure makes it a time of computing: those are told in milliseconds and less, or stand in the lines of
-/// iterations and of the time of a batch.
+/// Returns whether the word after a figure makes it a time of computing: a unit of milliseconds or
+/// less, or seconds in the lines of iterations and of the time of a batch.
 fn is_time(line: &str, unit: Option<&&str>) -> bool {
     let unit = unit.map_or("", |word| word.trim_end_matches([',', ';', '.']));
     let label = line.split_whitespace().next();
@@ -287,7 +291,8 @@ fn links_and_names_lead_somewhere() {
         }
         for quoted in text.split('`').skip(1).step_by(2) {
             if let [folder, file, name] = quoted.split("::").collect::<Vec<_>>()[..] {
-                let file = Path::new(ROOT).join(format!("tests/it/{folder}/{file}.rs"));
+                let of = |tests| Path::new(ROOT).join(format!("tests/{tests}/{folder}/{file}.rs"));
+                let file = if of("laws").exists() { of("laws") } else { of("it") };
                 let text = fs::read_to_string(&file).unwrap_or_default();
                 let is_test = !file.exists() || text.contains(&format!("fn {name}()"));
                 assert!(is_test, "{}: no test {quoted}", document.display());
@@ -300,7 +305,7 @@ fn links_and_names_lead_somewhere() {
     }
 }
 
-/// The commands of `evidence` by their files, of which its index has to have each.
+/// Returns the commands of `evidence` by their files, of which its index has to have each.
 fn counts() -> Vec<String> {
     let folder = Path::new(ROOT).join("evidence/src/commands");
     let mut files: Vec<String> = fs::read_dir(&folder)
@@ -331,7 +336,8 @@ fn texts(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Whatever is said to be a command of `evidence`, or a benchmark, is one; and its index has all of them.
+/// Every command of `evidence` and every benchmark that a text names exists, and the index of
+/// `evidence` has all commands.
 #[test]
 fn what_measures_is_there() {
     let (commands, mut files, mut seen) = (counts(), Vec::new(), 0);
@@ -364,7 +370,7 @@ fn what_measures_is_there() {
     assert!(seen > 80, "only {seen} commands were found");
 }
 
-/// How a heading is linked to.
+/// Returns the anchor of a heading in links.
 fn anchor(heading: &str) -> String {
     let kept = heading.to_lowercase();
     kept.chars()
@@ -379,6 +385,40 @@ fn documents_are_as_short_as_promised() {
     assert!(read("README.md").lines().count() <= 150);
     assert!(read("CHANGELOG.md").lines().count() <= 20);
     assert!(read("DESIGN.md").len() <= 35_000);
+}
+
+#[test]
+fn the_page_of_figures_is_made_from_their_data() {
+    let data = fs::read_to_string(evidence::figures::data()).unwrap();
+    let page = fs::read_to_string(evidence::figures::page()).unwrap();
+    let made = evidence::figures::made(&data).unwrap();
+    assert!(page == made, "cargo run -p evidence -- figures writes docs/figures.md");
+    assert!(page.matches("\n| ").count() > 300);
+}
+
+#[test]
+fn wrong_figures_are_refused() {
+    let data = |figure: &str| {
+        let texts = "title = \"T\"\nintroduction = \"I\"\nend = \"E\"\n[[section]]\ntitle = \"S\"\n";
+        format!("{texts}[[section.figure]]\n{figure}\n")
+    };
+    let right = "name = \"n\"\nlaw = \"All.\"\ncommand = \"c\"\nvalue = \"1\"\ndate = \"2026-11-25\"";
+    let made = |figure: &str| evidence::figures::made(&data(figure));
+    assert!(made(right).unwrap().contains("\n| n | All. | `c` | 1 | 2026-11-25 |\n"));
+    let twice = format!("{right}\n[[section.figure]]\n{right}");
+    let long = right.replace("All", &"a".repeat(300));
+    for (wrong, said) in [
+        (right.replace("value = \"1\"\n", ""), "`value` is missing"),
+        (right.replace("value", "number"), "`number` is unknown"),
+        (right.replace("All.", "All. Some."), "not one sentence"),
+        (right.replace("2026-11-25", "yesterday"), "write the date as"),
+        (right.replace("\"c\"", "\"c | d\""), "contains `|`"),
+        (long, "300 are allowed"),
+        (twice, "two figures"),
+    ] {
+        let error = made(&wrong).unwrap_err();
+        assert!(error.contains(said), "{wrong}\n{error}");
+    }
 }
 
 /// The program shows them by `slew help`, so they lie in its crate.

@@ -1,7 +1,9 @@
-//! The import law of `DESIGN.md` ("What may import what?"), held against the `use` lines and paths of all crates.
+//! The import law of `DESIGN.md` ("What may import what?"), held against the `use` lines and paths
+//! of all crates.
 //!
-//! A file reaches the file in which what it names is defined: a name that a module re-exports counts for the file that
-//! defines it, a module named as a whole for its own file and all that it re-exports. Test modules may import anything.
+//! A file reaches the file in which what it names is defined: a name that a module re-exports
+//! counts for the file that defines it, a module named as a whole for its own file and all that it
+//! re-exports. Test modules may import anything.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -18,10 +20,10 @@ const CRATES: [(&str, &str); 5] = [
 
 /// A path by wings, `["lie", "exp"]`, whatever crate the wing is of.
 type Name = Vec<String>;
-/// Files by the path of their module; without those of tests.
+/// The files by the path of their module; files of tests are left out.
 type Modules = BTreeMap<Name, Module>;
 
-/// The path by wings of a path within a crate.
+/// Returns the path by wings of a path within a crate.
 fn by_wings(of: &str, path: &[String]) -> Name {
     let wing = match (of, path.first().map(String::as_str)) {
         ("slewkit", _) | ("slewkit_files", Some("batch")) | ("slewkit_report", Some("draw" | "studies")) => {
@@ -38,9 +40,9 @@ fn by_wings(of: &str, path: &[String]) -> Name {
 /// One file.
 struct Module {
     file: String,
-    /// What it names, as absolute paths.
+    /// The names that it uses, as absolute paths.
     uses: Vec<Name>,
-    /// What it passes on: under which name, and from where.
+    /// The names that it re-exports: the new name, and the original one.
     passes_on: Vec<(String, Name)>,
     /// Every word of its code.
     words: Vec<String>,
@@ -87,7 +89,8 @@ fn tokens(text: &str) -> Vec<String> {
     tokens
 }
 
-/// The paths that begin at token `at`, with braces multiplied out, each with the name it gets; and where they end.
+/// Returns the paths that begin at token `at`, with braces multiplied out, each with the name it
+/// gets; and where they end.
 fn paths(tokens: &[String], mut at: usize, prefix: &[String], found: &mut Vec<(String, Name)>) -> usize {
     let mut path = prefix.to_vec();
     loop {
@@ -112,7 +115,8 @@ fn paths(tokens: &[String], mut at: usize, prefix: &[String], found: &mut Vec<(S
     }
 }
 
-/// The path by wings of a path written in `module` of a crate; `None` for what is of none of ours.
+/// Returns the path by wings of a path written in `module` of a crate; `None` for what is of none
+/// of ours.
 fn absolute(path: &[String], of: &str, module: &[String], all: &BTreeSet<Name>) -> Option<Name> {
     let child = [module, &path[..1]].concat();
     Some(match path[0].as_str() {
@@ -164,7 +168,7 @@ fn read() -> Modules {
     sources.into_iter().map(module).collect()
 }
 
-/// The modules whose files define what `path` names.
+/// Returns the modules whose files define what `path` names.
 fn defined(modules: &Modules, path: &[String], depth: usize) -> BTreeSet<Name> {
     let inner = (0..=path.len()).rev().find(|length| modules.contains_key(&path[..*length])).unwrap();
     let (name, rest) = path.split_at(inner);
@@ -180,7 +184,8 @@ fn defined(modules: &Modules, path: &[String], depth: usize) -> BTreeSet<Name> {
     all
 }
 
-/// From each module to those whose files it imports. What a module passes on counts where it names it once more.
+/// Returns the arrows from each module to the modules whose files it imports. A re-export counts if
+/// its module uses the name once more.
 fn arrows(modules: &Modules) -> BTreeMap<&Name, BTreeSet<Name>> {
     let of = |(name, module): (&'_ Name, &Module)| {
         let own = module
@@ -193,7 +198,7 @@ fn arrows(modules: &Modules) -> BTreeMap<&Name, BTreeSet<Name>> {
     modules.iter().map(|entry| (entry.0, of(entry))).collect()
 }
 
-/// The table of DESIGN.md: what each wing may import.
+/// Returns the table of DESIGN.md: what each wing may import.
 fn law() -> BTreeMap<String, BTreeSet<String>> {
     let design = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../DESIGN.md")).unwrap();
     let section = design.split("### What may import what?").nth(1).unwrap().split("\n#").next().unwrap();
@@ -225,7 +230,8 @@ fn wings_import_only_what_the_table_of_the_design_allows() {
     }
 }
 
-/// Neither directly nor by a detour. A module and those inside of it may: what a folder shares is defined in its module.
+/// Neither directly nor by a detour. A module and those inside of it may: what a folder shares is
+/// defined in its module.
 #[test]
 fn no_files_import_each_other_in_a_circle() {
     let modules = read();
@@ -250,7 +256,8 @@ fn no_files_import_each_other_in_a_circle() {
     }
 }
 
-/// The witnesses share neither solver nor sweep with the planner, nor its form of the implicit equation.
+/// The witnesses share neither solver nor sweep with the planner, nor its form of the implicit
+/// equation.
 #[test]
 fn verify_reaches_nothing_of_the_optimiser_by_any_detour() {
     let modules = read();
@@ -275,7 +282,7 @@ fn verify_reaches_nothing_of_the_optimiser_by_any_detour() {
 /// Types of the optimiser whose methods are still spread over files, a piece of the theory in each.
 const SPREAD: [&str; 2] = ["Dynamics", "Extremal"];
 
-/// The types to which a file gives methods of their own, those of no trait.
+/// Returns the types to which a file gives inherent methods, not methods of a trait.
 fn types_with_methods(words: &[String]) -> BTreeSet<String> {
     let is_item = |at: usize| at == 0 || ["}", ";", "]", "{"].contains(&words[at - 1].as_str());
     let of_item = |at: usize| -> Option<String> {
@@ -297,7 +304,7 @@ fn types_with_methods(words: &[String]) -> BTreeSet<String> {
     (0..words.len()).filter(|at| words[*at] == "impl" && is_item(*at)).filter_map(of_item).collect()
 }
 
-/// What a type can do, and what may write to it, is read in one place.
+/// The abilities of a type, and the functions that may write to it, stand in one file.
 #[test]
 fn a_type_of_the_optimiser_has_its_methods_in_one_file() {
     let modules = read();
@@ -331,7 +338,8 @@ fn a_type_of_the_optimiser_has_its_methods_in_one_file() {
     }
 }
 
-/// The names that the documentation of a file shows as its own: declared or passed on in public, and not hidden.
+/// Returns the names that the documentation of a file shows as its own: declared or passed on in
+/// public, and not hidden.
 fn shown(file: &str) -> Vec<String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(file);
     let tokens = tokens(&fs::read_to_string(path).unwrap());
@@ -371,8 +379,8 @@ fn the_facade_is_small_and_has_each_name_once() {
     );
 }
 
-/// A comment of documentation, and the item below it, in every file of the crates but those of the optimiser, whose items
-/// are its own.
+/// Every file of the crates is searched for doc comments and the items below them, except for the
+/// files of the optimiser, whose items are its own.
 #[test]
 fn what_is_public_is_described_by_its_own_subject() {
     let mut sources = Sources::new();

@@ -38,9 +38,9 @@ pub(super) fn arcs(subject: &Subject) -> Vec<Span> {
     spans
 }
 
-/// Classifies the inputs: "coast" if all are off; "singular" if one that may be singular is
-/// within its limits; "bang" otherwise. With a limit of the norm, no input is reported while the
-/// torque has its full norm and turns.
+/// Classifies the inputs: "coast" if all are off; "singular" if one that may be singular is within
+/// its limits; "bang" otherwise. If the norm is limited, no input is reported while the torque has
+/// its full norm and turns.
 fn kind(subject: &Subject, switching: &Switching, inputs: &[f64]) -> &'static str {
     let set = &subject.problem.actuation.torque;
     let limits = set.limits();

@@ -6,7 +6,7 @@ use crate::draw::{Axis, Chart};
 use slewkit::lie;
 use slewkit_files::export::euler_angles;
 
-/// Euler angles, quaternion, error angle.
+/// Returns Euler angles, quaternion, error angle.
 pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     let trajectory = subject.trajectory();
     vec![
@@ -16,7 +16,7 @@ pub(super) fn charts(subject: &Subject) -> Vec<Shown> {
     ]
 }
 
-/// Euler angles of a sequence.
+/// Draws the Euler angles of a sequence.
 pub(super) fn euler_chart(time: &[f64], quaternions: &[[f64; 4]], sequence: &str) -> Shown {
     let angles = |quaternion: &[f64; 4]| {
         euler_angles(&lie::rotation_from_quaternion(quaternion), sequence).map(f64::to_degrees)

@@ -11,7 +11,7 @@ pub(super) struct Boresight {
 }
 
 /// Returns the boresight that ends on a target, and the boresights of all constraints, each once;
-/// the body axes if there are none.
+/// the body axes for a maneuver without boresights.
 pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     let mut found: Vec<Boresight> = Vec::new();
     found.extend(

@@ -27,7 +27,7 @@ pub(super) fn shown(key: &'static str, chart: Chart, remark: impl Into<String>) 
     Shown { key, picture: Picture::Chart(chart), remark: remark.into() }
 }
 
-/// Rates, wheels, positions and clearance.
+/// Draws rates, wheels, positions and clearance.
 pub(super) fn of_motion(subject: &Subject) -> Vec<Shown> {
     let mut all = vec![rates(subject)];
     all.extend(wheels(subject));
@@ -36,7 +36,7 @@ pub(super) fn of_motion(subject: &Subject) -> Vec<Shown> {
     all
 }
 
-/// Torques, and forces where there are any.
+/// Draws torques, and forces if the maneuver has any.
 pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     let (actuation, count) = (&problem.actuation, trajectory.input_count);
@@ -227,7 +227,7 @@ fn clearance(subject: &Subject) -> Option<Shown> {
     Some(shown("clearance", chart, remark))
 }
 
-/// Costates, where the plan has any.
+/// Draws the costates, if the plan has any.
 pub(super) fn costates(subject: &Subject) -> Vec<Shown> {
     let (trajectory, dimension) = (subject.trajectory(), subject.problem.dimension());
     if trajectory.costates.is_empty() {

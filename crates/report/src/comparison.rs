@@ -293,7 +293,8 @@ fn words(file: &ComparisonFile) -> Words {
             "methods"
         }
         Compared::Objectives { objectives } => {
-            let measures = "duration in s; effort ∫ ½ uᵀWu dt; fuel ∫ Σ c |u| dt, or c ∫ |τ| dt under a limit of the norm; SI, up to weights and prices";
+            let measures = "duration in s; effort ∫ ½ uᵀWu dt; fuel ∫ Σ c |u| dt, or c ∫ |τ| dt under a \
+                limit of the norm; SI, up to weights and prices";
             summary.push(label("measures", measures.into()));
             let reasons =
                 objectives.iter().filter_map(|run| Some((run.minimises.as_str(), run.reason.clone()?)));

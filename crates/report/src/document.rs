@@ -100,7 +100,8 @@ fn sky_document(key: &str, sky: &Sky) -> Value {
             "middle": vector(&view.middle), "right": vector(&view.right), "up": vector(&view.up), "reach": view.reach,
         },
         "cones": sky.cones.iter().map(cone).collect::<Vec<_>>(),
-        "discs": sky.discs.iter().map(disc).collect::<Vec<_>>(), "tracks": tracks, "rings": rings, "marks": marks, "labels": labels,
+        "discs": sky.discs.iter().map(disc).collect::<Vec<_>>(), "tracks": tracks, "rings": rings, "mark\
+            s": marks, "labels": labels,
     })
 }
 

@@ -100,7 +100,7 @@ fn pointing(subject: &Subject) -> Option<Shown> {
     Some(shown("pointing", chart, "of the linear motion near the plan"))
 }
 
-/// Three deviations of the correction of each input, and what its limit leaves.
+/// Returns three deviations of the correction of each input, and what its limit leaves.
 fn corrections(subject: &Subject) -> Option<Shown> {
     let beside = subject.beside()?;
     let closed = beside.closed.as_ref().filter(|closed| !closed.inputs.is_empty())?;
@@ -225,7 +225,7 @@ fn axes(boresight: &Vector3, covariance: &Matrix3) -> [Vector3; 2] {
     [all[0], all[1]]
 }
 
-/// Open loop against closed loop.
+/// Returns the table of open loop against closed loop.
 pub(super) fn table(subject: &Subject) -> Option<Table> {
     let beside = subject.beside()?;
     let uncertainty = subject.closed_loop()?.uncertainty.as_ref()?;

@@ -68,7 +68,7 @@ pub(super) fn missing(subject: &Subject) -> Option<&'static str> {
     None
 }
 
-/// `H` at a row of costates.
+/// Returns `H` at a row of costates.
 fn value(subject: &Subject, row: usize) -> f64 {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     let node = row + problem.scheme.first_input();

@@ -10,7 +10,7 @@ use slewkit::{Vector3, lie};
 /// The number of times at which a moving disc is given; pages interpolate between them.
 const TIMES: usize = 61;
 
-/// Equal steps of time over a trajectory.
+/// Returns equal steps of time over a trajectory.
 fn times(subject: &Subject) -> Vec<f64> {
     let last = subject.trajectory().time.last().copied().unwrap_or(0.0);
     (0..TIMES).map(|k| last * k as f64 / (TIMES - 1) as f64).collect()

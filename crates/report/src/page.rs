@@ -170,7 +170,7 @@ fn labelled(label: &str, texts: &[String]) -> Vec<(String, String)> {
     told.map(|(index, text)| (if index == 0 { label.into() } else { String::new() }, text.clone())).collect()
 }
 
-/// Body, start and end.
+/// Returns the rows of body, start and end.
 fn maneuver(problem: &Problem) -> Vec<(String, String)> {
     let row = |values: &[f64]| values.iter().map(|value| rounded(*value, 5)).collect::<Vec<_>>().join(", ");
     let inertia = problem.body.inertia.j();
@@ -265,7 +265,8 @@ fn verdict(html: &mut String, name: &str, words: &Words) {
     let (class, sign) = (words.tone.class(), words.tone.sign());
     let _ = write!(
         html,
-        "<header>\n<h1>{}</h1>\n<p class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> {}</p>\n</header>\n\
+        "<header>\n<h1>{}</h1>\n<p class=\"verdict {class}\"><span aria-hidden=\"true\">{sign}</span> \
+            {}</p>\n</header>\n\
          <noscript><p class=\"remark\">The pictures need JavaScript; words and tables are below, and `slew plot` draws \
          files.</p></noscript>\n<main>\n",
         escape(name),
@@ -336,7 +337,8 @@ fn figures(html: &mut String, shown: &[&Shown]) {
             let remark = escape(&remark);
             let _ = writeln!(
                 html,
-                "<figure id=\"fig-{key}\"><figcaption><b>{title}</b> <span class=\"remark\">{remark}</span></figcaption>\
+                "<figure id=\"fig-{key}\"><figcaption><b>{title}</b> <span class=\"remark\">{remark}</span>\
+                    </figcaption>\
                  {svg}</figure>"
             );
             continue;

@@ -164,7 +164,7 @@ impl Cases {
         Some(Shown { key: "map", picture: Picture::Map(map), remark: String::new() })
     }
 
-    /// Failed cases, and the costliest.
+    /// Returns the tables of failed cases and of the costliest ones.
     fn tables(&self) -> Vec<Table> {
         let set = |settings: Vec<String>| settings.join(", ");
         let case = |case: u64, name: &Option<String>| match name {

@@ -46,7 +46,7 @@ pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
     })
 }
 
-/// Method, steps and the largest errors.
+/// Returns method, steps and the largest errors.
 fn words(file: &SimulationFile) -> Words {
     let label = |label: &str, text: String| (label.to_string(), text);
     let mut summary = vec![

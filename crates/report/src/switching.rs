@@ -23,7 +23,7 @@ use slewkit::Vector3;
 pub(super) fn chart(subject: &Subject) -> Option<Shown> {
     let (problem, trajectory) = (subject.problem, subject.trajectory());
     subject.plan.solution.switching.as_ref()?;
-    // Along constraints the inputs do not depend on these functions alone.
+    // The inputs along constraints do not depend on these functions alone.
     if trajectory.costates.is_empty() || problem.is_shaped() {
         return None;
     }

@@ -79,7 +79,7 @@ fn extremal(switching: &Switching) -> Option<String> {
     }
 }
 
-/// For a plan that lands the true motion comes first, because it is flown.
+/// Returns the lines of the witnesses; the true motion comes first if the plan lands.
 fn witnessed(found: &Verification, lands: bool) -> Vec<String> {
     let mut told = Vec::new();
     if lands {
@@ -146,7 +146,7 @@ fn minimum(subject: &Subject) -> &'static str {
     }
 }
 
-/// Checks, margins, rivals; those that the plan has.
+/// Returns the tables of checks, margins and rivals that the plan has.
 pub(super) fn tables(subject: &Subject) -> Vec<Table> {
     let mut tables = vec![firings_told(subject), arcs_told(subject), rivals(subject)];
     if let Some(found) = &subject.plan.verification {

@@ -1,7 +1,8 @@
 //! The frames between an orbit, the ground and the stars.
 //!
 //! ```text
-//! r_ITRF = W R₃(ERA) C r_GCRS ,      r_GCRS = Cᵀ R₃(GMST82 − ERA) r_TEME ,      R₃(θ) = [[c, s, 0], [−s, c, 0], [0, 0, 1]]
+//! r_ITRF = W R₃(ERA) C r_GCRS ,      r_GCRS = Cᵀ R₃(GMST82 − ERA) r_TEME ,
+//! R₃(θ) = [[c, s, 0], [−s, c, 0], [0, 0, 1]]
 //! ```
 //!
 //! with C from the celestial intermediate pole (X, Y) and its origin s, the Earth rotation angle
@@ -40,7 +41,7 @@ pub(crate) enum Theory {
     Full,
 }
 
-/// `R₃(θ)`.
+/// Returns `R₃(θ)`.
 fn about_z(angle: f64) -> Matrix3 {
     let (s, c) = angle.sin_cos();
     Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0)
@@ -76,7 +77,7 @@ fn pole(t: f64) -> (f64, f64, f64) {
     (x, y, -0.5 * x * y)
 }
 
-/// C: GCRS to the celestial intermediate frame of date.
+/// Returns C, from GCRS to the celestial intermediate frame of date.
 pub(crate) fn intermediate(clock: &Clock, time: f64, theory: Theory) -> Matrix3 {
     let (x, y, s) = match theory {
         Theory::Series => pole(clock.centuries(time)),
@@ -99,7 +100,7 @@ fn rotation_angle(clock: &Clock, time: f64, rotation: &EarthRotation) -> f64 {
     TAU * turns.rem_euclid(1.0)
 }
 
-/// GCRS to the frame that turns with the Earth.
+/// Returns the rotation from GCRS to the frame that turns with the Earth.
 pub(crate) fn to_earth(clock: &Clock, time: f64, rotation: &EarthRotation, theory: Theory) -> Matrix3 {
     let [x, y] = rotation.polar_motion_arcsec.map(|angle| angle * ARCSECOND);
     // W = R₃(−s') R₂(x_p) R₁(y_p), s' = −47 µas T.

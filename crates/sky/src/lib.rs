@@ -1,11 +1,11 @@
 //! Directions of targets: orbits, Sun and Moon, stations on the ground, frames and time scales.
 //!
-//! Axes are those of the GCRS, the origin is the centre of the Earth, time is elapsed seconds
+//! Axes are the axes of the GCRS, the origin is the centre of the Earth, time is elapsed seconds
 //! since the epoch of a [`Clock`], and lengths are metres. A [`Sky`] is a spacecraft on its orbit
-//! from an epoch on. It converts a [`Target`] to a [`Direction`](slewkit::Direction): the vector
-//! to it, fitted once by Chebyshev polynomials, so that its derivatives are consistent (the
-//! velocity of SGP4 differs from the derivative of its position by up to 2e-4). [`Sky::seen`]
-//! evaluates a target without a fit and, if available, by another theory, for witnesses.
+//! from an epoch on. It converts a [`Target`] to a [`Direction`](slewkit::Direction): the vector to
+//! it, fitted once by Chebyshev polynomials, so that its derivatives are consistent (the velocity
+//! of SGP4 differs from the derivative of its position by up to 2e-4). [`Sky::seen`] evaluates a
+//! target without a fit and, if available, by another theory, for witnesses.
 //!
 //! | | planner | witness |
 //! |---|---|---|

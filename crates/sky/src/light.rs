@@ -37,7 +37,7 @@ pub(crate) fn aberrated(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     (vector / length + velocity / C).normalize() * length
 }
 
-/// Returns the same by the theory of relativity.
+/// Returns the apparent direction by the theory of relativity.
 pub(crate) fn aberrated_fully(vector: &Vector3, velocity: &Vector3) -> Vector3 {
     let (length, beta) = (vector.norm(), velocity / C);
     let (direction, inverse) = (vector / length, (1.0 - beta.norm_squared()).sqrt());

@@ -1,17 +1,18 @@
-//! What catalogues tell of an orbit.
+//! The mean elements of an orbit, as catalogues publish them.
 
-/// Mean elements of SGP4, as two-line elements and orbit mean-elements messages (OMM) have them: TEME, UTC.
+/// Mean elements of SGP4, as two-line elements and orbit mean-elements messages (OMM) have them:
+/// TEME, UTC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanElements {
     /// The epoch: its year, the day of the year, from 1, and nanoseconds into the day.
     pub year: i32,
-    /// From 1.
+    /// The day of the year, from 1.
     pub day_of_year: u32,
-    /// Below those of a day.
+    /// The time of the day \[ns\], below the length of a day.
     pub nanoseconds_of_day: u64,
     /// Revolutions a day, by Kozai.
     pub mean_motion: f64,
-    /// From 0 to below 1.
+    /// The eccentricity, at least 0 and below 1.
     pub eccentricity: f64,
     /// \[deg\]
     pub inclination_deg: f64,

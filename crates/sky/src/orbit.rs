@@ -1,4 +1,5 @@
-//! Where a satellite is: two-line elements by SGP4, a Keplerian orbit, one with the Earth's flattening, a table.
+//! Positions of a satellite: two-line elements by SGP4, a Keplerian orbit, one with the Earth's
+//! flattening, a table.
 
 use crate::frames::{self, EARTH_RADIUS_M, Theory};
 use crate::mean_elements::MeanElements;
@@ -15,39 +16,40 @@ const MU: f64 = 3.986_004_418e14;
 /// Its second zonal harmonic.
 const J2: f64 = 1.082_626_68e-3;
 
-/// How far the epoch of a state may be from that of the maneuver \[s\]: beyond that what J2 leaves out is hundreds of kilometres.
+/// The largest difference between the epoch of a state and the epoch of the maneuver \[s\]. After
+/// more time the error of J2 is hundreds of kilometres.
 const OLDEST: f64 = 30.0 * 86_400.0;
 
-/// How a state goes on.
+/// The propagation of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
     /// About a point mass.
     TwoBody,
-    /// About the flattened Earth, whose pole is that of the epoch.
+    /// A motion about the flattened Earth, whose pole is the pole at the epoch.
     J2,
 }
 
 /// Osculating Keplerian elements, axes of the GCRS.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elements {
-    /// \[m\]
+    /// The semi-major axis \[m\].
     pub semi_major_axis_m: f64,
-    /// Below 1.
+    /// The eccentricity, below 1.
     pub eccentricity: f64,
-    /// \[deg\]
+    /// The inclination \[deg\].
     pub inclination_deg: f64,
     /// Right ascension of the ascending node \[deg\].
     pub raan_deg: f64,
-    /// \[deg\]
+    /// The argument of perigee \[deg\].
     pub argument_of_perigee_deg: f64,
-    /// \[deg\]
+    /// The true anomaly \[deg\].
     pub true_anomaly_deg: f64,
 }
 
 /// Why there is no orbit, or no position on it.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum OrbitError {
-    /// The two lines are none.
+    /// The two lines are not two-line elements.
     #[error("the two-line elements are wrong: {0}")]
     TwoLines(#[from] TwoLinesError),
     /// SGP4 refuses these elements.
@@ -62,7 +64,7 @@ pub enum OrbitError {
     /// Its perigee is below the ground.
     #[error("the perigee is {0:.0} km below the ground")]
     Underground(f64),
-    /// The epoch of a state is too far from that of the maneuver.
+    /// The epoch of a state is too far from the epoch of the maneuver.
     #[error("the epoch of the orbit is {0:.0} days from the epoch of the maneuver; at most 30 are allowed")]
     Old(f64),
     /// A table does not reach so far.
@@ -74,7 +76,7 @@ pub enum OrbitError {
 #[derive(Clone, Debug)]
 pub struct Orbit {
     path: Path,
-    /// From the epoch of the orbit to the epoch of the maneuver \[s\].
+    /// The time from the epoch of the orbit to the epoch of the maneuver \[s\].
     ahead: f64,
     clock: Clock,
 }
@@ -86,16 +88,16 @@ enum Path {
     Table(Arc<Table>),
 }
 
-/// A table of positions and what goes between them.
+/// A table of positions, and their interpolation.
 #[derive(Clone, Debug)]
 pub struct Table {
     /// Seconds since the epoch of the maneuver, rising.
     pub time: Vec<f64>,
-    /// Positions, GCRS \[m\], as many.
+    /// The position at each time, GCRS \[m\].
     pub position: Vec<Vector3>,
-    /// Velocities \[m/s\], as many; used by Hermite's polynomial alone.
+    /// The velocity at each time \[m/s\]; only Hermite's polynomial uses it.
     pub velocity: Vec<Vector3>,
-    /// Of the rows about a moment.
+    /// The polynomial through the rows about a moment.
     pub between: Between,
 }
 
@@ -109,7 +111,7 @@ pub enum Between {
 }
 
 impl Between {
-    /// How many rows it takes.
+    /// Returns the number of rows that the polynomial uses.
     pub fn rows(self) -> usize {
         match self {
             Self::Lagrange(degree) => degree + 1,
@@ -119,9 +121,9 @@ impl Between {
 }
 
 impl Table {
-    /// Position at a time; `None` outside of the table.
+    /// Returns the position at a time; `None` outside of the table.
     pub fn position(&self, time: f64) -> Option<Vector3> {
-        // What sums of seconds in doubles leave is still inside.
+        // A time that is outside by no more than the round-off of sums of seconds is inside.
         const ROUNDED: f64 = 1e-6;
         let (first, last) = (*self.time.first()?, *self.time.last()?);
         if !(first - ROUNDED..=last + ROUNDED).contains(&time) {
@@ -143,7 +145,7 @@ impl Table {
 }
 
 impl Orbit {
-    /// By SGP4, from two-line elements; `clock` is the epoch of the maneuver.
+    /// Creates an orbit by SGP4 from two-line elements; `clock` is the epoch of the maneuver.
     ///
     /// # Errors
     /// [`OrbitError::TwoLines`] with the columns and the reason; [`OrbitError::MeanElements`].
@@ -151,10 +153,11 @@ impl Orbit {
         Self::of_mean_elements(&two_lines::read(lines)?, clock)
     }
 
-    /// By SGP4, from mean elements; `clock` is the epoch of the maneuver.
+    /// Creates an orbit by SGP4 from mean elements; `clock` is the epoch of the maneuver.
     ///
     /// # Errors
-    /// [`OrbitError::MeanElements`] of elements that are no orbit, or of an epoch that the calendar does not have.
+    /// [`OrbitError::MeanElements`] of elements that are no orbit, or of an epoch that the calendar
+    /// does not have.
     pub fn of_mean_elements(mean: &MeanElements, clock: Clock) -> Result<Self, OrbitError> {
         let wrong = |error: &dyn std::fmt::Display| OrbitError::MeanElements(error.to_string());
         let seconds = (mean.nanoseconds_of_day / 1_000_000_000) as u32;
@@ -162,7 +165,7 @@ impl Orbit {
         let [hour, minute, second] = [seconds / 3600, seconds / 60 % 60, seconds % 60];
         let date = sgp4::chrono::NaiveDate::from_yo_opt(mean.year, mean.day_of_year);
         let moment = date.and_then(|date| {
-            // What rounds up to the end of a day is the beginning of the next.
+            // A time that rounds up to the end of a day is the beginning of the next day.
             let (date, hour) = if hour > 23 { (date.succ_opt()?, 0) } else { (date, hour) };
             date.and_hms_nano_opt(hour, minute, second, nanoseconds)
         });
@@ -195,7 +198,7 @@ impl Orbit {
         Ok(Self { path: Path::TwoLines(constants.into()), ahead: clock.since(&epoch), clock })
     }
 
-    /// From a state at an epoch of its own, GCRS \[m\], \[m/s\].
+    /// Creates an orbit from a state at an epoch of its own, GCRS \[m\], \[m/s\].
     ///
     /// # Errors
     /// [`OrbitError::NoEllipse`], [`OrbitError::Underground`].
@@ -234,7 +237,7 @@ impl Orbit {
         Ok(Self { path: Path::State { position, velocity, model, pole }, ahead, clock })
     }
 
-    /// From osculating elements at an epoch of their own.
+    /// Creates an orbit from osculating elements at an epoch of their own.
     ///
     /// # Errors
     /// As [`Orbit::of_state`].
@@ -262,10 +265,11 @@ impl Orbit {
         Self::of_state(position, velocity, model, epoch, clock)
     }
 
-    /// From a table.
+    /// Creates an orbit from a table.
     ///
     /// # Errors
-    /// [`OrbitError::Beyond`] where the table has fewer rows than the polynomial needs, or times that do not rise.
+    /// [`OrbitError::Beyond`] where the table has fewer rows than the polynomial needs, or times
+    /// that do not rise.
     pub fn of_table(table: Table, clock: Clock) -> Result<Self, OrbitError> {
         let Table { time, position, velocity, between } = &table;
         let rises = time.windows(2).all(|pair| pair[1] > pair[0]);
@@ -276,17 +280,17 @@ impl Orbit {
         Ok(Self { path: Path::Table(table.into()), ahead: 0.0, clock })
     }
 
-    /// Whether it is a table, which has no elements.
+    /// Returns whether it is a table, which has no elements.
     pub fn is_table(&self) -> bool {
         matches!(self.path, Path::Table(_))
     }
 
-    /// How old the elements are at the epoch of the maneuver \[s\]; 0 of a table.
+    /// Returns the age of the elements at the epoch of the maneuver \[s\]; 0 for a table.
     pub fn age(&self) -> f64 {
         self.ahead
     }
 
-    /// Position at `time` \[s\] after the epoch of the maneuver, GCRS \[m\].
+    /// Returns the position at `time` \[s\] after the epoch of the maneuver, GCRS \[m\].
     ///
     /// # Errors
     /// [`OrbitError::Decays`], [`OrbitError::Beyond`].
@@ -316,7 +320,7 @@ impl Orbit {
         }
     }
 
-    /// One revolution about a point mass from the state at the epoch \[s\].
+    /// Returns one revolution about a point mass from the state at the epoch \[s\].
     ///
     /// # Errors
     /// As [`Orbit::position`].
@@ -330,8 +334,9 @@ impl Orbit {
     }
 }
 
-/// Position and velocity `time` \[s\] after those that are given, about a point mass, GCRS \[m\], \[m/s\]; and by how much \[m\] the
-/// flattening of the Earth may move them from there. `None` of what is no ellipse.
+/// Returns the position and velocity `time` \[s\] after those that are given, about a point mass,
+/// GCRS \[m\], \[m/s\]; and by how much \[m\] the flattening of the Earth may move them from there.
+/// `None` of what is no ellipse.
 pub fn two_body(position: &Vector3, velocity: &Vector3, time: f64) -> Option<((Vector3, Vector3), f64)> {
     let r = position.norm();
     let energy = 0.5 * velocity.norm_squared() - MU / r;
@@ -342,7 +347,7 @@ pub fn two_body(position: &Vector3, velocity: &Vector3, time: f64) -> Option<((V
     Some((kepler(position, velocity, time), flattening * time * time))
 }
 
-/// Along an ellipse, by the difference of the eccentric anomalies.
+/// Propagates a state along an ellipse by the difference of the eccentric anomalies.
 fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> (Vector3, Vector3) {
     let r = position.norm();
     let axis = 1.0 / (2.0 / r - velocity.norm_squared() / MU);
@@ -370,7 +375,8 @@ fn kepler(position: &Vector3, velocity: &Vector3, time: f64) -> (Vector3, Vector
     (there, position * f_rate + velocity * g_rate)
 }
 
-/// Along an orbit about the flattened Earth: steps of a minute, by extrapolated midpoints of order sixteen.
+/// Propagates a state about the flattened Earth: steps of a minute, by extrapolated midpoints of
+/// order sixteen.
 fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector3) -> (Vector3, Vector3) {
     const STEP: f64 = 60.0;
     const STAGES: usize = 8;
@@ -420,10 +426,10 @@ fn extrapolated(position: &Vector3, velocity: &Vector3, time: f64, pole: &Vector
 mod tests {
     use super::*;
 
-    /// From a state to that of some seconds later.
+    /// A propagation from a state to the state some seconds later.
     type Onward<'a> = dyn Fn((Vector3, Vector3), f64) -> (Vector3, Vector3) + 'a;
 
-    /// From any state on it an orbit is the same orbit.
+    /// An orbit does not depend on the state along it from which it is propagated.
     #[test]
     fn an_orbit_goes_on_from_each_of_its_states() {
         let (r, v) = (Vector3::new(7.1e6, 1e5, -3e5), Vector3::new(-100.0, 5.2e3, 5.6e3));
@@ -439,7 +445,7 @@ mod tests {
             let (before, after) = (along((r, v), 8999.5).0, along((r, v), 9000.5).0);
             assert!((after - before - direct.1).norm() < 1e-3);
         }
-        // What the flattening does in that time: kilometres.
+        // The flattening moves the satellite by kilometres in that time.
         assert!((onward[0]((r, v), 9000.0).0 - onward[1]((r, v), 9000.0).0).norm() > 1e3);
     }
 

@@ -25,7 +25,7 @@ pub enum Target {
     Zenith,
     /// Down along the normal of the ellipsoid of WGS 84.
     GeodeticNadir,
-    /// The velocity of the satellite relative to the stars; or against it.
+    /// The direction of the satellite's velocity relative to the stars, or the opposite direction.
     Velocity {
         /// Whether the direction is reversed.
         reversed: bool,

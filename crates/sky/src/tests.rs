@@ -225,7 +225,8 @@ fn a_line_of_sight_meets_the_ground() {
     assert_eq!(frames::meets_ground(&place, &place.cross(&Vector3::z())), None);
 }
 
-/// Checks the documented accuracy of the pole with seven arguments, every ten days from 1990 to 2050.
+/// Checks the documented accuracy of the pole with seven arguments, every ten days from 1990 to
+/// 2050.
 #[test]
 fn the_pole_of_seven_arguments_is_that_of_iau_2006_within_63_milliarcseconds() {
     let start = Clock::of_utc([1990, 1, 1], 0, 0, 0, 0).unwrap();

@@ -67,7 +67,7 @@ impl Clock {
         (self.days - other.days) * DAY + (self.seconds - other.seconds)
     }
 
-    /// Julian centuries of TT (and, to 2 ms, of TDB) since J2000.0.
+    /// Returns Julian centuries of TT (and, to 2 ms, of TDB) since J2000.0.
     pub(crate) fn centuries(&self, time: f64) -> f64 {
         (self.days + (self.seconds + time) / DAY) / 36_525.0
     }

@@ -1,5 +1,5 @@
-//! Two-line elements: 69 columns a line, each number in its columns, a blank for a zero, letters for the first digit of numbers of
-//! satellites from 100 000 on (Alpha-5).
+//! Two-line elements: 69 columns a line, each number in its columns, a blank for a zero, letters
+//! for the first digit of numbers of satellites from 100 000 on (Alpha-5).
 
 use crate::mean_elements::MeanElements;
 use thiserror::Error;
@@ -13,15 +13,15 @@ const CENTURY: u32 = 57;
 /// Extrapolated perturbations, an extension of SGP4 whose formulas are not public.
 const EXTENDED: u8 = b'4';
 
-/// What is wrong with two lines.
+/// A fault of two-line elements.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum TwoLinesError {
     /// Not 69 columns.
     #[error("line {line} has {found} of 69 signs")]
     Length {
-        /// 1 or 2.
+        /// The number of the line, 1 or 2.
         line: usize,
-        /// How many it has.
+        /// The number of its characters.
         found: usize,
     },
     /// The line begins with another number.
@@ -32,14 +32,14 @@ pub enum TwoLinesError {
         /// Its first sign.
         found: char,
     },
-    /// The last digit is not that of the sum.
+    /// The last digit of a line is not its checksum.
     #[error("line {line}, column 69: the checksum is {found}, its digits give {sum}")]
     Checksum {
         /// 1 or 2.
         line: usize,
-        /// What stands there.
+        /// The digit that was found.
         found: char,
-        /// What should.
+        /// The digit that was expected.
         sum: u32,
     },
     /// The two lines are of two satellites.
@@ -54,9 +54,9 @@ pub enum TwoLinesError {
         from: usize,
         /// The last one.
         to: usize,
-        /// What should stand there.
+        /// The expected content.
         what: &'static str,
-        /// What does.
+        /// The content that was found.
         found: String,
     },
     /// Elements of SGP4-XP.
@@ -108,7 +108,7 @@ impl<'t> Line<'t> {
         }
     }
 
-    /// What stands in these columns, from 1, the last one as well.
+    /// Returns the content of these columns, which count from 1, including the last one.
     fn columns(&self, from: usize, to: usize) -> &'t str {
         &self.text[from - 1..to]
     }
@@ -118,7 +118,8 @@ impl<'t> Line<'t> {
         Err(TwoLinesError::Field { line: self.number, from, to, what, found })
     }
 
-    /// A number with its point; blanks within and behind are zeros, and so is a blank field.
+    /// Returns a number with its point; blanks within and behind are zeros, and so is a blank
+    /// field.
     fn number(&self, from: usize, to: usize) -> Result<f64, TwoLinesError> {
         let text = self.columns(from, to).trim_start().replace(' ', "0");
         let numeric = text.bytes().all(|sign| sign.is_ascii_digit() || b"+-.".contains(&sign));
@@ -138,7 +139,8 @@ impl<'t> Line<'t> {
         Ok(format!("0.{digits}").parse().unwrap_or(0.0))
     }
 
-    /// A sign, digits behind a point that is not written, and an exponent of ten with its sign.
+    /// Returns a sign, digits behind a point that is not written, and an exponent of ten with its
+    /// sign.
     fn power(&self, from: usize, to: usize) -> Result<f64, TwoLinesError> {
         let sign = |column: usize| match self.columns(column, column) {
             "-" => Ok(-1),
@@ -163,7 +165,7 @@ impl<'t> Line<'t> {
         Ok(f64::from(sign(from)?) * size * 10_f64.powi(sign(to - 1)? * exponent))
     }
 
-    /// The number of the satellite, its first digit perhaps a letter.
+    /// Returns the number of the satellite, its first digit perhaps a letter.
     fn satellite(&self) -> Result<String, TwoLinesError> {
         let text = self.columns(3, 7).trim();
         let (first, rest) = text.split_at(text.len().min(1));
@@ -238,7 +240,8 @@ mod tests {
         "2 99991  97.8000 200.1000 0011999  90.2000 270.1000 14.90000000    11",
     ];
 
-    /// A line with a piece of another one in its columns, and the checksum that it then has.
+    /// Returns a line with a piece of another one in its columns, and the checksum that it then
+    /// has.
     fn with(line: &str, column: usize, piece: &str) -> String {
         let mut text = format!("{}{piece}{}", &line[..column - 1], &line[column - 1 + piece.len()..]);
         let digit = |sign: char| if sign == '-' { 1 } else { sign.to_digit(10).unwrap_or(0) };

@@ -1,8 +1,8 @@
 //! The times at which a target is visible: a station above its horizon, the Sun past the Earth.
 //!
-//! The Earth is a sphere of its equatorial radius. With r the place of the satellite, φ the angle
-//! at it between the centres of the Earth and of the Sun, and the angles under which their radii
-//! are seen, `sin α = R/r` and `sin σ = R_S/d`,
+//! The Earth is a sphere of its equatorial radius. Let r be the position of the satellite, φ the
+//! angle at it between the centres of the Earth and of the Sun, and let α and σ be the angles under
+//! which their radii are seen, `sin α = R/r` and `sin σ = R_S/d`,
 //!
 //! ```text
 //! φ < α − σ : umbra, nothing of the Sun is seen        φ < α + σ : a part of it is hidden
@@ -87,7 +87,7 @@ impl Condition {
     }
 }
 
-/// Elevation of the satellite above the horizon of a station \[rad\].
+/// Returns the elevation of the satellite above the horizon of a station \[rad\].
 ///
 /// # Errors
 /// Returns the errors of [`Sky::direction`].

@@ -35,14 +35,14 @@ impl Console {
         paint(self.colour, tone, text)
     }
 
-    /// One line or several, unless quiet.
+    /// Prints one line or several, unless quiet.
     pub fn say(&mut self, text: &str) {
         if !self.quiet {
             self.plain_error(text);
         }
     }
 
-    /// A coded error, quiet or not.
+    /// Prints a coded error, quiet or not.
     pub fn error(&mut self, code: &str, reason: &str, remedy: &str) {
         let label = self.paint(Tone::Bad, &format!("error[{code}]"));
         let mut text = format!("{label}: {reason}");
@@ -52,13 +52,13 @@ impl Console {
         self.plain_error(&text);
     }
 
-    /// A coded warning, unless quiet.
+    /// Prints a coded warning, unless quiet.
     pub fn warn(&mut self, code: &str, reason: &str, remedy: &str) {
         let label = self.paint(Tone::Note, &format!("warning[{code}]"));
         self.say(&format!("{label}: {reason}\n  help: {remedy}"));
     }
 
-    /// Rendered text, quiet or not.
+    /// Prints a rendered text, quiet or not.
     pub fn plain_error(&mut self, text: &str) {
         self.clear_progress();
         self.told = true;

@@ -67,7 +67,7 @@ const REST: [&str; 4] = [
 /// Line of the attitude in the spec that is made from it.
 const LINE: usize = 2;
 
-/// Reads the attitude as the start of a spec, so that notations, checks and messages are those of
+/// Reads the attitude as the start of a spec, so that notations, checks and messages equal those in
 /// specs.
 fn read(text: &str, console: &mut Console) -> Result<slewkit::Matrix3, Failure> {
     let text = text.trim();

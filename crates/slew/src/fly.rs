@@ -27,8 +27,8 @@ every draw anew.
 
 Every case has its own inertia, noise, errors and delays, and flies the continuous motion under torques held over a
 tick. The random numbers of a case depend only on the seed and the number of the case. CSV and NPZ hold one row for each
-case, JSON the statistics. With --case, CSV holds that case step by step. With --keep slew writes every case to a file as
-it is flown. After a kill, Ctrl-C or with more --cases this command continues that file, with the same results.
+case, JSON the statistics. With --case, CSV holds that case step by step. With --keep slew writes every case to a file
+as it is flown. After a kill, Ctrl-C or with more --cases this command continues that file, with the same results.
 
 Examples:
   slew plan maneuver.toml -o plan.json && slew fly plan.json
@@ -43,7 +43,12 @@ pub struct Args {
     #[command(flatten)]
     pub reading: Reading,
     /// Number of cases
-    #[arg(long, value_name = "NUMBER", default_value = "1000", value_parser = clap::value_parser!(u64).range(2..=Campaign::MOST_CASES))]
+    #[arg(
+        long,
+        value_name = "NUMBER",
+        default_value = "1000",
+        value_parser = clap::value_parser!(u64).range(2..=Campaign::MOST_CASES),
+    )]
     pub cases: u64,
     /// Seed of the random numbers
     #[arg(long, value_name = "NUMBER", default_value = "1")]

@@ -16,7 +16,7 @@ pub fn check(problem: &Problem, settings: &Settings, console: &mut Console) -> R
     Ok(())
 }
 
-/// A warning of too little memory, for a spec that is not planned here.
+/// Warns of too little memory, for a spec that is not planned here.
 pub fn warn(problem: &Problem, settings: &Settings, console: &mut Console) {
     if let Some((reason, remedy, _)) = concern(problem, settings, available()) {
         console.warn("W0142", &reason, &remedy);

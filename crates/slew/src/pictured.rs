@@ -18,7 +18,13 @@ pub const EULER: &str = "zyx";
 #[derive(Debug, clap::Args)]
 pub struct Drawing {
     /// Sequence of the Euler angles, intrinsic: zyx is R = Rz Ry Rx
-    #[arg(long, value_name = "SEQUENCE", default_value = EULER, value_parser = PossibleValuesParser::new(EULER_SEQUENCES), hide_possible_values = true)]
+    #[arg(
+        long,
+        value_name = "SEQUENCE",
+        default_value = EULER,
+        value_parser = PossibleValuesParser::new(EULER_SEQUENCES),
+        hide_possible_values = true,
+    )]
     pub euler: String,
 }
 
@@ -100,7 +106,8 @@ pub fn read(path: &Path, input: impl Read, console: &mut Console) -> Result<Pict
     Ok(Pictured { loaded, plan: file.plan().map_err(unusable)?, margins, exit })
 }
 
-/// The file of `path` with the verdict of the witnesses; where they refuse what it claims, that is said.
+/// Returns the file of `path` with the verdict of the witnesses; where they refuse what it claims,
+/// that is said.
 pub fn settled<'a>(
     file: PlanFile<'a>,
     loaded: &Loaded,

@@ -64,7 +64,7 @@ pub struct Args {
 
 /// The start of a plan that was found from a guess.
 const GUESS: &str = "guess";
-/// What is told of such a plan.
+/// The note on such a plan.
 const FROM_GUESS: &str =
     "found from the guess alone: nothing else was searched, and a plan without --guess may be cheaper";
 

@@ -45,7 +45,13 @@ pub struct Args {
     #[arg(short, long, value_name = "DIR|FILE.svg")]
     pub output: PathBuf,
     /// Names of the pictures, in this order; by default all in a folder, the first four in a file
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(keys()), hide_possible_values = true)]
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        value_parser = clap::builder::PossibleValuesParser::new(keys()),
+        hide_possible_values = true,
+    )]
     pub charts: Vec<String>,
     #[command(flatten)]
     pub drawing: Drawing,

@@ -20,7 +20,7 @@ pub fn headline(console: &Console, name: &str, verdict: &str, tone: Tone) -> Str
     summary::headline(console.colour, name, verdict, tone)
 }
 
-/// The closing line of a summary.
+/// Prints the closing line of a summary.
 pub fn wrote(console: &mut Console, target: &Target) {
     console.say(&line("wrote", &escape(&target.path().to_string_lossy())));
 }

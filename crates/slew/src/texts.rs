@@ -79,7 +79,7 @@ const TOPICS: [(&str, &str); 3] = [
 /// The explanation of each code: a line with code and title, then a paragraph, then a blank line.
 const EXPLANATIONS: &str = include_str!("explanations.txt");
 
-/// Returns the explanation of a code, with its title; the code is taken in any case.
+/// Returns the explanation of a code, with its title; upper and lower case are accepted.
 pub fn explanation(code: &str) -> Option<String> {
     let code = code.trim().to_ascii_uppercase();
     let found = EXPLANATIONS.split("\n\n").find(|entry| entry.split(' ').next() == Some(&code))?;

@@ -194,7 +194,10 @@ fn xml(style: &Style, rows: &[Row]) -> String {
         attribute("id", "CCSDS_AEM_VERS"),
         attribute("version", version(style))
     );
-    text.push_str("<header><CREATION_DATE>2026-11-20T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>\n<body>\n");
+    text.push_str(
+        "<header><CREATION_DATE>2026-11-20T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR>\
+        </header>\n<body>\n",
+    );
     let (state, parts) = elements(style.kind, style.first_version);
     for (from, to) in blocks(style, rows) {
         let own = &rows[from..=to];

@@ -6,16 +6,16 @@
 //! - Mirrors: a box turns by θ and by −θ about a principal axis, from rest to rest, one in ten
 //!   times by 180° less a millionth of a radian: equal costs to 1e-9, by symmetry.
 //! - Grids: maneuvers of the families F1, F2, F3, F5 and F6 on 100, 200 and 400 steps. Costs of one
-//!   extremal converge at second order: the second difference is a quarter of the first. Where it
-//!   is not within a third, and they differ by more than 1e-6, each answer is carried to the grid
-//!   beside it: by Newton from its costates, at once or over grids between, or by SCP along its
-//!   path. It is there if its nodes move by less than 0.2 rad. That is the answer of that grid, or
-//!   it is dearer than that: then the costs of two extremals cross between the grids, and each is
-//!   the cheaper on its own. Where it is cheaper, or neither can be carried, a search has missed
+//!   extremal converge at second order: the second difference is a quarter of the first. If it is
+//!   not within a third, and the costs differ by more than 1e-6, each answer is carried to the next
+//!   grid: by Newton from its costates, at once or over grids between, or by SCP along its path. It
+//!   is there if its nodes move by less than 0.2 rad. Either it is the answer of that grid, or it
+//!   costs more than that answer: then the costs of two extremals cross between the grids, and each
+//!   is the cheaper on its own. If it costs less, or neither can be carried, a search has missed
 //!   it: another answer.
-//! - Turns as given: 200° to 700° about any axis between rates up to 2 rad/T. A plan that is called
-//!   solved and verified ends on the lift of the turn that was asked for (the double cover of the
-//!   rotations), which is counted here once more.
+//! - Turns as given: 200° to 700° about any axis between rates up to 2 rad/T. A plan that is
+//!   reported as solved and verified ends on the lift of the requested turn (the double cover of
+//!   the rotations), which is counted here once more.
 //!
 //! Ends with 1 where a mirror image costs something else, or a turn is called solved that is
 //! another.
@@ -39,8 +39,8 @@ const NEAR: f64 = 0.2;
 const GRIDS_BETWEEN: i32 = 12;
 /// Families that are planned on several grids.
 const ON_GRIDS: [usize; 5] = [0, 1, 2, 4, 5];
-/// Steps of the coarsest grid; an even number of streams for random numbers beside those of the
-/// families.
+/// The number of steps of the coarsest grid, and an even number of streams of random numbers in
+/// addition to the streams of the families.
 const STEPS: usize = 100;
 const STREAMS: [usize; 2] = [100, 101];
 
@@ -80,7 +80,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         }
         let [_, crossing, other] = tally;
         println!(
-            "{}: {other} of {count} have another answer on another grid; of {crossing} the costs of two extremals cross",
+            "{}: {other} of {count} have another answer on another grid; of {crossing} the costs of two \
+                extremals cross",
             family.name
         );
     }
@@ -125,7 +126,7 @@ fn mirrors(seed: u64, index: usize) -> bool {
     same
 }
 
-/// How the answers on several grids agree.
+/// The agreement of the answers on several grids.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Agreement {
     OneExtremal,
@@ -187,7 +188,7 @@ fn compared(answer: &Solution, on: &Problem, other: &Solution, on_other: &Proble
     })
 }
 
-/// Returns the extremal on another grid whose path is that of an answer: by Newton at once, by
+/// Returns the extremal on another grid that follows the path of an answer: by Newton at once, by
 /// Newton grid by grid, or by SCP.
 fn carried(answer: &Solution, on: &Problem, to: &Problem) -> Option<Solution> {
     let settings = Settings::discrete();
@@ -227,7 +228,7 @@ fn distance(a: &Solution, b: &Solution) -> f64 {
     few.iter().zip(many.iter().step_by(ratio)).map(angle).fold(0.0, f64::max)
 }
 
-/// How a turn that is taken as written came out.
+/// The result of a turn that is planned as written.
 #[derive(Clone, Copy)]
 enum Turn {
     AsAsked,

@@ -130,7 +130,8 @@ fn tell(name: &str, pairs: &[(u64, Found, Found)]) {
     let [mut before, mut after] = [times(|pair| pair.1.milliseconds), times(|pair| pair.2.milliseconds)];
     let over = after.iter().sum::<f64>() / before.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     println!(
-        "{name:<14} {:>4}, solved {solved}: dearer {}{}, cheaper {}{}, lost {lost:?}, gained {gained}, gaps {} then {}; \
+        "{name:<14} {:>4}, solved {solved}: dearer {}{}, cheaper {}{}, lost {lost:?}, gained {gained}, gaps \
+            {} then {}; \
          median {:.1} then {:.1} ms, all {over:.2} times",
         pairs.len(),
         dearer.len(),

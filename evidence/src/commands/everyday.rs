@@ -1,8 +1,9 @@
-//! What an everyday maneuver is: the spec of one, for other programs; `evidence::everyday` has their law.
+//! The spec of an everyday maneuver, for other programs, by the law of `evidence::everyday`.
 //!
-//! `cargo run -p evidence -- everyday KIND NUMBER [SEED]`: the maneuver of that number (from 0) among those of a kind (`time`,
-//! `rate`, `cone`, `effort`) and a seed (1), as a spec in JSON. `cargo bench -p benches --bench everyday` plans them, and
-//! `tests/exchange/everyday.py` compares the plans with those of CasADi and IPOPT.
+//! `cargo run -p evidence -- everyday KIND NUMBER [SEED]` prints the maneuver of a number (from 0),
+//! a kind (`time`, `rate`, `cone`, `effort`) and a seed (1) as a spec in JSON.
+//! `cargo bench -p benches --bench everyday` plans these maneuvers, and
+//! `tests/exchange/everyday.py` compares the plans with the results of CasADi and IPOPT.
 
 use evidence::everyday::{KINDS, maneuver};
 use evidence::words::Words;

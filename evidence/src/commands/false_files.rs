@@ -137,7 +137,8 @@ fn spec_of(motion: &Motion, frame: Frame, named: bool, more: &str) -> String {
         let [w, x, y, z] = lie::quaternion_from_rotation(&attitude);
         let rate = attitude.tr_mul(&(orbital_rate * Vector3::y()));
         format!(
-            "attitude = {{ quaternion_wxyz = [{w:e}, {x:e}, {y:e}, {z:e}] }}\nangular_velocity_rad_s = [{:e}, {:e}, {:e}]",
+            "attitude = {{ quaternion_wxyz = [{w:e}, {x:e}, {y:e}, {z:e}] }}\nangular_velocity_rad_s = \
+                [{:e}, {:e}, {:e}]",
             rate.x, rate.y, rate.z
         )
     };
@@ -149,7 +150,8 @@ fn spec_of(motion: &Motion, frame: Frame, named: bool, more: &str) -> String {
     let names = if named { names } else { "" };
     let epoch = if named { "epoch = \"2026-11-21T07:00:00 UTC\"\n" } else { "" };
     format!(
-        "format = 1\n{epoch}{names}[body]\ninertia_kg_m2 = [120, 100, 80]\n[start]\n{}\n[end]\n{}\n[maneuver]\nduration_s = {}\n{orbit}{more}",
+        "format = 1\n{epoch}{names}[body]\ninertia_kg_m2 = [120, 100, 80]\n[start]\n{}\n[end]\n{}\n\
+            [maneuver]\nduration_s = {}\n{orbit}{more}",
         attitude(0.0),
         attitude(motion.duration),
         motion.duration
@@ -158,7 +160,8 @@ fn spec_of(motion: &Motion, frame: Frame, named: bool, more: &str) -> String {
 
 fn keep_out(direction: &Vector3, half_angle: f64) -> String {
     format!(
-        "[[constraint]]\nkind = \"keep_out\"\nname = \"Sun\"\nboresight_body = [1, 0, 0]\ndirection_inertial = {{ vector = [{:e}, {:e}, {:e}] }}\nhalf_angle_deg = {}\n",
+        "[[constraint]]\nkind = \"keep_out\"\nname = \"Sun\"\nboresight_body = [1, 0, 0]\n\
+            direction_inertial = {{ vector = [{:e}, {:e}, {:e}] }}\nhalf_angle_deg = {}\n",
         direction.x,
         direction.y,
         direction.z,
@@ -166,8 +169,8 @@ fn keep_out(direction: &Vector3, half_angle: f64) -> String {
     )
 }
 
-/// A direction in inertial axes and how far the boresight x stays from it over the whole motion
-/// \[rad\].
+/// Returns a direction in inertial axes and how far the boresight x stays from it over the whole
+/// motion \[rad\].
 fn far_direction(random: &mut Random, motion: &Motion) -> (Vector3, f64) {
     let away = |direction: &Vector3| {
         let angle = |k: usize| motion.at(motion.duration * k as f64 / 400.0).0.column(0).angle(direction);
@@ -211,8 +214,7 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
                 Frame::Orbit => &["ICRF", "EME2000", "ITRF97", "TEME", "PLANEFRAME", "RSW_INERTIAL", "SEZ"],
             };
             style.reference = random.pick(other);
-            // The axes of the orbit are turned by `rows` if their name has any: they are those of
-            // the old name.
+            // The axes of the orbit are turned by `rows` if the old name has such axes.
             let mut kept = style.clone();
             kept.reference = if inertial { "ICRF" } else { "VNC" };
             let all = rows(&motion, &kept);
@@ -278,7 +280,7 @@ fn planted(fault: Fault, random: &mut Random) -> Case {
     Case { spec: spec_of(&motion, frame, named, &more), file: file(&style, &all), open }
 }
 
-/// A table has no frames, no dates and no blocks.
+/// Makes a message of a table, which has no frames, no dates and no blocks.
 fn to_message(style: &mut Style, random: &mut Random) {
     if style.notation == Notation::Table {
         style.notation = random.pick(&[Notation::Keywords, Notation::Xml]);
@@ -309,7 +311,7 @@ fn attitude_numbers(kind: Kind) -> usize {
     }
 }
 
-/// The sign of one number of the attitude, or of all rates.
+/// Changes the sign of one number of the attitude, or of all rates.
 fn sign(style: &Style, all: &mut [Row], random: &mut Random) {
     if style.has_rates() && random.unit() < 0.3 {
         all.iter_mut().for_each(|row| row.rate = -row.rate);
@@ -321,7 +323,7 @@ fn sign(style: &Style, all: &mut [Row], random: &mut Random) {
     all.iter_mut().for_each(|row| row.tampered = Some(which));
 }
 
-/// Two numbers of the attitude, or the scalar at the other end, or two rates.
+/// Swaps two numbers of the attitude, or moves the scalar to the other end, or swaps two rates.
 fn swap(style: &Style, all: &mut [Row], random: &mut Random) {
     let count = attitude_numbers(style.kind);
     let rates = matches!(style.kind, Kind::QuaternionAngvel | Kind::QuaternionDerivative);
@@ -344,7 +346,7 @@ fn swap(style: &Style, all: &mut [Row], random: &mut Random) {
     all.iter_mut().for_each(|row| row.tampered = Some(which));
 }
 
-/// Some time without rows between two blocks, or at an end.
+/// Leaves some time without rows between two blocks, or at an end.
 fn gap(style: &mut Style, all: &mut Vec<Row>, random: &mut Random) {
     let count = all.len();
     let missing = 1 + random.below(count / 3);
@@ -380,7 +382,7 @@ fn cone_between(motion: &Motion, style: &mut Style, all: &mut Vec<Row>, random: 
         let (from, to) = (all[k].time, all[k + 1].time);
         let axis = boresight(0.5 * (from + to));
         let nearest = all.iter().map(|row| boresight(row.time).angle(&axis)).fold(f64::INFINITY, f64::min);
-        // With a constant rate from row to row the boresight takes another path.
+        // The boresight takes another path if the rate is constant from row to row.
         let [first, second] = [from, to].map(|time| motion.at(time).0);
         let middle = first * lie::exp(&(0.5 * lie::minus(&second, &first)));
         let off = middle.column(0).angle(&axis);

@@ -182,8 +182,8 @@ fn chances(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
     factors.sort_by(f64::total_cmp);
     ratios.sort_by(f64::total_cmp);
     println!(
-        "chance of {ASKED}: kept by {kept} of {count}, to {FACTOR} times it by the upper 95 % bound, and to a factor of {FACTOR} met \
-         by {near}; flown over linear {:.2} to {:.2}, median {:.2}",
+        "chance of {ASKED}: kept by {kept} of {count}, to {FACTOR} times it by the upper 95 % bound, and to \
+            a factor of {FACTOR} met by {near}; flown over linear {:.2} to {:.2}, median {:.2}",
         factors[0],
         factors[count - 1],
         factors[count / 2]
@@ -300,8 +300,9 @@ fn limits(count: usize, cases: usize) -> Result<bool, Box<dyn Error>> {
         of => format!("{:.3} to {:.3}, median {:.3}", of[0], of[of.len() - 1], of[of.len() / 2]),
     };
     println!(
-        "limits of torque and rate of {done} maneuvers, {refused} refused: {parts} inputs and components act; chance of {ASKED} \
-         kept by {kept} of them, to {FACTOR} times it by the upper 95 % bound; flown over linear {}; cost beyond that without {}",
+        "limits of torque and rate of {done} maneuvers, {refused} refused: {parts} inputs and components \
+            act; chance of {ASKED} kept by {kept} of them, to {FACTOR} times it by the upper 95 % bound; \
+            flown over linear {}; cost beyond that without {}",
         told(&factors),
         told(&dearer)
     );
@@ -341,7 +342,8 @@ fn speed() -> Result<(), Box<dyn Error>> {
 /// tenths of its torque, and in least effort.
 fn cubesats() -> Result<(), Box<dyn Error>> {
     println!(
-        "2 % of error in each moment of the inertia, 2000 flights: deviation of the attitude about its worst axis at the end, deg"
+        "2 % of error in each moment of the inertia, 2000 flights: deviation of the attitude about its worst \
+            axis at the end, deg"
     );
     println!("{:<34} {:>10} {:>10} {:>10}", "", "open loop", "gains", "linear");
     let first = Matrix3::new(0.0145, 0.0, -0.0015, 0.0, 0.022, 0.0, -0.0015, 0.0, 0.0142);

@@ -5,16 +5,20 @@
 //! family by default.
 //!
 //! The law: principal moments of a random triangle in [1, 10] about random axes; a turn of uniform
-//! direction and an angle up to π, from rest to rest. Every maneuver has a plan by its making: each
-//! torque and force is limited to 1 to 3 times the most that the plan of least effort without
-//! limits asks of it, which is therefore feasible: its fuel and its duration are not to be less
-//! than the least. Least time is sought where the spec may ask for it: not on an orbit. `flight`:
-//! forces along reference axes, a shift by up to 3 m; `thrust`: the same along body axes;
-//! `thrusters`: the same by twelve of them, whose couples of 1 m turn the body, and each of which
-//! does its share of the plan of least effort; `gravity gradient`: a turn on a circular orbit, up
-//! to a quarter of it; `orbit`: a transfer in central gravity up to a tenth off a circle, up to a
-//! quarter of it; `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center,
-//! in up to a swing.
+//! direction and an angle up to π, from rest to rest. Every maneuver has a plan by construction:
+//! each torque and force is limited to 1 to 3 times its largest value in the plan of least effort
+//! without limits, which is therefore feasible. The fuel and the duration of that plan must not be
+//! below the least ones. Least time is sought if the spec may request it: not on an orbit. The
+//! kinds are:
+//!
+//! - `flight`: forces along reference axes, a shift by up to 3 m;
+//! - `thrust`: such a shift by forces along body axes;
+//! - `thrusters`: such a shift by twelve thrusters, whose couples of 1 m turn the body, and each of
+//!   which does its share of the plan of least effort;
+//! - `gravity gradient`: a turn on a circular orbit, up to a quarter of it;
+//! - `orbit`: a transfer in central gravity up to a tenth off a circle, up to a quarter of it;
+//! - `pendulum`: a turn by up to 1 rad about a pivot within 0.3 m of the mass center, in up to a
+//!   swing.
 
 use evidence::words::Words;
 use slewkit::maneuver::{Duration, Fuel, Objective, Problem, Settings, State};
@@ -227,7 +231,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// One maneuver, and the fuel or duration of a plan that there is.
+    /// Plans one maneuver, and compares with the fuel or duration of a known plan.
     fn take(&mut self, index: usize, problem: &Problem, known: f64) -> Result<(), Box<dyn Error>> {
         self.cases += 1;
         let found = plan(problem, &Settings::default(), None, &mut Silent)?;

@@ -42,7 +42,7 @@ fn bounds(most: usize) -> Result<(), Box<dyn Error>> {
                     .with_scheme(scheme)
                     .with_steps(steps);
                 let plan = search::solve(&problem, &Settings::discrete(), None, &mut Silent)?;
-                // Without a plan no cost is known, and only the bound is printed.
+                // If no plan exists, no cost is known, and only the bound is printed.
                 let known_cost = plan.cost.is_finite().then_some(plan.cost);
                 let bound = lower_bound(&problem, &BoundSettings { known_cost, ..BoundSettings::default() })?;
                 let largest = bound.step_angles.iter().copied().fold(0.0, f64::max).to_degrees();

@@ -4,12 +4,12 @@
 //! `cargo run --release -p evidence -- grids [COUNT [KIND [FIRST]]]`, 75 of each kind by
 //! default (`all`), each grid planned afresh. The law is printed before the figures.
 //!
-//! A grid of `N` equal steps has a cost that differs from continuous time by `O(1/N²)`: inputs
-//! jump at nodes, and limits hold there. An answer depends on its grid if it costs more than that
-//! of another grid by more than both errors. The program prints a line for each of these, and for
-//! each that is not solved on every grid: all costs, the remaining effort term, and a cheaper
-//! rival of the plan. The summary counts them, and gives the median error of each grid next to
-//! the finest, which determines the constants of that rule. Times are CPU times.
+//! A grid of `N` equal steps has a cost that differs from continuous time by `O(1/N²)`: inputs jump
+//! at nodes, and limits hold there. An answer depends on its grid if its cost exceeds the cost on
+//! another grid by more than both errors. The program prints a line for each of these, and for each
+//! that is not solved on every grid: all costs, the remaining effort term, and a cheaper rival of
+//! the plan. The summary counts them, and gives the median error of each grid next to the finest,
+//! which determines the constants of that rule. Times are CPU times.
 
 use evidence::process::own_cpu_seconds;
 use evidence::words::{Misuse, Words};
@@ -21,13 +21,14 @@ use slewkit::{Matrix3, Vector3, lie};
 use std::error::Error;
 
 const LAW: &str = "\
-law: moments in a ratio up to 5 that bodies have, along the axes of three torques; their limits 0.4 to 1.6; start of a uniform
-     attitude, rotation by 30 to 180 deg about a uniform axis, from rest to rest. cones: one to three keep-out cones of 10 to
-     30 deg that hold neither end, the first on the way of the turn about its axis, the others near it in one of two; rates: in
-     turns a limit of each rate and of their norm, 0.3 to 0.9 of what that turn takes; torque-rates: from off to the limit in 3 to
-     30 % of its duration; wheels: limits of their momenta 0.4 to 1 of what it takes, the start 0 to 10 % of these in one of two.
-     Least time, and least fuel in 1.5 to 4 times the duration of that turn within its limits. Each plan has 300 s
-     of processor time.";
+law: moments in a ratio up to 5 that bodies have, along the axes of three torques; their limits 0.4
+     to 1.6; start of a uniform attitude, rotation by 30 to 180 deg about a uniform axis, from rest
+     to rest. cones: one to three keep-out cones of 10 to 30 deg that hold neither end, the first on
+     the way of the turn about its axis, the others near it in one of two; rates: in turns a limit
+     of each rate and of their norm, 0.3 to 0.9 of what that turn takes; torque-rates: from off to
+     the limit in 3 to 30 % of its duration; wheels: limits of their momenta 0.4 to 1 of what it
+     takes, the start 0 to 10 % of these in one of two. Least time, and least fuel in 1.5 to 4 times
+     the duration of that turn within its limits. Each plan has 300 s of processor time.";
 
 const GRIDS: [usize; 5] = [50, 100, 200, 400, 800];
 
@@ -184,7 +185,7 @@ fn compared(index: usize, problem: &Problem) -> Compared {
     Compared { index, costs, rivals, seconds }
 }
 
-/// Returns the maneuver of this index among those of a kind; `None` where it cannot be built.
+/// Returns the maneuver of this index and kind; `None` if it cannot be built.
 pub(super) fn maneuver(limited: Limited, fuel: bool, index: usize) -> Option<Problem> {
     let mut random = Random::of_case(0x6a1d_5000 + limited as u64 + 16 * u64::from(fuel), index);
     let moments = random.mean_moments(5.0);

@@ -1,18 +1,23 @@
-//! Whether answers, verdicts and times are still those of the committed table `evidence/guard.toml`: better, worse, new and lost ones.
+//! Comparison of answers, verdicts and times with the committed table `evidence/guard.toml`:
+//! better, worse, new and lost ones.
 //!
-//! `cargo run --release -p evidence -- guard [--part PART] [--write] [--within TOLERANCE]`: a short count of every kind that
-//! searches are judged by, each case a default plan in a process of its own, two at a time. PART is a section of the table, or `quick`:
-//! some of each section, three minutes of a processor at most. `--write` writes the table anew, of a part its rows alone.
+//! `cargo run --release -p evidence -- guard [--part PART] [--write] [--within TOLERANCE]`: a short
+//! count of every kind that searches are judged by, each case a default plan in a process of its
+//! own, two at a time. PART is a section of the table, or `quick`: some of each section, three
+//! minutes of a processor at most. `--write` writes the table anew, of a part its rows alone.
 //!
-//! - `problems`: the shipped ones, published ones among them. `best_known`: those of `evidence/best_known`.
-//! - `limited_arcs`, `grids`, `families`, `constrained_robustness`, `images`, `pulses`, `public_set`: the first cases of what the
-//!   commands count (`pulses` those of `minimum_fuel`, `public_set` those of `minimum_time`), planned as they plan them.
+//! - `problems`: the shipped maneuvers, including the published ones. `best_known`: the maneuvers
+//!   of `evidence/best_known`.
+//! - `limited_arcs`, `grids`, `families`, `constrained_robustness`, `images`, `pulses`,
+//!   `public_set`: the first cases of these commands, planned as they plan them (`pulses` belong to
+//!   `minimum_fuel`, `public_set` to `minimum_time`).
 //!
-//! A case is a row: cost, verdict, seconds of the processor. One that takes more than the budget is stopped: `no answer in 20 s`.
-//! An answer is a plan that is solved and verified, or a proof that there is none. `new` has an answer where the table has none, `lost`
-//! has none where the table has one, or says another thing; `better` and `worse` cost less and more by more than TOLERANCE (1e-7),
-//! relative. Times depend on the machine and on what else it does: they are told for each section, and of what takes over twice as
-//! long and half a second more.
+//! A case is a row: cost, verdict, seconds of the processor. A case that exceeds the budget is
+//! stopped: `no answer in 20 s`. An answer is a plan that is solved and verified, or a proof that
+//! no plan exists. `new` has an answer and the table does not. `lost` has no answer and the table
+//! does, or its answer is another. `better` and `worse` cost less and more by more than TOLERANCE
+//! (1e-7), relative. Times depend on the machine and on its other work: they are reported for each
+//! section, and for cases that take over twice as long and half a second more.
 //!
 //! Ends with 1 where anything is worse or lost.
 
@@ -35,25 +40,25 @@ use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 use toml::de::DeTable;
 
-/// What a case may take of the processor [s].
+/// The processor time that a case may take [s].
 const BUDGET: f64 = 20.0;
 
 /// Cases that are planned at a time.
 const WORKERS: usize = 2;
 
-/// A case is told to take longer from this many times of what it took, and this much more [s].
+/// The factor and the additional time [s] above which a case is reported to take longer.
 const LONGER: (f64, f64) = (2.0, 0.5);
 
 /// Cases that stand in no table, each with the reason; by section and the beginning of the name.
 const LEFT_OUT: [(&str, &str, &str); 0] = [];
 
-/// What a case is, and how it is planned.
+/// A case: its problem and its settings.
 type Case = Result<(Problem, Settings), Box<dyn Error>>;
 
 /// A part of the table.
 struct Section {
     name: &'static str,
-    /// Of so many cases the first of each turn is in the quick part.
+    /// The first of each run of so many cases is in the quick part.
     quick: usize,
     names: fn() -> Result<Vec<String>, Box<dyn Error>>,
     case: fn(&[&str]) -> Case,
@@ -100,12 +105,13 @@ fn numbers(count: usize) -> Vec<String> {
     (0..count).map(|index| index.to_string()).collect()
 }
 
-/// So many numbers of each name.
+/// Returns so many numbers of each name.
 fn each(names: &[&str], count: usize) -> Vec<String> {
     names.iter().flat_map(|name| (0..count).map(move |index| format!("{name} {index}"))).collect()
 }
 
-/// The maneuvers among the files of a folder, one folder within it included; a simulation is none.
+/// Returns the maneuvers among the files of a folder, including one folder within it, without
+/// simulations.
 fn shipped(folder: &str) -> Result<Vec<String>, Box<dyn Error>> {
     let top = Path::new(ROOT).join(folder);
     let mut names = Vec::new();
@@ -129,7 +135,7 @@ fn of_file(folder: &str, name: &[&str]) -> Case {
     Ok((loaded.problem, Settings { target, ..loaded.settings }))
 }
 
-/// A name and a number.
+/// Returns a name and a number.
 fn numbered<'a>(words: &[&'a str]) -> Result<(&'a str, usize), Box<dyn Error>> {
     let [name, index, ..] = words else { return Err("a name and a number".into()) };
     Ok((name, index.parse()?))
@@ -214,15 +220,17 @@ const NOT_DRAWN: &str = "not drawn";
 /// A row of the table.
 #[derive(Clone, Debug, PartialEq)]
 struct Row {
-    /// Of a plan that is solved and verified: seconds, N²·m²·s, or what else the maneuver counts.
+    /// The cost of a plan that is solved and verified: seconds, N²·m²·s, or the unit of the
+    /// maneuver's objective.
     cost: Option<f64>,
     verdict: String,
-    /// Of the processor; of the clock where the system does not tell.
+    /// The processor time; the wall time if the system does not report it.
     seconds: f64,
 }
 
 impl Row {
-    /// A plan that is solved and verified, or a proof that there is none.
+    /// Returns whether the row is a plan that is solved and verified, or a proof that no plan
+    /// exists.
     fn is_answer(&self) -> bool {
         self.verdict == Status::Solved.name() || self.verdict == Status::Infeasible.name()
     }
@@ -235,7 +243,7 @@ fn table_path() -> PathBuf {
     Path::new(ROOT).join("evidence/guard.toml")
 }
 
-/// The committed table; empty where there is none.
+/// Reads the committed table; empty if the file does not exist.
 fn known() -> Result<Table, Box<dyn Error>> {
     let path = table_path();
     let text = if path.exists() { fs::read_to_string(&path)? } else { String::new() };
@@ -260,13 +268,14 @@ fn known() -> Result<Table, Box<dyn Error>> {
 
 fn written(table: &Table) -> Result<(), Box<dyn Error>> {
     let mut text = String::from(
-        "# Answers, verdicts and times of short counts, with which `cargo run --release -p evidence -- guard` compares.\n\
+        "# Answers, verdicts and times of short counts, with which \
+            `cargo run --release -p evidence -- guard` compares.\n\
          # `guard --write` writes this file; `evidence help guard` tells what the rows are.\n",
     );
     for section in SECTIONS {
         let Some(rows) = table.get(section.name) else { continue };
         writeln!(text, "\n[{}]", section.name)?;
-        // In the order in which they are planned.
+        // The names have the order in which they are planned.
         for name in (section.names)()? {
             let Some(Row { cost, verdict, seconds }) = rows.get(&name) else { continue };
             let cost = cost.map_or(String::new(), |cost| format!("cost = {cost:?}, "));
@@ -296,7 +305,7 @@ fn one(section: &str, name: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The row of a case, which a process of its own plans.
+/// Returns the row of a case, which a process of its own plans.
 fn row(section: &str, name: &str) -> Result<Row, Box<dyn Error>> {
     let mut command = Command::new(env::current_exe()?);
     // Others are at work.
@@ -332,7 +341,7 @@ fn row(section: &str, name: &str) -> Result<Row, Box<dyn Error>> {
     Ok(Row { cost, verdict: verdict.into(), seconds })
 }
 
-/// What became of a row.
+/// The change of a row.
 #[derive(Clone, Copy, PartialEq)]
 enum Change {
     Better,
@@ -341,7 +350,7 @@ enum Change {
     Lost,
 }
 
-/// How a case compares with its row.
+/// Compares a case with its row.
 fn change(before: &Row, now: &Row, within: f64) -> Option<Change> {
     if !before.is_answer() {
         return now.is_answer().then_some(Change::New);
@@ -368,7 +377,7 @@ fn told(row: &Row) -> String {
     }
 }
 
-/// Plans all cases, some at a time, and tells now and then how many are done.
+/// Plans all cases, some at a time, and prints the progress now and then.
 fn planned(cases: &[(&'static str, String)]) -> Result<Vec<Row>, Box<dyn Error>> {
     let (next, rows) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     thread::scope(|scope| {
@@ -471,7 +480,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     if worse + lost + gone > 0 { Err("see above".into()) } else { Ok(()) }
 }
 
-/// Rows of the table, of the sections that were planned, that are no cases.
+/// Returns the rows of the table, of the sections that were planned, that are no cases.
 fn missing(table: &Table, cases: &[(&'static str, String)]) -> Vec<(String, String)> {
     let mut missing = Vec::new();
     for (section, rows) in table {
@@ -482,7 +491,7 @@ fn missing(table: &Table, cases: &[(&'static str, String)]) -> Vec<(String, Stri
     missing
 }
 
-/// Tells times of sections beside those of the table, and of cases that take much longer.
+/// Prints the times of sections beside the times of the table, and the cases that take much longer.
 fn times(table: &Table, cases: &[(&'static str, String)], rows: &[Row]) {
     println!("{:<24}{:>7}{:>9}{:>9}{:>9}{:>9}", "seconds", "cases", "all", "was", "median", "was");
     for section in SECTIONS {

@@ -89,7 +89,8 @@ fn tell(name: &str, all: &[Compared]) {
     let at =
         |part: f64| seconds.get((seconds.len().saturating_sub(1) as f64 * part) as usize).map_or(0.0, |s| *s);
     println!(
-        "{name:<14} {:>5} maneuvers: one answer {same}, the first is the best {best_first}, solved in some images only {partly}, \
+        "{name:<14} {:>5} maneuvers: one answer {same}, the first is the best {best_first}, solved in some \
+            images only {partly}, \
          worst {:.2} %; median {:.3} s, 99 % {:.2} s, most {:.2} s ({slow})",
         all.len(),
         100.0 * worst,

@@ -1,12 +1,12 @@
 //! The slews that are reported as infeasible: 200 random bodies and rotations with a limit on the
 //! norm of the torque.
 //!
-//! `cargo run --release -p evidence -- infeasible [CASES]`. No rest-to-rest slew through θ
-//! takes less than `T₁ = 2 √(θ J_min/ū)`; about its eigenaxis e the body can do it in
+//! `cargo run --release -p evidence -- infeasible [CASES]`. No rest-to-rest slew through θ takes
+//! less than `T₁ = 2 √(θ J_min/ū)`; about its eigenaxis e the body can do it in
 //! `T_e = 2 √(θ √(|Je|² + θ²|e×Je|²)/ū)`. Each pair is planned at 0.3, 0.9 and 0.999 T₁, where all
-//! must be infeasible, and the shortest duration named between T₁ and T_e: bounds on the ways of
-//! the body's own axes make it sharper than T₁. At three durations in between a plan may be
-//! infeasible only where that bound says so; at 1.3 T_e none may be.
+//! must be infeasible, and the shortest duration named between T₁ and T_e: bounds on the motion of
+//! the body's own axes make it sharper than T₁. A plan at three durations in between may be
+//! infeasible only if that bound requires it; at 1.3 T_e none may be.
 
 use evidence::words::Words;
 use slewkit::maneuver::{Problem, Settings, State};

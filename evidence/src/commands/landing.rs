@@ -134,7 +134,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         seconds.sort_by(f64::total_cmp);
         let middle = steps.len() / 2;
         println!(
-            "{name:<17}{plans:>7}{solved:>8}{landed:>8}{exceeding:>8}{worst:>10.1e}{worst_exceeded:>10.1e}{:>8}{:>8}{:>9.3}{:>9.2}",
+            "{name:<17}{plans:>7}{solved:>8}{landed:>8}{exceeding:>8}{worst:>10.1e}{worst_exceeded:>10.1e}{:>\
+                8}{:>8}{:>9.3}{:>9.2}",
             steps.get(middle).unwrap_or(&0),
             steps.last().unwrap_or(&0),
             seconds.get(middle).unwrap_or(&0.0),

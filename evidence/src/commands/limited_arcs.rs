@@ -23,14 +23,16 @@ use slewkit_files::spec::SpecDocument;
 use std::collections::BTreeMap;
 
 const LAW: &str = "\
-law: moments in a ratio up to 5 that bodies have, along the axes of three torques; their limits 0.4 to 1.6; start of a uniform
-     attitude, rotation by 30 to 180 deg about a uniform axis, from rest to rest. Shaped by a limit of each rate, of the norm of the
-     rate (0.3 to 0.9 of the largest without it); one to three keep-out cones of 10 to 30 deg that hold neither end, the first of
-     them on the way of a turn about the fixed axis; one such cone that turns by 20 deg in the time of the turn; three wheels that
-     hold 0.3 to 0.9 of what they would be given; an orbit in a fiftieth to a fifth of which the turn is done, from rest to rest
-     in its frame; three forces of 0.4 to 1.6 fixed to the body of mass 1, over a way of 0.1 to 1; or torques, in one of two of wheels,
-     that go from off to their limits in 3 to 30 % of the shortest duration. Least time, and but for these least fuel in
-     1.2 to 3 times the shortest duration";
+law: moments in a ratio up to 5 that bodies have, along the axes of three torques; their limits 0.4
+     to 1.6; start of a uniform attitude, rotation by 30 to 180 deg about a uniform axis, from rest
+     to rest. Shaped by a limit of each rate, of the norm of the rate (0.3 to 0.9 of the largest
+     without it); one to three keep-out cones of 10 to 30 deg that hold neither end, the first of
+     them on the way of a turn about the fixed axis; one such cone that turns by 20 deg in the time
+     of the turn; three wheels that hold 0.3 to 0.9 of what they would be given; an orbit in a
+     fiftieth to a fifth of which the turn is done, from rest to rest in its frame; three forces of
+     0.4 to 1.6 fixed to the body of mass 1, over a way of 0.1 to 1; or torques, in one of two of
+     wheels, that go from off to their limits in 3 to 30 % of the shortest duration. Least time, and
+     but for these least fuel in 1.2 to 3 times the shortest duration";
 
 /// Durations on both grids are one if they differ by this part.
 const SAME: f64 = 1e-6;
@@ -207,7 +209,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         println!("case {seed} {kind}: {} | {} | {apart}", tell(&costs[0]), tell(&costs[1]));
     }
     println!(
-        "of each kind: cases, solved on 100 steps, with arcs on 100, on 400, of one cost to {SAME:.0e}, with a gap below {SAME:.0e}"
+        "of each kind: cases, solved on 100 steps, with arcs on 100, on 400, of one cost to {SAME:.0e}, with \
+            a gap below {SAME:.0e}"
     );
     for (kind, own) in &tally {
         println!("  {kind:20} {own:?}");

@@ -180,7 +180,8 @@ fn pulsed(problem: &Problem, shortest: f64) -> Result<Problem, Box<dyn Error>> {
     Ok(problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits)?)))
 }
 
-/// Returns the next maneuver of a family with a shortest pulse; `None` where no shortest duration is found.
+/// Returns the next maneuver of a family with a shortest pulse; `None` where no shortest duration
+/// is found.
 pub(super) fn pulses_case(
     random: &mut Random,
     family: Family,

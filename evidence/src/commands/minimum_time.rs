@@ -75,7 +75,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The maneuver of a line of the set.
+/// Returns the maneuver of a line of the set.
 pub(super) fn maneuver(line: &str, inertia: [f64; 3]) -> Result<Problem, Box<dyn Error>> {
     let cells = line.split(',');
     let numbers: Vec<f64> = cells.take(14).map(str::parse).collect::<Result<_, _>>()?;
@@ -144,7 +144,8 @@ fn report(name: &str, tally: Tally) {
     );
     let [median, most, nearly_all, worst] = parts(tally.gaps);
     println!(
-        "  gap of what is not bang-bang, to first order: median {median:.1e}, 90 % {most:.1e}, 99 % {nearly_all:.1e}, largest {worst:.1e} s"
+        "  gap of what is not bang-bang, to first order: median {median:.1e}, 90 % {most:.1e}, 99 % \
+            {nearly_all:.1e}, largest {worst:.1e} s"
     );
     for (what, times) in [("solve", tally.solve_ms), ("with witnesses", tally.whole_ms)] {
         let [median, most, nearly_all, _] = parts(times);
@@ -210,8 +211,8 @@ fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     }
     let above = |part: f64| excesses.iter().filter(|excess| **excess > part).count();
     println!(
-        "plain: {} cases, {unsolved} not solved, slower than about a fixed axis {slower}; longer than the best known by more than \
-         1e-4, 1e-3, 1 %, 3 %: {}, {}, {}, {}, at most {:.2} %",
+        "plain: {} cases, {unsolved} not solved, slower than about a fixed axis {slower}; longer than the \
+            best known by more than 1e-4, 1e-3, 1 %, 3 %: {}, {}, {}, {}, at most {:.2} %",
         solve_ms.len(),
         above(1e-4),
         above(1e-3),
@@ -224,7 +225,7 @@ fn plain(every: usize) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Any body, limits, attitudes and rates; those before the first are drawn, and passed over.
+/// Plans any body, limits, attitudes and rates; cases before the first are drawn and skipped.
 fn any(count: usize, first: usize) -> Result<(), Box<dyn Error>> {
     let mut random = Random::new(2026);
     let (mut solve_ms, mut solved) = (Vec::new(), 0);

@@ -8,6 +8,7 @@ mod durations;
 mod everyday;
 mod false_files;
 mod families;
+mod figures;
 mod flies;
 mod fuel_of_forces;
 mod global_bound;
@@ -77,6 +78,7 @@ pub const COMMANDS: &[Command] = commands! {
     everyday
     false_files
     families
+    figures
     flies
     fuel_of_forces
     global_bound

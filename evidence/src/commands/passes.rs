@@ -30,7 +30,7 @@ use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::time::Instant;
 
-/// How high a station sees the satellite at least, on a sphere \[deg\].
+/// The least elevation of the satellite at the station, on a sphere \[deg\].
 const LOWEST: f64 = 20.0;
 /// The time for which targets are computed \[s\].
 const AHEAD: f64 = 600.0;
@@ -155,7 +155,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         let column = |column: usize| found.iter().map(|row| row[column]).collect::<Vec<f64>>();
         let most = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
         println!(
-            "{kind:<12} {} of {count} solved; off the station by {:.3}″ at most, {:.3}″ in the median; its rate by {:.1e} deg/s at most; median {:.3} s a plan, {:.1} s a maneuver",
+            "{kind:<12} {} of {count} solved; off the station by {:.3}″ at most, {:.3}″ in the median; its \
+                rate by {:.1e} deg/s at most; median {:.3} s a plan, {:.1} s a maneuver",
             found.len(),
             most(column(0)),
             median(&mut column(0)),

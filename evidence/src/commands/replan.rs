@@ -1,13 +1,17 @@
 //! Plans begun from another plan, each against a cold search from the same start.
 //!
-//! `cargo run --release -p evidence -- replan [COUNT]`: COUNT (500 by default) random
-//! maneuvers of each of three kinds on 100 steps, least effort, the discrete target. `xte`: the
-//! body of problems/xte_40s.toml from rest to rest in 40 s, the end uniform on SO(3). `moving 3`:
-//! bodies with moments in ratios to 3 about any axes, mean moment 1, both ends uniform on SO(3),
-//! rates uniform in ±0.3 rad/s about each axis, in 4 s. `moving 10`: the same with ratios to 10.
-//! Each is planned, and planned again from a node beside the plan: the node uniform over the first
-//! half of the plan, or over its first nine tenths, the attitude turned by up to 2° about a uniform
-//! axis, the rate changed by up to 10 % of the plan's largest along another, both sizes uniform.
+//! `cargo run --release -p evidence -- replan [COUNT]`: COUNT (500 by default) random maneuvers of
+//! each of three kinds on 100 steps, least effort, the discrete target.
+//!
+//! - `xte`: the body of problems/xte_40s.toml from rest to rest in 40 s, the end uniform on SO(3);
+//! - `moving 3`: bodies with moments in ratios to 3 about any axes, mean moment 1, both ends
+//!   uniform on SO(3), rates uniform in ±0.3 rad/s about each axis, in 4 s;
+//! - `moving 10`: such bodies and ends with ratios to 10.
+//!
+//! Each is planned, and planned again from a state near a node of the plan. The node is uniform
+//! over the first half of the plan, or over its first nine tenths. The attitude is turned by up to
+//! 2° about a uniform axis, and the rate is changed by up to 10 % of the plan's largest along
+//! another, both sizes uniform.
 //!
 //! It prints the proportion that converged in at most three Newton steps, the largest terminal
 //! error, the median time of a warm plan, which is its extremal to the terminal error, and of the
@@ -15,9 +19,9 @@
 //! fewer than 99 % of `xte` and `moving 3` converge in three steps, a terminal error is above
 //! 1e-12, or the median is above 60 µs.
 //!
-//! The time of a warm plan is the quickest of five runs, that of a search is of one: the ratio
-//! favours the warm plan. `moving 10` is printed and does not affect the exit code: it was the
-//! first choice of bodies, and 98 of 100 of them took three steps.
+//! The time of a warm plan is the quickest of five runs, and the time of a search is one run: the
+//! ratio favours the warm plan. `moving 10` is printed and does not affect the exit code: it was
+//! the first choice of bodies, and 98 of 100 of them took three steps.
 
 use evidence::words::Words;
 use evidence::{Random, median};
@@ -113,7 +117,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         let tried = count - unsolved;
         let (warm, cold) = (median(&mut warm_times), median(&mut cold_times));
         println!(
-            "{name:<9} first {:.0} %: {quick} of {tried} in at most 3 Newton steps ({} in 1, {} in 2), {left} left; terminal error {worst:.1e}; \
+            "{name:<9} first {:.0} %: {quick} of {tried} in at most 3 Newton steps ({} in 1, {} in 2), \
+                {left} left; terminal error {worst:.1e}; \
              median {warm:.1} µs warm, {cold:.0} µs cold; {dearer} dearer than the search; {unsolved} unsolved",
             100.0 * part,
             steps[1],

@@ -113,7 +113,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         };
         let what = if moves { "moving, rate matched" } else { "fixed, at rest" };
         println!(
-            "{what:<22} {good} of {count} as cheap as the best of {ROLLS} rolls, worst {worst:+.2e}, {unsolved} unsolved; median {:.2} ms, {:.1} times the plan to the end that was found",
+            "{what:<22} {good} of {count} as cheap as the best of {ROLLS} rolls, worst {worst:+.2e}, \
+                {unsolved} unsolved; median {:.2} ms, {:.1} times the plan to the end that was found",
             1e3 * median(&mut seconds),
             median(&mut ratios)
         );

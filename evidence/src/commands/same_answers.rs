@@ -1,10 +1,10 @@
 //! Whether two builds of `slew` give the same answers, number by number.
 //!
-//! `cargo run --release -p evidence -- same_answers OLD NEW [COUNT] [--keep FOLDER]` plans
-//! every maneuver of `problems/` and COUNT random specs (200 by default) with both binaries.
-//! Status, exit code and every value of the JSON of OLD must be in that of NEW, bit for bit; NEW
-//! may have more. With a folder, specs and answers of OLD are kept for the next run. It ends with
-//! 1 if something differs.
+//! `cargo run --release -p evidence -- same_answers OLD NEW [COUNT] [--keep FOLDER]` plans every
+//! maneuver of `problems/` and COUNT random specs (200 by default) with both binaries. The JSON of
+//! NEW must have the status, the exit code and every value of the JSON of OLD, bit for bit; NEW may
+//! have more. With a folder, specs and answers of OLD are kept for the next run. It ends with 1 if
+//! something differs.
 
 use evidence::words::{Misuse, Words, parsed};
 use serde_json::Value;

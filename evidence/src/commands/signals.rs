@@ -1,12 +1,12 @@
 //! How soon `slew` hears a signal: Ctrl-C and SIGTERM at random times, in every command that takes
 //! its time, on a thousand to a million steps.
 //!
-//! `cargo build --release && cargo run --release -p evidence -- signals [COUNT [SEED [NAME]]]`,
-//! 200 by default, on Linux; with a name only the commands that have it in theirs. Each run works
-//! in a folder of its own, and is sent one signal after a random part of the time that it takes
-//! undisturbed. Within 0.2 s of CPU time it must end, or print what it has found before it writes
-//! that: the best iterate of a million steps is a file of 400 MB. It must end with an exit code
-//! that is its own, no torn file and no temporary one left. Ends with 1 where one did not.
+//! `cargo build --release && cargo run --release -p evidence -- signals [COUNT [SEED [NAME]]]`, 200
+//! by default, on Linux; NAME selects the commands whose name contains it. Each run works in a
+//! folder of its own, and receives one signal after a random part of the time that it takes
+//! undisturbed. The run must end within 0.2 s of CPU time, or print its result before it writes the
+//! file: the best iterate of a million steps is a file of 400 MB. It must end with an exit code of
+//! its own, and leave no torn file and no temporary one. The command ends with 1 if a run did not.
 
 use evidence::Random;
 use evidence::process::{beside_this, cpu_seconds};
@@ -109,7 +109,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
             if answer > LATEST {
                 complaints.push(format!("{answer:.2} s of CPU"));
             }
-            // Before the handler is installed, the signal itself ends the program.
+            // The signal itself ends the program before the handler is installed.
             if let Some(code) = ended.code().filter(|code| ![0, 130].contains(code)) {
                 complaints.push(format!("exit code {code}"));
             }
@@ -120,7 +120,8 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         let (middle, latest) = (answers[answers.len() / 2], answers[answers.len() - 1]);
         let ended = ends.iter().copied().fold(0.0, f64::max);
         println!(
-            "{name:<26} {took:6.2} s undisturbed; {} signals: answered within median {middle:.3}, latest {latest:.3} s; \
+            "{name:<26} {took:6.2} s undisturbed; {} signals: answered within median {middle:.3}, latest \
+                {latest:.3} s; \
              written and ended within {ended:.3} s",
             answers.len()
         );
@@ -130,7 +131,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 { Err("see above".into()) } else { Ok(()) }
 }
 
-/// How a run took its signal.
+/// The answer of a run to its signal.
 struct Signalled {
     signal: &'static str,
     /// Until it said so or ended [s of CPU].

@@ -1,14 +1,14 @@
 //! How many maneuvers a second, bare and with everything, on one thread and on two; and what a long
 //! Monte Carlo run holds in memory.
 //!
-//! `cargo run --release -p evidence -- throughput [CASES] [STEPS] [ROUNDS] [NAME]`: slews of
-//! a free asymmetric body between states of rest, end attitudes drawn within a ball of rotation
-//! vectors of 1.5 rad. Bare is the solve of the shortest way to 1e-12 without the test of second
-//! order, and the replay by the discrete witness, from library calls; the others go through the
-//! batch with a file of results and all witnesses, as `slew monte-carlo` runs them. One thread and
-//! two take turns, and the best round of each counts, so that what else the machine does disturbs
-//! both alike; where it does much, the time of the processor, of Linux, tells more. `NAME`, as
-//! `bare`, picks one.
+//! `cargo run --release -p evidence -- throughput [CASES] [STEPS] [ROUNDS] [NAME]`: slews of a free
+//! asymmetric body between states of rest, end attitudes drawn within a ball of rotation vectors of
+//! 1.5 rad. `bare` solves the shortest way to 1e-12 without the test of second order, and replays
+//! it by the discrete witness, from library calls. The others go through the batch with a file of
+//! results and all witnesses, as `slew monte-carlo` runs them. One thread and two take turns, and
+//! the best round of each counts, so that other work of the machine disturbs both alike. If there
+//! is much other work, the processor time of Linux is more reliable. NAME selects one of the
+//! measurements, such as `bare`.
 
 use evidence::process::{own_cpu_seconds, peak_memory};
 use evidence::words::{Misuse, Words};
@@ -72,7 +72,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         told(name, rounds, cases, &mut |threads| verified(&batch, threads, &path).expect("a batch"));
     }
     std::fs::remove_dir_all(&folder)?;
-    // On Linux: the peak of the resident memory.
+    // Linux reports the peak of the resident memory.
     if let Some(peak) = peak_memory("self") {
         println!("  peak memory {:.0} MB", peak / 1e6);
     }
@@ -97,7 +97,8 @@ fn told(name: &str, rounds: usize, cases: u64, solved: &mut dyn FnMut(usize) -> 
     let ([one, two], ratio) = (best, best[1] / best[0]);
     assert_eq!(count[0], count[1], "threads change nothing");
     println!(
-        "  {name:<20} 1 thread {one:7.0} a second, 2 threads {two:7.0}: {ratio:.2} ×; {:.0} µs of a processor each; {} solved",
+        "  {name:<20} 1 thread {one:7.0} a second, 2 threads {two:7.0}: {ratio:.2} ×; {:.0} µs of a \
+            processor each; {} solved",
         1e6 * least,
         count[0]
     );

@@ -1,14 +1,18 @@
 //! Plans and simulations on 2 to 50 steps, where steps are too long for almost everything: what
 //! goes wrong is counted.
 //!
-//! `cargo run --release -p evidence -- tiny_grids [COUNT [FIRST]]`, 2,000 by default. Every
-//! case takes one of 26 kinds of random maneuvers, draws steps and a method of its own, plans it,
-//! and lets one of all integrators follow it without inputs over as few steps. Counted as wrong: a
-//! panic; a number of a solved plan or of a row that is not finite; a plan called solved for a
-//! maneuver that is proved impossible on a thousand steps; one whose inputs, followed by the plain
-//! equations of motion of `evidence::held`, miss the end by more than a plan may (a quarter of the
-//! angle turned, or 5° where that is less, and 45° at most), or elsewhere than its continuous
-//! witness says; more than thirty seconds, on a machine with nothing else to do.
+//! `cargo run --release -p evidence -- tiny_grids [COUNT [FIRST]]`, 2,000 by default. Every case
+//! takes one of 26 kinds of random maneuvers, draws steps and a method of its own, plans it, and
+//! lets one of all integrators follow it without inputs over as few steps. These count as wrong:
+//!
+//! - a panic;
+//! - a number of a solved plan or of a row that is not finite;
+//! - a plan that is reported as solved for a maneuver that is proved impossible on a thousand
+//!   steps;
+//! - a plan whose inputs, followed by the plain equations of motion of `evidence::held`, miss the
+//!   end by more than a plan may (a quarter of the angle turned, at least 5° and at most 45°), or
+//!   elsewhere than its continuous witness reports;
+//! - more than thirty seconds, on a machine with nothing else to do.
 //!
 //! Ends with 1 where anything was wrong.
 
@@ -55,7 +59,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     if wrong > 0 { Err("see above".into()) } else { Ok(()) }
 }
 
-/// How a case ended, and what was wrong with it.
+/// The end of a case, and its faults.
 #[derive(Default)]
 struct Told {
     ends: Vec<String>,
@@ -73,7 +77,7 @@ fn case(index: u64) -> Told {
     let RandomSpec { kind, text } = random_spec(index);
     let steps = 2 + random.below(49);
     let mut set = vec![format!("maneuver.steps={steps}"), "solver.time_limit_s=8".into()];
-    // The convex iteration is the default if the only limits are those of the inputs.
+    // The convex iteration is the default if only the inputs have limits.
     if random.below(3) == 0 {
         set.push("solver.method=scp".into());
     }

@@ -64,7 +64,7 @@ impl Draft {
         std::array::from_fn(|_| size * self.random.uniform())
     }
 
-    /// Uniform on the unit sphere.
+    /// Draws a direction uniform on the unit sphere.
     pub fn direction(&mut self) -> Vector {
         loop {
             let v = self.vector(1.0);
@@ -74,7 +74,7 @@ impl Draft {
         }
     }
 
-    /// Any rotation in any notation: what it is, and its text.
+    /// Draws any rotation in any notation: the rotation, and its text.
     pub fn rotation(&mut self) -> (Quaternion, String) {
         const SEQUENCES: [&str; 12] =
             ["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
@@ -108,7 +108,7 @@ impl Draft {
         }
     }
 
-    /// An angular velocity of `rate` [rad/s] in either unit.
+    /// Writes an angular velocity of `rate` [rad/s] in either unit.
     pub fn rate(&mut self, header: &'static str, rate: Vector) {
         let line = if self.chance(0.5) {
             format!("angular_velocity_rad_s = {}", list(&rate))
@@ -127,7 +127,7 @@ impl Draft {
         [d[1] + d[2], d[2] + d[0], d[0] + d[1]].map(|moment| moment / sum)
     }
 
-    /// The inertia, of mean `self.inertia`: three principal moments or a whole matrix.
+    /// Writes the inertia, of mean `self.inertia`: three principal moments or a whole matrix.
     pub fn body(&mut self) {
         let moments = self.moments();
         let diagonal = scaled(moments, self.inertia);
@@ -147,7 +147,7 @@ impl Draft {
         self.line("[body]", format!("inertia_kg_m2 = {line}"));
     }
 
-    /// Two attitudes.
+    /// Writes two attitudes.
     pub fn ends(&mut self) {
         let (start, text) = self.rotation();
         self.line("[start]", format!("attitude = {text}"));
@@ -156,7 +156,7 @@ impl Draft {
         (self.start, self.end) = (start, end);
     }
 
-    /// Duration, grid and path.
+    /// Writes duration, grid and path.
     pub fn maneuver(&mut self) {
         let steps = 20 + self.random.below(131);
         self.line("[maneuver]", format!("duration_s = {}", self.duration));
@@ -174,14 +174,15 @@ impl Draft {
         }
     }
 
-    /// A free body from rest to rest.
+    /// Writes a free body from rest to rest.
     pub fn slew(&mut self) {
         self.body();
         self.ends();
         self.maneuver();
     }
 
-    /// The settings, each now and then. No limit of time: the answer would depend on the machine.
+    /// Writes the settings, each now and then, without a limit of time: the answer would depend on
+    /// the machine.
     pub fn solver(&mut self) {
         if self.chance(0.4) {
             let scheme = self.pick(&["lie_euler", "lie_euler", "lie_verlet"]);
@@ -232,7 +233,7 @@ impl Draft {
         format!("[{}]", (0..count).map(row).collect::<Vec<_>>().join(", "))
     }
 
-    /// One limit for all inputs, or one for each.
+    /// Returns one limit for all inputs, or one for each.
     pub fn limits(&mut self, limit: f64) -> String {
         if self.chance(0.5) {
             return format!("{limit}");
@@ -240,13 +241,13 @@ impl Draft {
         list(&std::array::from_fn::<f64, 3, _>(|_| limit * self.random.within(0.9, 1.3)))
     }
 
-    /// A position or another vector of the whole body, at both ends.
+    /// Writes a position or another vector of the whole body, at both ends.
     pub fn travel(&mut self, header: &'static str, position: Vector, velocity: Vector) {
         self.line(header, format!("position_m = {}", list(&position)));
         self.line(header, format!("velocity_m_s = {}", list(&velocity)));
     }
 
-    /// Positions of a free body, `size` apart, at rest or not.
+    /// Writes positions of a free body, `size` apart, at rest or not.
     pub fn travels(&mut self, size: f64) {
         let mass = self.inertia * self.random.within(1.0, 4.0);
         self.line("[body]", format!("mass_kg = {mass}"));
@@ -258,7 +259,7 @@ impl Draft {
         }
     }
 
-    /// A method that can hold limits of inputs alone.
+    /// Writes a method that can hold limits of inputs alone.
     pub fn method(&mut self) {
         let method = self.pick(&["auto", "shooting", "scp"]);
         self.line("[solver]", format!("method = \"{method}\""));
@@ -308,7 +309,7 @@ impl Draft {
         }
     }
 
-    /// A limit of the rate, of its norm or about each axis [rad/s].
+    /// Writes a limit of the rate, of its norm or about each axis [rad/s].
     pub fn rate_constraint(&mut self, limit: f64) {
         let unit = self.pick(&["rad", "deg"]);
         let limit = if unit == "deg" { limit.to_degrees() } else { limit };

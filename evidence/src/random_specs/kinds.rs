@@ -12,7 +12,7 @@ pub fn moving_ends(draft: &mut Draft) {
     }
 }
 
-/// About one axis of a diagonal inertia, from any attitude.
+/// Drafts a turn about one axis of a diagonal inertia, from any attitude.
 pub fn principal_axis(draft: &mut Draft) {
     let diagonal = scaled(draft.moments(), draft.inertia);
     draft.line("[body]", format!("inertia_kg_m2 = {}", list(&diagonal)));
@@ -24,7 +24,7 @@ pub fn principal_axis(draft: &mut Draft) {
     draft.maneuver();
 }
 
-/// A rotation that is taken as written, up to two turns.
+/// Drafts a rotation that is planned as written, up to two turns.
 pub fn winding(draft: &mut Draft) {
     draft.body();
     let (_, text) = draft.rotation();
@@ -139,7 +139,7 @@ pub fn force_limits(draft: &mut Draft) {
 }
 
 /// Builds central gravity in units of the orbit: radius, rate and gravitational parameter near 1,
-/// or those of a low Earth orbit.
+/// or as in a low Earth orbit.
 pub fn central_gravity(draft: &mut Draft, points: bool) {
     let (radius, parameter) = if draft.chance(0.7) { (1.0, 1.0) } else { (7.0e6, 3.986_004_418e14) };
     let rate = (parameter / f64::powi(radius, 3)).sqrt();
@@ -234,7 +234,7 @@ pub fn torque_norm_limit(draft: &mut Draft) {
     draft.method();
 }
 
-/// The rate of the torque of an unlimited rotation is 12 J θ/T³.
+/// Drafts a limit of the torque rate: the unlimited rotation has 12 J θ/T³.
 pub fn torque_rate_limit(draft: &mut Draft) {
     draft.slew();
     let part = draft.random.within(2.0, 6.0);
@@ -265,7 +265,7 @@ pub fn keep_in(draft: &mut Draft) {
     draft.cone("keep_in");
 }
 
-/// Three wheels along the axes or four in a pyramid.
+/// Drafts three wheels along the axes or four in a pyramid.
 pub fn wheels(draft: &mut Draft) {
     draft.slew();
     let axes: &[&str] = if draft.chance(0.5) {
@@ -300,7 +300,7 @@ pub fn wheels(draft: &mut Draft) {
     }
 }
 
-/// Limits of the torque and of the rate, and a cone.
+/// Drafts limits of the torque and of the rate, and a cone.
 pub fn everything(draft: &mut Draft) {
     draft.slew();
     let limits = draft.limits(1.2 * draft.peak_torque());
@@ -309,7 +309,7 @@ pub fn everything(draft: &mut Draft) {
     draft.cone("keep_out");
 }
 
-/// Too little torque, or too low a rate, for the time.
+/// Drafts too little torque, or too low a rate, for the time.
 pub fn infeasible(draft: &mut Draft) {
     draft.slew();
     let part = draft.random.within(0.1, 0.5);

@@ -219,7 +219,7 @@ fn highest_of_cubic(value_0: f64, value_1: f64, slope_0: f64, slope_1: f64) -> O
 mod tests {
     use super::*;
 
-    /// `p = c₀ + c₁x + c₂x² + c₃x³`.
+    /// Returns `p = c₀ + c₁x + c₂x² + c₃x³`.
     fn highest([c0, c1, c2, c3]: [f64; 4]) -> Option<f64> {
         highest_of_cubic(c0, c0 + c1 + c2 + c3, c1, c1 + 2.0 * c2 + 3.0 * c3)
     }

@@ -88,7 +88,8 @@ fn cones(constraint: &Constraint) -> impl Iterator<Item = Inside<'_>> {
     })
 }
 
-/// Sign of the axis, and half angle, of the cones to be inside of.
+/// Returns the sign of the axis and the half angle of each cone that the boresight must stay
+/// inside.
 fn inside(pointing: &Pointing) -> impl Iterator<Item = (f64, f64)> + use<> {
     let angle = pointing.effective_half_angle();
     let (within, without) = match pointing.side {

@@ -39,7 +39,7 @@ pub(super) fn proof(problem: &Problem) -> Option<String> {
     })
 }
 
-/// Orthonormal directions `c` with `rows · c = 0`.
+/// Returns orthonormal directions `c` with `rows · c = 0`.
 fn null_space(rows: &[Vector3]) -> Vec<Vector3> {
     // Three more rows of zeros: the decomposition has all three directions, however few the rows.
     let stacked =

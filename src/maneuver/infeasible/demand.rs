@@ -4,7 +4,8 @@
 //!
 //! ```text
 //! turn       |log R_0ᵀR_N|                        ≤ Σ min(φ_k, h ω)
-//! way of b   from R_0 b to R_N b on the sphere    ≤ Σ min(φ_k, h ω_b, (φ_k/sin φ_k) h min(|Π_k| |S(b)J⁻¹|, v_k |S(b)J^−½|))
+//! way of b   from R_0 b to R_N b on the sphere
+//!            ≤ Σ min(φ_k, h ω_b, (φ_k/sin φ_k) h min(|Π_k| |S(b)J⁻¹|, v_k |S(b)J^−½|))
 //! ```
 //!
 //! for any body axis b. The second line holds because, without wheels,
@@ -123,7 +124,8 @@ impl<'a> Case<'a> {
     }
 }
 
-// ---- the requirements of the ends ------------------------------------------------------------------
+// ---- the requirements of the ends
+// ------------------------------------------------------------------
 
 fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     let [start, end] = &ends.attitude;
@@ -183,7 +185,8 @@ impl Lever {
     }
 }
 
-// ---- in words ----------------------------------------------------------------------------------------
+// ---- in words
+// ----------------------------------------------------------------------------------------
 
 impl Case<'_> {
     fn explain(&self, means: &Means, (demand, allowed): (&Demand, f64)) -> Proof {

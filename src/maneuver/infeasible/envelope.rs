@@ -174,7 +174,7 @@ impl Motion {
         }
     }
 
-    /// `½ (1/J₁ − 1/J₃)`: the largest `|Π × J⁻¹Π|` for `|Π| = 1`.
+    /// Returns `½ (1/J₁ − 1/J₃)`: the largest `|Π × J⁻¹Π|` for `|Π| = 1`.
     fn kappa(&self) -> f64 {
         0.5 * (1.0 / self.moments[0] - 1.0 / self.moments[1])
     }
@@ -255,7 +255,7 @@ mod tests {
     use crate::verify::replay;
     use crate::{Matrix3, Vector3, lie};
 
-    /// One drift of the witness: Π before and after, and the angle turned.
+    /// Returns one drift of the witness: Π before and after, and the angle turned.
     fn drift(moments: &Vector3, rate: &Vector3, stored: &Vector3, step: f64) -> Option<[Vector3; 3]> {
         let body = Body { inertia: Inertia::diagonal(*moments).ok()?, mass: None };
         let start = State::attitude(Matrix3::identity(), *rate);

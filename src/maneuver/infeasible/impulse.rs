@@ -91,7 +91,7 @@ fn linear(problem: &Problem) -> Option<Proof> {
         let drift = if mean == Vector3::zeros() { "" } else { " beyond the mean of the terminal velocities" };
         let [needed, possible] = exceeding(way.norm(), allowed);
         let what = format!("the body must move {needed} m{drift}, and at most {possible} m are possible");
-        // From rest the required distance does not depend on the time.
+        // The required distance from rest does not depend on the time.
         let shortest = (mean == Vector3::zeros()).then(|| duration * (way.norm() / allowed).sqrt());
         missed(problem, limit, "N", what, shortest, way.norm() / allowed)
     })

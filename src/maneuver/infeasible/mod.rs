@@ -20,7 +20,7 @@
 //! proves nothing. The arguments hold for free bodies; in a field they would have to hold for
 //! every pose. The premises (a symmetry, an axis without torque, a start in the subspace) must
 //! hold to 1e-14, because an unstable rotation amplifies an asymmetry of 1e-9 to a visible
-//! momentum (`tests/it/infeasible` has such maneuvers).
+//! momentum (`tests/laws/infeasible` has such maneuvers).
 //!
 //! Bounds of torque and time hold for the discrete maneuver, step by step, and for the continuous
 //! one; the weaker bound is used. The argument with the kinetic energy, applied to the path of

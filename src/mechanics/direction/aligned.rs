@@ -17,8 +17,8 @@ pub struct AlignedFrame {
 }
 
 impl AlignedFrame {
-    /// With `t₁ = d₁`, `t₂ = N/n`, `N = d₁ × d₂`, `n = |N|`, `t₃ = t₁ × t₂`, and `s` built from
-    /// the body axes in the same way:
+    /// Builds the frame from `t₁ = d₁`, `t₂ = N/n`, `N = d₁ × d₂`, `n = |N|`, `t₃ = t₁ × t₂`, and
+    /// `s`, which is built from the body axes like `t`:
     ///
     /// ```text
     /// σ = t₃·Ṅ/n ,   ω = d₁ × ḋ₁ + σd₁ ,   σ̇ = (t₃·N̈ + (ω × t₃)·Ṅ − σ t₂·Ṅ)/n ,   ω̇ = d₁ × d̈₁ + σ̇d₁ + σḋ₁

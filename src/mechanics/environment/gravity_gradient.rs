@@ -62,7 +62,7 @@ impl GravityGradient {
         })
     }
 
-    /// `G = Rᵀo` in body axes, and `3n² JG`.
+    /// Returns `G = Rᵀo` in body axes, and `3n² JG`.
     fn outward_in_body(&self, pose: &Pose) -> (Vector3, Vector3) {
         let g = pose.attitude.tr_mul(&self.outward);
         (g, self.stiffness * g)
@@ -98,7 +98,8 @@ impl Environment for GravityGradient {
         self.frame_rate
     }
 
-    /// `|3n² G × JG| ≤ (3/2) n² (J₃ − J₁)` with the largest and the smallest principal moment.
+    /// Returns `|3n² G × JG| ≤ (3/2) n² (J₃ − J₁)` with the largest and the smallest principal
+    /// moment.
     fn moment_bound(&self) -> Option<f64> {
         let principal = principal_moments(&self.stiffness);
         Some(0.5 * (principal[2] - principal[0]))

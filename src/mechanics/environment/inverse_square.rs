@@ -18,7 +18,7 @@ impl InverseSquare {
         Self { k, r, e: s / r }
     }
 
-    /// `−k/|s|`.
+    /// Returns `−k/|s|`.
     pub(super) fn potential(&self) -> f64 {
         -self.k / self.r
     }
@@ -28,12 +28,12 @@ impl InverseSquare {
         -self.k / self.r.powi(2) * self.e
     }
 
-    /// `K = ∂φ/∂s = −k (I − 3 e eᵀ)/|s|³`.
+    /// Returns `K = ∂φ/∂s = −k (I − 3 e eᵀ)/|s|³`.
     pub(super) fn gradient(&self) -> Matrix3 {
         self.k / self.r.powi(3) * (3.0 * self.e * self.e.transpose() - Matrix3::identity())
     }
 
-    /// `L = ∂(Kc)/∂s = 3k [c eᵀ + e cᵀ + (e·c) I − 5 (e·c) e eᵀ]/|s|⁴`, `c` held fixed.
+    /// Returns `L = ∂(Kc)/∂s = 3k [c eᵀ + e cᵀ + (e·c) I − 5 (e·c) e eᵀ]/|s|⁴`, `c` held fixed.
     pub(super) fn curvature(&self, c: &Vector3) -> Matrix3 {
         let (e, ec) = (&self.e, self.e.dot(c));
         3.0 * self.k / self.r.powi(4)
@@ -41,7 +41,7 @@ impl InverseSquare {
     }
 }
 
-/// `a bᵀ + b aᵀ`.
+/// Returns `a bᵀ + b aᵀ`.
 pub(super) fn symmetric(a: &Vector3, b: &Vector3) -> Matrix3 {
     let ab = a * b.transpose();
     ab + ab.transpose()

@@ -149,10 +149,10 @@ pub enum Description {
 pub enum Symmetry {
     /// No known symmetry: nothing is conserved.
     None,
-    /// Turns about this direction through the origin: the angular momentum about it, unit,
-    /// reference frame.
+    /// Rotations about this unit vector through the origin, in the reference frame: they conserve
+    /// the angular momentum about it.
     About(Vector3),
-    /// All turns about the origin: the angular momentum.
+    /// All rotations about the origin: they conserve the angular momentum.
     Turns,
     /// Turns and shifts: both momenta.
     All,

@@ -84,22 +84,22 @@ struct Center<'a> {
 }
 
 impl Center<'_> {
-    /// `u`.
+    /// Returns `u`.
     fn potential(&self) -> f64 {
         (3.0 * self.c - self.tau) / (3.0 * self.r.powi(3))
     }
 
-    /// `a = ∇u`.
+    /// Returns `a = ∇u`.
     fn slope(&self) -> Vector3 {
         ((self.tau - 5.0 * self.c) * self.e + 2.0 * self.j) / self.r.powi(4)
     }
 
-    /// `y × a = (2/r³) e × Je`.
+    /// Returns `y × a = (2/r³) e × Je`.
     fn moment(&self) -> Vector3 {
         2.0 * self.e.cross(&self.j) / self.r.powi(3)
     }
 
-    /// `H = ∇²u`.
+    /// Returns `H = ∇²u`.
     fn hessian(&self) -> Matrix3 {
         let Self { jj, tau, r, e, j, c, .. } = self;
         ((tau - 5.0 * c) * Matrix3::identity() + 2.0 * *jj - 10.0 * symmetric(j, e)
@@ -107,7 +107,7 @@ impl Center<'_> {
             / r.powi(5)
     }
 
-    /// `T = ∂(Hq)/∂y`, `q` held fixed.
+    /// Returns `T = ∂(Hq)/∂y`, `q` held fixed.
     fn third(&self, q: &Vector3) -> Matrix3 {
         let Self { jj, tau, r, e, j, c, .. } = self;
         let (sigma, jq, middle) = (e.dot(q), j.dot(q), 7.0 * c - tau);

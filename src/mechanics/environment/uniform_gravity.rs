@@ -52,7 +52,7 @@ impl UniformGravity {
         })
     }
 
-    /// `G = Rᵀd`, the direction of gravity in body axes.
+    /// Returns `G = Rᵀd`, the direction of gravity in body axes.
     fn direction_in_body(&self, pose: &Pose) -> Vector3 {
         pose.attitude.tr_mul(&self.direction)
     }
@@ -77,7 +77,7 @@ impl Environment for UniformGravity {
         Blocks { rr: hat(&costates.moment.cross(&self.weight_arm)) * hat(&g), ..Blocks::zero() }
     }
 
-    /// `|m g ρ × G| ≤ m g |ρ|`.
+    /// Returns `|m g ρ × G| ≤ m g |ρ|`.
     fn moment_bound(&self) -> Option<f64> {
         Some(self.weight_arm.norm())
     }

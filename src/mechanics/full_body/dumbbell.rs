@@ -122,7 +122,7 @@ struct Pair {
 const ENDS: [(f64, f64); 4] = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
 
 impl Pair {
-    /// `d_pq`.
+    /// Returns `d_pq`.
     fn distance(&self, (p, q): (f64, f64)) -> Vector3 {
         self.offset + p * self.rods.0 - q * self.rods.1
     }

@@ -44,7 +44,7 @@ pub(super) fn count(name: &'static str, count: usize, limit: usize) -> Checked<u
 /// that counts as round-off of the input.
 pub(super) const OFF_CENTER: f64 = 1e-6;
 
-/// The mass center must be the origin, on the scale of the farthest point.
+/// Checks that the mass center is the origin, on the scale of the farthest point.
 pub(super) fn centered(center: &Vector3, farthest: f64) -> Checked<()> {
     if center.norm() <= OFF_CENTER * farthest {
         Ok(())

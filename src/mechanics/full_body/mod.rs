@@ -30,7 +30,8 @@
 //!     let shape = Polyhedron::octahedron(&(size * Vector3::new(1.0, 0.8, 0.7)))?;
 //!     Ok::<_, Box<dyn std::error::Error>>(Attractor::Polyhedron(HomogeneousPolyhedron::new(shape, 2000.0, 3)?))
 //! };
-//! let gravity = MutualGravity::new(slewkit::mechanics::full_body::GRAVITATIONAL_CONSTANT, vec![solid(500.0)?, solid(150.0)?])?;
+//! let constant = slewkit::mechanics::full_body::GRAVITATIONAL_CONSTANT;
+//! let gravity = MutualGravity::new(constant, vec![solid(500.0)?, solid(150.0)?])?;
 //! let at = |x: f64, y: f64| Pose { position: Vector3::new(x, y, 0.0), attitude: Matrix3::identity() };
 //! let mut wrenches = [Wrench::zero(); 2];
 //! gravity.wrenches(&[at(0.0, 0.0), at(1200.0, 300.0)], &mut wrenches);
@@ -61,7 +62,7 @@ use crate::mechanics::environment::{Blocks, Pose, Symmetry, Wrench};
 
 /// A potential `U(x_1, R_1, …, x_n, R_n)` with its force and moment on each body.
 pub trait Potential: std::fmt::Debug + Send + Sync {
-    /// `U` \[J\].
+    /// Returns `U` \[J\].
     fn energy(&self, poses: &[Pose]) -> f64;
 
     /// Force (reference frame \[N\]) and moment (body axes \[N·m\]) on each body, written over

@@ -102,7 +102,7 @@ impl PointCloud {
         second.trace() * Matrix3::identity() - second
     }
 
-    /// `s = Σ m/|d|³` and `v = Σ m ρ/|d|³` at `y`.
+    /// Returns `s = Σ m/|d|³` and `v = Σ m ρ/|d|³` at `y`.
     #[inline]
     pub(super) fn pull(&self, y: &Vector3) -> (f64, Vector3) {
         let y = [0, 1, 2].map(|axis| Lanes::splat(y[axis]));
@@ -118,7 +118,7 @@ impl PointCloud {
         (s.sum(), Vector3::from(v.map(Lanes::sum)))
     }
 
-    /// `Σ m/|d|` at `y`.
+    /// Returns `Σ m/|d|` at `y`.
     #[inline]
     pub(super) fn inverse_distances(&self, y: &Vector3) -> f64 {
         let y = [0, 1, 2].map(|axis| Lanes::splat(y[axis]));

@@ -188,7 +188,7 @@ impl<P: Potential> TwoBodies<P> {
         state.position.cross(&state.momentum) + state.first + state.second
     }
 
-    /// `Ω` and `Ω₂`.
+    /// Returns `Ω` and `Ω₂`.
     fn angular_velocities(&self, state: &Relative) -> [Vector3; 2] {
         let first = self.bodies[0].inertia.j_inverse() * state.attitude.tr_mul(&state.first);
         [state.attitude * first, self.bodies[1].inertia.j_inverse() * state.second]

@@ -62,13 +62,13 @@ impl Pair {
         Self { r, e, masses: (first.mass, second.mass), je, trace }
     }
 
-    /// `Ke`.
+    /// Returns `Ke`.
     fn ke(&self) -> Vector3 {
         self.masses.1 * self.je.0 + self.masses.0 * self.je.1
     }
 }
 
-/// `U/G`.
+/// Returns `U/G`.
 pub(super) fn energy(first: &Moments, second: &Moments, seen: &Pose) -> f64 {
     let pair = Pair::new(first, second, seen);
     let eke = pair.e.dot(&pair.ke());

@@ -120,10 +120,10 @@ impl Ambient {
         self.course.finish()
     }
 
-    /// Sizes that errors are relative to, one per number: 1 for attitudes, else the norm of the
-    /// quantity or, where that is larger, its change over the step. A change that no step resolves
-    /// counts up to [`MOST_TURNED`] and [`MOST_MOVED`] alone: relative to a change without bound
-    /// any error is small.
+    /// Writes the sizes to which errors are relative, one for each number: 1 for attitudes, and
+    /// otherwise the norm of the quantity or its change over the step, whichever is larger. A change
+    /// that no step resolves counts only up to [`MOST_TURNED`] and [`MOST_MOVED`], because any error
+    /// is small relative to a change without bound.
     pub fn scales(&self, change: &[f64], out: &mut [f64]) {
         let h = self.course.loads.step;
         let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);

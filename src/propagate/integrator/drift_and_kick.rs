@@ -12,9 +12,9 @@
 //! Lie–Euler  a = 0, b = h      its adjoint  a = h, b = 0      Lie velocity Verlet  a = b = h/2
 //! ```
 //! All are symplectic, with one evaluation for each step: where both kicks act, the potential at
-//! the end of a step is that at the start of the next one, and is kept. Lie–Verlet is of second
-//! order. With `Π̃ = Π + (h/2) M` either Lie–Euler is Lie–Verlet in other variables: its error is
-//! the missing half kick at the ends, and does not grow.
+//! the end of a step is kept, because it is the potential at the start of the next one. Lie–Verlet
+//! is of second order. In the variable `Π̃ = Π + (h/2) M` either Lie–Euler is Lie–Verlet: its error
+//! is the missing half kick at the ends, and does not grow.
 
 use super::course::{Course, Method};
 use super::drift::Rotor;
@@ -92,8 +92,8 @@ impl DriftAndKick {
         Ok(())
     }
 
-    /// Evaluates potential and inputs at one end of the step; the potential only if it differs
-    /// from that of the last step.
+    /// Evaluates potential and inputs at one end of the step; the potential only if it differs from
+    /// the potential of the last step.
     fn look(&mut self, anew: bool, end: f64, inputs: &[Input]) {
         if anew {
             self.course.loads.field(self.course.state.poses(), &mut self.field);

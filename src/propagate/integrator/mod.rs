@@ -135,7 +135,9 @@ pub enum StepError {
     /// The implicit attitude equation has no physical solution.
     #[error(
         "step {} s is too long for body {body}: h|J⁻¹Π| is {turn:.3}, and a step must turn the body \
-        by less than 90°; use a step of {} s or less", figures::rounded(*step, 4), figures::rounded(step * 0.5 / turn, 4)
+        by less than 90°; use a step of {} s or less",
+        figures::rounded(*step, 4),
+        figures::rounded(step * 0.5 / turn, 4)
     )]
     TooLong {
         /// Number of the body, from 1.

@@ -134,7 +134,8 @@ impl SystemState {
     }
 }
 
-/// `Fᵀp − p` of the rotation with Cayley vector `c`: `a (S(c)² − S(c)) p`, `a = 2/(1 + |c|²)`.
+/// Returns `Fᵀp − p` of the rotation with Cayley vector `c`: `a (S(c)² − S(c)) p`,
+/// `a = 2/(1 + |c|²)`.
 #[inline(always)]
 pub(super) fn carried(c: &Vector3, p: &Vector3) -> Vector3 {
     let w = c.cross(p);

@@ -164,7 +164,7 @@ impl System {
         Ok(Self { bodies, potential, frame_rate: Vector3::zeros() })
     }
 
-    /// One body in an environment, whose frame may turn. It translates where it has a mass.
+    /// Returns one body in an environment, whose frame may turn. It translates where it has a mass.
     ///
     /// # Errors
     /// [`SystemError::Mass`].

@@ -8,9 +8,8 @@
 //! |ρ + A(τ)ᵀω|² = |ρ|² + |ω|² + 2 ρ·A₀ᵀω ,      (A(τ)ᵀω)ᵢ = |ω| cos ∠(A(τ) eᵢ, ω)
 //! ```
 //!
-//! By the mean value theorem every motion between the two attitudes has a largest rate of at
-//! least the mean rate. A mean rate above the limit is therefore a violation for any motion of
-//! the body.
+//! Every motion between the two attitudes has a largest rate of at least the mean rate, by the mean
+//! value theorem. A mean rate above the limit is therefore a violation for any motion of the body.
 //!
 //! Along the cubic through attitudes and rates an angle changes at most at the steepest slope of
 //! the rotation vector, and at the rate of the target. A stretch is clear if the distance of its middle from the rim exceeds
@@ -30,7 +29,7 @@ use crate::numerics::figures::{decimals, significant, told_apart};
 pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut AttitudeReport) {
     let mut far = Vec::new();
     for k in (0..motion.last()).filter(|k| motion.goes_on(*k)) {
-        // Within the printed digits half a turn has two possible directions.
+        // Half a turn, within the printed digits, has two possible directions.
         if motion.turn(k).norm()
             > std::f64::consts::PI - motion.tolerance.max(2.0 * motion.rows.rounding.attitude)
         {
@@ -51,7 +50,8 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
     }
 }
 
-/// The direction while the body goes from row `k` to the next, in the axes of the reference frame.
+/// Returns the direction while the body goes from row `k` to the next, in the axes of the reference
+/// frame.
 pub(super) fn target(motion: &Motion<'_>, direction: &Direction, k: usize) -> Target {
     let (time, step, frame_rate) =
         (motion.rows.time[k] - motion.rows.time[0], motion.step(k), &motion.frame_rate);
@@ -94,7 +94,7 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
             let Some((worst, deepest)) = pointing.least_room(&arc, boresight, &target, [begin, step]) else {
                 continue;
             };
-            // At a row that is told nothing but its digits is open.
+            // The attitude at a stated row is exact except for its digits.
             let at_row = |(part, row): &(f64, usize)| motion.rows.told[*row] && room(*part) < -allowed;
             let (between, told) = if motion.rows.told.is_empty() {
                 (0.0, None)
@@ -137,7 +137,8 @@ fn cones(constraint: &Constraint, pointing: &Pointing, motion: &Motion<'_>, repo
     if let Some(Inside { room, angle, time, from, to }) = inside {
         let side = if pointing.side == Side::KeepOut { "enters" } else { "leaves" };
         let text = format!(
-            "{name}: the boresight {side} the cone by {} deg at {time:.4} s ({} deg from the axis), between {from:.4} s and {to:.4} s",
+            "{name}: the boresight {side} the cone by {} deg at {time:.4} s ({} deg from the axis), between \
+                {from:.4} s and {to:.4} s",
             degrees(-room),
             degrees(angle)
         );

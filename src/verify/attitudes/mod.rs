@@ -144,9 +144,9 @@ impl Motion<'_> {
     }
 }
 
-/// Returns the attitude and the angular velocity, among all ends on the target, that come nearest to
-/// the last row: the plan chooses the roll, free or within a band. `None` where the end is stated, or
-/// where the target leaves it open at that time.
+/// Returns the attitude and the angular velocity, among all ends on the target, that come nearest
+/// to the last row: the plan chooses the roll, free or within a band. `None` where the end is
+/// stated, or where the target leaves it open at that time.
 fn aimed_end(problem: &Problem, motion: &Motion<'_>, duration: f64) -> Option<(Matrix3, Vector3)> {
     let ends = problem.aim()?.ends(duration, &problem.start.attitude, &motion.frame_rate).ok()?;
     Some(ends.at(ends.nearest(&motion.attitude[motion.last()])))

@@ -59,7 +59,7 @@ pub(super) fn judge(problem: &Problem, motion: &Motion<'_>, report: &mut Attitud
         let (turn, h) = (motion.turn(k), motion.step(k));
         motion.attitude[k] * lie::exp(&(0.5 * turn)) * (j * (turn / h))
     };
-    // At an end the body has the requested rate.
+    // The body has the requested rate at an end.
     let end = |k: usize, rate: &Vector3| motion.attitude[k] * (j * rate);
     let mut peak = None::<f64>;
     let mut meet = |change: Vector3, time: f64| {

@@ -1,8 +1,10 @@
-//! Which of several sets of cones holds when, where a maneuver leaves that open.
+//! The choice between alternative sets of cones over time, if a maneuver leaves it open.
 //!
-//! Over each interval between two attitudes one set is to hold as a whole: the one that has held before, else the one that is deepest
-//! inside of what it allows. Where none holds over all of the interval it is halved, so that two sets may follow each other within it;
-//! where none holds over a part that cannot be halved further, the one that comes nearest is taken, and what it violates is told of it.
+//! One set has to hold over each whole interval between two attitudes: the set that has held
+//! before, or else the set whose margin is largest. If no set holds over all of an interval, it is
+//! halved, so that two sets may follow each other within it. If no set holds over a part that
+//! cannot be halved further, the set with the smallest violation is used, and its violation is
+//! reported.
 
 use super::between::target;
 use super::{AttitudeRows, Motion, Rounding};
@@ -14,8 +16,9 @@ use crate::maneuver::solution::Trajectory;
 /// How often an interval is halved.
 const HALVINGS: u32 = 12;
 
-/// The maneuver with its alternatives in the shifts in which a plan has them: those of `own`, the maneuver that the plan was made of,
-/// where they leave no time out, else those that its attitudes keep.
+/// Returns the maneuver with its alternatives in the shifts of a plan: the shifts of `own`, the
+/// maneuver from which the plan was made, if they leave no time out, or else the shifts that its
+/// attitudes keep.
 pub fn in_turns(problem: &Problem, own: Option<&Problem>, trajectory: &Trajectory) -> Problem {
     let end = trajectory.time.last().copied().unwrap_or(0.0);
     if let Some(turns) = own.and_then(|own| told(problem, own, end)) {
@@ -37,7 +40,8 @@ pub fn in_turns(problem: &Problem, own: Option<&Problem>, trajectory: &Trajector
     kept(problem, &Motion { rows: &rows, attitude, frame_rate, tolerance: BOUNDARY_ROUNDING })
 }
 
-/// The shifts in which the constraints of the same names act in another maneuver, if they cover all of its time.
+/// Returns the shifts in which the constraints of the same names act in another maneuver, if they
+/// cover all of its time.
 fn told(problem: &Problem, own: &Problem, end: f64) -> Option<Vec<Turns>> {
     let during = |problem: &Problem, name: &str| {
         let constraint = problem.constraints.iter().find(|constraint| constraint.name == name)?;
@@ -73,7 +77,7 @@ fn told(problem: &Problem, own: &Problem, end: f64) -> Option<Vec<Turns>> {
         .collect()
 }
 
-/// The maneuver with its alternatives in the shifts that a motion keeps.
+/// Returns the maneuver with its alternatives in the shifts that a motion keeps.
 pub(super) fn kept(problem: &Problem, motion: &Motion<'_>) -> Problem {
     let turns: Vec<Turns> = problem
         .alternatives
@@ -131,7 +135,8 @@ fn shifts(problem: &Problem, of: &Alternatives, motion: &Motion<'_>) -> Vec<Shif
     found
 }
 
-/// The least room of a cone between two moments within the interval from row `k` to the next.
+/// Returns the least room of a cone between two moments within the interval from row `k` to the
+/// next.
 fn room(cone: &Pointing, motion: &Motion<'_>, k: usize, span: [f64; 2]) -> f64 {
     let during = cone.during.within(&[span]);
     let cone = Pointing { during, ..cone.clone() };

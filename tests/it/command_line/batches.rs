@@ -1,4 +1,5 @@
-//! `slew batch`, `slew sweep`, `slew merge`: the same bytes however the work was divided or interrupted.
+//! `slew batch`, `slew sweep`, `slew merge`: the same bytes however the work was divided or
+//! interrupted.
 
 use super::binary::{Folder, Run};
 use serde_json::Value;
@@ -21,7 +22,7 @@ fn with<'a>(command: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
     [command, more].concat()
 }
 
-/// The lines of a file of results, the header first.
+/// Returns the lines of a file of results, the header first.
 fn lines(folder: &Folder, name: &str) -> Vec<Value> {
     folder.read(name).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
@@ -73,7 +74,7 @@ fn a_table_gives_each_row_the_plan_that_set_gives() {
         serde_json::json!({ "maneuver.duration_s": 12.5 }),
         "an empty cell sets nothing"
     );
-    // One case alone is that of `slew plan`.
+    // A single case of a batch equals the plan of `slew plan`.
     let case = ["batch", "spec.toml", "--cases", "cases.csv", "--case", "3", "-o", "third.json"];
     folder.slew(&case).ends(0).tells("solved and verified");
     assert_eq!(folder.json("third.json")["cost"], lines[3]["cost"]);
@@ -145,7 +146,7 @@ fn threads_shards_and_stdout_give_the_same_bytes() {
         .ends(0)
         .tells("49 cases");
     assert_eq!(folder.read("all.jsonl"), whole);
-    // What is whole already is copied.
+    // `merge` copies a file that is already complete.
     folder.slew(&["merge", "one.jsonl", "-o", "copy.jsonl"]).ends(0);
     assert_eq!(folder.read("copy.jsonl"), whole);
     // And a file that is complete is left as it is.
@@ -271,7 +272,7 @@ fn results_of_another_batch_are_never_mixed() {
     refused(&own, "differs");
     folder.slew(&with(&own, &["--force"])).ends(0);
     assert_ne!(folder.read("all.jsonl"), before);
-    // Damage is told with its line.
+    // Damage is reported with its line.
     let text = folder.read("all.jsonl");
     let mut lines: Vec<&str> = text.lines().collect();
     lines.remove(2);
@@ -284,7 +285,7 @@ fn results_of_another_batch_are_never_mixed() {
     let told: Vec<&str> = own.iter().copied().filter(|word| *word != "-q").collect();
     folder.slew(&told).ends(0).tells("warning[W0113]").tells("after 2 cases that were there");
     assert_eq!(folder.read("all.jsonl"), text);
-    // What is no file of results is left alone.
+    // A file that holds no results is not changed.
     fs::write(folder.path("all.jsonl"), "my notes\n").unwrap();
     folder.slew(&own).ends(8).tells("exists and holds no results");
     assert_eq!(folder.read("all.jsonl"), "my notes\n");
@@ -294,8 +295,10 @@ fn results_of_another_batch_are_never_mixed() {
 #[test]
 fn results_of_another_orbit_are_never_mixed() {
     let folder = Folder::new();
-    let orbit =
-        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/bad_inputs/sky_circular.oem"));
+    let orbit = fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../tests/bad_inputs/orbit/sky_circular.oem"
+    ));
     let orbit = orbit.unwrap();
     fs::write(folder.path("orbit.oem"), &orbit).unwrap();
     let spec = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[orbit]\noem = \"orbit.oem\"\n[body]\n\

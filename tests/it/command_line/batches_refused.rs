@@ -1,4 +1,4 @@
-//! What is wrong with a batch is told before the first case is planned, with its place.
+//! Faults of a batch are reported before the first case is planned, with their place.
 
 use super::binary::Folder;
 use std::fs;

@@ -11,7 +11,7 @@ fn a_sweep_over_one_key_has_its_curve_and_shades_what_failed() {
     folder.slew(&["plot", "sweep.jsonl", "-o", "figures"]).ends(0).tells("figures/cost.svg");
     let svg = folder.read("figures/cost.svg");
     assert!(svg.contains("Cost over maneuver.duration_s") && svg.contains("not solved"));
-    // One mark a solved case; that of the legend is one more.
+    // The picture has one mark for each solved case, and one more in the legend.
     let solved = folder.read("sweep.jsonl").matches("\"status\":\"solved\"").count();
     assert_eq!(svg.matches("<circle").count(), solved + 1);
     folder
@@ -76,7 +76,7 @@ fn of_plans_whose_inputs_switch_a_batch_says_what_is_known() {
     assert!(!run.stderr.contains("not known to be local minima"), "{}", run.stderr);
     let text = folder.read("all.jsonl");
     assert_eq!(text.matches("\"gap\":").count(), 2, "{text}");
-    // One of a smooth plan has none.
+    // A smooth plan has no gap.
     folder
         .slew(&["sweep", "spec.toml", "-q", "--over", "maneuver.duration_s=20,30", "-o", "smooth.jsonl"])
         .ends(0);

@@ -69,7 +69,7 @@ impl Folder {
     }
 }
 
-/// How a command ended.
+/// The result of a command.
 pub struct Run {
     pub code: i32,
     pub stdout: String,
@@ -99,7 +99,8 @@ impl Run {
         self
     }
 
-    /// What is told as a shell takes it: a command that goes on in the next line in one, and its comment behind it.
+    /// Returns the command as a shell accepts it: joined if it goes on in the next line, and with
+    /// its comment behind it.
     fn typed(&self) -> String {
         let mut text = String::new();
         for line in self.stderr.lines() {
@@ -129,25 +130,26 @@ impl Run {
     }
 }
 
-/// Whether a process has taken Ctrl-C over.
+/// Returns whether a process has taken Ctrl-C over.
 #[cfg(target_os = "linux")]
 pub fn catches_interrupt(process: u32) -> bool {
     catches(process, "-INT")
 }
 
-/// Whether a process has taken a signal over.
+/// Returns whether a process has taken a signal over.
 #[cfg(target_os = "linux")]
 pub fn catches(process: u32, signal: &str) -> bool {
     is_listed(&process.to_string(), "SigCgt:", signal)
 }
 
-/// Whether this process ignores a signal, as under `nohup`: its children then do so as well.
+/// Returns whether this process ignores a signal, as under `nohup`: its children then do so as
+/// well.
 #[cfg(target_os = "linux")]
 pub fn is_ignored(signal: &str) -> bool {
     is_listed("self", "SigIgn:", signal)
 }
 
-/// Whether a signal is in a list that the kernel keeps of a process.
+/// Returns whether a signal is in a list that the kernel keeps of a process.
 #[cfg(target_os = "linux")]
 fn is_listed(process: &str, list: &str, signal: &str) -> bool {
     let number = match signal {

@@ -1,4 +1,5 @@
-//! Reports in a real browser, where there is one: `.ci/run` installs Chromium, and without any the tests skip aloud.
+//! Reports in a real browser, where there is one: `.ci/run` installs Chromium, and without any the
+//! tests skip aloud.
 
 use super::binary::Folder;
 use super::report::HOSTILE;
@@ -46,8 +47,8 @@ fn used(browser: &Path, folder: &Folder, name: &str, width: u32) -> Value {
     let page = page
         .replace(head, &format!("<script>{WATCH}</script><style>"))
         .replace(tail, &format!("<script>{CHECK}</script></body>"));
-    // In a frame, because a window of Chromium has a least width; written into it, because files are strangers to
-    // each other there.
+    // The page is shown in a frame, because a window of Chromium has a least width. It is written
+    // into the frame, because Chromium treats files as strangers to each other.
     let text = serde_json::to_string(&page).unwrap().replace('<', "\\u003c");
     fs::write(folder.path("checked.html"), FRAME.replace("WIDTH", &width.to_string()).replace("PAGE", &text))
         .unwrap();
@@ -67,7 +68,8 @@ fn used(browser: &Path, folder: &Folder, name: &str, width: u32) -> Value {
     serde_json::from_str(&plain).unwrap_or_else(|error| panic!("{error}: {plain}"))
 }
 
-/// When the page `name` of `folder` shows something, and when all of it \[ms\]; by the clock of the machine.
+/// When the page `name` of `folder` shows something, and when all of it \[ms\]; by the clock of the
+/// machine.
 fn painted(browser: &Path, folder: &Folder, name: &str) -> Option<(f64, f64)> {
     let page = folder.read(name).replace("</body>", &format!("<script>{PAINT}</script></body>"));
     fs::write(folder.path("painted.html"), page).unwrap();
@@ -96,7 +98,7 @@ fn a_report_of_a_thousand_steps_has_its_first_paint_within_a_second() {
     let folder = Folder::new();
     let steps = ["--set", "maneuver.steps=1000"];
     folder.slew(&[&["plan", "spec.toml", "-q", "--report", "a.html"][..], &steps[..]].concat()).ends(0);
-    // What else the machine does only adds: the least of several counts.
+    // Other work of the machine only adds time, so the least of several counts is used.
     let runs: Vec<(f64, f64)> = (0..RUNS).filter_map(|_| painted(&browser, &folder, "a.html")).collect();
     let least = |of: fn(&(f64, f64)) -> f64| runs.iter().map(of).fold(f64::INFINITY, f64::min);
     let (first, drawn) = (least(|run| run.0), least(|run| run.1));

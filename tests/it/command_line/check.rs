@@ -1,4 +1,4 @@
-//! `slew check`, `verify`, `init` and `schema`: what is said of a file without planning.
+//! `slew check`, `verify`, `init` and `schema`: reports about a file without planning.
 
 use super::binary::{Folder, Run, SPEC};
 use std::fs;
@@ -23,7 +23,8 @@ fn all_errors_of_a_spec_are_reported_at_once() {
 fn check_lists_limits_and_constraints() {
     let folder = Folder::new();
     let rate = "constraint=[{ kind = \"rate_limit\", name = \"slow \\u001b[31m\", angular_velocity_limit_deg_s = 9 }]";
-    let wheels = "actuators.wheel=[{ axis_body = [1, 0, 0], momentum_limit_n_m_s = 2 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
+    let wheels = "actuators.wheel=[{ axis_body = [1, 0, 0], momentum_limit_n_m_s = 2 }, { axis_body = [0, 1, \
+        0] }, { axis_body = [0, 0, 1] }]";
     let check = ["check", "spec.toml", "--format", "json", "--set", rate, "--set"];
     let args = [&check[..], &["actuators.torque_limit_n_m=1"]].concat();
     let run =
@@ -35,7 +36,8 @@ fn check_lists_limits_and_constraints() {
         (run.json()["wheels"].as_u64(), run.json()["constraints"][0].as_str()),
         (Some(3), Some("slow \u{1b}[31m"))
     );
-    let cone = "constraint=[{ kind = \"keep_out\", boresight_body = [0, 0, 1], direction_inertial = { vector = [0, 0, 1] }, half_angle_deg = 5 }]";
+    let cone = "constraint=[{ kind = \"keep_out\", boresight_body = [0, 0, 1], direction_inertial = { vector \
+        = [0, 0, 1] }, half_angle_deg = 5 }]";
     folder
         .slew(&["plan", "spec.toml", "--set", cone])
         .ends(3)
@@ -119,7 +121,7 @@ fn verify_judges_a_plan_file_by_its_spec() {
     assert_eq!(run.json()["status"], "verification_failed");
     assert_eq!(run.json()["differences"][0]["key"], "end.attitude.matrix");
 
-    // Without a spec it is the one that the plan holds, to the same end.
+    // If no spec is given, the spec that the plan holds is used, with an equal result.
     let held = folder.slew(&["verify", "plan.json", "-q", "--format", "json"]).ends(0).silent().json();
     assert_eq!(held, json);
     let mut older = plan.clone();
@@ -150,7 +152,8 @@ fn verify_judges_a_plan_file_by_its_spec() {
     verify("missing.json", &[]).ends(8).tells("E0090");
 }
 
-/// The duration was looked for: the file tells it, and its figures are judged as those of other plans.
+/// A file states the duration that a search has found, and its figures are judged like the figures
+/// of other plans.
 #[test]
 fn verify_judges_a_plan_of_minimum_time() {
     let folder = Folder::new();
@@ -169,8 +172,9 @@ fn verify_judges_a_plan_of_minimum_time() {
     }
 }
 
-/// Arcs beside plans of equal steps: of a flight, by wheels, in a field, past a cone, along a singular arc, and with ramps. What a file tells of
-/// them is judged, and a false figure is found.
+/// Arcs near plans of equal steps: of a flight, by wheels, in a field, past a cone, along a
+/// singular arc, and with ramps. The statements of a file about them are judged, and a false figure
+/// is found.
 #[test]
 fn verify_judges_arcs_beside_plans_of_equal_steps() {
     let folder = Folder::new();
@@ -240,8 +244,9 @@ fn a_spec_tells_what_memory_its_plan_takes() {
     assert!(bytes(&limited, "memory_bytes_at_most") > bytes(&limited, "memory_bytes"));
 }
 
-/// Under a limit of 150 MB: a plan that takes more is refused before it begins, one that may take more is warned of, and
-/// what runs out of memory unforeseen ends with the code that the help promises.
+/// The limit is 150 MB. A plan that needs more is refused before it begins. A plan that may need
+/// more gets a warning. A plan that runs out of memory unexpectedly ends with the code that the
+/// help promises.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_does_not_fit_into_memory_ends_with_6() {

@@ -4,7 +4,7 @@ use super::binary::Folder;
 use serde_json::Value;
 use std::fs;
 
-/// A comparison as a document, without the lines that hold a time.
+/// Returns a comparison as a document, without the lines that hold a time.
 fn comparison(folder: &Folder, args: &[&str]) -> (Value, Vec<String>) {
     let mut all = vec!["compare", "spec.toml", "-q", "--format", "json"];
     all.extend(args);
@@ -50,7 +50,7 @@ fn compare_sets_the_methods_side_by_side() {
     assert_eq!(agreement["verdict"], "agree");
     assert!(agreement["duals_before_polish"].as_f64().unwrap() < 1e-6);
     assert!(agreement["from_duals"]["newton_steps"].as_u64().unwrap() <= 2);
-    // The costs of the comparison are those of a plan.
+    // The comparison has the costs of the plan.
     let plan = folder.slew(&["plan", "spec.toml", "-q", "--format", "json"]).ends(0).json();
     assert_eq!(plan["landing"]["cost_before"], methods[0]["cost"]);
     // Times apart, two runs are equal.
@@ -103,7 +103,7 @@ fn compare_sets_least_time_fuel_and_effort_side_by_side() {
 #[test]
 fn a_bound_that_this_build_cannot_give_says_how_to_build_one_that_can() {
     let folder = Folder::new();
-    // Before the spec is even read.
+    // The missing feature is reported even before the spec is read.
     let args = ["compare", "nowhere.toml", "--bound", "--format", "json"];
     let run = folder.slew(&args).ends(2).tells("--features sdp").tells("libopenblas-dev");
     assert_eq!(run.json()["status"], "usage_error");
@@ -122,7 +122,7 @@ fn a_bound_states_its_grid_and_its_gap() {
     let number = |key: &str| bound[key].as_f64().unwrap();
     assert!(number("lower_bound") <= number("cost"));
     assert!((number("gap") - (1.0 - number("lower_bound") / number("cost"))).abs() < 1e-12);
-    // What no bound covers is told, and is no failure of the comparison.
+    // A maneuver that no bound covers is reported, and the comparison does not fail.
     let two = ["actuators.torque_axes_body=[[1,0,0],[0,1,0]]", "maneuver.duration_s=30"];
     let args = ["compare", "spec.toml", "--bound", "--format", "json", "--set", two[0], "--set", two[1]];
     let run = folder.slew(&args).tells("no lower bound");
@@ -213,7 +213,7 @@ fn compare_refuses_studies_that_make_no_sense() {
         ["--integrators", "lie_verlet,lie_verlet", "--step", "0.1", "--horizon", "1", "--format", "json"];
     let document = compare(&twice).ends(0).tells("mean and largest |E").json();
     assert_eq!(document["integrators"], serde_json::json!(["lie_verlet"]));
-    // What is for simulations is told before any file is looked at.
+    // An option of simulations is refused before any file is read.
     fs::create_dir(folder.path("drawn")).unwrap();
     fs::write(folder.path("drawn/trajectories.svg"), "mine").unwrap();
     let args = ["compare", "spec.toml", "--figures", "drawn"];

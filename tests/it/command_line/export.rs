@@ -1,4 +1,5 @@
-//! `slew export` and the formats of other programs; attitudes of others; help, explanations, schemas.
+//! `slew export` and the formats of other programs; attitudes of others; help, explanations,
+//! schemas.
 
 use super::binary::{Folder, Run};
 use std::collections::BTreeSet;
@@ -269,12 +270,15 @@ fn the_steps_that_are_named_reach_the_accuracy() {
     }
 }
 
-/// A body that is where it should be has a plan of one moment, which formats of motions cannot tell.
+/// A body that is where it should be has a plan of one moment, which formats of motions cannot
+/// tell.
 #[test]
 fn plans_of_no_time_are_refused_by_formats_of_motions() {
     let folder = Folder::new();
-    let spec = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[body]\ninertia_kg_m2 = [1, 2, 2.9]\n[actuators]\ntorque_limit_n_m = 1\n\
-        [start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n[end]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
+    let spec = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[body]\ninertia_kg_m2 = [1, 2, 2.9]\n\
+        [actuators]\ntorque_limit_n_m = 1\n\
+        [start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n[end]\nattitude = { axis = [0, 0, 1], \
+        angle_deg = 0 }\n\
         [maneuver]\nminimize = \"time\"\n[names]\nobject = \"X\"\nspice_id = -1000\nreference_frame = \"J2000\"\n";
     fs::write(folder.path("there.toml"), spec).unwrap();
     folder.slew(&["plan", "there.toml", "-q", "-o", "there.json"]).ends(0);
@@ -286,7 +290,8 @@ fn plans_of_no_time_are_refused_by_formats_of_motions() {
     folder.slew(&["export", "there.json", "-o", "there.csv"]).ends(0);
 }
 
-/// What is written of a plan is judged right again: its boresight where the roll is free, one of two trackers where one has to see.
+/// Exported plans are judged as right again: the boresight if the roll is free, and one of two
+/// trackers if one has to see.
 #[test]
 fn attitudes_that_are_written_agree_with_their_spec() {
     let folder = Folder::new();
@@ -306,7 +311,8 @@ fn attitudes_that_are_written_agree_with_their_spec() {
     let kernel = ["--set", "names.spice_id=-42"];
     folder.slew(&[&["export", "sun.json", "-q", "-o", "sun.bc"], &kernel[..]].concat()).ends(0);
     folder.slew(&["verify", "sun.bc", "--spec", &sun]).ends(0).tells("attitudes agree");
-    // Turned about the boresight all along the start is another, turned about another axis the end is.
+    // Turned about the boresight all along the start is another, turned about another axis the end
+    // is.
     let other = ["verify", "trackers.aem", "--spec", &trackers, "--set", "constraint.0.half_angle_deg=38"];
     folder
         .slew(&[&other[..], &["--set", "constraint.1.half_angle_deg=38"]].concat())
@@ -316,7 +322,8 @@ fn attitudes_that_are_written_agree_with_their_spec() {
     folder.slew(&other).ends(7).tells("attitude at the end");
 }
 
-/// Damaged plan files are drawn and written as what they are, with the exit code of plans that fail.
+/// Damaged plan files are drawn and written as what they are, with the exit code of plans that
+/// fail.
 #[test]
 fn what_the_witnesses_refuse_is_never_told_as_verified() {
     let folder = planned();
@@ -346,7 +353,7 @@ fn what_the_witnesses_refuse_is_never_told_as_verified() {
         assert!([7, 8].contains(&export.code), "{key}: {}", export.code);
         assert!(!export.stdout.contains("\"status\": \"solved\""), "{key}");
     }
-    // Where nothing is said of what fails, a line says that something did.
+    // One line reports the failure if nothing else does.
     let short = ["plan", "spec.toml", "-q", "--set", "maneuver.duration_s=1e-3"];
     let torque =
         ["--set", "actuators={ torque_axes_body = [[1,0,0],[0,1,0],[0,0,1]], torque_limit_n_m = 1e-9 }"];

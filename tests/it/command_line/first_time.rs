@@ -1,10 +1,10 @@
-//! What stops one who uses the program for the first time: every hint is one that leads on.
+//! Mistakes of a first-time user: every hint leads on.
 
 use super::binary::Folder;
 use serde_json::Value;
 use std::fs;
 
-/// The folder with what `slew init` writes for a purpose.
+/// Returns the folder with what `slew init` writes for a purpose.
 fn begun(purpose: &str) -> Folder {
     let folder = Folder::new();
     folder.slew(&["init", "--for", purpose, "-o", "begun.toml"]).ends(0);
@@ -20,14 +20,16 @@ fn a_spec_to_start_from_is_planned_as_it_is() {
     }
 }
 
-/// Thrusters told by place and force are forces with their names in summary, page and plan file.
+/// Thrusters given by place and force appear as forces with their names in summary, page and plan
+/// file.
 #[test]
 fn thrusters_are_shown_as_they_were_told() {
     let folder = begun("thrusters");
     let run = folder.slew(&["plan", "begun.toml", "-v", "-o", "plan.json"]).ends(0);
     let run =
         run.tells(" N (largest of 8); 100 % of 1").tells("firings, the shortest ").tells(" N·s, least fuel");
-    // By names, with times that the rows of the plan have: a thruster is on where its torque is.
+    // The summary lists the thrusters by name, with times of the plan's rows: a thruster is on if
+    // its input is.
     let plan = folder.json("plan.json");
     let names = plan["spec"]["names"]["inputs"].as_array().unwrap();
     let rows = plan["trajectory"]["input"].as_array().unwrap();
@@ -57,7 +59,7 @@ fn thrusters_are_shown_as_they_were_told() {
 fn a_direction_that_thrusters_lack_is_named() {
     let folder = begun("thrusters");
     let text = folder.read("begun.toml");
-    // Without the last four nothing turns the body about y.
+    // No thruster turns the body about y if the last four are missing.
     let few = text.split("[[actuators.thruster]]\nname = \"T5\"").next().unwrap();
     fs::write(folder.path("few.toml"), few).unwrap();
     let run =
@@ -76,7 +78,8 @@ fn tables_of_results_are_what_their_names_say() {
     with(&["-o", "s.csv"]).ends(0);
     folder.slew(&["merge", "s.jsonl", "-o", "r.csv"]).ends(0);
     assert_eq!(folder.read("s.csv"), folder.read("r.csv"));
-    // A table as any program reads it: as many cells in each row as in the head, and the numbers of the results.
+    // A table as any program reads it: as many cells in each row as in the head, and the numbers of
+    // the results.
     let text = folder.read("s.csv");
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), 4);
@@ -139,8 +142,8 @@ steps = 50
             assert!((rate(end, axis) - wanted).abs() < 1e-15, "{end} {axis}");
         }
     }
-    // Against axes with z to nadir the same attitudes are other numbers: half a turn about the velocity, after which
-    // (1, 0, 0) by 210° stands where (1, 0, 0) by 30° did.
+    // Against axes with z to nadir the same attitudes are other numbers: half a turn about the
+    // velocity, after which (1, 0, 0) by 210° stands where (1, 0, 0) by 30° did.
     let nadir = spec
         .replace(
             "orbital_rate_rad_s = 0.001\n",
@@ -178,7 +181,8 @@ fn what_is_plain_is_understood() {
     // Three numbers are a direction.
     let cone = |direction: &str| {
         format!(
-            "constraint=[{{ kind = \"keep_out\", name = \"Sun\", boresight_body = [1, 0, 0], direction_inertial = {direction}, half_angle_deg = 10 }}]"
+            "constraint=[{{ kind = \"keep_out\", name = \"Sun\", boresight_body = [1, 0, 0], \
+                direction_inertial = {direction}, half_angle_deg = 10 }}]"
         )
     };
     let planned = |set: &str, name: &str| {
@@ -196,7 +200,7 @@ fn what_is_plain_is_understood() {
         folder.slew(&["plan", &format!("{name}.toml"), "-q", "-o", &format!("{name}.json")]).ends(0);
     }
     assert_eq!(folder.json("letters.json")["spec"]["end"], folder.json("numbers.json")["spec"]["end"]);
-    // A plan file is not a spec, and it is said what takes it.
+    // A plan file is not a spec, and the message names the command that accepts it.
     folder.slew(&["plan", "letters.json"]).ends(3).tells("E0018").tells("a plan file").tells("slew verify");
     // All codes, of which each is explained.
     let codes = folder.slew(&["explain"]).ends(0).stdout;

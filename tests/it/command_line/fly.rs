@@ -1,4 +1,4 @@
-//! `slew fly`, and what a plan tells of gains and of what is uncertain.
+//! `slew fly`, and the gains and uncertainties that a plan reports.
 
 use super::binary::Folder;
 use serde_json::Value;
@@ -6,7 +6,7 @@ use std::fs;
 
 const FLIES: &str = include_str!("../../../problems/flies.toml");
 
-/// The same by actuators that follow at once.
+/// Returns the spec with actuators that follow at once.
 fn at_once() -> &'static str {
     FLIES.split("[plant]").next().unwrap()
 }
@@ -51,7 +51,8 @@ fn a_plan_tells_its_gains_its_chances_and_what_they_cost() {
     assert_eq!(judged["differences"], serde_json::json!([]));
 }
 
-/// A chance over the motion is what flights of another seed have; it takes more than that of an instant.
+/// Flights with another seed keep a chance over the motion. Such a chance needs a larger margin
+/// than the chance of an instant.
 #[test]
 fn the_chance_of_a_motion_is_kept_in_flight() {
     let folder = planned(FLIES);
@@ -135,7 +136,8 @@ fn flights_go_on_where_they_were_left() {
     fly("25", &["--keep", "fewer.jsonl"]).ends(0);
     fly("60", &["--keep", "fewer.jsonl", "--threads", "3"]).ends(0);
     assert_eq!(folder.read("fewer.jsonl"), lines);
-    // Another seed, plan, loop, or fewer cases; a line that does not belong there; what holds no flights.
+    // Another seed, plan, loop, or fewer cases; a line that does not belong there; what holds no
+    // flights.
     let refused = |cases: &str, more: &[&str], why: &str, code: &str| {
         let before = folder.read("fewer.jsonl");
         let exit = if why.contains("more than") { 2 } else { 8 };
@@ -199,7 +201,8 @@ fn gains_are_exported_with_the_plan() {
     assert!(archive.windows(9).any(|window| window == b"gains.npy"));
 }
 
-/// Plans of least time, of wheels, in a sought duration and to a target that moves have gains too, and fly.
+/// Plans of least time, of wheels, in a sought duration and to a target that moves have gains too,
+/// and fly.
 #[test]
 fn plans_of_every_kind_fly() {
     let folder = Folder::new();
@@ -230,8 +233,8 @@ fn plans_of_every_kind_fly() {
 
 const WITHIN_LIMITS: &str = include_str!("../../../problems/flies_within_limits.toml");
 
-/// A plan leaves corrections a reserve of each torque, its file holds limit, chance and reserve, and flights ask for more as often as
-/// was asked.
+/// A plan leaves corrections a reserve of each torque, its file holds limit, chance and reserve,
+/// and flights ask for more as often as was asked.
 #[test]
 fn torques_keep_their_chance_and_files_hold_the_reserve() {
     let folder = planned(WITHIN_LIMITS);
@@ -253,7 +256,8 @@ fn torques_keep_their_chance_and_files_hold_the_reserve() {
     assert!((room / sigma - 2.326_347_874).abs() < 0.01, "{chance}");
     assert!(number(&plan["cost"]) > number(&margins["cost_without"]));
     folder.slew(&["verify", "plan.json"]).ends(0).tells("torque limit");
-    // The reserve that the file holds is the plan's own: planned again without a chance, it is the same plan.
+    // The reserve that the file holds is the plan's own: planned again without a chance, it is the
+    // same plan.
     let spec = plan["spec"].to_string().replace("\"torque_limit_chance\":0.01,", "");
     assert!(!spec.contains("chance"), "{spec}");
     fs::write(folder.path("again.json"), spec).unwrap();
@@ -266,7 +270,8 @@ fn torques_keep_their_chance_and_files_hold_the_reserve() {
         .json();
     let limit = &told["loops"][0]["end"]["limits"][0];
     assert_eq!(limit["name"], "torque limit");
-    // Over the motion and any of three inputs: more than at one instant of one, less than by their sum.
+    // Over the motion and any of three inputs: more than at one instant of one, less than by their
+    // sum.
     let part = number(&limit["violated"]["part"]);
     assert!(part > 0.007 && part < 0.3, "{limit}");
     folder.slew(&["fly", "plan.json", "--cases", "4", "-o", "cases.csv"]).ends(0);
@@ -281,7 +286,8 @@ fn torques_keep_their_chance_and_files_hold_the_reserve() {
         .tells("\"torque limit\" is");
 }
 
-/// One chance of a cone and the torques, counted in flights: flights of another seed exceed any of them as often.
+/// One chance of a cone and the torques, counted in flights: flights of another seed exceed any of
+/// them as often.
 #[test]
 fn a_cone_and_the_torques_share_a_chance() {
     let shared = "chance = 0.05\nchance_of = [\"Sun\", \"torque limit\"]\n";
@@ -313,7 +319,8 @@ fn a_cone_and_the_torques_share_a_chance() {
     assert!(part > 0.75 * 0.05 && part < 1.3 * 0.05, "{part}");
 }
 
-/// A controller that measures every second step: files say so, its gains are pairs, and flights agree with the covariance.
+/// A controller that measures every second step: files say so, its gains are pairs, and flights
+/// agree with the covariance.
 #[test]
 fn a_slower_controller_is_planned_told_and_flown() {
     let folder = planned(&at_once().replace("[feedback]\n", "[feedback]\nevery_s = 1.2\n"));
@@ -335,7 +342,8 @@ fn a_slower_controller_is_planned_told_and_flown() {
     }
 }
 
-/// A covariance that has no correlations is what its deviations are; one of the inertia is told by principal errors that have it.
+/// A covariance without correlations equals its deviations; a covariance of the inertia can be
+/// given by principal errors.
 #[test]
 fn covariances_are_those_of_their_deviations_and_of_their_principal_errors() {
     let read = |uncertainty: &str| {
@@ -351,7 +359,8 @@ fn covariances_are_those_of_their_deviations_and_of_their_principal_errors() {
     for text in [
         "start = { covariance_deg_deg_s = [1, 4, 9, 0.01, 0.01, 0.01] }",
         "start = { attitude_covariance_deg2 = [1, 4, 9], angular_velocity_covariance_deg2_s2 = [0.01, 0.01, 0.01] }",
-        "start = { attitude_deg = [1, 2, 3], angular_velocity_covariance_deg2_s2 = [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.01]] }",
+        "start = { attitude_deg = [1, 2, 3], angular_velocity_covariance_deg2_s2 = [[0.01, 0, 0], [0, 0.01, \
+            0], [0, 0, 0.01]] }",
     ] {
         let found = read(text);
         assert!((found.start - deviations.start).amax() < 1e-15, "{text}: {}", found.start);
@@ -388,8 +397,8 @@ fn covariances_are_those_of_their_deviations_and_of_their_principal_errors() {
     assert!((correlated.sensor_noise[(0, 1)] / (degree * degree) - 1.0).abs() < 1e-14);
 }
 
-/// A plan of least time tells how long its arcs last from another start, in tables too; that is refused beside what is uncertain, and
-/// of maneuvers without arcs.
+/// A plan of least time reports the changes of its arc lengths from another start, in tables too.
+/// The program refuses this together with uncertainties, and for maneuvers without arcs.
 #[test]
 fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
     let folder = Folder::new();
@@ -417,7 +426,8 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
         .ends(3)
         .tells("E0171")
         .tells("their covariances and flights");
-    // What a plan holds of its limits is there for the regulator, and its arcs are those of the limits that it keeps.
+    // The reserve of the limits remains for the regulator, and the arcs of the plan are at the
+    // reduced limits.
     let reserve = ["--set", "actuators.torque_limit_reserve_n_m=5", "-o", "reserve.json"];
     folder.slew(&[&plan[..], &reserve].concat()).ends(0).tells("would make arc 3");
     let held = &folder.json("reserve.json")["feedback"]["arcs"];
@@ -433,8 +443,9 @@ fn plans_that_switch_tell_how_their_arcs_answer_to_the_start() {
     folder.slew(&["plan", &effort, "--set", "feedback.kind=switching"]).ends(3).tells("inputs do not switch");
 }
 
-/// Bodies that translate have gains of twelve states, forces first; torques fixed in the reference frame have gains as well, and both
-/// may be measured at every so many steps. Nothing is known of their covariance.
+/// Bodies that translate have gains of twelve states, forces first; torques fixed in the reference
+/// frame have gains as well, and both may be measured at every so many steps. Nothing is known of
+/// their covariance.
 #[test]
 fn plans_of_poses_have_gains_and_no_covariance() {
     let folder = Folder::new();

@@ -1,7 +1,7 @@
 //! The real binary in a folder of its own: what it prints, writes and returns.
 //!
-//! It proves that what users see is what the library found: exit codes, words, files and pages, after interruption too. Whether the
-//! library is right is proved elsewhere.
+//! It proves that what users see is what the library found: exit codes, words, files and pages,
+//! after interruption too. Whether the library is right is proved elsewhere.
 
 mod batches;
 mod batches_refused;

@@ -1,4 +1,5 @@
-//! `slew monte-carlo`: draws have the distributions that the spec says, and depend on seed and number alone.
+//! `slew monte-carlo`: draws have the distributions that the spec says, and depend on seed and
+//! number alone.
 
 use super::binary::{Folder, SPEC};
 use slewkit::lie::{exp, log};
@@ -65,7 +66,8 @@ fn moments<const N: usize>(rows: &[[f64; N]]) -> ([f64; N], [[f64; N]; N]) {
     (mean, std::array::from_fn(|i| std::array::from_fn(|j| product(i, j))))
 }
 
-/// Within five standard errors; that of a covariance is at most √(2 σᵢ² σⱼ²/n) for what is drawn here.
+/// Requires agreement within five standard errors; the standard error of a covariance is at most
+/// √(2 σᵢ² σⱼ²/n) for these distributions.
 fn agree<const N: usize>(rows: &[[f64; N]], mean: [f64; N], covariance: [[f64; N]; N]) {
     let count = (rows.len() as f64).sqrt();
     let (found_mean, found) = moments(rows);
@@ -130,7 +132,8 @@ fn draws_have_the_moments_of_their_distributions() {
     };
     assert!(limits.iter().all(inside));
 
-    // Quantiles of the normal distribution, on all draws: 2.275 % below −2 σ, 15.866 % below −σ, half below the mean.
+    // Quantiles of the normal distribution, on all draws: 2.275 % below −2 σ, 15.866 % below −σ,
+    // half below the mean.
     let durations: Vec<f64> = cases.iter().map(|case| case.set[4].value().parse().unwrap()).collect();
     for (quantile, part) in [(9.5, 0.022_750), (9.75, 0.158_655), (10.0, 0.5), (10.25, 0.841_345)] {
         let below = durations.iter().filter(|value| **value < quantile).count() as f64 / 20_000.0;
@@ -147,7 +150,7 @@ fn a_draw_depends_on_seed_number_and_place_alone() {
     let shard = Shard::new(2, 3).unwrap();
     let own: Vec<Case> = batch(&[]).stream(shard, 5).unwrap().map(Result::unwrap).take(2).collect();
     assert_eq!(own, [all[16].clone(), all[19].clone()]);
-    // What another quantity is, and how it is spread, moves no number of this one.
+    // Another quantity and its distribution change no number of this one.
     let other = batch(&[
         "dispersion.vary.0.key=maneuver.duration_s",
         "dispersion.vary.0.covariance=[1]",
@@ -164,7 +167,8 @@ fn attitudes_keep_their_whole_turns() {
         "rotation_from_start = { axis = [1, 0, 0], angle_deg = 480 }",
     );
     let spec = turned
-        + "[dispersion]\nseed = 3\ncases = 50\n[[dispersion.vary]]\nkey = \"end.rotation_from_start.rotation_vector_rad\"\nkind = \"uniform\"\nhalf_width = 0.01\n";
+        + "[dispersion]\nseed = 3\ncases = 50\n[[dispersion.vary]]\n\
+            key = \"end.rotation_from_start.rotation_vector_rad\"\nkind = \"uniform\"\nhalf_width = 0.01\n";
     let batch =
         Batch::of_dispersion(Base::from_reader(spec.as_bytes(), "spec.toml", Format::Toml, &[]).unwrap())
             .unwrap();
@@ -182,7 +186,8 @@ fn cases_are_planned_as_drawn_and_bad_draws_are_counted() {
     let folder = Folder::new();
     // A thin body: some of the inertias that are drawn break the triangle inequality.
     let spec = SPEC.replace("[1, 2, 2.5]", "[1, 2, 2.9]")
-        + "[dispersion]\nseed = 5\ncases = 24\n[[dispersion.vary]]\nkey = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma = [0.1, 0.1, 0.1]\n";
+        + "[dispersion]\nseed = 5\ncases = 24\n[[dispersion.vary]]\nkey = \"body.inertia_kg_m2\"\n\
+            kind = \"normal\"\nsigma = [0.1, 0.1, 0.1]\n";
     fs::write(folder.path("thin.toml"), spec).unwrap();
     let command = ["monte-carlo", "thin.toml", "-o", "all.jsonl", "--threads", "2"];
     let run = folder.slew(&command).ends(9).tells("Monte Carlo of 24 cases").tells("E0042");
@@ -282,7 +287,8 @@ fn a_dispersion_that_is_none_is_refused_at_its_place() {
         ),
         (
             entry(
-                "key = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma = 1\n[[dispersion.vary]]\nkey = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma = 1",
+                "key = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma = 1\n[[dispersion.vary]]\n\
+                    key = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma = 1",
             ),
             "E0011",
             "already varies",
@@ -311,7 +317,8 @@ fn a_dispersion_that_is_none_is_refused_at_its_place() {
 #[test]
 fn the_array_script_gives_shards_that_merge() {
     let folder = Folder::new();
-    let dispersion = "[dispersion]\nseed = 1\ncases = 7\n[[dispersion.vary]]\nkey = \"maneuver.duration_s\"\nkind = \"uniform\"\nhalf_width = 2\n";
+    let dispersion = "[dispersion]\nseed = 1\ncases = 7\n[[dispersion.vary]]\nkey = \"maneuver.duration_s\"\n\
+        kind = \"uniform\"\nhalf_width = 2\n";
     fs::write(folder.path("mc.toml"), format!("{SPEC}{dispersion}")).unwrap();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/slurm_array.sh");
     for task in ["1", "2", "3"] {

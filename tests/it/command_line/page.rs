@@ -1,24 +1,24 @@
-//! What a page of `slew report` holds, taken apart.
+//! The content of a page of `slew report`, taken apart.
 
-/// A page and its script data in parts.
+/// Returns a page and its script data in parts.
 pub fn data(page: &str) -> serde_json::Value {
     let rest = page.split("<script type=\"application/json\" id=\"data\">").nth(1).unwrap();
     serde_json::from_str(rest.split("</script>").next().unwrap()).unwrap()
 }
 
-/// The ordinates of the one curve of a picture.
+/// Returns the ordinates of the one curve of a picture.
 pub fn curve(data: &serde_json::Value, key: &str) -> Vec<f64> {
     let chart = data["charts"].as_array().unwrap().iter().find(|chart| chart["key"] == key).unwrap();
     chart["curves"][0]["y"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect()
 }
 
-/// The picture `key` of a page.
+/// Returns the picture `key` of a page.
 pub fn picture<'a>(data: &'a serde_json::Value, key: &str) -> &'a serde_json::Value {
     let all = data["charts"].as_array().unwrap();
     all.iter().find(|chart| chart["key"] == key).unwrap_or_else(|| panic!("no {key}"))
 }
 
-/// Times and values of a curve.
+/// Returns the times and values of a curve.
 pub fn points(data: &serde_json::Value, curve: &serde_json::Value) -> Vec<(f64, f64)> {
     let grid = &data["grids"][curve["grid"].as_u64().unwrap() as usize];
     let numbers = |list: &serde_json::Value| -> Vec<f64> {
@@ -31,7 +31,7 @@ pub fn problem(name: &str) -> String {
     format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The cells of the row of a table that begins with `first`.
+/// Returns the cells of the row of a table that begins with `first`.
 pub fn row<'a>(page: &'a str, first: &str) -> Vec<&'a str> {
     let start = format!("<tr><td>{first}</td>");
     let rest = page.split(&start).nth(1).unwrap_or_else(|| panic!("no row {first}"));

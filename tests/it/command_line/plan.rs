@@ -109,7 +109,7 @@ fn data_go_to_stdout_only_where_that_is_asked_for() {
         assert_eq!(folder.json(name)["status"], "solved");
         assert!(folder.read("summary.txt").contains("solved and verified"));
     }
-    // A log of a script is not filled with numbers that nobody wanted.
+    // The log of a script does not get numbers that were not requested.
     to(file("unasked.json").into(), file("summary.txt").into(), &[]);
     assert_eq!(folder.read("unasked.json"), "");
     // Both into one file: what a script reads is the summary alone.
@@ -117,13 +117,13 @@ fn data_go_to_stdout_only_where_that_is_asked_for() {
     to(both.try_clone().unwrap().into(), both.into(), &[]);
     assert!(folder.read("both.txt").contains("solved and verified"));
     assert!(!folder.read("both.txt").contains("quaternion_wxyz"));
-    // Text alone was asked for.
+    // Only text was requested.
     to(file("none.json").into(), Stdio::null(), &["--format", "text"]);
     assert_eq!(folder.read("none.json"), "");
     // Into a pipe of its own nothing, and with `-o` nothing but the file.
     assert_eq!(folder.slew(&["plan", "spec.toml"]).ends(0).stdout, "");
     assert_eq!(folder.slew(&["plan", "spec.toml", "-o", "other.json"]).ends(0).stdout, "");
-    // What fails tells why where the plan would be.
+    // A failure has its reason in place of the plan.
     let failed =
         folder.slew(&["plan", "spec.toml", "--format", "json", "--set", "maneuver.duration_s=-1"]).ends(3);
     assert_eq!(failed.json()["status"], "spec_invalid");
@@ -179,7 +179,8 @@ fn a_guess_that_is_none_is_refused() {
     fs::write(folder.path("two.json"), "{\"format\": 1}").unwrap();
     guess("two.json").ends(8).tells("E0102").tells("not a plan file");
     guess("three.json").ends(8).tells("E0103").tells("3 costates, and this maneuver needs 6");
-    let path = "{\"format\": 2, \"costates_0\": [0, 0, 0, 0, 0, 0], \"trajectory\": {\"quaternion_wxyz\": [[0, 0, 0, 0]]}}";
+    let path = "{\"format\": 2, \"costates_0\": [0, 0, 0, 0, 0, 0], \"trajectory\": {\"quaternion_wxyz\": \
+        [[0, 0, 0, 0]]}}";
     fs::write(folder.path("path.json"), path).unwrap();
     guess("path.json").ends(8).tells("E0103").tells("unit quaternions").tells("another plan");
     guess("missing.json").ends(8).tells("E0090").tells("missing.json");
@@ -221,7 +222,7 @@ fn every_status_has_its_exit_code_and_its_name() {
 #[test]
 fn an_unsolved_plan_tells_how_it_stopped_and_what_to_try() {
     let folder = Folder::new();
-    // By itself the shooting: `auto` has another road left.
+    // Only the shooting is allowed here: `auto` would have another method left.
     let keys = ["solver.max_iterations=1", "solver.method=\"shooting\"", "maneuver.path=\"long\""];
     let one = ["plan", "spec.toml", "-o", "best.json", "--set", keys[0], "--set", keys[1], "--set", keys[2]];
     let run = folder.slew(&one).ends(5).tells("not converged").tells("the iteration limit was reached");
@@ -239,7 +240,8 @@ fn an_unsolved_plan_tells_how_it_stopped_and_what_to_try() {
 #[test]
 fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     let folder = Folder::new();
-    let cone = "constraint=[{ kind = \"keep_out\", name = \"Sun\", boresight_body = [1, 0, 0], direction_inertial = { ra_deg = 45, dec_deg = 2 }, half_angle_deg = 20 }]";
+    let cone = "constraint=[{ kind = \"keep_out\", name = \"Sun\", boresight_body = [1, 0, 0], \
+        direction_inertial = { ra_deg = 45, dec_deg = 2 }, half_angle_deg = 20 }]";
     let limit = "actuators.torque_norm_limit_n_m=0.17";
     let set =
         ["--set", cone, "--set", limit, "--set", "maneuver.steps=50", "--set", "solver.target=discrete"];
@@ -267,19 +269,20 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     assert_eq!(json["spec"]["actuators"]["torque_norm_limit_n_m"], 0.17);
 
     let verify = |set: &[&str]| folder.slew(&[&["verify", "plan.json", "--spec", "spec.toml"], set].concat());
-    // Which limits act the witness sees by itself, and the plan's own word on it counts for nothing.
+    // The witness finds the active limits by itself, and ignores the plan's own statement.
     let run =
         verify(&set).ends(0).tells("verified").tells("limit  active, ").tells("Sun                active, ");
     let run = run.tells("; the continuous motion is ");
     assert!(!run.stderr.contains("differs"), "{}", run.stderr);
-    // The plan of a wider cone would have to pass further out, and without limits it was not asked for.
+    // The plan for a wider cone would have to pass further out, and the plan without limits was not
+    // requested.
     let wider = ["--set", cone, "--set", limit, "--set", "constraint.0.half_angle_deg=21"];
     verify(&wider).ends(7).tells("constraint.0.half_angle_rad").tells("violated, margin -1.00 deg");
     verify(&["--set", "solver.target=discrete"])
         .ends(0)
         .tells("differs     constraint")
         .tells("differs     actuators.torque_norm_limit_n_m");
-    // By the spec that it holds, limits and all.
+    // The plan is judged by the spec that it holds, including the limits.
     let run = folder.slew(&["verify", "plan.json"]).ends(0).tells("torque norm limit  active, ");
     assert!(!run.stderr.contains("differs"), "{}", run.stderr);
     folder.slew(&["verify", "plan.json", "--set", "constraint.0.half_angle_deg=21"]).ends(3).tells("E0028");
@@ -296,8 +299,8 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     folder.slew(&[&["plan", "spec.toml"], &shooting[..]].concat()).ends(3).tells("E0066");
 }
 
-/// On three steps a discrete plan exists for a maneuver that is proved infeasible on twenty: the motion that it stands for
-/// misses the end by almost a third of the angle turned.
+/// A discrete plan on three steps exists for a maneuver that is proved infeasible on twenty: the
+/// motion that it stands for misses the end by almost a third of the angle turned.
 #[test]
 fn a_plan_that_stands_for_no_motion_is_not_called_verified() {
     let spec = r#"
@@ -328,7 +331,7 @@ fn a_plan_that_stands_for_no_motion_is_not_called_verified() {
     let run = folder.slew(&["plan", "short.toml", "--format", "json"]).ends(7);
     let run = run.tells("continuous terminal").tells("use more steps").tells("--set maneuver.steps=");
     assert_eq!(run.json()["status"], "verification_failed");
-    // What the user accepts counts, and on steps short enough the proof is found.
+    // The tolerance of the user applies, and a proof is found on steps that are short enough.
     let accepted = ["plan", "short.toml", "--set", "solver.continuous_tolerance_deg=10"];
     folder.slew(&accepted).ends(0);
     folder.slew(&["plan", "short.toml", "--set", "maneuver.steps=20"]).ends(4);
@@ -350,9 +353,11 @@ fn a_solved_plan_that_is_coarse_or_idle_says_so() {
         .ends(7)
         .tells(" deg)")
         .tells("\n  try         slew plan spec.toml --set solver.target=discrete --set maneuver.steps=");
-    // Where no limit acts the shooting's plan stands, but its rivals may break limits that nobody held them to.
+    // Where no limit acts the shooting's plan stands, but its rivals may break limits that nobody
+    // held them to.
     assert!(plan(&[]).stderr.contains("\n  rival "));
-    let wide = "constraint=[{ kind = \"keep_in\", boresight_body = [1, 0, 0], direction_inertial = { ra_deg = 45, dec_deg = 2 }, half_angle_deg = 80 }]";
+    let wide = "constraint=[{ kind = \"keep_in\", boresight_body = [1, 0, 0], direction_inertial = { ra_deg \
+        = 45, dec_deg = 2 }, half_angle_deg = 80 }]";
     let run = plan(&["--set", wide]).tells("6 costates, no limit active");
     assert!(!run.stderr.contains("\n  rival "), "{}", run.stderr);
     let data = folder.slew(&["plan", "spec.toml", "-o", "plan.txt", "--format", "text"]);
@@ -363,7 +368,7 @@ fn a_solved_plan_that_is_coarse_or_idle_says_so() {
 #[test]
 fn a_plan_that_is_not_found_names_what_could_do() {
     let folder = Folder::new();
-    // The plan on stdout, and the words for people beside it.
+    // The plan goes to stdout, and the text for people to stderr.
     let plan = |limit: &str| folder.slew(&["plan", "spec.toml", "--set", limit, "--format", "json"]);
     let run = plan("actuators.torque_norm_limit_n_m=0.05").ends(4);
     let proved = run.json();
@@ -386,7 +391,8 @@ fn a_plan_that_is_not_found_names_what_could_do() {
 #[test]
 fn wheels_show_in_summary_and_tables() {
     let folder = Folder::new();
-    let wheels = "actuators.wheel=[{ name = \"roll\", axis_body = [1, 0, 0], momentum_limit_n_m_s = 5, momentum_n_m_s = 0.5 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
+    let wheels = "actuators.wheel=[{ name = \"roll\", axis_body = [1, 0, 0], momentum_limit_n_m_s = 5, \
+        momentum_n_m_s = 0.5 }, { axis_body = [0, 1, 0] }, { axis_body = [0, 0, 1] }]";
     let plan = |more: &[&str]| folder.slew(&[&["plan", "spec.toml", "--set", wheels], more].concat());
     let run =
         plan(&["-v", "-o", "plan.json"]).ends(0).tells("peak wheel momentum ").tells("\n  momentum    roll ");
@@ -416,7 +422,8 @@ fn warnings_are_told_and_do_not_stop_the_plan() {
     assert_eq!(json["diagnostics"][0]["code"], "W0058");
 }
 
-/// Steps that are far too long for a body that falls over: every road ends in words, and no answer has a cost that is none.
+/// The steps are far too long for a body that falls over: every method ends with a message, and no
+/// answer has a cost without a value.
 #[test]
 fn steps_that_are_far_too_long_end_in_words() {
     let folder = Folder::new();
@@ -437,15 +444,17 @@ fn steps_that_are_far_too_long_end_in_words() {
                 "{args:?}: {}",
                 run.stderr
             );
-            // A number that is not finite is null in JSON; the trajectory may have stopped before its end.
+            // A number that is not finite is null in JSON; the trajectory may have stopped before
+            // its end.
             let json = run.json();
             assert!(run.code != 0 || road[0] == "compare" || json["cost"].is_f64(), "{args:?}");
         }
     }
 }
 
-/// A station that yaws by 90° in the frame of its orbit: on the hundred steps with which the choice begins the true motion of the
-/// discrete optimum ends a hundred degrees off. Everything that is written is on the grid that was chosen.
+/// A station that yaws by 90° in the frame of its orbit: on the hundred steps with which the choice
+/// begins the true motion of the discrete optimum ends a hundred degrees off. Everything that is
+/// written is on the grid that was chosen.
 #[test]
 fn a_plan_on_chosen_steps_lands_and_is_written_on_its_own_grid() {
     let folder = Folder::new();
@@ -524,7 +533,8 @@ fn a_long_command_to_try_goes_on_in_the_next_line() {
     assert_eq!(again.json()["duration_s"].as_f64(), advised.parse().ok());
 }
 
-/// The state of a row of a trajectory as keys of a spec, turned by an angle about the body's first axis.
+/// Returns the state of a row of a trajectory as keys of a spec, turned by an angle about the
+/// body's first axis.
 fn started(plan: &Value, row: usize, turn: f64) -> [String; 4] {
     let trajectory = &plan["trajectory"];
     let number = |key: &str, index: usize| trajectory[key][row][index].as_f64().unwrap();
@@ -540,8 +550,9 @@ fn started(plan: &Value, row: usize, turn: f64) -> [String; 4] {
     ]
 }
 
-/// Claim: what is left of a plan file is planned again from beside it, in a few steps and by the witnesses, as a cold search plans
-/// it; and the file that this writes is begun from in turn.
+/// Claim: the rest of a plan file is planned again from a state near it in a few steps, by the
+/// witnesses, with the cost of a cold search; and the file that this writes can be replanned in
+/// turn.
 #[test]
 fn what_is_left_of_a_plan_is_planned_again() {
     let folder = Folder::new();

@@ -74,7 +74,7 @@ fn what_the_page_says_is_what_the_plan_says() {
         let text = text.trim().replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
         assert!(page.contains(&format!("<dd>{text}</dd>")), "{text}");
     }
-    // The numbers of the data are those of the plan to the digits that they have.
+    // The numbers of the data equal the numbers of the plan to the digits that they have.
     let (data, plan) = (data(&page), folder.json("plan.json"));
     for row in [0, 37, 100] {
         for part in 0..4 {
@@ -83,7 +83,8 @@ fn what_the_page_says_is_what_the_plan_says() {
             assert!((shown - recorded).abs() < 1e-6);
         }
     }
-    // From the file it is the same page, but for the time that the file holds to all its digits.
+    // The report of the plan file is an equal page, except for the time, which the file holds to
+    // all its digits.
     folder.slew(&["report", "plan.json", "-o", "again.html", "-q"]).ends(0).silent();
     assert_eq!(folder.read("again.html"), page);
     let stdout = folder.slew(&["report", "plan.json", "-o", "-"]).ends(0).silent();
@@ -239,7 +240,8 @@ fn charts_and_tables_use_the_names_of_the_spec() {
     // Names of thrusters, and of frames and object.
     let text = fs::read_to_string(problem("minimum_fuel_thrusters")).unwrap();
     let named = text.replacen("[[actuators.thruster]]", "[[actuators.thruster]]\nname = \"A <1>\"", 1);
-    let names = "epoch = \"2026-11-21T07:00:00 UTC\"\n[names]\nobject = \"PROBE\"\nreference_frame = \"J2000\"\n\n[body]";
+    let names = "epoch = \"2026-11-21T07:00:00 UTC\"\n[names]\nobject = \"PROBE\"\n\
+        reference_frame = \"J2000\"\n\n[body]";
     fs::write(folder.path("named.toml"), named.replacen("[body]", names, 1)).unwrap();
     folder.slew(&["plan", "named.toml", "-q", "-o", "named.json"]).ends(0);
     folder.slew(&["report", "named.json", "-q", "-o", "named.html"]).ends(0);
@@ -254,7 +256,9 @@ fn charts_and_tables_use_the_names_of_the_spec() {
 #[test]
 fn a_plan_of_no_time_is_shown_as_what_it_is() {
     let folder = Folder::new();
-    let spec = "format = 1\n[body]\ninertia_kg_m2 = [1, 2, 3]\n[actuators]\ntorque_limit_n_m = 1\n[start]\nattitude = { axis = [0, 0, 1], angle_deg = 30 }\n[end]\nattitude = { axis = [0, 0, 1], angle_deg = 30 }\n[maneuver]\nminimize = \"time\"\n";
+    let spec = "format = 1\n[body]\ninertia_kg_m2 = [1, 2, 3]\n[actuators]\ntorque_limit_n_m = 1\n[start]\n\
+        attitude = { axis = [0, 0, 1], angle_deg = 30 }\n[end]\nattitude = { axis = [0, 0, 1], angle_deg = \
+        30 }\n[maneuver]\nminimize = \"time\"\n";
     fs::write(folder.path("none.toml"), spec).unwrap();
     folder
         .slew(&["plan", "none.toml", "-o", "none.json", "--report", "none.html"])

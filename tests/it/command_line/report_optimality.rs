@@ -1,11 +1,13 @@
-//! Hamiltonian and switching functions in reports: the maximum principle and the price of time, drawn.
+//! Hamiltonian and switching functions in reports: the maximum principle and the price of time,
+//! drawn.
 
 use super::binary::Folder;
 use super::page::{curve, data, picture, points, problem};
 use std::fs;
 
-/// The maximum principle, drawn: wherever its function is clear of the thresholds an input does what the function asks, and
-/// the functions cross them where the arcs of the continuous extremal meet.
+/// The maximum principle, drawn: wherever its function is clear of the thresholds an input does
+/// what the function asks, and the functions cross them where the arcs of the continuous extremal
+/// meet.
 #[test]
 fn switching_functions_ask_for_the_inputs_that_the_plan_has() {
     let folder = Folder::new();
@@ -68,7 +70,7 @@ fn switching_functions_ask_for_the_inputs_that_the_plan_has() {
         assert!(crossings.abs_diff(switches) <= 2 && crossings > 0, "{name}: {crossings} for {switches}");
         assert!(folder.read(&page).contains("<h2>Arcs</h2>"));
     }
-    // Under a limit of the norm: it burns where the norm of the costate is above the price.
+    // A plan with a limit of the norm burns where the norm of the costate is above the price.
     folder
         .slew(&["plan", &problem("minimum_fuel_norm"), "-q", "-o", "norm.json", "--report", "norm.html"])
         .ends(0);
@@ -87,8 +89,8 @@ fn switching_functions_ask_for_the_inputs_that_the_plan_has() {
         assert!(low < 1.005 || (norm - 1.0).abs() < 1e-9, "{step}: {low} {norm}");
         assert!(high > 0.995 || norm < 1e-9, "{step}: {high} {norm}");
     }
-    // A turn of a cube about the diagonal of a face: one input has no function to ask it, and stays within its
-    // limits all the way.
+    // A turn of a cube about the diagonal of a face: one input has no function to ask it, and stays
+    // within its limits all the way.
     fs::write(folder.path("cube.toml"), CUBE).unwrap();
     folder.slew(&["plan", "cube.toml", "-q", "--report", "cube.html"]).ends(0);
     let data = self::data(&folder.read("cube.html"));
@@ -118,8 +120,8 @@ minimize = "time"
 steps = 100
 "#;
 
-/// The Hamiltonian is the derivative of the least cost by the duration. From rest to rest a free body's cost goes as
-/// `T⁻³`, because its equations know no time of their own.
+/// The Hamiltonian is the derivative of the least cost by the duration. The cost of a free body
+/// from rest to rest is proportional to `T⁻³`, because its equations do not depend on time.
 #[test]
 fn the_hamiltonian_is_that_of_the_theory() {
     let folder = Folder::new();
@@ -128,7 +130,8 @@ fn the_hamiltonian_is_that_of_the_theory() {
     for value in curve(&data(&folder.read("a.html")), "hamiltonian") {
         assert!((value - wanted).abs() < 2e-3 * wanted.abs(), "{value} {wanted}");
     }
-    // In a field the costates stand beside the nodes: put there, the value is constant to second order.
+    // The costates in a field are given beside the nodes: the Hamiltonian at these places is
+    // constant to second order.
     let pendulum = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/pendulum_inversion.toml");
     let spread = |steps: usize| {
         let (set, page) = (format!("maneuver.steps={steps}"), format!("{steps}.html"));
@@ -142,8 +145,9 @@ fn the_hamiltonian_is_that_of_the_theory() {
     assert!((order - 2.0).abs() < 0.2, "{order}");
 }
 
-/// In a turning frame, with wheels, with torques fixed in the reference frame: the Hamiltonian is the derivative of the least
-/// cost by the duration, taken by differences of plans of one extremal, which the quick search finds too.
+/// The Hamiltonian is the derivative of the least cost by the duration, in a turning frame, with
+/// wheels, and with torques fixed in the reference frame. The derivative is taken by differences of
+/// plans of one extremal, which the quick search finds too.
 #[test]
 fn the_hamiltonian_is_the_price_of_time() {
     let folder = Folder::new();
@@ -179,7 +183,8 @@ fn the_hamiltonian_is_the_price_of_time() {
             assert!((middle - slope).abs() < bound * slope.abs(), "{spec}: {middle} {slope}");
         }
     }
-    // Where the duration is sought it vanishes, and where a limit of the wheels is active the page says why there is none.
+    // The Hamiltonian vanishes if the duration is sought. If a limit of the wheels is active, the
+    // page states why it shows no Hamiltonian.
     folder.slew(&["plan", &problem("minimum_time_xte"), "-q", "--report", "time.html"]).ends(0);
     assert!(curve(&data(&folder.read("time.html")), "hamiltonian").iter().all(|value| value.abs() < 1e-3));
     folder.slew(&["plan", &problem("wheels_pyramid"), "-q", "--report", "wheels.html"]).ends(0);

@@ -24,7 +24,7 @@ fn methods_and_objectives_have_a_page_with_their_motions_side_by_side() {
         let shown: f64 = row(&page, method)[1].parse().unwrap();
         assert!((shown / cost - 1.0).abs() < 1e-9, "{method} {shown} {cost}");
     }
-    // From its document the page has the numbers, and says where the motions are.
+    // The page has the numbers of the document, and states where the motions are.
     fs::write(folder.path("methods.json"), compared.stdout).unwrap();
     folder.slew(&["report", "methods.json", "-q", "-o", "again.html"]).ends(0).silent();
     let again = folder.read("again.html");
@@ -46,7 +46,7 @@ fn methods_and_objectives_have_a_page_with_their_motions_side_by_side() {
     for (index, plan) in [&time, &fuel, &effort].into_iter().enumerate() {
         let motion = points(&data, &picture(&data, "turning")["curves"][index]);
         assert!((motion.last().unwrap().0 / plan[0] - 1.0).abs() < 1e-6);
-        // The effort of the inputs that are drawn is that of the table.
+        // The drawn inputs have the effort of the table.
         let chart = picture(&data, &format!("inputs_{}", index + 1));
         let sum: f64 = chart["curves"]
             .as_array()

@@ -139,7 +139,7 @@ fn every_integrator_can_be_asked_for_by_name() {
             folder.slew(&["simulate", "pair.toml", "--integrator", name, "--format", "jsonl", "-q"]).ends(0),
         );
         let place = bodies["bodies"][0]["position_m"][0].as_f64().unwrap();
-        // From DOP853 of scipy at 1e-13.
+        // The exact rate was computed by DOP853 of SciPy at 1e-13.
         assert!((rate - EXACT_RATE).abs() < 2e-2, "{name}: {rate}");
         assert!((place - EXACT_PLACE).abs() < 2e-2, "{name}: {place}");
         if kind.facts().order >= 4 {
@@ -228,7 +228,7 @@ fn a_collision_leaves_no_file() {
     assert_eq!(folder.names(), ["pair.toml", "spec.toml"]);
 }
 
-/// What error control makes of steps that are far too long: it divides them, and nothing else than that is accepted.
+/// Error control divides steps that are far too long, and accepts no others.
 #[test]
 fn error_control_divides_a_step_that_overflows() {
     let folder = folder();
@@ -250,7 +250,8 @@ fn error_control_divides_a_step_that_overflows() {
     }
 }
 
-/// A motion that leaves the finite numbers has its own end; the rows before that stay, and no other.
+/// A motion that leaves the finite numbers has its own end; the rows before that stay, and no
+/// other.
 #[test]
 fn a_simulation_that_is_no_longer_finite_keeps_the_rows_before() {
     let folder = folder();
@@ -285,14 +286,15 @@ fn a_sought_duration_says_nothing_of_how_long_to_follow() {
         let spec = format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let run = folder.slew(&["simulate", &spec, "--steps", "20", "--format", "csv"]).ends(3);
         assert!(run.tells("E0121").tells("maneuver.duration_s").stdout.is_empty());
-        // What the message says to do does it.
+        // The remedy of the message solves the problem.
         let given = ["--set", "maneuver.minimize=effort", "--set", "maneuver.duration_s=60"];
         let free = name.starts_with("free");
         folder.slew(&[&["simulate", &spec, "--steps", "20"][..], &given].concat()).ends(3 * i32::from(free));
     }
 }
 
-/// Ctrl-C, or whatever asks a process to end: the rows so far stay, and the state reached is the last of them.
+/// Ctrl-C, or whatever asks a process to end: the rows so far stay, and the state reached is the
+/// last of them.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_simulation_keeps_its_rows() {
@@ -310,7 +312,7 @@ fn an_interrupted_simulation_keeps_its_rows() {
         assert!(kill(signal).unwrap().success());
     };
     let interrupt = |child: &std::process::Child| send(child, "-INT");
-    // A stride that is not reached: the last row is that of the interruption.
+    // A stride that is not reached: the last row is the state at the interruption.
     let long = ["--steps", "1000000000", "--stride", "500000000"];
     for (signal, file) in [("-INT", "long.csv"), ("-TERM", "long.json"), ("-HUP", "long.jsonl")] {
         if super::binary::is_ignored(signal) {
@@ -369,7 +371,8 @@ fn a_reader_that_has_gone_is_told_nothing() {
     Run::of(child.wait_with_output().unwrap(), &args).ends(0).silent();
 }
 
-/// Hardly turning bodies: the round-off of their moments is more of their momenta than an iteration may leave.
+/// Hardly turning bodies: the round-off of their moments is more of their momenta than an iteration
+/// may leave.
 #[test]
 fn the_implicit_midpoint_rule_ends_where_the_motion_is_mild() {
     let folder = Folder::new();
@@ -408,7 +411,7 @@ velocity_m_s = [0, 0.35, 0]
 attitude = { axis = [1, 0, 0], angle_deg = 90 }
 "#;
 
-/// Of what acts only the symmetries conserve, and only what is conserved can be off.
+/// Only symmetries of the forces conserve quantities, and only conserved quantities can drift.
 #[test]
 fn only_what_is_conserved_has_an_error() {
     let folder = Folder::new();

@@ -1,4 +1,5 @@
-//! What is told and drawn of a plan to a target in the sky, and what `slew sky` says of light.
+//! The summary and the pictures of a plan to a target in the sky, and the light that `slew sky`
+//! reports.
 
 use super::binary::Folder;
 use super::page::{data, picture, problem};
@@ -6,7 +7,7 @@ use slewkit_files::spec::{self, Format, Spec};
 use std::fs;
 use std::path::Path;
 
-/// On an orbit that is a file.
+/// A spec whose orbit is a file.
 const BY_FILE: &str = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[orbit]\noem = \"orbit.oem\"\n\
     [body]\ninertia_kg_m2 = [120, 100, 80]\n[start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
     [end]\npoint = { boresight_body = [0, 0, 1], at = \"nadir\" }\n[maneuver]\nduration_s = 60\nsteps = 50\n";
@@ -33,7 +34,8 @@ fn a_report_of_a_pass_shows_what_stands_around() {
         let found = heavens.targets.iter().find(|named| named.name.starts_with(name)).unwrap();
         found.target.clone()
     };
-    // Where the full theories see them, at both ends; from 777 km the Earth is 63 degrees from its middle to its limb.
+    // Where the full theories see them, at both ends; from 777 km the Earth is 63 degrees from its
+    // middle to its limb.
     for key in ["sky", "around"] {
         let discs = picture(&data, key)["discs"].as_array().unwrap();
         for (kind, name) in [("earth", "nadir"), ("sun", "sun"), ("target", "ground")] {
@@ -82,7 +84,7 @@ fn a_report_without_a_sky_has_no_map_of_it() {
 #[test]
 fn an_orbit_that_a_spec_names_is_never_replaced() {
     let folder = Folder::new();
-    let orbit = format!("{}/../../tests/bad_inputs/sky_circular.oem", env!("CARGO_MANIFEST_DIR"));
+    let orbit = format!("{}/../../tests/bad_inputs/orbit/sky_circular.oem", env!("CARGO_MANIFEST_DIR"));
     let text = fs::read_to_string(orbit).unwrap();
     fs::write(folder.path("orbit.oem"), &text).unwrap();
     fs::write(folder.path("pass.toml"), BY_FILE).unwrap();
@@ -114,11 +116,11 @@ fn an_orbit_that_a_spec_names_is_never_replaced() {
     }
 }
 
-/// Of a folder of specs, too.
+/// A batch over a folder of specs does not mix them either.
 #[test]
 fn results_of_specs_with_another_orbit_are_never_mixed() {
     let folder = Folder::new();
-    let orbit = format!("{}/../../tests/bad_inputs/sky_circular.oem", env!("CARGO_MANIFEST_DIR"));
+    let orbit = format!("{}/../../tests/bad_inputs/orbit/sky_circular.oem", env!("CARGO_MANIFEST_DIR"));
     let text = fs::read_to_string(orbit).unwrap();
     fs::create_dir(folder.path("specs")).unwrap();
     fs::write(folder.path("specs/pass.toml"), BY_FILE).unwrap();

@@ -70,7 +70,8 @@ fn a_full_disk_is_told() {
     let full = fs::File::options().write(true).open("/dev/full").unwrap();
     let output = folder.command(&["--help"]).stdout(full).stderr(Stdio::piped()).output().unwrap();
     Run::of(output, &["--help"]).ends(8);
-    // The limit on the size of files refuses what is beyond it; by itself it would kill the program.
+    // The limit on the size of files refuses what is beyond it; by itself it would kill the
+    // program.
     let limited = "ulimit -f 8; exec \"$0\" plan spec.toml -o plan.json --set maneuver.steps=2000";
     let args = ["-c", limited, env!("CARGO_BIN_EXE_slew")];
     let output = Command::new("bash").args(args).current_dir(folder.path("")).output().unwrap();
@@ -78,7 +79,8 @@ fn a_full_disk_is_told() {
     assert_eq!(folder.names(), ["spec.toml"]);
 }
 
-/// What asks a process to end is taken over by the commands that only write, too, so that they sweep up behind them.
+/// Commands that only write handle signals that end a process too, so that they remove their
+/// temporary files.
 #[cfg(target_os = "linux")]
 #[test]
 fn commands_that_only_write_sweep_up_when_they_are_ended() {
@@ -157,7 +159,7 @@ fn links_stay_links_and_protected_files_stay() {
     assert!(fs::symlink_metadata(folder.path("latest.json")).unwrap().is_symlink());
     assert_eq!(folder.json("archive/old.json")["status"], "solved");
     symlink("nowhere.json", folder.path("dangling.json")).unwrap();
-    // With --force or without.
+    // A link to a missing file is refused with --force and without.
     for force in [&["--force"][..], &[]] {
         folder.slew(&[&["plan", "spec.toml", "-o", "dangling.json"], force].concat()).ends(8).tells("E0099");
     }
@@ -175,7 +177,7 @@ fn links_stay_links_and_protected_files_stay() {
     assert_eq!(folder.read("kept.json"), "kept");
 }
 
-/// What a program that was killed has left behind; one that still runs keeps its own.
+/// The files that a killed program has left are removed; a running program keeps its own files.
 #[test]
 fn old_temporary_files_are_swept() {
     let folder = Folder::new();

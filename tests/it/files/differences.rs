@@ -1,4 +1,4 @@
-//! In which keys two specs differ.
+//! The keys in which two specs differ.
 
 use super::made::{problem, with_constraints, with_wheels};
 use slewkit::Direction;

@@ -1,5 +1,5 @@
-//! Files of other programs: what is written in which direction and order, what is read back, what is refused.
-//! `tests/exchange` has the other programs read them.
+//! Files of other programs: what is written in which direction and order, what is read back, what
+//! is refused. `tests/exchange` has the other programs read them.
 
 use super::{BASE, WHEELS, bad, good};
 use slewkit::maneuver::Trajectory;
@@ -18,7 +18,7 @@ fn loaded() -> Loaded {
     good(BASE, &["maneuver.steps=4", NAMED, EPOCH])
 }
 
-/// A body that turns about an axis at one rate, and nothing else: in closed form.
+/// Returns a body that turns about an axis at one rate, and nothing else: in closed form.
 fn turning(axis: Vector3, rate: f64, steps: usize, step: f64) -> Trajectory {
     let time: Vec<f64> = (0..=steps).map(|k| k as f64 * step).collect();
     let half = |t: &f64| 0.5 * rate * t;
@@ -121,7 +121,8 @@ fn c_kernel_is_an_array_file_with_conjugate_quaternions() {
     let double = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
     assert_eq!((&bytes[..8], word(8), word(12), &bytes[88..96]), (&b"DAF/CK  "[..], 2, 6, &b"LTL-IEEE"[..]));
     let summary = (word(76) as usize - 1) * 1024;
-    // Next, previous, count; first and last tick; structure, frame, type, rates, first and last word.
+    // Next, previous, count; first and last tick; structure, frame, type, rates, first and last
+    // word.
     assert_eq!([double(summary), double(summary + 8), double(summary + 16)], [0.0, 0.0, 1.0]);
     assert_eq!((double(summary + 24), double(summary + 32)), (0.0, 250.0 * 0.012 * 1e6));
     let integers: Vec<i32> = (0..6).map(|index| word(summary + 40 + 4 * index)).collect();
@@ -136,7 +137,7 @@ fn c_kernel_is_an_array_file_with_conjugate_quaternions() {
     assert!(bytes.windows(28).any(|part| part == b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP"));
 }
 
-/// A C-kernel is read back: attitudes, rates, and the moments that its clock tells.
+/// A C-kernel can be read back: attitudes, rates, and the moments of its clock.
 #[test]
 fn c_kernels_of_ours_are_read_back() {
     let (loaded, path) = (loaded(), turning(Vector3::new(0.6, 0.0, 0.8), 0.1, 250, 0.012));
@@ -207,7 +208,7 @@ fn an_ephemeris_has_a_block_for_each_piece_between_switches() {
             .collect();
         assert_eq!(starts, [date(0), date(1), date(15)], "{text}");
         for (k, times) in [(0, 2), (1, 3 + 1), (15, 3 + 1), (40, 2)] {
-            // In the metadata of one block or of two, and in the rows of as many.
+            // A date occurs in the metadata of one block or of two, and in as many rows.
             assert_eq!(text.matches(&date(k)).count(), times, "node {k}");
         }
         let found = read(&text);
@@ -342,7 +343,7 @@ fn directions_and_orders_of_others_come_to_ours() {
         text.lines().map(row).collect::<Vec<_>>().join("\n")
     };
     close(&read(&first(&one).replace("QUATERNION_TYPE = LAST", "QUATERNION_TYPE = FIRST")), "scalar first");
-    // Rates told in reference axes.
+    // The rates are given in reference axes.
     let tumbling = turning(Vector3::new(2.0, -1.0, 2.0) / 3.0, 0.4, 3, 1.0);
     let two = text(Format::Aem(AemVersion::Two), &loaded, &tumbling)
         .replace("ANGVEL_FRAME = SC_BODY_1", "ANGVEL_FRAME = ICRF");
@@ -356,7 +357,9 @@ fn directions_and_orders_of_others_come_to_ours() {
 fn epoch_and_names_come_back_with_the_spec() {
     let set = [
         "epoch=\"2016-12-31T23:59:60.25 UTC\"",
-        "names={ object = \"A B\", object_id = \"2026-001A\", center = \"MARS\", reference_frame = \"EME2000\", body_frame = \"SC_BODY_2\", originator = \"ME\", spice_id = -7, inputs = [\"r\", \"p\", \"y\"] }",
+        "names={ object = \"A B\", object_id = \"2026-001A\", center = \"MARS\", reference_frame = \
+            \"EME2000\", body_frame = \"SC_BODY_2\", originator = \"ME\", spice_id = -7, inputs = [\"r\", \
+            \"p\", \"y\"] }",
     ];
     let loaded = good(BASE, &set);
     let document =
@@ -402,7 +405,7 @@ fn what_is_not_said_is_asked_for() {
         "end.angular_velocity_rad_s=[0,0.001,0]",
     ];
     let base = BASE.replace("angular_velocity_deg_s = [0, 0, 0]\n", "");
-    // In the frame of the orbit: CCSDS has names for its axes, STK has not.
+    // CCSDS has names for the axes of the orbit frame, and STK does not.
     for (format, lacks) in
         [(Format::Aem(AemVersion::Two), Lacking::FrameName), (Format::Stk, Lacking::InertialFrame)]
     {
@@ -440,7 +443,8 @@ DATA_START
 2026-01-01T00:00:20 0 0 1 0 0 0 0
 DATA_STOP
 ";
-const XML: &str = r#"<?xml version="1.0"?>
+const XML: &str = concat!(
+    r#"<?xml version="1.0"?>
 <aem id="CCSDS_AEM_VERS" version="2.0">
 <header><CREATION_DATE>2026-01-01T00:00:00</CREATION_DATE><ORIGINATOR>ME</ORIGINATOR></header>
 <body><segment>
@@ -451,12 +455,16 @@ const XML: &str = r#"<?xml version="1.0"?>
 <ATTITUDE_TYPE>QUATERNION</ATTITUDE_TYPE>
 </metadata>
 <data>
-<attitudeState><quaternionState><EPOCH>2026-01-01T00:00:00</EPOCH><quaternion><Q1>0</Q1><Q2>0</Q2><Q3>0</Q3><QC>1</QC></quaternion></quaternionState></attitudeState>
-<attitudeState><quaternionState><EPOCH>2026-01-01T00:00:10</EPOCH><quaternion><Q1>0</Q1><Q2>0</Q2><Q3>0.6</Q3><QC>0.8</QC></quaternion></quaternionState></attitudeState>
-</data>
+"#,
+    "<attitudeState><quaternionState><EPOCH>2026-01-01T00:00:00</EPOCH>",
+    "<quaternion><Q1>0</Q1><Q2>0</Q2><Q3>0</Q3><QC>1</QC></quaternion></quaternionState></attitudeState>\n",
+    "<attitudeState><quaternionState><EPOCH>2026-01-01T00:00:10</EPOCH>",
+    "<quaternion><Q1>0</Q1><Q2>0</Q2><Q3>0.6</Q3><QC>0.8</QC></quaternion></quaternionState></attitudeState>\n",
+    r#"</data>
 </segment></body>
 </aem>
-"#;
+"#
+);
 const TABLE: &str = "# attitudes
 time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z
 0,1,0,0,0
@@ -464,7 +472,8 @@ time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z
 2,0,0,0,1
 ";
 
-/// One mistake each: what is replaced by what, the line that is told, and a part of the reason.
+/// The files with one mistake each: the replaced text, its replacement, the reported line, and a
+/// part of the reason.
 #[test]
 fn wrong_files_are_told_with_their_line() {
     for good in [AEM, XML, TABLE] {

@@ -155,7 +155,7 @@ pub fn plan(problem: &Problem) -> Plan {
     Plan::new(solution, Some(verification), Status::Solved)
 }
 
-/// The kinds of trajectory: two motions, and wheels under constraints, in two schemes.
+/// Returns the kinds of trajectory: two motions, and wheels under constraints, in two schemes.
 pub fn kinds() -> Vec<Problem> {
     let mut kinds = Vec::new();
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {

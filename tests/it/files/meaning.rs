@@ -1,4 +1,4 @@
-//! What a spec means.
+//! The meaning of specs: the problem and the settings that they define.
 
 use super::{BASE, BIASED, CONSTRAINED, ORBIT, WHEELS, bad, good};
 use slewkit::maneuver::constraint::{Direction, Rule, Side};
@@ -10,7 +10,7 @@ use slewkit::{Matrix3, Vector3, lie};
 use slewkit_files::spec::{self, Format, Toleranced};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The end attitude of `BASE` with another notation.
+/// Returns the end attitude of `BASE` with another notation.
 fn attitude(notation: &str) -> Matrix3 {
     good(BASE, &[&format!("end.attitude={{ {notation} }}")]).problem.end.attitude
 }
@@ -19,7 +19,7 @@ fn assert_near(a: &Matrix3, b: &Matrix3, what: &str) {
     assert!((a - b).amax() < 4e-16, "{what}: {a} {b}");
 }
 
-/// Codes of what is said about a good spec.
+/// Returns the codes of the warnings about a good spec.
 fn warnings(text: &str, set: &[&str]) -> Vec<&'static str> {
     good(text, set).warnings.iter().map(|warning| warning.code).collect()
 }
@@ -29,7 +29,8 @@ fn template_loads_without_a_word() {
     let loaded = good(spec::template(), &[]);
     assert!(loaded.warnings.is_empty());
     assert_eq!(loaded.problem.steps, 100);
-    // What it shows in comments holds too, but for reaction wheels and thrusters, which take the place of torque axes.
+    // The commented keys of the template are valid too, except for reaction wheels and thrusters,
+    // which replace torque axes.
     let shown = |wheels: bool| {
         let mut table = "";
         let mut text = String::new();
@@ -243,7 +244,8 @@ fn wheels_become_torque_inputs_with_momenta() {
         ],
     );
     assert!(bare.warnings.is_empty() && bare.problem.actuation.torque.limits().is_none());
-    // Axes rounded to four digits are as meant; with three, torque and momentum are not to four digits those meant.
+    // Axes rounded to four digits are as meant; with three, torque and momentum are not to four
+    // digits those meant.
     for (part, expected) in [("0.5774", 0), ("0.7071", 3), ("0.577", 3)] {
         let axes = ["1, 1", "1, -1", "-1, 1"].map(|signs| {
             let signs: Vec<_> = signs.split(", ").map(|sign| sign.replace('1', part)).collect();
@@ -270,7 +272,8 @@ fn limits_of_forces_arrive_and_boundary_values_on_a_limit_are_accepted() {
     assert!(problem.actuation.torque.limits().is_none());
     let rate = "constraint=[{ kind = \"rate_limit\", angular_velocity_limit_deg_s = 2 }]";
     good(BASE, &[rate, "start.angular_velocity_deg_s=[0, 1.2, -1.6]"]);
-    let cone = "constraint=[{ kind = \"keep_out\", boresight_body = [1, 0, 0], direction_inertial = { vector = [0, 0, 1] }, half_angle_deg = 90 }]";
+    let cone = "constraint=[{ kind = \"keep_out\", boresight_body = [1, 0, 0], direction_inertial = { vector \
+        = [0, 0, 1] }, half_angle_deg = 90 }]";
     // The end is 65° from z: inside.
     assert_eq!(bad(BASE, &[cone]).0.len(), 1);
     good(BASE, &[cone, "end.attitude={ axis = [0, 0, 1], angle_deg = 90 }"]);
@@ -297,7 +300,8 @@ fn what_is_left_out_has_defaults() {
 
 #[test]
 fn environments_are_built_from_their_keys() {
-    let pendulum = r#"environment={ kind = "uniform_gravity", mass_kg = 2, gravity_m_s2 = 9, direction = [0, 0, 5], pivot_to_mass_center_m = [0.5, 0, 0] }"#;
+    let pendulum = "environment={ kind = \"uniform_gravity\", mass_kg = 2, gravity_m_s2 = 9, \
+        direction = [0, 0, 5], pivot_to_mass_center_m = [0.5, 0, 0] }";
     let environment = good(BASE, &[pendulum]).problem.environment;
     let pose =
         slewkit::mechanics::environment::Pose { position: Vector3::zeros(), attitude: Matrix3::identity() };
@@ -409,7 +413,8 @@ fn largest_and_smallest_numbers_make_a_finite_problem() {
 #[test]
 fn an_end_with_a_rate_alone_leaves_the_attitude_open() {
     let text = "format = 1\nbody.inertia_kg_m2 = [1, 2, 2.5]\nstart.attitude = { axis = [0, 0, 1], angle_deg = 30 }\n\
-                start.angular_velocity_deg_s = [3, 2, 1]\nend.angular_velocity_deg_s = [0, 0, 1]\nmaneuver.duration_s = 20\n";
+                start.angular_velocity_deg_s = [3, 2, 1]\nend.angular_velocity_deg_s = [0, 0, 1]\n\
+                maneuver.duration_s = 20\n";
     let problem = good(text, &[]).problem;
     assert!(problem.ends_in_any_attitude());
     assert!((problem.end.angular_velocity - Vector3::new(0.0, 0.0, 1f64.to_radians())).amax() < 1e-16);

@@ -1,4 +1,5 @@
-//! Spec files: what they mean, what is refused and in which words, and that no input breaks the reader.
+//! Spec files: what they mean, what is refused and in which words, and that no input breaks the
+//! reader.
 
 mod bad_inputs;
 mod differences;

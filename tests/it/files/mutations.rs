@@ -61,8 +61,9 @@ fn mutated_bad_inputs_are_refused_or_read() {
     }
 }
 
-/// Specs in both notations, overrides, plan files before the witnesses, surfaces, tables of cases, AEM and tables of
-/// attitudes: a few thousand here, any number by `cargo run --release -p evidence -- hostile COUNT`.
+/// Specs in both notations, overrides, plan files before the witnesses, surfaces, tables of cases,
+/// AEM and tables of attitudes: a few thousand here, any number by
+/// `cargo run --release -p evidence -- hostile COUNT`.
 #[test]
 fn hostile_inputs_of_every_kind_are_read_or_refused() {
     let corpus = Corpus::new().unwrap();

@@ -1,7 +1,8 @@
-//! Attitudes of other programs, read and judged by their meaning: what was reported of such files elsewhere, each with its right value.
+//! Attitudes of other programs, read and judged by their meaning: what was reported of such files
+//! elsewhere, each with its right value.
 //!
-//! All are of one motion, 120° about z in 60 s from rest to rest, θ = 120° (3s² − 2s³) with s = t/60 s, so that its rate is
-//! 720°/60 s · s (1 − s) and largest, 3 deg/s, in the middle.
+//! All are of one motion, 120° about z in 60 s from rest to rest, θ = 120° (3s² − 2s³) with s =
+//! t/60 s, so that its rate is 720°/60 s · s (1 − s) and largest, 3 deg/s, in the middle.
 
 use super::{bad, good};
 use slewkit_files::exchange::{FileReport, judge_file, read_attitudes};
@@ -41,7 +42,7 @@ fn rate(time: f64) -> f64 {
     12.0 * s * (1.0 - s)
 }
 
-/// Times every so many seconds.
+/// Returns the times every so many seconds.
 fn times(step: usize) -> Vec<f64> {
     (0..=60 / step).map(|k| (k * step) as f64).collect()
 }
@@ -56,13 +57,14 @@ fn date(time: f64) -> String {
     )
 }
 
-/// One row of the motion: a quaternion of so many digits, scalar last.
+/// Returns one row of the motion: a quaternion of so many digits, scalar last.
 fn quaternion(time: f64, digits: usize) -> String {
     let (sin, cos) = (0.5 * angle(time)).to_radians().sin_cos();
     format!("{:.digits$} {:.digits$} {sin:.digits$} {cos:.digits$}", 0.0, 0.0)
 }
 
-/// An AEM with these keys instead of those of the standard's simplest, and these rows.
+/// Returns an AEM with these keys instead of the keys of the standard's simplest example, and these
+/// rows.
 fn aem(changes: &[(&str, &str)], row: impl Fn(f64) -> String, times: &[f64]) -> String {
     let mut keys: Vec<(String, String)> = [
         ("OBJECT_NAME", "DEMO"),
@@ -87,7 +89,8 @@ fn aem(changes: &[(&str, &str)], row: impl Fn(f64) -> String, times: &[f64]) -> 
     let keys: Vec<String> = keys.iter().map(|(key, value)| format!("{key} = {value}")).collect();
     let rows: Vec<String> = times.iter().map(|time| format!("{} {}", date(*time), row(*time))).collect();
     format!(
-        "CCSDS_AEM_VERS = {version}\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\n\nMETA_START\n{}\nMETA_STOP\n\n\
+        "CCSDS_AEM_VERS = {version}\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\n\nMETA_START\n\
+            {}\nMETA_STOP\n\n\
          DATA_START\n{}\nDATA_STOP\n",
         keys.join("\n"),
         rows.join("\n")
@@ -109,7 +112,7 @@ fn assert_agrees(text: &str) -> FileReport {
     found
 }
 
-/// The checks that fail, and what is violated.
+/// Returns the checks that fail, and what is violated.
 fn told(found: &FileReport) -> Vec<String> {
     let checks = found.attitudes.checks.iter().filter(|check| !check.passed).map(|check| check.name.clone());
     checks.chain(found.attitudes.violations.iter().cloned()).collect()
@@ -121,7 +124,8 @@ fn with_rate(time: f64) -> String {
 
 const ANGVEL: [(&str, &str); 2] = [("ATTITUDE_TYPE", "QUATERNION/ANGVEL"), ("ANGVEL_FRAME", "SC_BODY_1")];
 
-/// x of the body passes 30° at 15 s: a cone about there of 10° is entered at 10 s and left at 20 s at one rate, by all of it.
+/// x of the body passes 30° at 15 s: a cone about there of 10° is entered at 10 s and left at 20 s
+/// at one rate, by all of it.
 #[test]
 fn a_cone_entered_between_two_rows_is_violated() {
     let loaded = good(&format!("{REST}{CONE}"), &[]);
@@ -145,7 +149,8 @@ fn a_cone_entered_between_two_rows_is_violated() {
     assert!(judged_by(&beside, &aem(&[], at_one_rate, &[0.0, 60.0])).unwrap().passed());
 }
 
-/// A mean rate of 2 deg/s between rows is some rate of at least 2 deg/s, whatever happens between them.
+/// A mean rate of 2 deg/s between rows is some rate of at least 2 deg/s, whatever happens between
+/// them.
 #[test]
 fn a_rate_limit_is_held_against_the_mean_rates_of_rows_without_rates() {
     let limit = |degrees: f64| {
@@ -154,7 +159,7 @@ fn a_rate_limit_is_held_against_the_mean_rates_of_rows_without_rates() {
         );
         judged_by(&good(&text, &[]), &aem(&[], |time| quaternion(time, 12), &times(20))).unwrap()
     };
-    // From 20 s to 40 s it turns by 120° · 13/27 in 20 s.
+    // The body turns from 20 s to 40 s by 120° · 13/27 in 20 s.
     let mean = 120.0 * 13.0 / 27.0 / 20.0;
     assert!(told(&limit(mean - 0.001)).concat().contains("the rate is 2.88889 deg/s at 30.0000 s"));
     let found = limit(mean + 0.001);
@@ -172,7 +177,8 @@ fn time_without_attitudes_between_blocks_is_told() {
     assert!(told(&judged(&text)).concat().contains("no attitude is given between 20.0000 s and 41.0000 s"));
 }
 
-/// In another unit, of another sign, none, of another axis, and too large by a twentieth.
+/// The rates are in another unit, of another sign, missing, about another axis, and too large by a
+/// twentieth.
 #[test]
 fn rates_that_are_not_those_of_the_attitudes_are_told() {
     let file = |row: &dyn Fn(f64) -> String, step| aem(&ANGVEL, row, &times(step));
@@ -216,7 +222,8 @@ fn the_torque_that_rows_need_is_told_by_rates_and_by_attitudes_and_held_against_
     let found = assert_agrees(&text);
     let by_rates = found.attitudes.peak_torque_n_m.unwrap();
     assert!((by_rates - expected).abs() < 1e-8, "{by_rates} {expected}");
-    // The mean of the first stretch is that of 2.5 s: its rate over that time.
+    // The mean rate of the first stretch is the rate at 2.5 s, so the torque is this rate over that
+    // time.
     let by_attitudes = found.attitudes.peak_torque_of_attitudes_n_m.unwrap();
     let expected = 80.0 * (angle(5.0) / 5.0 / 2.5).to_radians();
     assert!((by_attitudes - expected).abs() < 1e-6, "{by_attitudes} {expected}");
@@ -245,7 +252,7 @@ fn the_frame_of_rates_may_be_named_by_its_keyword() {
     }
 }
 
-/// Against z the file's rates are those of B against A, whichever of the two is the body.
+/// The file's rates against z are the rates of B against A, whichever of the two is the body.
 #[test]
 fn rates_of_the_reference_against_the_body_are_turned_round() {
     let row = |time: f64| {
@@ -305,7 +312,8 @@ fn another_frame_moment_or_time_system_is_no_agreement() {
         assert_eq!((errors.0[0].code, errors.0[0].line), ("E0152", 8), "{frame}");
         assert!(errors.0[0].reason.contains(frame) && errors.0[0].reason.contains("ICRF"), "{errors}");
     }
-    // 23 milliarcseconds are within what is asked for, 23° of the ecliptic are not.
+    // A difference of 23 milliarcseconds is within the tolerance, and the 23° of the ecliptic are
+    // not.
     for frame in ["GCRF", "EME2000", "J2000", "icrf"] {
         assert_agrees(&of(&[("REF_FRAME_A", frame)]));
     }
@@ -318,7 +326,7 @@ fn another_frame_moment_or_time_system_is_no_agreement() {
     }
     let early = of(&[]).replace("2026-11-21T", "2019-11-21T");
     assert_eq!(told(&judged(&early)), ["moment of the start"]);
-    // Of what one side alone says it is told that it is not judged.
+    // A statement of one side alone is reported as not judged.
     let unnamed =
         REST.replace("reference_frame = \"ICRF\"\n", "").replace("epoch = \"2026-11-21T07:00:00 UTC\"\n", "");
     let found = judged_by(&good(&unnamed, &[]), &early).unwrap();
@@ -379,13 +387,15 @@ fn euler_angles_and_spin_are_read() {
     let old =
         [("ATTITUDE_TYPE", "EULER_ANGLE/RATE"), ("EULER_ROT_SEQ", "123"), ("RATE_FRAME", "REF_FRAME_B")];
     assert_agrees(&aem(&[&one[..], &old].concat(), last, &times(5)));
-    // A body that spins about z has its axis at the pole; x is 90° on at the right ascension 0 of the pole's node.
+    // A body that spins about z has its axis at the pole; x is 90° on at the right ascension 0 of
+    // the pole's node.
     let spin = |time: f64| format!("0 90 {:.9} {:.9}", angle(time) - 90.0, rate(time));
     let found = assert_agrees(&aem(&[("ATTITUDE_TYPE", "SPIN")], spin, &times(5)));
     assert!(found.not_judged.iter().any(|text| text.contains("SPIN")), "{found:?}");
 }
 
-/// QUATERNION/RATE of version 1.0: where both of its readings are one rate it is taken; where not it is told that it is not.
+/// A file with QUATERNION/RATE of version 1.0 is accepted if both readings give one rate; otherwise
+/// the rates are reported as not used.
 #[test]
 fn rates_of_version_one_are_taken_where_their_readings_agree() {
     let one = [
@@ -403,7 +413,8 @@ fn rates_of_version_one_are_taken_where_their_readings_agree() {
 }
 
 const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
-<aem id="CCSDS_AEM_VERS" version="2.0"><header><CREATION_DATE>2026-11-20T00:00:00</CREATION_DATE><ORIGINATOR>T</ORIGINATOR></header>
+<aem id="CCSDS_AEM_VERS" version="2.0">
+<header><CREATION_DATE>2026-11-20T00:00:00</CREATION_DATE><ORIGINATOR>T</ORIGINATOR></header>
 <body><segment><metadata><OBJECT_NAME>DEMO</OBJECT_NAME><OBJECT_ID>1</OBJECT_ID><REF_FRAME_A>ICRF</REF_FRAME_A>
 <REF_FRAME_B>SC_BODY_1</REF_FRAME_B><TIME_SYSTEM>UTC</TIME_SYSTEM><START_TIME>2026-11-21T07:00:00</START_TIME>
 <STOP_TIME>2026-11-21T07:01:00</STOP_TIME><ATTITUDE_TYPE>QUATERNION</ATTITUDE_TYPE></metadata><data>
@@ -417,8 +428,13 @@ fn xml_has_either_quotes_blanks_and_prefixes() {
         .map(|time| {
             let q: Vec<String> = quaternion(*time, 9).split(' ').map(String::from).collect();
             format!(
-                "<attitudeState><quaternionEphemeris><EPOCH>{}</EPOCH><quaternion><QC>{}</QC><Q1>{}</Q1><Q2>{}</Q2><Q3>{}</Q3></quaternion></quaternionEphemeris></attitudeState>",
-                date(*time), q[3], q[0], q[1], q[2]
+                "<attitudeState><quaternionEphemeris><EPOCH>{}</EPOCH><quaternion><QC>{}</QC><Q1>{}</Q1><Q2>\
+                    {}</Q2><Q3>{}</Q3></quaternion></quaternionEphemeris></attitudeState>",
+                date(*time),
+                q[3],
+                q[0],
+                q[1],
+                q[2]
             )
         })
         .collect();
@@ -443,15 +459,19 @@ fn euler_angles_in_xml_are_read() {
         .iter()
         .map(|time| {
             format!(
-                "<attitudeState><eulerAngleRate><EPOCH>{}</EPOCH><rotationAngles><rotation1 angle=\"X_ANGLE\" units=\"deg\">0</rotation1>\
-                 <rotation2 angle=\"Y_ANGLE\" units=\"deg\">0</rotation2><rotation3 angle=\"Z_ANGLE\" units=\"deg\">{:.9}</rotation3>\
-                 </rotationAngles><rotationRates><rotation1 rate=\"X_RATE\">0</rotation1><rotation2 rate=\"Y_RATE\">0</rotation2>\
+                "<attitudeState><eulerAngleRate><EPOCH>{}</EPOCH><rotationAngles><rotation1 \
+                    angle=\"X_ANGLE\" units=\"deg\">0</rotation1>\
+                 <rotation2 angle=\"Y_ANGLE\" units=\"deg\">0</rotation2><rotation3 angle=\"Z_ANGLE\" \
+                 units=\"deg\">{:.9}</rotation3>\
+                 </rotationAngles><rotationRates><rotation1 rate=\"X_RATE\">0</rotation1><rotation2 \
+                 rate=\"Y_RATE\">0</rotation2>\
                  <rotation3 rate=\"Z_RATE\">{:.9}</rotation3></rotationRates></eulerAngleRate></attitudeState>",
                 date(*time), angle(*time), rate(*time)
             )
         })
         .collect();
-    let keys = "<ATTITUDE_DIR>A2B</ATTITUDE_DIR><EULER_ROT_SEQ>123</EULER_ROT_SEQ><RATE_FRAME>REF_FRAME_B</RATE_FRAME><TIME_SYSTEM>";
+    let keys = "<ATTITUDE_DIR>A2B</ATTITUDE_DIR><EULER_ROT_SEQ>123</EULER_ROT_SEQ><RATE_FRAME>REF_FRAME_B\
+        </RATE_FRAME><TIME_SYSTEM>";
     let text = XML
         .replace("ROWS", &rows.join("\n"))
         .replace("version=\"2.0\"", "version=\"1.0\"")
@@ -460,7 +480,8 @@ fn euler_angles_in_xml_are_read() {
     assert!(assert_agrees(&text).attitudes.peak_torque_n_m.is_some());
 }
 
-/// Quoted heads, semicolons, tabs, an index column, a byte order mark, and the encoding that is none of ours.
+/// Readers accept quoted heads, semicolons, tabs, an index column and a byte order mark, and refuse
+/// a foreign encoding.
 #[test]
 fn tables_of_any_program_are_read_by_one_rule() {
     let table = |head: [&str; 5], sign: &str, index: bool| {
@@ -492,7 +513,7 @@ fn tables_of_any_program_are_read_by_one_rule() {
     assert!(found.not_judged.iter().any(|text| text.contains("begin at -0.5 s")), "{found:?}");
 }
 
-/// Six and five digits of a matrix, as `%f` prints it, and no fewer than three.
+/// A matrix is accepted with six and five digits, as `%f` prints it, and with three at least.
 #[test]
 fn matrices_of_a_spec_are_rounded_as_quaternions_are() {
     let of = |digits: usize| {
@@ -515,7 +536,8 @@ fn matrices_of_a_spec_are_rounded_as_quaternions_are() {
     assert_eq!(bad(&base, &[&of(1)]).0[0].code, "E0055");
 }
 
-/// A plate of 1 kg, 1 m by 0.5 m, in four digits, is one; moments that no rounding explains are told in figures that differ.
+/// A plate of 1 kg, 1 m by 0.5 m, in four digits, is accepted; moments that no rounding explains
+/// are reported in figures that differ.
 #[test]
 fn moments_of_a_plate_may_be_rounded() {
     for moments in ["[0.08333, 0.02083, 0.1042]", "[1e-4, 1e-4, 2.0000001e-4]"] {
@@ -562,18 +584,19 @@ fn attitudes_may_be_rodrigues_parameters_or_a_pointing_with_its_roll() {
     let (ra, dec) = (231_f64.to_radians(), (-18.3_f64).to_radians());
     let boresight = slewkit::Vector3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
     assert!((pointed.column(0) - boresight).amax() < 1e-15);
-    // At roll 0 the body's y axis has no part to the north.
+    // If the roll is 0, the body's y axis has no part to the north.
     assert!(attitude("ra_deg = 231, dec_deg = -18.3, roll_deg = 0")[(2, 1)].abs() < 1e-15);
     assert!(pointed[(2, 1)] > 0.1);
     assert_eq!(bad(REST, &["end.attitude={ ra_deg = 1, dec_deg = 2 }"]).0[0].code, "E0021");
     assert_eq!(bad(REST, &["end.attitude={ ra_deg = 1, dec_deg = 92, roll_deg = 0 }"]).0[0].code, "E0074");
 }
 
-/// An attitude file of STK: these keywords, a row a time.
+/// Returns an attitude file of STK: these keywords, a row a time.
 fn stk(format: &str, axes: &str, more: &str, row: impl Fn(f64) -> String, times: &[f64]) -> String {
     let rows: Vec<String> = times.iter().map(|time| format!("{time:.6} {}", row(*time))).collect();
     format!(
-        "stk.v.11.0\n# a comment\nBEGIN Attitude\nNumberOfAttitudePoints {}\nBlockingFactor 20\n{more}CentralBody Earth\n\
+        "stk.v.11.0\n# a comment\nBEGIN Attitude\nNumberOfAttitudePoints {}\nBlockingFactor 20\n\
+            {more}CentralBody Earth\n\
          ScenarioEpoch 21 Nov 2026 07:00:00.000000\nCoordinateAxes {axes}\n{format}\n\n{}\n\nEND Attitude\n",
         times.len(),
         rows.join("\n")
@@ -619,7 +642,8 @@ fn attitude_files_of_stk_are_read() {
     assert!(judged_by(&good(REST, &[]), &turning).is_err());
 }
 
-/// Three rows: by the polynomial of degree 2 that the file declares x of the body passes (10°, 7.9°) 0.37° away, at one rate 2.57°.
+/// Three rows: by the polynomial of degree 2 that the file declares x of the body passes (10°,
+/// 7.9°) 0.37° away, at one rate 2.57°.
 #[test]
 fn cones_are_judged_on_the_motion_that_a_file_declares() {
     let cone = "\n[[constraint]]\nkind = \"keep_out\"\nname = \"Moon\"\nboresight_body = [1, 0, 0]\n\
@@ -656,7 +680,8 @@ fn cones_are_judged_on_the_motion_that_a_file_declares() {
     assert!(found.not_judged.iter().any(|text| text.contains("SPLINE, which is not known")), "{found:?}");
 }
 
-/// Where a file has rates and declares Hermite's polynomial, a cone between two rows is met as the motion meets it.
+/// If a file has rates and declares Hermite's polynomial, a cone between two rows is met as the
+/// motion meets it.
 #[test]
 fn hermite_between_rows_follows_the_rates() {
     let loaded = good(&format!("{REST}{CONE}").replace("half_angle_deg = 10", "half_angle_deg = 0.5"), &[]);
@@ -665,7 +690,8 @@ fn hermite_between_rows_follows_the_rates() {
         judged_by(&loaded, &aem(&keys, with_rate, &[0.0, 12.0, 30.0, 48.0, 60.0])).unwrap()
     };
     let told = told(&of("HERMITE")).concat();
-    // x is at 30° where 3s² − 2s³ = 1/4: s = 0.32635, 19.581 s; between rows so far apart the polynomial is 0.02 s off.
+    // x is at 30° where 3s² − 2s³ = 1/4: s = 0.32635, 19.581 s; between rows so far apart the
+    // polynomial is 0.02 s off.
     assert!(told.contains("Sun: the boresight enters the cone by 0.5 deg at 19.56"), "{told}");
 }
 
@@ -676,7 +702,8 @@ fn an_ephemeris_behind_other_messages_is_read() {
         let text = quaternion(time, 12);
         let words: Vec<&str> = text.split(' ').collect();
         format!(
-            "<attitudeState><quaternionEphemeris><EPOCH>{}</EPOCH><quaternion><Q1>{}</Q1><Q2>{}</Q2><Q3><![CDATA[{}]]></Q3>\
+            "<attitudeState><quaternionEphemeris><EPOCH>{}</EPOCH><quaternion><Q1>{}</Q1><Q2>{}</Q2><Q3>\
+                <![CDATA[{}]]></Q3>\
              <QC>{}</QC></quaternion></quaternionEphemeris></attitudeState>",
             date(time),
             words[0],
@@ -687,14 +714,18 @@ fn an_ephemeris_behind_other_messages_is_read() {
     };
     let rows: String = times(2).into_iter().map(state).collect();
     let aem = format!(
-        "<aem id=\"CCSDS_AEM_VERS\" version=\"2.0\"><header/><body><segment><metadata><OBJECT_NAME>A &amp; B</OBJECT_NAME>\
-         <OBJECT_ID>X</OBJECT_ID><REF_FRAME_A>ICRF</REF_FRAME_A><REF_FRAME_B>SC_BODY_1</REF_FRAME_B><TIME_SYSTEM>UTC</TIME_SYSTEM>\
-         <START_TIME>{}</START_TIME><STOP_TIME>{}</STOP_TIME><ATTITUDE_TYPE>QUATERNION</ATTITUDE_TYPE></metadata><data>{rows}</data>\
+        "<aem id=\"CCSDS_AEM_VERS\" version=\"2.0\"><header/><body><segment><metadata><OBJECT_NAME>A &amp; \
+            B</OBJECT_NAME>\
+         <OBJECT_ID>X</OBJECT_ID><REF_FRAME_A>ICRF</REF_FRAME_A><REF_FRAME_B>SC_BODY_1</REF_FRAME_B>\
+         <TIME_SYSTEM>UTC</TIME_SYSTEM>\
+         <START_TIME>{}</START_TIME><STOP_TIME>{}</STOP_TIME><ATTITUDE_TYPE>QUATERNION</ATTITUDE_TYPE>\
+         </metadata><data>{rows}</data>\
          </segment></body></aem>",
         date(0.0),
         date(60.0)
     );
-    let apm = "<apm id=\"CCSDS_APM_VERS\" version=\"2.0\"><header/><body><segment><metadata><TIME_SYSTEM>UTC</TIME_SYSTEM></metadata>\
+    let apm = "<apm id=\"CCSDS_APM_VERS\" version=\"2.0\"><header/><body><segment><metadata><TIME_SYSTEM>UTC\
+        </TIME_SYSTEM></metadata>\
                <data><EPOCH>2026-11-21T07:00:00</EPOCH></data></segment></body></apm>";
     let head = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
     assert_agrees(&format!("{head}<ndm>{apm}{aem}</ndm>"));
@@ -713,7 +744,8 @@ fn an_ephemeris_behind_other_messages_is_read() {
         let said = read_attitudes(text.as_bytes(), "file").unwrap_err().0[0].reason.clone();
         assert!(said.contains(reason), "{reason}: {said}");
     }
-    // Far deeper than any message: told, and no stack runs over, whatever stands in values.
+    // A nesting far deeper than any message is reported, and no stack overflows, whatever values
+    // contain.
     for open in ["<a>", "<a b=\"/>\">", "<a b='\"/'>"] {
         let deep = format!("{}{}", open.repeat(100_000), "</a>".repeat(100_000));
         let said = read_attitudes(deep.as_bytes(), "file").unwrap_err().0[0].reason.clone();
@@ -754,14 +786,18 @@ fn blocks_of_two_objects_are_refused() {
     assert!(error.0[0].reason.contains("this block is of OTHER UNKNOWN"), "{}", error.0[0].reason);
 }
 
-/// The start of a maneuver out of a file, by a row and between two of them, in the frame of the spec.
+/// The start of a maneuver out of a file, by a row and between two of them, in the frame of the
+/// spec.
 #[test]
 fn an_end_is_taken_from_a_file() {
     let folder = tempfile::tempdir().unwrap();
-    let apm = "CCSDS_APM_VERS = 2.0\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\nOBJECT_NAME = DEMO\nOBJECT_ID = X\n\
-               TIME_SYSTEM = UTC\nEPOCH = 2026-11-21T07:00:20\nQUAT_START\nREF_FRAME_A = ICRF\nREF_FRAME_B = SC_BODY_1\n";
+    let apm = "CCSDS_APM_VERS = 2.0\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\n\
+        OBJECT_NAME = DEMO\nOBJECT_ID = X\n\
+               TIME_SYSTEM = UTC\nEPOCH = 2026-11-21T07:00:20\nQUAT_START\nREF_FRAME_A = ICRF\n\
+               REF_FRAME_B = SC_BODY_1\n";
     let (sin, cos) = 12.5_f64.to_radians().sin_cos();
-    let old = "CCSDS_APM_VERS = 1.0\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\nOBJECT_NAME = DEMO\nOBJECT_ID = X\n\
+    let old = "CCSDS_APM_VERS = 1.0\nCREATION_DATE = 2026-11-20T00:00:00\nORIGINATOR = TEST\n\
+        OBJECT_NAME = DEMO\nOBJECT_ID = X\n\
                TIME_SYSTEM = UTC\nEPOCH = 2026-11-21T07:00:20\nQ_FRAME_A = SC_BODY_1\nQ_FRAME_B = ICRF\nQ_DIR = B2A\n";
     for (name, text) in [
         ("told.aem", aem(&[], |time| quaternion(time, 12), &times(10))),

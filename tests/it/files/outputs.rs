@@ -84,7 +84,8 @@ fn an_output_that_is_an_input_is_refused_even_with_force() {
 #[test]
 fn devices_and_rights_are_respected() {
     use std::os::unix::fs::PermissionsExt;
-    // Streams too, whatever they lead to: with force, the file behind one would be another program's.
+    // Streams too, whatever they lead to: with force, the file behind one would be another
+    // program's.
     for name in ["/dev/null", "/dev/stderr", "/dev/fd/2", "/proc/self/fd/2"] {
         for force in [false, true] {
             assert_eq!(Target::new(name, force).unwrap_err().code(), "E0099", "{name}");

@@ -1,4 +1,5 @@
-//! Parquet, read back by the reader of the crate that wrote it; `tests/exchange` has pyarrow read it.
+//! Parquet, read back by the reader of the crate that wrote it; `tests/exchange` has pyarrow read
+//! it.
 
 use super::{BASE, good};
 use slewkit::plan::{Silent, plan};
@@ -11,7 +12,7 @@ use slewkit_files::parquet::record::Field;
 use slewkit_files::spec::{self, Base};
 use std::path::Path;
 
-/// The columns of a file with their heads, and its rows.
+/// Returns the columns of a file with their heads, and its rows.
 fn rows(path: &Path) -> (Vec<String>, Vec<Vec<Field>>) {
     let reader = SerializedFileReader::new(std::fs::File::open(path).unwrap()).unwrap();
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
@@ -23,7 +24,7 @@ fn rows(path: &Path) -> (Vec<String>, Vec<Vec<Field>>) {
     (heads, rows.collect())
 }
 
-/// What the table of the same plan in CSV holds.
+/// Returns the content of the table of a plan in CSV.
 fn csv(text: &str) -> (Vec<String>, Vec<Vec<Field>>) {
     let cells = |line: &str| line.split(',').map(String::from).collect::<Vec<_>>();
     let field = |cell: &String| cell.parse().map_or(Field::Null, Field::Double);
@@ -50,7 +51,8 @@ fn a_plan_has_the_columns_of_csv_to_the_last_bit() {
             path
         };
         let text = std::fs::read_to_string(written("csv")).unwrap();
-        // Fields of doubles are equal as numbers are; none of them is NaN, and zeros of either sign are one to no reader.
+        // Fields of doubles are equal as numbers are; none of them is NaN, and zeros of either sign
+        // are one to no reader.
         assert_eq!(rows(&written("parquet")), csv(&text));
     }
 }
@@ -106,7 +108,7 @@ fn results_of_a_batch_are_a_row_a_case() {
     assert_eq!(column("verified_passed"), [Field::Bool(true), Field::Bool(true), Field::Null]);
     let code = all[2].error.as_ref().map(|error| text(&error.code)).unwrap();
     assert_eq!(column("error_code"), [Field::Null, Field::Null, code]);
-    // What a shard lacks is told as by `merge`, and nothing is written.
+    // A missing key of a shard is reported as by `merge`, and nothing is written.
     let lacking = Target::new(folder.path().join("part.parquet"), false).unwrap();
     let refused = merge_to_parquet(&shards[..1], &lacking).unwrap_err().to_string();
     assert!(refused.contains("missing: shard 2/2") && !lacking.path().exists(), "{refused}");

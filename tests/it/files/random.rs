@@ -1,4 +1,4 @@
-//! What holds for every random spec.
+//! Laws that hold for every random spec.
 
 use super::good;
 use evidence::random_specs::random_spec;

@@ -1,11 +1,11 @@
-//! From file to text: sizes, kinds of files, encodings, notations.
+//! Reading files to text: sizes, kinds of files, encodings, notations.
 
 use super::BASE;
 use slewkit_files::spec::{self, Format, MAX_BYTES};
 use std::fs;
 use std::path::Path;
 
-/// The one code that reading `path` ends with.
+/// Returns the one code that reading `path` ends with.
 fn refused(path: &Path) -> (&'static str, String) {
     let errors = spec::read(path, &[]).expect_err("accepted");
     assert_eq!(errors.0.len(), 1, "{errors}");

@@ -1,4 +1,4 @@
-//! What a spec of a simulation means.
+//! The meaning of the spec of a simulation.
 
 use super::SIMULATION;
 use slewkit::propagate::integrator::Kind;
@@ -64,7 +64,8 @@ fn every_key_of_a_simulation_reaches_it() {
     assert_eq!(simulation(SIMULATION, &degrees).kind, Kind::Dop853);
 }
 
-/// A shape of points, the same points in an environment, and a cuboid of mass or density: one body each.
+/// A shape of points, the same points in an environment, and a cuboid of mass or density: one body
+/// each.
 #[test]
 fn shapes_give_mass_and_inertia() {
     let body = |shape: &str| {
@@ -135,7 +136,7 @@ fn shapes_come_from_files_beside_the_spec_and_from_nowhere_else() {
     }
 }
 
-/// What would take more memory or time than anybody has is refused before it is built.
+/// A simulation that needs too much memory or time is refused before it is built.
 #[test]
 fn shapes_beyond_memory_and_time_are_refused() {
     let bodies = |count: usize, order: usize| {

@@ -1,5 +1,5 @@
-//! Specs that aim at the sky: what they mean, that what is written of them reads back to the same bits, that plans stand by
-//! themselves.
+//! Specs that aim at the sky: what they mean, that what is written of them reads back to the same
+//! bits, that plans stand by themselves.
 
 use slewkit::maneuver::constraint::angle_between;
 use slewkit::maneuver::{Rule, Settings};
@@ -16,7 +16,7 @@ fn shipped(name: &str) -> Loaded {
     }
 }
 
-/// Where the full theories, which the planner does not use, see what is aimed at.
+/// The full theories, which the planner does not use, see the targets in these directions.
 #[test]
 fn targets_are_where_the_full_theories_see_them() {
     let loaded = shipped("ground_pass");
@@ -40,11 +40,12 @@ fn targets_are_where_the_full_theories_see_them() {
     let [Rule::Pointing(sun), Rule::Pointing(earth)] = cones[..] else { panic!("two cones") };
     assert!(angle_between(&sun.directions[0].at(30.0, &none), &seen("sun", 30.0)) < 2e-5);
     assert!(matches!(earth.directions[0], Direction::Disc { .. }));
-    // From 777 km the Earth is 63 degrees from its middle to its limb.
+    // The Earth, seen from a height of 777 km, is 63 degrees from its middle to its limb.
     assert!((earth.directions[0].angular_radius(0.0).to_degrees() - 63.06).abs() < 0.1);
 }
 
-/// The boresight of the plan, flown, is on the target as the full theories see it, and at its rate; the file reads back.
+/// The boresight of the plan, flown, is on the target as the full theories see it, and at its rate;
+/// the file reads back.
 #[test]
 fn a_plan_to_a_station_points_at_it_and_stands_without_its_orbit() {
     let loaded = shipped("ground_pass");
@@ -70,7 +71,7 @@ fn a_plan_to_a_station_points_at_it_and_stands_without_its_orbit() {
     assert!(verify(&again, rows, 1e-12, None).passed());
 }
 
-/// What a spec says of the sky, with files beside it.
+/// Returns the result of a spec of the sky, with files in its folder.
 fn written(
     files: &[(&str, String)],
     orbit: &str,
@@ -93,14 +94,14 @@ fn written(
 }
 
 const EPOCH: &str = "2024-01-01T00:00:00";
-/// Of the orbits of these tests: semi-major axis \[m\], inclination.
+/// The orbit of these tests: semi-major axis \[m\], inclination.
 const CIRCLE: (f64, f64) = (7e6, 1.2);
 
 fn mean_motion() -> f64 {
     (3.986_004_418e14 / CIRCLE.0.powi(3)).sqrt()
 }
 
-/// The closed form of a circular orbit: position at `angle` from the node, at longitude 0.
+/// Returns the closed form of a circular orbit: position at `angle` from the node, at longitude 0.
 fn on_circle(angle: f64) -> Vector3 {
     let (sin, cos) = angle.sin_cos();
     Vector3::new(cos, sin * CIRCLE.1.cos(), sin * CIRCLE.1.sin()) * CIRCLE.0
@@ -110,7 +111,8 @@ fn forward(angle: f64) -> Vector3 {
     on_circle(angle + std::f64::consts::FRAC_PI_2).normalize()
 }
 
-/// An OEM whose rows are `step` \[s\] apart, from the epoch on, with the velocities of the formula.
+/// Returns an OEM whose rows are `step` \[s\] apart, from the epoch on, with the velocities of the
+/// formula.
 fn oem(frame: &str, step: f64, count: usize, position: impl Fn(f64) -> Vector3) -> String {
     let epoch = Epoch::parse(&format!("{EPOCH} UTC")).unwrap();
     let moment = |row: usize| epoch.after(step * row as f64).calendar_text();
@@ -132,7 +134,8 @@ fn oem(frame: &str, step: f64, count: usize, position: impl Fn(f64) -> Vector3) 
     text
 }
 
-/// The zenith at the epoch of a maneuver of 30 s that begins `from` \[s\] after that of the file, and the warnings.
+/// Returns the zenith at the epoch of a maneuver of 30 s that begins `from` \[s\] after the epoch
+/// of the file, and the warnings.
 fn zenith(file: &str, from: f64) -> Result<(Vector3, Vec<String>), String> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("orbit.oem"), file).unwrap();
@@ -150,8 +153,8 @@ fn zenith(file: &str, from: f64) -> Result<(Vector3, Vec<String>), String> {
     Ok((seen, loaded.warnings.iter().map(|found| format!("{}: {}", found.code, found.reason)).collect()))
 }
 
-/// Between rows goes what the file declares: Hermite's polynomial of degree 7 through four rows, and through quarters of an hour, where
-/// Lagrange's is kilometres off and is told of.
+/// The declared polynomial goes between rows: Hermite's of degree 7 through four rows, and through
+/// quarters of an hour, for which Lagrange's has a reported error of kilometres.
 #[test]
 fn an_ephemeris_message_is_followed_by_what_it_declares() {
     let n = mean_motion();
@@ -210,7 +213,7 @@ fn rows_of_an_ephemeris_that_contradict_one_another_are_told() {
     assert!(zenith(&still, 300.0).is_err_and(|reason| reason.contains("not those of the positions")));
 }
 
-/// Two segments may share a moment; two orbits at once are none.
+/// Two segments may share a moment; two orbits at one time are refused.
 #[test]
 fn segments_of_one_time_must_be_of_one_orbit() {
     let n = mean_motion();
@@ -227,12 +230,12 @@ fn segments_of_one_time_must_be_of_one_orbit() {
     assert!(zenith(&format!("{first}{useable}"), 300.0).is_ok());
 }
 
-/// Elements by an OMM are those of two lines with the same numbers.
+/// Elements by an OMM equal elements by two lines with equal numbers.
 #[test]
 fn a_mean_elements_message_is_the_orbit_of_the_two_lines() {
-    let json = "{\"OBJECT_NAME\":\"SAMPLE\",\"EPOCH\":\"2023-12-31T12:00:00.000000\",\"MEAN_MOTION\":14.9,\"ECCENTRICITY\":\"0.0012\",\
-                \"INCLINATION\":97.8,\"RA_OF_ASC_NODE\":200.1,\"ARG_OF_PERICENTER\":90.2,\"MEAN_ANOMALY\":270.1,\"NORAD_CAT_ID\":799999999,\
-                \"BSTAR\":0.00002}";
+    let json = "{\"OBJECT_NAME\":\"SAMPLE\",\"EPOCH\":\"2023-12-31T12:00:00.000000\",\"MEAN_MOTION\":14.9,\
+        \"ECCENTRICITY\":\"0.0012\",\"INCLINATION\":97.8,\"RA_OF_ASC_NODE\":200.1,\"ARG_OF_PERICENTER\":90.2,\
+        \"MEAN_ANOMALY\":270.1,\"NORAD_CAT_ID\":799999999,\"BSTAR\":0.00002}";
     let lines = "tle = [\"SAMPLE\", \"1 99991U 20001A   23365.50000000  .00000000  00000-0  20000-4 0  9990\", \
                  \"2 99991  97.8000 200.1000 0012000  90.2000 270.1000 14.90000000    15\"]";
     let files = [("orbit.json", json.to_string())];
@@ -244,7 +247,8 @@ fn a_mean_elements_message_is_the_orbit_of_the_two_lines() {
     assert_eq!(of("omm = \"orbit.json\""), of(lines));
 }
 
-/// Along the way of the end, and of the start with its rate, against the closed form: rows a minute apart, read to a micrometre.
+/// Requires agreement with the closed form along the path of the end, and of the start with its
+/// rate: rows a minute apart, read to a micrometre.
 #[test]
 fn an_ephemeris_message_is_the_orbit_that_it_was_sampled_from() {
     let n = mean_motion();
@@ -265,7 +269,8 @@ fn an_ephemeris_message_is_the_orbit_that_it_was_sampled_from() {
     assert!((turning - normal * n).norm() < 1e-8, "{turning} {n}");
 }
 
-/// A stationary satellite stands above a station in ITRF; TEME is turned by the matrix of another program.
+/// A stationary satellite stands above a station in ITRF; TEME is turned by the matrix of another
+/// program.
 #[test]
 fn positions_of_ephemeris_messages_are_turned_from_their_frames() {
     let longitude = 0.7_f64;
@@ -294,7 +299,7 @@ fn positions_of_ephemeris_messages_are_turned_from_their_frames() {
     assert!(angle_between(&(start.attitude * Vector3::x()), &column(1)) < 4e-7);
 }
 
-/// The same neighbour, 0.1 rad ahead, told in three ways.
+/// A neighbour 0.1 rad ahead is given in three equivalent ways.
 #[test]
 fn another_satellite_is_told_as_the_own_one_is() {
     let (n, ahead) = (mean_motion(), 0.1_f64);
@@ -327,7 +332,8 @@ fn another_satellite_is_told_as_the_own_one_is() {
     }
 }
 
-/// From a circular orbit the limb is asin(R/r) from nadir, in the plane of the orbit at azimuth 0, and opposite to its normal at 90.
+/// The limb, seen from a circular orbit, is asin(R/r) from nadir, in the plane of the orbit at
+/// azimuth 0, and opposite to its normal at 90.
 #[test]
 fn the_limb_is_where_a_line_of_sight_touches() {
     let n = mean_motion();
@@ -361,8 +367,10 @@ fn the_limb_is_where_a_line_of_sight_touches() {
 /// The rate about the axis that points is read, and reads back.
 #[test]
 fn a_spin_about_the_axis_that_points_is_told() {
-    let text = "format = 1\n[body]\ninertia_kg_m2 = [120, 100, 80]\n[start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
-                [end]\npoint = { boresight_body = [0, 0, 1], vector = [1, 0, 0] }\nroll_rate_deg_s = 2\n[maneuver]\nduration_s = 60\n";
+    let text = "format = 1\n[body]\ninertia_kg_m2 = [120, 100, 80]\n[start]\nattitude = { axis = [0, 0, 1], \
+        angle_deg = 0 }\n\
+                [end]\npoint = { boresight_body = [0, 0, 1], vector = [1, 0, 0] }\nroll_rate_deg_s = 2\n\
+                [maneuver]\nduration_s = 60\n";
     let loaded = super::good(text, &[]);
     assert!((loaded.problem.aim().unwrap().roll_rate - 2_f64.to_radians()).abs() < 1e-16);
     let written = SpecDocument::new(&loaded.problem, &Settings::default()).unwrap();

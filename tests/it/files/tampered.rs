@@ -1,5 +1,5 @@
-//! Plan files of every kind with a figure, a word or an entry falsified: `verify` tells of each, but of those that it says it does not
-//! judge.
+//! Plan files of every kind with a figure, a word or an entry falsified: `verify` reports each,
+//! except for those that it reports as not judged.
 
 use super::good;
 use serde_json::{Value, json};
@@ -27,7 +27,7 @@ torque_axes_body = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 torque_limit_n_m = 0.2
 "#;
 
-/// A maneuver of each kind of file.
+/// Returns a maneuver of each kind of file.
 fn kinds() -> Vec<(&'static str, String)> {
     let plan = |more: &str| format!("{HEAD}{more}");
     vec![
@@ -85,7 +85,8 @@ momentum_n_m_s = 1
         (
             "orbit frame",
             plan(
-                "[environment]\nkind = \"gravity_gradient\"\norbital_rate_rad_s = 1.1e-3\n[maneuver]\nduration_s = 300\nsteps = 12\n",
+                "[environment]\nkind = \"gravity_gradient\"\norbital_rate_rad_s = 1.1e-3\n[maneuver]\n\
+                    duration_s = 300\nsteps = 12\n",
             )
             .replace("ICRF", "LVLH")
             .replace("[end]", "angular_velocity_rad_s = [0, 1e-3, 0]\n[end]")
@@ -119,7 +120,7 @@ steps = 12
     ]
 }
 
-/// The text of a plan file as JSON, and what it was made from.
+/// Returns the text of a plan file as JSON, and what it was made from.
 fn planned(name: &str, text: &str) -> (Value, Loaded) {
     let loaded = good(text, &[]);
     let made = plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
@@ -130,7 +131,7 @@ fn planned(name: &str, text: &str) -> (Value, Loaded) {
     (serde_json::from_slice(&bytes).unwrap(), loaded)
 }
 
-/// What is found of a file by its own spec; `None` where it is refused.
+/// Returns the judgement of a file by its own spec; `None` if the file is refused.
 fn judged(file: &Value) -> Option<Judgement> {
     let bytes = serde_json::to_vec(file).unwrap();
     let file = PlanFile::read(&bytes[..]).ok()?;
@@ -159,7 +160,8 @@ fn paths(of: &Value, at: &str, found: &mut Vec<String>) {
     }
 }
 
-/// What a figure, a word or a list could be falsified to. A figure is changed by more than round-off.
+/// Returns the values to which a figure, a word or a list could be falsified. A figure is changed
+/// by more than round-off.
 fn falsified(value: &Value) -> Vec<Value> {
     const ROUND_OFF: f64 = 1e-7;
     match value {
@@ -191,11 +193,11 @@ fn falsified(value: &Value) -> Vec<Value> {
     }
 }
 
-/// Whether a key is among those that are said not to be judged, or is none of what a plan tells.
+/// Returns whether a key is reported as not judged, or is not a statement of a plan.
 fn is_open(path: &str) -> bool {
     let names: Vec<&str> = path.split('/').skip(1).filter(|part| part.parse::<usize>().is_err()).collect();
     let key = names.join(".");
-    // What is asked is a question, and another limit that the plan keeps too is another one.
+    // A spec is a request. Another limit that the plan keeps too is another request.
     const ASKED: [&str; 1] = ["spec"];
     const BOUND: [&str; 5] =
         ["spec.body", "spec.start", "spec.end", "spec.environment", "spec.maneuver.duration_s"];
@@ -206,14 +208,14 @@ fn is_open(path: &str) -> bool {
     all.into_iter().any(|of| key == *of || key.strip_prefix(of).is_some_and(|rest| rest.starts_with('.')))
 }
 
-/// A limit that is met acts at many times alike, and each of them is right.
+/// Returns a limit that is met acts at many times alike, and each of them is right.
 fn is_any_of_many(file: &Value, path: &str) -> bool {
     let Some((margin, key)) = path.rsplit_once('/') else { return false };
     let scaled = file.pointer(margin).and_then(|margin| margin.get("scaled")?.as_f64());
     matches!(key, "time_s" | "at") && scaled.is_some_and(|scaled| scaled.abs() < 1e-6)
 }
 
-/// The quaternions ±1 are one attitude.
+/// Returns whether the sign of a quaternion ±1 is changed, which is one attitude.
 fn is_turn_of_nothing(file: &Value, path: &str) -> bool {
     let row = path.rsplit_once('/').and_then(|(row, _)| file.pointer(row)).and_then(Value::as_array);
     path.contains("quaternion")
@@ -239,7 +241,7 @@ fn every_figure_is_judged(kind: &str) {
         if is_any_of_many(&file, path) {
             to.retain(|to| to.as_f64().is_none_or(|to| to > 1e3));
         }
-        // What is left out of a spec may be its default.
+        // A key that is omitted from a spec may have its default.
         to.retain(|to| !of_spec || !to.is_null() && to != &json!([]));
         let mut tampered: Vec<(String, Value)> = to
             .into_iter()
@@ -310,7 +312,8 @@ fn a_plan_of_a_moving_body_has_no_figure_that_can_be_falsified() {
     every_figure_is_judged("moving body");
 }
 
-/// Names and the epoch ask for nothing: a plan judged by a spec of other ones is verified, and what differs is told.
+/// Names and the epoch require nothing: a plan judged by a spec with others is verified, and the
+/// differences are reported.
 #[test]
 fn names_and_epoch_change_no_verdict_and_are_told() {
     let (file, loaded) = planned("effort", &kinds()[0].1);

@@ -1,4 +1,4 @@
-//! What is written reads back as the same maneuver, bit for bit.
+//! A written maneuver reads back as an equal maneuver, bit for bit.
 
 use super::{BASE, CONSTRAINED, ORBIT, WHEELS, bad, good};
 use evidence::random_specs::random_spec;
@@ -9,7 +9,8 @@ use slewkit::mechanics::actuators::Limits;
 use slewkit::mechanics::environment::{CentralGravity, GravityGradient, PointMass};
 use slewkit_files::spec::{self, Format, Loaded, Spec, SpecDocument};
 
-/// Spec → maneuver → spec → maneuver: the debug form shows every number of the maneuver to its last bit.
+/// Spec → maneuver → spec → maneuver: the debug form shows every number of the maneuver to its last
+/// bit.
 fn comes_back(loaded: &Loaded, name: &str) -> SpecDocument {
     let document = SpecDocument::new(&loaded.problem, &loaded.settings).unwrap();
     let text = document.to_string();
@@ -113,7 +114,8 @@ fn every_notation_comes_back_bit_for_bit() {
         "solver.continuous_tolerance_deg=0.013",
         "solver.time_limit_s=0.1",
         "end.angular_velocity_deg_s=[1.1, -0.0, 1e-20]",
-        "environment={ kind = \"uniform_gravity\", mass_kg = 1.3, gravity_m_s2 = 9.81, direction = [0.1, 2, -0.7], pivot_to_mass_center_m = [0, 0.1, 0.3] }",
+        "environment={ kind = \"uniform_gravity\", mass_kg = 1.3, gravity_m_s2 = 9.81, direction = [0.1, 2, \
+            -0.7], pivot_to_mass_center_m = [0, 0.1, 0.3] }",
         "environment={ kind = \"gravity_gradient\", orbital_rate_rad_s = 0.00116 }",
     ];
     for other in others {
@@ -163,7 +165,8 @@ fn angles_are_read_in_radians_too() {
     assert_eq!(degrees, Some(0.001));
 }
 
-/// What a caller of the library can plan and no spec can say is told, not written otherwise.
+/// A problem that a caller of the library can plan and no spec can express is refused, not written
+/// otherwise.
 #[test]
 fn what_has_no_notation_is_not_written() {
     let told = |loaded: Loaded| SpecDocument::new(&loaded.problem, &loaded.settings).unwrap_err().to_string();

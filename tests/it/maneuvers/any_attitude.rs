@@ -1,8 +1,9 @@
 //! Maneuvers to a rate in any attitude: detumbling.
 //!
-//! Without a field `d|Π|/dt ≥ −|τ|`, with equality where the torque brakes along the momentum. So under equal weights the least
-//! effort to rest is `|Π|²/2T`, the least time under a limit `U` of the torque's norm `|Π|/U`, the least fuel of the norm `|Π|`,
-//! and with a price w of time the best duration `|Π|/√(2w)`, whatever the inertia. Elsewhere the fixed-attitude planner is the
+//! A free body obeys `d|Π|/dt ≥ −|τ|`, with equality if the torque brakes along the momentum. So
+//! under equal weights the least effort to rest is `|Π|²/2T`, the least time under a limit `U` of
+//! the torque's norm `|Π|/U`, the least fuel of the norm `|Π|`, and with a price w of time the best
+//! duration `|Π|/√(2w)`, whatever the inertia. In other cases the fixed-attitude planner is the
 //! judge: the cost to neighbouring attitudes is no lower, and level to first order.
 
 use super::support::{rest_to_rest, solved};
@@ -18,7 +19,7 @@ use slewkit::optimize::search::solve;
 use slewkit::plan::{PlanError, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// A random body that spins at `rate` rad/s and is to come to rest in `duration` s.
+/// Returns a random body that spins at `rate` rad/s and is to come to rest in `duration` s.
 fn spinning(random: &mut Random, rate: f64, duration: f64) -> (Problem, f64) {
     let body = Body { inertia: random.inertia(5.0), mass: None };
     let rate = random.normal_direction() * rate;
@@ -40,7 +41,8 @@ fn the_torque_brakes_along_the_momentum() {
         let (problem, momentum) = spinning(&mut random, 1.0, 4.0);
         let scheme = if case % 3 == 2 { Scheme::LieEuler } else { Scheme::LieVerlet };
         let least = momentum * momentum / 8.0;
-        // The drift of the discrete motion keeps |Π| too: the closed form holds on every grid, to round-off.
+        // The drift of the discrete motion keeps |Π| too: the closed form holds on every grid, to
+        // round-off.
         for steps in [20, 50, 100] {
             let problem = problem.clone().with_scheme(scheme).with_steps(steps);
             let found = solve(&problem, &Settings::discrete(), None, &mut Silent).unwrap();
@@ -80,8 +82,8 @@ fn least_time_fuel_and_a_price_of_time_are_those_of_closed_forms() {
     }
 }
 
-/// With weights, a field and a rate at the end, where no closed form is known: the planner of given attitudes finds no cheaper one
-/// nearby, and the same one there.
+/// No closed form is known with weights, a field and a rate at the end: the planner of given
+/// attitudes finds no cheaper plan nearby, and an equal one there.
 #[test]
 fn no_attitude_nearby_is_cheaper() {
     let mut random = Random::new(40);
@@ -147,8 +149,9 @@ fn cones_limits_and_wheels_are_kept_on_the_way_to_any_attitude() {
     }
 }
 
-/// A body that moves: its turn and its way are two problems, each with a closed form. That of a way with `d = Δx − T(v_0 + v_N)/2`
-/// is `m² (|Δv|²/2T + 6|d|²/T³)`, to which the grid adds its error of second order.
+/// A body that moves: its turn and its translation are two problems, each with a closed form. The
+/// cost of a translation with `d = Δx − T(v_0 + v_N)/2` is `m² (|Δv|²/2T + 6|d|²/T³)`, to which the
+/// grid adds its error of second order.
 #[test]
 fn a_body_that_moves_is_brought_to_a_place_in_any_attitude() {
     let mut random = Random::new(43);

@@ -9,7 +9,7 @@ const HALF_ANGLE: f64 = 35.0;
 const TRACKERS: [[f64; 3]; 2] = [[0.796, 0.402, -0.452], [0.83, -0.505, 0.237]];
 const SUN: [f64; 3] = [0.261, 0.914, -0.312];
 
-/// The maneuver of `problems/two_trackers.toml` without its trackers.
+/// Returns the maneuver of `problems/two_trackers.toml` without its trackers.
 fn free() -> Problem {
     let inertia = Matrix3::new(120.0, 4.0, -3.0, 4.0, 100.0, 2.0, -3.0, 2.0, 80.0);
     let body = Body { inertia: Inertia::new(inertia).unwrap(), mass: None };
@@ -37,7 +37,7 @@ fn planned(problem: &Problem, target: Target) -> Plan {
     plan(problem, &Settings { target, ..Settings::default() }, None, &mut Silent).unwrap()
 }
 
-/// The trackers at given times alone.
+/// Returns the trackers at given times alone.
 fn with(times: [[f64; 2]; 2]) -> Problem {
     let mut problem = both();
     for (Constraint { rule, .. }, times) in problem.constraints.iter_mut().zip(times) {
@@ -47,7 +47,8 @@ fn with(times: [[f64; 2]; 2]) -> Problem {
     problem
 }
 
-/// Every moment at which the one tracker may follow the other is tried, in either order: none leads to a cheaper plan.
+/// Every moment at which the one tracker may follow the other is tried, in either order: none leads
+/// to a cheaper plan.
 #[test]
 fn no_moment_of_handing_over_is_cheaper() {
     let found = planned(&in_turns(), Target::Discrete);
@@ -57,7 +58,7 @@ fn no_moment_of_handing_over_is_cheaper() {
     for moment in (1..40).map(|node| 1.5 * f64::from(node)) {
         let [early, late] = [[0.0, moment], [moment, 60.0]];
         for times in [[early, late], [late, early]] {
-            // In the one order the start and the end violate the cones.
+            // The start and the end violate the cones in one of the orders.
             let Ok(other) = plan(&with(times), &Settings::discrete(), None, &mut Silent) else { continue };
             let other = other.solution;
             if other.outcome == Outcome::Converged {
@@ -69,7 +70,8 @@ fn no_moment_of_handing_over_is_cheaper() {
     assert!(tried > 30, "{tried}");
 }
 
-/// Of the motion itself, whatever the plan says of its shifts: at every node one of the trackers is off the Sun.
+/// One of the trackers is off the Sun at every node of the motion, whatever the plan states about
+/// its shifts.
 #[test]
 fn one_tracker_sees_at_every_time() {
     let found = planned(&in_turns(), Target::Motion);
@@ -88,7 +90,7 @@ fn one_tracker_sees_at_every_time() {
     assert!(alone.iter().all(|angle| *angle < HALF_ANGLE - 1.0), "{alone:?}");
 }
 
-/// What a tracker alone cannot do, two can; and one that is enough is as good as no choice.
+/// Two trackers can do more than one alone; and one that is enough is as good as no choice.
 #[test]
 fn a_set_that_is_enough_all_along_costs_what_it_costs_alone() {
     let sets = [vec!["Sun".to_string()], vec!["tracker 2".to_string()]].to_vec();
@@ -105,7 +107,7 @@ fn a_set_that_is_enough_all_along_costs_what_it_costs_alone() {
     assert!((found.solution.cost / alone - 1.0).abs() < 1e-9, "{} and {alone}", found.solution.cost);
 }
 
-/// An end that no set holds is told of, with what is wrong with each.
+/// If no set holds at an end, this is reported, with the fault of each.
 #[test]
 fn an_end_that_no_set_holds_is_refused() {
     let mut problem = in_turns();

@@ -1,4 +1,5 @@
-//! The default answer is the best one: minima only, symmetric problems alike, the way round as asked.
+//! The default answer is the best one: minima only, symmetric problems alike, the way round as
+//! asked.
 
 use evidence::Random;
 use nalgebra::DMatrix;
@@ -14,7 +15,7 @@ fn answer(problem: &Problem) -> Solution {
     solve(problem, &Settings::discrete(), None, &mut Silent).unwrap()
 }
 
-/// A box with random edges, its principal moments.
+/// Returns a box with random edges, its principal moments.
 fn random_box(random: &mut Random) -> Vector3 {
     let edges: [f64; 3] = std::array::from_fn(|_| random.within(0.2, 2.0));
     let [a, b, c] = edges.map(|edge| edge * edge);
@@ -71,7 +72,8 @@ fn one_way_begun_on_few_steps_is_the_best_way_where_that_goes_so() {
     assert!(same > 30, "{same}");
 }
 
-/// From rest to rest few steps are searched on fewer still, and many on more: both come to one plan.
+/// A maneuver from rest to rest on few steps is searched on fewer still, and one on many steps on
+/// more: both give one plan.
 #[test]
 fn the_best_way_of_a_few_steps_is_that_of_many() {
     let mut random = Random::new(22);
@@ -88,14 +90,15 @@ fn the_best_way_of_a_few_steps_is_that_of_many() {
     }
 }
 
-/// Without the test of second order the same extremal is found, a saddle as well; of the test nothing is claimed.
+/// The search finds an equal extremal if the test of second order is off, also a saddle; then it
+/// claims nothing about the test.
 #[test]
 fn what_is_not_tested_is_the_same_extremal_and_says_so() {
     let untested = Settings { test_second_order: false, ..Settings::discrete() };
     let moments = Vector3::new(1.0, 2.0, 3.0);
     let straight = Vector3::y() * PI;
     let oblique = Vector3::new(0.4, -0.8, 0.3);
-    // On many steps the test runs while the trajectory is recorded.
+    // The test runs while the trajectory is recorded if the steps are many.
     for (rotation, path, steps) in [
         (oblique, Path::Shortest, 60),
         (oblique, Path::Shortest, 500),
@@ -128,7 +131,8 @@ fn a_rotation_that_is_given_is_taken_in_its_class_or_not_called_solved() {
             continue;
         }
         solved += 1;
-        // A rotation by less than a turn beyond a whole number of turns: odd numbers of half turns change the class.
+        // A rotation by less than a turn beyond a whole number of turns: odd numbers of half turns
+        // change the class.
         let halves = (rotation.norm() / PI).floor() as i64;
         let sense = if (halves + 1) / 2 % 2 == 0 { Sense::Short } else { Sense::Long };
         assert_eq!(solution.sense, sense, "{:.0}°", rotation.norm().to_degrees());
@@ -138,7 +142,8 @@ fn a_rotation_that_is_given_is_taken_in_its_class_or_not_called_solved() {
 
 #[test]
 fn a_saddle_on_the_asked_way_is_left_for_a_minimum_of_that_way() {
-    // The long way of a large turn has the direct turn as a saddle; its minimum goes round the same way.
+    // The long way of a large turn has the direct turn as a saddle; its minimum goes round the same
+    // way.
     let moments = Vector3::new(1.0, 2.0, 2.6);
     let problem = turn(&moments, &(Vector3::y() * (TAU - 3.6))).with_path(Path::Long);
     let solution = answer(&problem);
@@ -147,7 +152,8 @@ fn a_saddle_on_the_asked_way_is_left_for_a_minimum_of_that_way() {
     assert_eq!(solution.optimality.second_order(), SecondOrder::Minimum);
 }
 
-/// An extremal of the asked class is taken before one of the other, however much nearer that one's ∫Ω is to the rotation.
+/// An extremal of the asked class is taken before one of the other, however much nearer that one's
+/// ∫Ω is to the rotation.
 #[test]
 fn the_class_of_a_given_rotation_comes_before_its_length() {
     let asked = Vector3::new(-2.889, -9.099, -5.05);
@@ -172,7 +178,8 @@ fn between_high_rates_the_answer_is_as_cheap_as_any_known() {
     assert!(solution.cost <= known * (1.0 + 1e-6), "{}", solution.cost);
 }
 
-/// A stiff pendulum, two turns and a third: the grid of the search follows how fast the field swings the body.
+/// A stiff pendulum, two turns and a third: the grid of the search follows how fast the field
+/// swings the body.
 #[test]
 fn in_a_stiff_field_the_answer_does_not_depend_on_the_number_of_steps() {
     let inertia = Inertia::new(symmetric([1.117, -0.257, 0.254, 0.764, 0.041, 1.119])).unwrap();
@@ -187,12 +194,12 @@ fn in_a_stiff_field_the_answer_does_not_depend_on_the_number_of_steps() {
     assert!((second / first - 0.25).abs() < 0.01, "{costs:?}");
 }
 
-/// Rows of a symmetric matrix.
+/// Returns the rows of a symmetric matrix.
 fn symmetric([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Matrix3 {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
-/// A maneuver in unit time with torques about two axes alone, from rest to rest.
+/// Returns a maneuver in unit time with torques about two axes alone, from rest to rest.
 fn two_torques(inertia: [f64; 6], axes: [[f64; 3]; 2], rotation: [f64; 3]) -> Problem {
     let body = Body { inertia: Inertia::new(symmetric(inertia)).unwrap(), mass: None };
     let end = State::at_rest(lie::exp(&Vector3::from(rotation)));
@@ -201,7 +208,8 @@ fn two_torques(inertia: [f64; 6], axes: [[f64; 3]; 2], rotation: [f64; 3]) -> Pr
     problem.with_actuation(Actuation::torques(set)).with_steps(100)
 }
 
-/// A maneuver in unit time with weights 1, `middle` and 1000 about the axes that `axes` turns the body's into.
+/// Returns a maneuver in unit time with weights 1, `middle` and 1000 about the axes that `axes`
+/// turns the body's into.
 fn uneven(
     inertia: [f64; 6],
     (axes, middle): ([f64; 3], f64),
@@ -221,7 +229,8 @@ fn uneven(
 #[test]
 fn with_two_torques_or_uneven_weights_the_answer_is_a_minimum_and_as_cheap_as_any_known() {
     let cases = [
-        // What is found on few steps has to be found again on many, where λ₋₁ no longer leads to it.
+        // A plan that is found on few steps has to be found again on many, for which λ₋₁ no longer
+        // leads to it.
         (
             two_torques(
                 [1.386, 0.151, -0.044, 0.907, 0.038, 0.707],
@@ -248,7 +257,8 @@ fn with_two_torques_or_uneven_weights_the_answer_is_a_minimum_and_as_cheap_as_an
             ),
             849.786_910_622,
         ),
-        // An extremal whose costates round-off carries away before the end: only its nodes are a plan.
+        // An extremal whose costates round-off carries away before the end: only its nodes are a
+        // plan.
         (
             uneven(
                 [0.901, -0.323, 0.093, 1.247, 0.035, 0.851],

@@ -1,4 +1,5 @@
-//! Maneuvers that a search from their start alone, or on their own grid alone, has missed: each as cheap as the best that is known.
+//! Maneuvers that a search from their start alone, or on their own grid alone, has missed: each as
+//! cheap as the best that is known.
 
 use evidence::metamorphic::images;
 use evidence::switching::{Kind, cost_and_gap, maneuver};
@@ -7,8 +8,8 @@ use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit_files::spec::{Format, from_str};
 use std::path::Path;
 
-/// The plan of a file of `evidence/best_known`, in another duration where one is given \[s\], and the best known cost, which stands in
-/// its first line with its source.
+/// Returns the plan of a file of `evidence/best_known`, in another duration where one is given
+/// \[s\], and the best known cost, which stands in its first line with its source.
 fn planned(name: &str, duration: Option<f64>) -> (Plan, f64) {
     let path = Path::new(evidence::ROOT).join("evidence/best_known").join(format!("{name}.toml"));
     let text = std::fs::read_to_string(path).unwrap();
@@ -24,13 +25,13 @@ fn planned(name: &str, duration: Option<f64>) -> (Plan, f64) {
     (found, best)
 }
 
-/// The cost of a file over the best known.
+/// Returns the cost of a file over the best known.
 fn over_the_best(name: &str) -> f64 {
     let (found, best) = planned(name, None);
     found.solution.cost / best
 }
 
-/// What is planned backwards has another first path, other branches and the same optimum.
+/// A maneuver planned backwards has another first path, other branches and an equal optimum.
 #[test]
 fn a_search_backwards_finds_what_one_forwards_misses() {
     let missed = [
@@ -48,14 +49,16 @@ fn a_search_backwards_finds_what_one_forwards_misses() {
     }
 }
 
-/// About the axis of the rotation the way round that is quicker about another axis takes a quarter longer.
+/// About the axis of the rotation the way round that is quicker about another axis takes a quarter
+/// longer.
 #[test]
 fn the_other_way_round_is_quicker_about_an_axis_of_its_own() {
     let over = over_the_best("time_other_axis");
     assert!(over < 1.001, "{over}");
 }
 
-/// An extremal along whose arcs the cost falls is none to stay at, and long durations begin from moderate ones.
+/// The search does not stay at an extremal along whose arcs the cost falls, and it reaches long
+/// durations from moderate ones.
 #[test]
 fn thrusters_forwards_find_what_they_find_backwards() {
     let over = over_the_best("fuel_thrusters_reverse");
@@ -71,7 +74,7 @@ fn equal_steps_are_tried_where_arcs_do_not_fit() {
     }
 }
 
-/// What the coarse grid has found is not given up for a dearer plan that is carried more easily.
+/// A plan of the coarse grid is not given up for a costlier one that is refined more easily.
 #[test]
 fn a_cheap_plan_of_the_coarse_grid_is_carried_with_more_effort_in_its_cost() {
     for name in ["fuel_keep_out", "time_torque_rate"] {
@@ -80,7 +83,7 @@ fn a_cheap_plan_of_the_coarse_grid_is_carried_with_more_effort_in_its_cost() {
     }
 }
 
-/// Where no smaller share of the effort leads to a plan on the grid effort is counted from the plan itself.
+/// If no smaller effort weight leads to a plan on the grid, effort is counted from the plan itself.
 #[test]
 fn effort_that_stays_in_the_cost_is_counted_from_the_plan() {
     let over = over_the_best("time_rate_and_cone");
@@ -96,14 +99,16 @@ fn long_durations_are_followed_from_moderate_ones() {
     }
 }
 
-/// The products of ten thousand rotations on the grid are rounded more than the end may be missed by.
+/// The products of ten thousand rotations on the grid are rounded more than the end may be missed
+/// by.
 #[test]
 fn plans_that_switch_meet_their_end_on_ten_thousand_steps() {
     let over = over_the_best("time_xte");
     assert!(over < 1.001, "{over}");
 }
 
-/// Nearly all of a long duration is coast, where costates that are off by little say that much is to be gained.
+/// Nearly all of a long duration is coast, where costates that are off by little say that much is
+/// to be gained.
 #[test]
 fn the_gap_of_a_slow_motion_is_as_small_as_that_of_a_quick_one_along_the_same_path() {
     let gap = |duration: f64| {
@@ -118,7 +123,8 @@ fn the_gap_of_a_slow_motion_is_as_small_as_that_of_a_quick_one_along_the_same_pa
     }
 }
 
-/// A body that moves at an end of a long duration coasts for nearly all of it, turning as often as it comes.
+/// A body that moves at an end of a long duration coasts for nearly all of it, turning as often as
+/// it comes.
 #[test]
 fn arcs_of_a_long_duration_between_rates_begin_from_impulses() {
     for name in ["fuel_long_between_rates", "fuel_thrusters_spin"] {
@@ -128,8 +134,9 @@ fn arcs_of_a_long_duration_between_rates_begin_from_impulses() {
     }
 }
 
-/// Branches that one end of a maneuver alone tells of, arcs that show late or whose grid is far from them, and arcs of a dearer branch
-/// than the one they were read from: random maneuvers that had other answers backwards, or none.
+/// Random maneuvers that had other answers backwards, or no answer: branches that are visible from
+/// one end of a maneuver alone, arcs that show late or whose grid is far from them, and arcs of a
+/// costlier branch than the one from which they were read.
 #[test]
 fn a_maneuver_has_one_answer_forwards_and_backwards() {
     let settings = Settings { target: Target::Discrete, ..Settings::default() };

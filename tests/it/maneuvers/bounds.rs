@@ -1,4 +1,5 @@
-//! What the planner does at its bounds: stops when told, refuses what makes no sense, never lies.
+//! The planner at its bounds: it stops if requested, refuses nonsense, and never reports a false
+//! result.
 
 use super::support::{rest_to_rest, solved, weighted};
 use evidence::Random;
@@ -58,7 +59,8 @@ fn a_guess_is_used() {
     let long = solved(&problem);
     let settings = Settings::discrete();
     let guess = Guess::of(&long, &problem);
-    // Without the guess the best path is the short one; with it the solve stays on the long way.
+    // The best path is the short one if no guess is given; with the guess the solve stays on the
+    // long way.
     let best = problem.clone().with_path(Path::Best);
     let warm = solve(&best, &settings, Some(&guess), &mut Silent).unwrap();
     assert!((warm.cost - long.cost).abs() < 1e-9 * long.cost);
@@ -86,7 +88,7 @@ fn the_tightest_tolerance_is_met_or_the_outcome_says_no() {
     }
 }
 
-/// A number that may be anything.
+/// Returns a number that may be anything.
 fn any(random: &mut Random) -> f64 {
     let size = 10f64.powf(40.0 * random.unit() - 20.0);
     random.pick(&[0.0, -0.0, f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX, size, -size, 1.0])
@@ -122,7 +124,7 @@ fn problems_with_absurd_numbers_are_errors() {
     assert!(refused > 1000, "{refused}");
 }
 
-/// A maneuver from the corners of what is allowed.
+/// Returns a maneuver from the corners of what is allowed.
 fn corner(random: &mut Random) -> Option<Problem> {
     let thin = random.pick(&[1.0, 1.0, 0.1, 1e-3, 1e-6, 0.0]);
     let thinner = random.pick(&[1.0, 1.0, thin]);

@@ -57,7 +57,8 @@ fn the_published_windings_are_extremals_and_nothing_dearer_is_found() {
         let negative = case["negative_eigenvalues"].as_u64().unwrap() as usize;
         assert_eq!(solution.optimality.conjugate_points, Some(negative), "{degrees}°");
 
-        // From nothing: that one, or a cheaper one that winds as much (−600° has one of 437.1).
+        // A cold search finds that one, or a cheaper one that winds as much (−600° has one of
+        // 437.1).
         let found = planned(&problem.clone().with_path(Path::AsGiven(phi))).solution;
         assert!(found.cost < expected * (1.0 + 1e-10), "{degrees}°: {}", found.cost);
         assert!(short || found.cost > 4.0 * 10.69296806, "{degrees}°: {}", found.cost);

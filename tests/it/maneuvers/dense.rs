@@ -1,8 +1,10 @@
-//! The same optimum by another road: every input an unknown, nothing but the dynamics and the limits.
+//! The optimum by another method: every input is an unknown, with nothing but the dynamics and the
+//! limits.
 //!
-//! Sequential quadratic programs in the inputs of a free body with three body torques. The steps solve the
-//! implicit equation in the rotation vector, the Jacobian comes from finite differences, each program is
-//! solved by a primal-dual interior-point method. No costates, no variations, no law.
+//! Sequential quadratic programs in the inputs of a free body with three body torques. The steps
+//! solve the implicit equation in the rotation vector, the Jacobian comes from finite differences,
+//! each program is solved by a primal-dual interior-point method. No costates, no variations, no
+//! law.
 
 use slewkit::maneuver::problem::{Problem, Scheme, State};
 use slewkit::{Matrix3, Vector3, lie};
@@ -31,13 +33,14 @@ impl<'a> Dense<'a> {
         self.problem.scheme.input_rows(self.problem.steps)
     }
 
-    /// Part of the step for which a row of inputs counts in cost and impulse.
+    /// Returns part of the step for which a row of inputs counts in cost and impulse.
     fn share(&self, row: usize) -> f64 {
         let end = row == 0 || row + 1 == self.rows();
         if self.problem.scheme == Scheme::LieVerlet && end { 0.5 } else { 1.0 }
     }
 
-    /// `f` of `h Π = A(f) Jf + B(f) f×Jf`, `F = exp S(f)`, by Newton with a finite-difference slope.
+    /// Returns `f` of `h Π = A(f) Jf + B(f) f×Jf`, `F = exp S(f)`, by Newton with a
+    /// finite-difference slope.
     fn rotation(&self, momentum: &Vector3) -> Vector3 {
         let j = self.problem.body.inertia.j();
         let g = momentum * self.h;
@@ -91,7 +94,7 @@ impl<'a> Dense<'a> {
         DVector::from_fn(3 * self.rows(), |row, _| self.h * self.share(row / 3) * self.weight[row % 3])
     }
 
-    /// The cheapest inputs near `inputs`, and their cost.
+    /// Returns the cheapest inputs near `inputs`, and their cost.
     pub fn solve(&self, mut inputs: DVector<f64>) -> (DVector<f64>, f64) {
         let (effort, count) = (self.effort(), inputs.len());
         let limit = DVector::from_fn(count, |row, _| self.limit[row % 3]);
@@ -125,7 +128,8 @@ impl<'a> Dense<'a> {
     }
 }
 
-/// Minimises `½ vᵀ diag(d) v` subject to `A v = b`, `|v_i| ≤ limit_i`, by a primal-dual interior point.
+/// Minimises `½ vᵀ diag(d) v` subject to `A v = b`, `|v_i| ≤ limit_i`, by a primal-dual interior
+/// point.
 fn program(d: &DVector<f64>, a: &DMatrix<f64>, b: &DVector<f64>, limit: &DVector<f64>) -> DVector<f64> {
     let n = d.len();
     let scale = d.component_mul(limit).amax();

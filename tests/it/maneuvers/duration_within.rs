@@ -1,4 +1,5 @@
-//! Least effort with a duration that is sought, within cones, rate limits and wheels, and where limits leave nothing shorter.
+//! Least effort with a duration that is sought, within cones, rate limits and wheels, and where
+//! limits leave nothing shorter.
 
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use super::shortest::{cone, rate, turn, wheeled};
@@ -9,7 +10,8 @@ fn priced(problem: Problem, price: f64) -> Problem {
     problem.with_objective(Weights { time_price: Some(price), ..Weights::default() })
 }
 
-/// From rest at the identity, with torques of at most 1 N·m about each principal axis, on 50 steps.
+/// Returns a slew from rest at the identity, with torques of at most 1 N·m about each principal
+/// axis, on 50 steps.
 fn slew(moments: [f64; 3], axis: [f64; 3], degrees: f64) -> Problem {
     let start = State::at_rest(Matrix3::identity());
     Problem::attitude(body(moments), start, turn(axis, degrees), Duration::SOUGHT)
@@ -25,9 +27,9 @@ fn duration(problem: &Problem) -> f64 {
     *solved(problem).solution.trajectory.time.last().expect("a duration")
 }
 
-/// Costs by another program on the same grid: Lie–Verlet steps in quaternions, states, Cayley vectors, inputs and the duration
-/// in one sparse program, cones at 25 places of each arc; CasADi 3.8.2 and IPOPT without relaxed bounds, to 1e-10, around the
-/// cone the lowest of eight starts.
+/// Costs by another program on the same grid: Lie–Verlet steps in quaternions, states, Cayley
+/// vectors, inputs and the duration in one sparse program, cones at 25 places of each arc; CasADi
+/// 3.8.2 and IPOPT without relaxed bounds, to 1e-10, around the cone the lowest of eight starts.
 #[test]
 fn costs_are_those_of_another_program_on_the_same_grid() {
     let oblique = || slew([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], 120.0);
@@ -42,7 +44,8 @@ fn costs_are_those_of_another_program_on_the_same_grid() {
     }
 }
 
-/// What never acts leaves the search that knows no constraints, by the mean of the Hamiltonians: another road to the same.
+/// A constraint that is never active does not change the result. The search without constraints is
+/// another method: it uses the mean of the Hamiltonians.
 #[test]
 fn a_limit_that_never_acts_changes_nothing() {
     let free = priced(slew([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], 120.0), 0.05);
@@ -54,7 +57,8 @@ fn a_limit_that_never_acts_changes_nothing() {
     assert!(apart(a, b) < 1e-9, "{a} {b}");
 }
 
-/// From rest to rest all of the time is taken, and less where a second costs more than it saves.
+/// A maneuver from rest to rest uses all of the time, and less if a second costs more than it
+/// saves.
 #[test]
 fn up_to_a_longest_duration() {
     let problem = sun(slew([1.0, 2.0, 2.9], [0.0, 0.0, 1.0], 120.0));
@@ -68,8 +72,8 @@ fn up_to_a_longest_duration() {
     assert!((duration(&free.with_duration_at_most(short)) / short - 1.0).abs() < 1e-12);
 }
 
-/// A price beyond what the limits can do: the plan is at the edge, as near to the shortest as one of effort is found. About
-/// one axis of a sphere that is `2 √(φ J/u)` by the bound of the norm.
+/// A price beyond what the limits can do: the plan is at the edge, as near to the shortest as one
+/// of effort is found. About one axis of a sphere that is `2 √(φ J/u)` by the bound of the norm.
 #[test]
 fn a_price_too_high_is_paid_at_the_shortest() {
     let limits = slewkit::mechanics::Limits { norm: Some(1.0), ..Default::default() };
@@ -81,7 +85,7 @@ fn a_price_too_high_is_paid_at_the_shortest() {
     assert_eq!(plan.solution.shortest, Some(found));
     assert!(found > shortest * (1.0 - 2e-3) && found < 1.02 * shortest, "{found} {shortest}");
     let effort = plan.solution.cost - 1e5 * found;
-    // At the edge the torque is full all the time: ½ u² T.
+    // The torque of the shortest duration is full all the time: ½ u² T.
     assert!((effort / (0.5 * found) - 1.0).abs() < 0.1, "{effort}");
     assert!(matches!(dear.objective, Objective::Effort(_)));
 }

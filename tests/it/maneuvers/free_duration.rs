@@ -1,4 +1,5 @@
-//! Least effort where a second has a price: references of another program, the law of rest to rest, and honesty.
+//! Least effort where a second has a price: references of another program, the law of rest to rest,
+//! and honesty.
 
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use evidence::Turning;
@@ -13,7 +14,7 @@ fn priced(price: f64) -> Objective {
     Objective::Effort(Weights { time_price: Some(price), ..Weights::default() })
 }
 
-/// A plan whose cost is stationary in its duration.
+/// Returns a plan whose cost is stationary in its duration.
 fn found(problem: &Problem) -> Plan {
     let plan = solved(problem);
     assert!(plan.solution.optimality.stationarity < 1e-12, "{:e}", plan.solution.optimality.stationarity);
@@ -32,8 +33,9 @@ fn axis_angle(axis: [f64; 3], angle_deg: f64) -> State {
     State::at_rest(lie::exp(&(Vector3::from(axis).normalize() * angle_deg.to_radians())))
 }
 
-/// Both figures by another program: indirect shooting by a Runge–Kutta method of order 8, and Gauss collocation, which agree
-/// to 3e-13. Richardson's extrapolation over N, 2N, 4N leaves an error of sixth order.
+/// Both figures by another program: indirect shooting by a Runge–Kutta method of order 8, and Gauss
+/// collocation, which agree to 3e-13. Richardson's extrapolation over N, 2N, 4N leaves an error of
+/// sixth order.
 fn meets(problem: &Problem, [cost, time]: [f64; 2]) {
     let plans = [100, 200, 400].map(|steps| found(&problem.clone().with_steps(steps)));
     for (figures, reference) in
@@ -83,8 +85,8 @@ fn from_rest_to_rest_the_cost_is_four_thirds_of_the_price_of_the_duration() {
     }
 }
 
-/// In a field whose frame turns; with limits; by torques about axes of the reference frame; in a field at rest. A
-/// parabola through the costs beside the best duration has its lowest point there.
+/// A parabola through the costs near the best duration has its lowest point there: in a field whose
+/// frame turns; with limits; by torques about axes of the reference frame; in a field at rest.
 #[test]
 fn the_cost_is_least_at_the_duration_that_is_found() {
     let (start, end) = (at([0.1, 0.0, 0.2], [0.1, -0.2, 0.1]), at([0.9, -0.4, 0.6], [-0.1, 0.2, 0.15]));
@@ -117,8 +119,8 @@ fn the_cost_is_least_at_the_duration_that_is_found() {
     }
 }
 
-/// A target that turns with its frame, and is met with its rate. By another program, as above: 3.15320718951 at
-/// 4.54367210804 s; local minima at 6.29 s and 9.11 s.
+/// A target that turns with its frame, and is met with its rate. Another program, as above, gives
+/// 3.15320718951 at 4.54367210804 s; local minima at 6.29 s and 9.11 s.
 #[test]
 fn a_target_that_turns_is_met_when_it_is_cheapest() {
     let frame_rate = Vector3::new(0.0, 0.2, 0.1);
@@ -135,8 +137,9 @@ fn a_target_that_turns_is_met_when_it_is_cheapest() {
     meets(&problem, [3.153_207_189_512_530_7, 4.543_672_108_039_847]);
 }
 
-/// From rest to rest all of the time is taken: `E ∝ T⁻³`. Where the body moves, the duration of least effort is taken if
-/// it is allowed, and no price is needed; with one the bound acts only below the duration that the price chooses.
+/// A maneuver from rest to rest uses all of the time: `E ∝ T⁻³`. If the body moves, the duration of
+/// least effort is used if it is allowed, and no price is needed; with a price the bound acts only
+/// below the duration that the price chooses.
 #[test]
 fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     let (still, there) = (at([0.0; 3], [0.0; 3]), at([0.7, -1.1, 0.9], [0.0; 3]));
@@ -163,7 +166,7 @@ fn a_longest_duration_is_taken_or_is_longer_than_needed() {
         assert!(bounded.solution.cost >= free.solution.cost * (1.0 - 1e-12));
     }
 
-    // A plan that takes longer is none.
+    // A plan that takes longer is refused.
     let beyond = found.solution.trajectory.completed(&problem.clone().with_duration_at_most(2.9));
     let judged = verify(&beyond, &found.solution.trajectory, 1e-12, None);
     let named: Vec<_> = judged.checks.iter().filter(|check| !check.passed).map(|check| &check.name).collect();

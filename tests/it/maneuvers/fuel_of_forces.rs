@@ -1,5 +1,5 @@
-//! Minimum fuel and time where forces move the body, and in fields: closed forms on the grid, another program on the same
-//! grid, laws.
+//! Minimum fuel and time where forces move the body, and in fields: closed forms on the grid,
+//! another program on the same grid, laws.
 
 use super::minimum_time::{body, solved};
 use super::on_equal_steps::on_equal_steps;
@@ -19,7 +19,8 @@ pub(super) fn each(limit: f64) -> Limits {
     Limits { size: Some(vec![limit; 3]), ..Limits::default() }
 }
 
-/// From rest to rest by a turn and a shift, with torques of at most 2 N·m along body axes and forces under `limits`.
+/// Returns a maneuver from rest to rest by a turn and a shift, with torques of at most 2 N·m along
+/// body axes and forces under `limits`.
 pub(super) fn flight(turn: [f64; 3], shift: [f64; 3], limits: Limits, frame: AxisFrame) -> Problem {
     let mut body = body([2.0, 1.6, 1.1]);
     body.mass = Some(MASS);
@@ -30,8 +31,9 @@ pub(super) fn flight(turn: [f64; 3], shift: [f64; 3], limits: Limits, frame: Axi
     problem.with_steps(STEPS).with_objective(Objective::Fuel(Fuel::default()))
 }
 
-/// The least `Σ κ |f|` of a shift from rest to rest along a line, in closed form: the earlier a push and the later its
-/// counterpart, the farther it carries, and the kicks of both ends have half the weight.
+/// Returns the least `Σ κ |f|` of a shift from rest to rest along a line, in closed form: the
+/// earlier a push and the later its counterpart, the farther it carries, and the kicks of both ends
+/// have half the weight.
 pub(super) fn pushes(shift: f64, duration: f64, limit: f64) -> f64 {
     let h = duration / STEPS as f64;
     let (mut left, mut fuel) = (MASS * shift.abs(), 0.0);
@@ -75,7 +77,8 @@ fn prices_weigh_forces_against_torques_and_neither_feels_the_other() {
 
 #[test]
 fn the_shortest_flight_pushes_all_the_way() {
-    // Half of the way each way, at full force: T = 2 √(m d / f), on an even number of steps to the last digit.
+    // Half of the way each way, at full force: T = 2 √(m d / f), on an even number of steps to the
+    // last digit.
     let flight = flight([0.2, 0.1, -0.3], [0.9, -0.4, 0.2], each(2.5), AxisFrame::Reference);
     let found = solved(&flight.with_objective(Objective::Time).with_duration(Duration::SOUGHT));
     near(found.solution.cost, 2.0 * (MASS * 0.9 / 2.5_f64).sqrt(), 1e-8);
@@ -90,7 +93,8 @@ fn more_time_never_costs_more_fuel_and_a_price_of_time_finds_its_trade() {
     let objective = Objective::Fuel(Fuel { time_price: Some(price), ..Fuel::default() });
     let traded = solved(&flight.clone().with_objective(objective).with_duration(Duration::SOUGHT));
     let duration = traded.solution.duration(&flight);
-    // In the duration found nothing is cheaper, and neither is a little more or less of it.
+    // No plan in the duration found costs less, and neither does a plan in slightly more or less
+    // time.
     for factor in [0.97, 1.0, 1.03] {
         let stated = solved(&flight.clone().with_duration(duration * factor)).solution.cost;
         let whole = stated + price * duration * factor;
@@ -133,7 +137,8 @@ fn in_a_field_that_pulls_hardly_the_fuel_is_that_of_a_free_body() {
     near(solved(&free.clone().with_environment(orbit)).solution.cost, wanted, 1e-6);
 }
 
-/// A body at rest in the frame of an orbit that yaws by a quarter of a turn, under torques of at most 0.3 N·m.
+/// Returns a body at rest in the frame of an orbit that yaws by a quarter of a turn, under torques
+/// of at most 0.3 N·m.
 fn on_an_orbit(rate: f64) -> Problem {
     let body = body([2.0, 1.6, 1.1]);
     let orbit = GravityGradient::new(rate, &body.inertia).unwrap();
@@ -152,8 +157,8 @@ fn effort(price: f64) -> Objective {
     Objective::Effort(Weights { time_price: Some(price), ..Weights::default() })
 }
 
-/// What a maneuver costs in a duration that is sought is at most what it costs in durations beside it, and what it costs in
-/// that one.
+/// Requires that a plan with a sought duration costs at most as much as plans in durations near it,
+/// and exactly as much as a plan in its own.
 fn is_cheapest_in_its_duration(sought: &Problem, price: f64) {
     let found = solved(sought);
     let duration = *found.solution.trajectory.time.last().unwrap();
@@ -193,7 +198,7 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
     };
     assert_eq!(given(1.001 * quickest), Status::Solved);
     assert_eq!(given(0.99 * quickest), Status::NotConverged);
-    // Where the frame hardly turns it is that of a free body.
+    // If the frame hardly turns, the cost is the cost of a free body.
     let slow = solved(
         &on_an_orbit(1e-7).with_steps(FEW).with_duration(Duration::SOUGHT).with_objective(Objective::Time),
     );

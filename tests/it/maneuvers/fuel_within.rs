@@ -1,5 +1,5 @@
-//! Minimum fuel within cones, rate limits, limits of how fast torques change, and wheels: another program on the same grid,
-//! closed forms and laws.
+//! Minimum fuel within cones, rate limits, limits of how fast torques change, and wheels: another
+//! program on the same grid, closed forms and laws.
 
 use super::minimum_fuel::{ball, thrusters};
 use super::minimum_time::{CUBE, at, body, solved, torques};
@@ -11,7 +11,8 @@ use slewkit::{Matrix3, Vector3};
 
 const MOMENTS: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// From rest at the identity, with torques of at most 1 N·m about each principal axis, on 50 steps.
+/// Returns a burn from rest at the identity, with torques of at most 1 N·m about each principal
+/// axis, on 50 steps.
 fn burn(moments: [f64; 3], axis: [f64; 3], degrees: f64, duration: f64) -> Problem {
     let start = slewkit::maneuver::State::at_rest(Matrix3::identity());
     Problem::minimum_fuel(body(moments), start, turn(axis, degrees), duration)
@@ -32,9 +33,10 @@ fn changing_slowly(limit: f64) -> Limits {
     Limits { size: Some(vec![1.0; 3]), rate: Some(vec![limit; 3]), ..Limits::default() }
 }
 
-/// Cases, and their fuel by another program on the same grid: Lie–Verlet steps in quaternions, states, Cayley vectors and
-/// inputs in one sparse program, fuel by inputs split in two, cones at 9 to 33 places of each arc; CasADi 3.8.2 and IPOPT
-/// without relaxed bounds, to 1e-10, the lowest of its starts.
+/// Cases, and their fuel by another program on the same grid: Lie–Verlet steps in quaternions,
+/// states, Cayley vectors and inputs in one sparse program, fuel by inputs split in two, cones at
+/// 9 to 33 places of each arc; CasADi 3.8.2 and IPOPT without relaxed bounds, to 1e-10, the lowest
+/// of its starts.
 fn cases() -> Vec<(&'static str, Problem, f64)> {
     let oblique = |duration| burn(MOMENTS, [1.0, 2.0, 3.0], 120.0, duration);
     let both = Limits { size: Some(vec![1.0; 3]), norm: Some(1.3), ..Limits::default() };
@@ -72,7 +74,7 @@ fn cases() -> Vec<(&'static str, Problem, f64)> {
     ]
 }
 
-/// On equal steps, also where no constraint acts.
+/// Returns the fuel on equal steps, also if no constraint is active.
 fn fuel(problem: &Problem) -> f64 {
     let plan = solved(&problem.clone().planned_by(Method::InteriorPoint));
     // The extremal that it stands for is told where every sign is right.
@@ -98,7 +100,8 @@ fn fuel_along_limits_of_the_rates_is_that_of_another_program() {
     assert!(along.abs() < 1e-6, "{along:.1e}");
 }
 
-/// About one axis the wheel, or the rate, has no more than `L`: what is given is taken again, `2 L`, whatever the time.
+/// About one axis the wheel, or the rate, has no more than `L`: what is given is taken again,
+/// `2 L`, whatever the time.
 #[test]
 fn a_full_wheel_is_filled_and_emptied_once() {
     let sphere = burn([1.0; 3], [0.0, 0.0, 1.0], 120.0, 6.0);
@@ -131,7 +134,8 @@ fn a_price_goes_through_to_the_cost() {
     assert!((cost / (3.0 * reference) - 1.0).abs() < 1e-6, "{cost}");
 }
 
-/// From rest to rest more time burns less: all of it is taken. With a price that is worth less, not.
+/// More time from rest to rest burns less, so all of it is used. With a price that exceeds the
+/// gain, it is not.
 #[test]
 fn up_to_a_longest_duration_all_of_it_or_what_is_worth_its_price() {
     let (_, problem, reference) = cases().swap_remove(6);

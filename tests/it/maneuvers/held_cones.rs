@@ -8,7 +8,8 @@ use slewkit::{
     State, Status, Vector3, lie, plan,
 };
 
-/// About z, the axis of the largest moment, by 150° in 10 s from rest to rest: other ways are cheaper.
+/// About z, the axis of the largest moment, by 150° in 10 s from rest to rest: other ways are
+/// cheaper.
 fn slew() -> Problem {
     let inertia = Inertia::new(Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.9))).unwrap();
     let end = lie::exp(&(Vector3::z() * ANGLE));
@@ -18,7 +19,7 @@ fn slew() -> Problem {
 
 const ANGLE: f64 = 150.0 * std::f64::consts::PI / 180.0;
 
-/// `½∫u²` of a turn about a principal axis from rest to rest.
+/// Returns `½∫u²` of a turn about a principal axis from rest to rest.
 fn about_one_axis() -> f64 {
     6.0 * (2.9 * ANGLE).powi(2) / 10f64.powi(3)
 }
@@ -29,7 +30,7 @@ fn cone(side: Side, boresight: Vector3, direction: Vector3, half_angle: f64, dur
     Constraint { name: format!("cone of {boresight}"), rule }
 }
 
-/// A boresight held on the cone about z on which it begins.
+/// Returns a boresight held on the cone about z on which it begins.
 fn held(boresight: Vector3, during: During) -> Constraint {
     let half_angle = angle_between(&boresight, &Vector3::z());
     cone(Side::On { within: 2e-3 }, boresight, Vector3::z(), half_angle, during)
@@ -41,7 +42,8 @@ fn solved(problem: &Problem) -> Plan {
     found
 }
 
-/// Two boresights on cones about one axis leave a turn about it alone: `6 θ²J²/T³` in continuous time.
+/// Two boresights on cones about one axis leave a turn about it alone: `6 θ²J²/T³` in continuous
+/// time.
 #[test]
 fn boresights_held_on_two_cones_turn_about_their_axis() {
     let held = |boresight: Vector3| held(boresight, During::default());
@@ -55,7 +57,8 @@ fn boresights_held_on_two_cones_turn_about_their_axis() {
     assert!(free < 0.95 * one && one < 0.99 * found, "{free} {one} {found}");
 }
 
-/// The nodes are on the cone, to round-off, and what an arc leaves it by between them falls with the square of the step.
+/// The nodes are on the cone, to round-off, and what an arc leaves it by between them falls with
+/// the square of the step.
 #[test]
 fn a_boresight_is_held_at_the_nodes_and_strays_by_the_square_of_the_step() {
     let boresight = Vector3::new(0.6, 0.0, 0.8);
@@ -77,12 +80,13 @@ fn a_boresight_is_held_at_the_nodes_and_strays_by_the_square_of_the_step() {
     assert!((ratio - 4.0).abs() < 0.2, "{ratio}");
 }
 
-/// Of a cone that acts never, or while it is not in the way, nothing is left; of one that acts always, all.
+/// A cone that never acts, or acts while it is not in the way, has no effect. A cone that always
+/// acts has its full effect.
 #[test]
 fn a_cone_has_no_say_but_while_it_acts() {
     let boresight = Vector3::x();
     let free = solved(&slew().with_steps(100)).solution.cost;
-    // On the way of the boresight, a little aside, in the middle of the maneuver.
+    // The cone is on the way of the boresight, a little aside, in the middle of the maneuver.
     let middle =
         lie::rotation_from_quaternion(&solved(&slew().with_steps(100)).solution.trajectory.quaternion[50]);
     let aside = lie::exp(&(Vector3::z() * 0.05)) * (middle * boresight);
@@ -96,20 +100,22 @@ fn a_cone_has_no_say_but_while_it_acts() {
     assert!(always > 1.01 * free, "{always} {free}");
     let (never, margin) = cost(During::intervals([]));
     assert!((never / free - 1.0).abs() < 1e-9 && margin.is_none());
-    // Before the boresight comes to it, and after it has gone.
+    // The cone acts before the boresight comes to it, and after it has gone.
     let (aside, margin) = cost(During::intervals([[0.0, 2.0], [8.2, 10.0]]));
     assert!((aside / free - 1.0).abs() < 1e-9 && margin.is_some_and(|margin| margin > 0.0), "{aside} {free}");
-    // All the time that it is in the way, and a part of it: no cheaper than none, no dearer than always.
+    // A cone acts all the time that it is in the way, or a part of it: the cost is at least the
+    // cost without it, and at most the cost of one that always acts.
     let (whole, _) = cost(During::intervals([[0.5, 9.5]]));
     assert!((whole / always - 1.0).abs() < 1e-7, "{whole} {always}");
-    // From between two nodes on.
+    // The cone acts from a time between two nodes on.
     let (part, margin) = cost(During::intervals([[5.03, 10.0]]));
     assert!(free < part && part < always * (1.0 + 1e-9), "{free} {part} {always}");
     assert!(margin.is_some_and(|margin| margin.abs() < 1e-8), "{margin:?}");
 }
 
-/// Against CasADi 3.7 and IPOPT on torques held over 50, 100, 200 and 400 intervals, Runge and Kutta's method of order four, the cone held at
-/// their ends, extrapolated (`tests/exchange/direct.py` has the same equations).
+/// Against CasADi 3.7 and IPOPT on torques held over 50, 100, 200 and 400 intervals, Runge and
+/// Kutta's method of order four, the cone held at their ends, extrapolated
+/// (`tests/exchange/direct.py` has the same equations).
 #[test]
 fn a_boresight_on_one_cone_goes_the_way_that_another_program_finds() {
     const WANTED: f64 = 0.339_212_165_52;

@@ -1,4 +1,5 @@
-//! Inputs of a plane, of maneuvers that stay in it: closed forms, and what leaves the plane is refused.
+//! Inputs of a plane, of maneuvers that stay in it: closed forms, and what leaves the plane is
+//! refused.
 
 use super::fuel_of_forces::{each, flight, near, pushes};
 use super::minimum_time::solved;
@@ -23,7 +24,7 @@ fn by_four(turn: [f64; 3], shift: [f64; 3]) -> Problem {
     flight(turn, shift, each(1.0), AxisFrame::Body).with_actuation(both_ways)
 }
 
-/// In 6 s, or least time, by one torque of at most 0.5 N·m about z.
+/// Returns a turn in 6 s, or in least time, by one torque of at most 0.5 N·m about z.
 fn about_z(degrees: f64) -> Problem {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(2.0, 1.6, 1.1)).unwrap(), mass: None };
     let axis = ActuatorSet::new(vec![Vector3::z()], AxisFrame::Body).unwrap();
@@ -39,7 +40,7 @@ fn a_shift_by_thrusters_of_a_plane_costs_what_one_force_does() {
     near(solved(&by_four([0.0; 3], [0.9, 0.0, 0.0])).solution.cost, pushes(0.9, 3.0, 2.5), 1e-8);
 }
 
-/// At rest where no thruster points: the body has to turn for it, and back.
+/// The shift is across all thrusters, so the body has to turn for it, and back.
 #[test]
 fn a_shift_across_all_thrusters_is_made_by_turning() {
     let problem = by_four([0.0; 3], [0.0, 0.3, 0.0]).with_duration(6.0);
@@ -53,7 +54,8 @@ fn a_shift_across_all_thrusters_is_made_by_turning() {
     assert!(trajectory.position.iter().all(|x| x.z.abs() < 1e-14));
 }
 
-/// `T = 2√(θJ/u)`, on equal steps to second order; and fuel by the same closed form of a double integrator.
+/// `T = 2√(θJ/u)`, on equal steps to second order; and fuel by the same closed form of a double
+/// integrator.
 #[test]
 fn a_turn_about_the_only_axis_takes_what_a_double_integrator_does() {
     let least = 2.0 * (1.2 * 1.1_f64 / 0.5).sqrt();

@@ -1,4 +1,5 @@
-//! What must not matter: units, order of work, threads, the direction of time, the reference frame.
+//! Invariance of plans under units, order of work, threads, the direction of time, and the
+//! reference frame.
 
 use super::support::{assert_close, full_body, full_inertia, rest_to_rest, solved, weighted};
 use evidence::Random;
@@ -38,7 +39,7 @@ impl Units {
 
 const ONE: Units = Units { mass: 1.0, length: 1.0, time: 1.0, cost: 1.0 };
 
-/// A pendulum between moving ends, its numbers converted to `units`.
+/// Returns a pendulum between moving ends, its numbers converted to `units`.
 fn pendulum(units: Units) -> Problem {
     let inertia = Inertia::new(full_inertia().j() * units.inertia()).unwrap();
     let rate = |x, y, z| Vector3::new(x, y, z) / units.time;
@@ -56,7 +57,7 @@ fn pendulum(units: Units) -> Problem {
         .with_path(Path::Shortest)
 }
 
-/// A dumbbell near an attracting center, its numbers converted to `units`.
+/// Returns a dumbbell near an attracting center, its numbers converted to `units`.
 fn dumbbell(units: Units) -> Problem {
     let (length, speed) = (units.length, units.length / units.time);
     let inertia = Inertia::diagonal(Vector3::new(0.05, 0.11, 0.11) * units.inertia()).unwrap();
@@ -190,7 +191,8 @@ fn the_reference_frame_does_not_matter() {
     }
 }
 
-/// Half a turn to one side and to the other end at one attitude, up to the last bits: rounding must not choose.
+/// Half a turn to one side and to the other end at one attitude, up to the last bits: rounding must
+/// not choose.
 #[test]
 fn half_a_turn_goes_round_as_it_is_given() {
     let mut random = Random::new(964);
@@ -206,8 +208,8 @@ fn half_a_turn_goes_round_as_it_is_given() {
     }
 }
 
-/// The long way from rest to rest often begins at a saddle: what lies below it must be found within limits too, and no
-/// rival may be cheaper.
+/// The long way from rest to rest often begins at a saddle: what lies below it must be found within
+/// limits too, and no rival may be cheaper.
 #[test]
 fn limits_that_do_not_act_change_nothing_on_the_long_way() {
     let inertia = Matrix3::new(2.644, -0.312, 0.0802, -0.312, 2.799, 0.793, 0.0802, 0.793, 2.046);

@@ -8,7 +8,8 @@ use slewkit_files::export::PlanFile;
 use slewkit_files::spec::{self, Format};
 use std::path::Path;
 
-/// Of each kind one: a free turn, moving ends, forces, a field, a rate limit, a cone, wheels.
+/// The maneuvers, one of each kind: a free turn, moving ends, forces, a field, a rate limit, a
+/// cone, wheels.
 const ON_EQUAL_STEPS: [&str; 7] = [
     "rest_120",
     "moving_ends",
@@ -21,11 +22,11 @@ const ON_EQUAL_STEPS: [&str; 7] = [
 /// Least time and least fuel, on arcs with steps of their own.
 const SWITCHING: [&str; 2] = ["minimum_time_xte", "minimum_fuel_xte"];
 
-/// A shipped maneuver, and how it is planned with this target.
+/// Returns a shipped maneuver, and how it is planned with this target.
 fn shipped(name: &str, target: Target) -> (Problem, Settings) {
     let path = format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let loaded = spec::read(Path::new(&path), &[]).unwrap();
-    // The limit on the true motion is that of the target.
+    // The limit on the true motion is the default of the target.
     let settings = Settings { target, continuous_tolerance: None, ..loaded.settings };
     (loaded.problem, settings)
 }
@@ -74,7 +75,8 @@ fn plans_that_switch_land_by_the_witness() {
     }
 }
 
-/// The shifted target is in the file, so that the discrete witness judges against it; without it the plan would miss.
+/// The shifted target is in the file, so that the discrete witness judges against it; without it
+/// the plan would miss.
 #[test]
 fn the_file_of_a_plan_that_lands_is_verified_by_itself() {
     for name in ["rest_120", "free_flyer", "minimum_fuel_xte"] {
@@ -94,8 +96,8 @@ fn the_file_of_a_plan_that_lands_is_verified_by_itself() {
     }
 }
 
-/// Costs of maneuvers whose optimum in continuous time other methods give, as told in their files; on the steps that are chosen
-/// where none are given.
+/// Costs of maneuvers whose optimum in continuous time other methods give, as stated in their
+/// files. The number of steps is chosen if the spec gives none.
 const IN_CONTINUOUS_TIME: [(&str, f64); 10] = [
     ("moving_ends", 6.448306071999),
     ("free_duration_xte", 16031.2331182),
@@ -127,9 +129,9 @@ fn on_chosen_steps_the_cost_stands_within_a_thousandth_of_its_optimum_in_continu
     }
 }
 
-/// Half a turn with a full turn's worth of rate: a hundred steps are too few for what is asked of the cost, and more are taken.
-/// The estimate that says so is that of a turn about one axis, where torques are linear in time: the trapezoidal sum is above the
-/// optimum by `ΔJ/J = 4/N²`.
+/// Half a turn with the rate of a full turn: a hundred steps are too few for the required accuracy
+/// of the cost, and more are used. The estimate behind this choice assumes a turn about one axis,
+/// for which torques are linear in time: the trapezoidal sum is above the optimum by `ΔJ/J = 4/N²`.
 #[test]
 fn more_steps_are_taken_where_the_cost_asks_for_them() {
     let (mut problem, settings) = shipped("rest_120", Target::Motion);
@@ -152,7 +154,8 @@ fn more_steps_are_taken_where_the_cost_asks_for_them() {
     assert_eq!((given.steps, given.chosen), (10, None));
 }
 
-/// The rows of a plan that lands are the true motion: they end where the maneuver ends, and a row beside it is told.
+/// The rows of a plan that lands are the true motion: they end where the maneuver ends, and a
+/// changed row is reported.
 #[test]
 fn the_true_motion_is_on_record() {
     for name in ["rest_120", "free_flyer", "orbit_turn", "minimum_time_xte", "wheels_pyramid"] {
@@ -167,7 +170,7 @@ fn the_true_motion_is_on_record() {
         assert!(rate.norm() * trajectory.time[last] < 1e-8, "{name}");
         let tolerance = settings.continuous_limit();
         assert!(slewkit::verify::verify(&problem, &trajectory, 1e-12, tolerance).passed(), "{name}");
-        // Another end is told, though the discrete motion meets a target of its own.
+        // Another end is reported, though the discrete motion meets a target of its own.
         let mut elsewhere = problem.clone();
         elsewhere.end.angular_velocity.z += 1e-3 / trajectory.time[last];
         assert!(!slewkit::verify::verify(&elsewhere, &trajectory, 1e-12, tolerance).passed(), "{name}");

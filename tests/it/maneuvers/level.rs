@@ -1,5 +1,5 @@
-//! Optima that are one of a family of equal ones, by a symmetry: the cost is level along the family, and round-off must not make a
-//! saddle of it.
+//! Optima that are one of a family of equal ones, by a symmetry: the cost is level along the
+//! family, and round-off must not make a saddle of it.
 
 use slewkit::maneuver::{Problem, SecondOrder, Settings, State};
 use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Body, Inertia};
@@ -8,8 +8,9 @@ use slewkit::plan::Silent;
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
-/// A turn about z of a body that is symmetric about z and has torques about x and y alone: what is turned about z by any angle is as
-/// good. At half a turn none of these paths is one of itself.
+/// Returns a body that is symmetric about z turns about z by torques about x and y alone: a plan
+/// turned about z by any angle has an equal cost. No such path of half a turn is symmetric to
+/// itself.
 fn without_a_torque_about_the_axis(axial: f64, angle: f64, steps: usize) -> Problem {
     let moments = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, axial));
     let body = Body { inertia: Inertia::new(moments).unwrap(), mass: None };
@@ -20,8 +21,8 @@ fn without_a_torque_about_the_axis(axial: f64, angle: f64, steps: usize) -> Prob
         .with_steps(steps)
 }
 
-/// The reduced Hessian of a direct method of 100 steps (CasADi, by its null space) has −5e-16, 0.0258, 0.0268 … as its least
-/// eigenvalues, at the cost 14.959, of 800 steps 14.983.
+/// The reduced Hessian of a direct method of 100 steps (CasADi, by its null space) has −5e-16,
+/// 0.0258, 0.0268 … as its least eigenvalues, at the cost 14.959, of 800 steps 14.983.
 #[test]
 fn one_of_a_circle_of_equal_minima_is_no_saddle() {
     for (axial, steps) in [(1.0, 50), (1.0, 99), (1.0, 100), (1.0, 101), (0.7, 100), (1.6, 80)] {

@@ -27,7 +27,7 @@ fn shot(problem: &Problem) -> Solution {
     solution
 }
 
-/// A plan that must be solved, verified and within its limits.
+/// Returns a plan that must be solved, verified and within its limits.
 fn planned(problem: &Problem) -> Solution {
     let Plan { solution, verification, status, .. } = plan(problem, &settings(), None, &mut Silent).unwrap();
     assert_eq!(status, Status::Solved, "{:?} {verification:?}", solution.ladder);
@@ -59,7 +59,8 @@ fn within(problem: &Problem, part: f64) -> Problem {
     problem.clone().with_actuation(Actuation { torque, ..problem.actuation.clone() })
 }
 
-/// Costs from a separate program; iterations of the semismooth Newton from the costates without limits.
+/// Costs from a separate program; iterations of the semismooth Newton from the costates without
+/// limits.
 #[test]
 fn the_published_limits_are_met_in_as_many_iterations_as_published() {
     let free = rest_to_rest(120.0)
@@ -99,12 +100,12 @@ fn tight_limits_are_reached_by_drawing_them_in() {
     let tight = within(&free, 0.6);
     let solution = planned(&tight);
     assert!(solution.ladder.iter().any(|rung| rung.rung == Rung::Limits));
-    // The convex road knows nothing of the law, and needs no costates to start from.
+    // The convex iteration does not use the control law, and needs no costates to start from.
     let settings = Settings { method: Method::Scp, ..Settings::discrete() };
     let convex = solve(&tight, &settings, None, &mut Silent).unwrap();
     assert_close("cost", &[solution.cost], &[convex.cost], 1e-10);
     assert_close("inputs", &solution.trajectory.input, &convex.trajectory.input, 1e-7);
-    // By default the convex road takes over there, and the shooting confirms what it found.
+    // The convex iteration takes over there by default, and the shooting confirms its result.
     let Plan { solution: found, status, .. } =
         plan(&tight, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(
@@ -142,7 +143,8 @@ fn the_interior_point_stops_at_the_limit_of_iterations_and_says_so() {
     assert!(!shortfall.contains("was found"), "{shortfall}");
 }
 
-/// Within limits of the inputs alone the shooting is quicker, counts conjugate points, and comes first.
+/// The shooting is quicker if only the inputs are limited, counts conjugate points, and comes
+/// first.
 #[test]
 fn limits_of_inputs_alone_take_the_shooting_by_default() {
     let limited = within(&rest_to_rest(120.0), 0.8);
@@ -179,7 +181,7 @@ fn the_costs_are_those_of_a_dense_optimiser() {
                 .with_objective(weighted(weight));
             let limited = within(&free, 0.72 + 0.23 * random.unit());
             let solution = planned(&limited);
-            // From the clipped inputs of the maneuver without limits.
+            // The first guess has the clipped inputs of the maneuver without limits.
             let limit = limited.actuation.torque.limits().size.as_ref().unwrap()[0];
             let inputs = shot(&free).trajectory.input;
             let clipped = inputs.iter().map(|input| input.clamp(-limit, limit));
@@ -269,7 +271,8 @@ fn a_norm_limit_is_the_same_in_turned_axes() {
     assert_close("cost", &[a.cost], &[b.cost], 1e-12);
 }
 
-/// `dJ/dū` is minus the sum of the multipliers over time: they are how fast the cost falls, relative to ū.
+/// `dJ/dū` is minus the sum of the multipliers over time: they are how fast the cost falls,
+/// relative to ū.
 #[test]
 fn multipliers_tell_what_a_larger_limit_is_worth() {
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
@@ -292,7 +295,8 @@ fn multipliers_tell_what_a_larger_limit_is_worth() {
     }
 }
 
-/// The unit of cost of a free body with three unit torques: that of a turn by one radian.
+/// Returns the unit of cost of a free body with three unit torques: the cost of a turn by one
+/// radian.
 fn cost_unit(problem: &Problem) -> f64 {
     let (inertia, time) = (problem.body.inertia.mean(), problem.seconds());
     inertia * inertia / time.powi(3)
@@ -314,7 +318,7 @@ fn a_guess_near_the_costates_is_polished_in_two_steps() {
     for scheme in [Scheme::LieEuler, Scheme::LieVerlet] {
         let limited = within(&rest_to_rest(120.0).with_scheme(scheme).with_path(Path::Shortest), 0.75);
         let solution = planned(&limited);
-        // As far off as the duals of a convex program that has converged to six digits.
+        // The guess has the error of duals of a convex program that has converged to six digits.
         let guess: Vec<f64> = solution
             .costates_0(&limited)
             .iter()
@@ -329,8 +333,8 @@ fn a_guess_near_the_costates_is_polished_in_two_steps() {
     }
 }
 
-/// A norm limit below what a bang-bang turn about a fixed axis takes, four sixths of the peak without limits;
-/// not far enough for a proof. Nothing is found, and nothing pretends to be.
+/// A norm limit below what a bang-bang turn about a fixed axis takes, four sixths of the peak
+/// without limits; not far enough for a proof. Nothing is found, and nothing pretends to be.
 #[test]
 fn the_path_of_a_guess_begins_the_convex_road() {
     let problem = within(&rest_to_rest(120.0), 0.75);

@@ -1,4 +1,5 @@
-//! Every law on some maneuver of every kind; thousands by `cargo run --release -p evidence -- metamorphic COUNT`.
+//! Every law on some maneuver of every kind; thousands by
+//! `cargo run --release -p evidence -- metamorphic COUNT`.
 
 use evidence::Random;
 use evidence::metamorphic::{LAWS, Planned, complaint};

@@ -1,4 +1,5 @@
-//! Minimum fuel through the public interface: closed forms, laws that every optimum obeys, and honesty.
+//! Minimum fuel through the public interface: closed forms, laws that every optimum obeys, and
+//! honesty.
 
 use super::minimum_time::{CUBE, at, body, moving, solved, torques};
 use slewkit::maneuver::{Duration, Fuel, Objective, Outcome, Problem, Settings, State, Structure};
@@ -12,12 +13,13 @@ fn fuel(problem: &Problem) -> f64 {
     solved(problem).solution.switching.expect("arcs").continuous_cost
 }
 
-/// A maneuver of an asymmetric body between moving states, in about twice the shortest time.
+/// Returns a maneuver of an asymmetric body between moving states, in about twice the shortest
+/// time.
 fn moving_slowly() -> Problem {
     moving().with_objective(Objective::Fuel(Fuel::default())).with_duration(5.0)
 }
 
-/// A quarter turn of a body about its principal axis, by one torque of each axis.
+/// Returns a quarter turn of a body about its principal axis, by one torque of each axis.
 fn quarter_turn(objective: Fuel, duration: impl Into<Duration>) -> Problem {
     let end = at([0.0, 0.0, FRAC_PI_2], [0.0; 3]);
     Problem::minimum_fuel(body([2.0, 2.5, 3.0]), at([0.0; 3], [0.0; 3]), end, duration)
@@ -33,7 +35,7 @@ pub(super) fn thrusters(axes: &[[f64; 3]], limit: f64) -> Actuation {
     Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap())
 }
 
-/// A torque of limited norm that points anywhere.
+/// Returns a torque of limited norm that points anywhere.
 pub(super) fn ball(limit: f64) -> Actuation {
     let limits = Limits { norm: Some(limit), ..Limits::default() };
     Actuation::torques(ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap())
@@ -57,8 +59,8 @@ fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
     assert!((plan.solution.cost / closed - 1.0).abs() < 1e-4, "{} {closed}", plan.solution.cost);
 }
 
-/// `U T_min² / (T + √(T² − T_min²))`, which loses no digits, from ten to ten thousand times the shortest duration: in long ones burns
-/// take less than a millionth of the time.
+/// `U T_min² / (T + √(T² − T_min²))`, which loses no digits, from ten to ten thousand times the
+/// shortest duration: in long ones burns take less than a millionth of the time.
 #[test]
 fn fuel_in_a_long_duration_is_that_of_the_closed_form() {
     for (actuation, limit) in [(torques(&CUBE, &[1.0, 1.0, 0.8]), 0.8), (ball(0.8), 0.8)] {
@@ -102,8 +104,8 @@ fn a_price_of_time_chooses_the_duration_of_the_closed_form() {
     assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
 }
 
-/// A sphere turns about one axis, whatever points the torque: two burns of `½ (T − √(T² − T_min²))` with
-/// `T_min = 2 √(jθ/U)`, and a price of time chooses `T` as above.
+/// A sphere turns about one axis, whatever points the torque: two burns of `½ (T − √(T² − T_min²))`
+/// with `T_min = 2 √(jθ/U)`, and a price of time chooses `T` as above.
 #[test]
 fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
     let (inertia, limit, price, angle) = (2.0_f64, 0.8, 2.5, 1.9);
@@ -126,7 +128,7 @@ fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
     assert_eq!((found.structure, found.switches), (Structure::BangOffBang, 2));
     assert!((found.continuous_cost / burnt(duration) - 1.0).abs() < 1e-10, "{found:?}");
     assert!((plan.solution.cost / burnt(duration) - 1.0).abs() < 1e-4);
-    // On the coast nothing; on a burn the torque turns, and arcs do not tell it.
+    // The torque is zero on the coast. It turns on a burn, and arcs do not report it.
     assert!(found.arcs[0].input.is_empty() && found.arcs[1].input == [0.0; 3]);
 
     let time_price = 0.9;
@@ -140,8 +142,8 @@ fn a_torque_of_limited_norm_burns_as_the_closed_form_says() {
     assert!((found.continuous_cost / closed - 1.0).abs() < 1e-10, "{found:?} {closed}");
 }
 
-/// Three torques whose cube lies in the ball can do no better than the ball, and the ball no better than the cube about it
-/// but for `Σ|τ_i| ≤ √3 |τ|`.
+/// Three torques whose cube lies in the ball can do no better than the ball, and the ball no better
+/// than the cube about it but for `Σ|τ_i| ≤ √3 |τ|`.
 #[test]
 fn a_ball_of_torques_burns_between_the_cubes_in_it_and_the_norms_of_those_about_it() {
     let given = moving_slowly();
@@ -153,8 +155,8 @@ fn a_ball_of_torques_burns_between_the_cubes_in_it_and_the_norms_of_those_about_
     assert!(around <= 3.0_f64.sqrt() * norm * (1.0 + 1e-9), "{around} {norm}");
 }
 
-/// From rest to rest fuel falls with the duration, so all of it is taken; with a price the duration of the closed form is,
-/// where it is allowed.
+/// Fuel from rest to rest falls with the duration, so all of it is used. With a price, the duration
+/// is the duration of the closed form, if it is allowed.
 #[test]
 fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     let (limit, price) = (0.8, 0.3);
@@ -178,9 +180,10 @@ fn a_longest_duration_is_taken_or_is_longer_than_needed() {
     assert!((found.continuous_cost / closed - 1.0).abs() < 1e-9, "{found:?} {closed}");
 }
 
-/// Two maneuvers with far more time than they need, whose arcs are not read from a smoothed extremal at once: a pulse much
-/// shorter than its switching function has the wrong sign, and a singular arc that takes a dozen pulses. Of the latter the
-/// discrete optimum of smoothed inputs costs 2 % more.
+/// Two maneuvers have far more time than they need, and their arcs are not read from a smoothed
+/// extremal at once: a pulse much shorter than its switching function has the wrong sign, and a
+/// singular arc needs a dozen pulses. The discrete optimum of smoothed inputs of the second one
+/// costs 2 % more.
 #[test]
 fn short_pulses_and_singular_arcs_are_refined_until_hardly_anything_is_to_be_gained() {
     let narrow = Problem::minimum_fuel(
@@ -228,8 +231,9 @@ fn canted(axes: [[f64; 3]; 8], limits: [f64; 8]) -> Actuation {
     Actuation::torques(ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(limits).unwrap())
 }
 
-/// Six switches that hardly determine the costates, whose own gap is a quarter of the cost; two singular arcs, which take two dozen
-/// pulses; and a branch of which only the last smoothed extremal tells that the arcs found are near it.
+/// The cases are six switches that hardly determine the costates, whose own gap is a quarter of the
+/// cost; two singular arcs, which need two dozen pulses; and a branch whose last smoothed extremal
+/// alone shows that the arcs found are near it.
 #[test]
 fn trains_of_pulses_stand_for_singular_arcs() {
     let few = Problem::minimum_fuel(
@@ -286,7 +290,8 @@ fn long_durations_have_extremals_where_smoothed_thrusters_lead_astray() {
     assert!(switching.gap <= 1e-4 * switching.continuous_cost, "{switching:?}");
 }
 
-/// In the middle of their limits these turn the body, and the more the longer a first path takes.
+/// Inputs in the middle of their limits turn the body, and turn it more if a first path takes
+/// longer.
 #[test]
 fn thrusters_that_push_unequally_have_a_shortest_time() {
     let axes = [
@@ -305,12 +310,14 @@ fn thrusters_that_push_unequally_have_a_shortest_time() {
         at([-1.642, 0.2817, 0.5205], [0.0; 3]),
     )
     .with_actuation(canted(axes, [4.563, 2.49, 1.07, 2.914, 4.861, 3.757, 4.197, 2.857]));
-    // A smoothed extremal takes 2.89824 s, and the limits would allow 0.00562 s less at most along it.
+    // A smoothed extremal takes 2.89824 s, and the limits would allow 0.00562 s less at most along
+    // it.
     let duration = solved(&problem).solution.cost;
     assert!((duration / 2.89262 - 1.0).abs() < 1e-3, "{duration}");
 }
 
-/// The discrete optimum on 100 steps has other pulses than that of the equations of motion, and smoothed inputs burn 7 % more.
+/// The pulses of the discrete optimum on 100 steps differ from the pulses of the continuous one,
+/// and smoothed inputs burn 7 % more.
 #[test]
 fn arcs_that_are_no_discrete_optimum_stay_the_plan() {
     let axes = [
@@ -460,7 +467,7 @@ fn what_cannot_be_planned_with_least_fuel_is_refused() {
     assert!(refused(&effort.with_actuation(Actuation::torques(three))).contains("thrusters"));
 }
 
-/// In less time than the turn about a principal axis takes no extremal has the symmetry of that turn.
+/// No extremal that is faster than the turn about a principal axis has the symmetry of that turn.
 #[test]
 fn fuel_has_plans_between_the_shortest_time_and_that_about_the_axis() {
     let end = State::at_rest(lie::exp(&Vector3::new(0.0, 0.0, FRAC_PI_2)));

@@ -51,7 +51,7 @@ fn duration(problem: &Problem) -> f64 {
     solved(problem).solution.switching.expect("arcs").continuous_duration_s
 }
 
-/// A maneuver of an asymmetric body between moving states.
+/// Returns a maneuver of an asymmetric body between moving states.
 pub fn moving() -> Problem {
     let (start, end) = (at([0.2, 0.1, -0.3], [0.03, -0.02, 0.04]), at([0.9, -0.4, 0.6], [-0.02, 0.05, 0.01]));
     Problem::minimum_time(body([1.0, 2.0, 3.0]), start, end).with_actuation(torques(&CUBE, &[1.0, 1.2, 0.8]))
@@ -67,8 +67,8 @@ fn a_maneuver_takes_as_long_backwards() {
     assert!((there / back - 1.0).abs() < 1e-9, "{there} {back}");
 }
 
-/// Hardly a turn, the long way round: the whole turn about the axis of the least moment takes `2√(2πJ/U)`, whichever axis the end is
-/// turned about, and what is left of it hardly any time.
+/// Hardly a turn, the long way round: the whole turn about the axis of the least moment takes
+/// `2√(2πJ/U)`, whichever axis the end is turned about, and what is left of it hardly any time.
 #[test]
 fn the_long_way_of_hardly_a_turn_takes_no_longer_than_a_whole_turn_about_the_quickest_axis() {
     let (least, small) = (1.0, 1e-4);
@@ -162,7 +162,8 @@ fn redundant_canted_torques_of_a_full_inertia_are_planned_and_one_more_makes_it_
     assert!(four < three, "{four} {three}");
 }
 
-/// What people try first: a cube about each of its axes, in the published time (Bilimoria and Wie 1993) whichever it is.
+/// A cube about each of its axes, which people try first, in the published time (Bilimoria and Wie
+/// 1993) for every axis.
 #[test]
 fn a_cube_turns_alike_about_all_its_axes() {
     for (degrees, published) in [(180.0_f64, 3.2431), (135.0, 2.8845), (90.0, 2.4211)] {
@@ -175,7 +176,8 @@ fn a_cube_turns_alike_about_all_its_axes() {
     }
 }
 
-/// Boxes about an axis by limits that differ: the same time in whatever axes it is written, and less than about that axis.
+/// Boxes about an axis by limits that differ: the same time in whatever axes it is written, and
+/// less than about that axis.
 #[test]
 fn the_time_of_a_box_is_the_same_in_all_axes() {
     let other = lie::exp(&Vector3::new(0.3, -0.5, 0.7));
@@ -266,9 +268,10 @@ fn what_cannot_be_planned_in_minimum_time_is_refused() {
     assert!(refused(&two, &settings).contains("every direction"));
 }
 
-/// The best durations that were published, in three digits: `evidence/public_set/ORIGIN.md`; all 1500 by
-/// `cargo run --release -p evidence -- minimum_time`. The first ones of each kind, then those with singular arcs which smoothing
-/// leaves longer, of one of which the branch ends before smoothing does.
+/// The best durations that were published, in three digits: `evidence/public_set/ORIGIN.md`; all
+/// 1500 by `cargo run --release -p evidence -- minimum_time`. The first ones of each kind, then
+/// those with singular arcs which smoothing leaves longer, of one of which the branch ends before
+/// smoothing does.
 #[test]
 fn published_cases_are_solved_and_not_longer() {
     let kinds: [(&str, [f64; 3], &[usize]); 3] = [
@@ -298,8 +301,8 @@ fn published_cases_are_solved_and_not_longer() {
     }
 }
 
-/// About one axis the strong side accelerates and the weak one brakes: `T² = 2jθ (1/U + 1/u)`. Turning about other axes as
-/// well can only be quicker.
+/// About one axis the strong side accelerates and the weak one brakes: `T² = 2jθ (1/U + 1/u)`.
+/// Turning about other axes as well can only be quicker.
 #[test]
 fn thrusters_that_push_unequally_turn_a_body() {
     let (strong, weak, angle) = (3.0, 0.15, 1.0);

@@ -1,7 +1,8 @@
 //! The planner as a whole, through the public interface: order, costs, units, symmetries, honesty.
 //!
-//! It proves that answers are right on single maneuvers of every kind, by closed forms, published values, other optimisers and laws
-//! that every optimum obeys. How often they are right on random maneuvers is counted by the commands of `evidence`.
+//! It proves that answers are right on single maneuvers of every kind, by closed forms, published
+//! values, other optimisers and laws that every optimum obeys. How often they are right on random
+//! maneuvers is counted by the commands of `evidence`.
 
 mod any_attitude;
 mod any_of;

@@ -1,4 +1,5 @@
-//! `method = "scp"` of maneuvers that the shooting takes: the same optima on equal steps, by another road.
+//! `method = "interior_point"` for maneuvers that the shooting can solve: equal optima on equal steps, by
+//! another method.
 
 use super::minimum_time::{CUBE, body, solved, torques};
 use super::shortest::turn;
@@ -7,7 +8,7 @@ use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::plan::{Plan, PlanError, Silent, Status, plan};
 use slewkit::{Duration, Matrix3};
 
-/// A plan by SCP, which the witnesses have verified.
+/// Returns a plan by the interior point on equal steps, which the witnesses have verified.
 pub(super) fn on_equal_steps(problem: &Problem) -> Plan {
     let settings = Settings { method: Method::InteriorPoint, ..Settings::discrete() };
     let found = plan(problem, &settings, None, &mut Silent).unwrap();
@@ -23,13 +24,13 @@ fn slew(moments: [f64; 3], degrees: f64) -> Problem {
         .with_actuation(torques(&CUBE, &[1.0; 3]))
 }
 
-/// By what two figures differ, relative.
+/// Returns the relative difference of two figures.
 fn apart(a: f64, b: f64) -> f64 {
     (a / b - 1.0).abs()
 }
 
-/// Bilimoria and Wie, Time-optimal three-axis reorientation of a rigid spacecraft, 1993: 2.4211 s for a quarter of a turn of a
-/// sphere, of which a turn about the axis alone takes 2.5066 s.
+/// Bilimoria and Wie, Time-optimal three-axis reorientation of a rigid spacecraft, 1993: 2.4211 s
+/// for a quarter of a turn of a sphere, of which a turn about the axis alone takes 2.5066 s.
 #[test]
 fn a_quarter_of_a_turn_takes_what_was_published() {
     let quarter = slew([1.0; 3], 90.0);
@@ -50,8 +51,8 @@ fn least_fuel_is_that_of_the_arcs_but_for_the_grid() {
     assert!(apart(found, arcs) < 2e-3, "{found} {arcs}");
 }
 
-/// Least effort in the best duration is one discrete problem on both roads: by the mean of the Hamiltonians, and with the duration
-/// as an unknown of the chain.
+/// Least effort in the best duration is one discrete problem on both roads: by the mean of the
+/// Hamiltonians, and with the duration as an unknown of the chain.
 #[test]
 fn a_duration_that_is_sought_is_the_same_by_both_roads() {
     let weights = Weights { time_price: Some(0.05), ..Weights::default() };

@@ -1,4 +1,4 @@
-//! The order of both schemes, against the continuous optimum by a road of its own.
+//! The order of both schemes, compared with the continuous optimum by an independent method.
 //!
 //! The continuous Pontryagin equations
 //!
@@ -103,7 +103,7 @@ impl Optimum {
     }
 }
 
-/// The maneuver of modified_scheme.json: both ends move.
+/// Returns the maneuver of modified_scheme.json: both ends move.
 fn moving_ends(file: &Value, field: &str) -> Problem {
     let vector = |value: &Value| Vector3::from_fn(|row, _| value[row].as_f64().unwrap());
     let matrix = |value: &Value| Matrix3::from_fn(|row, column| value[row][column].as_f64().unwrap());
@@ -135,8 +135,8 @@ fn cost_and_control_converge_at_the_order_of_the_scheme() {
     ))
     .unwrap();
     let file: Value = serde_json::from_str(&text).unwrap();
-    // Grids fine enough for the leading term to rule (the first-order term of the pendulum's cost is
-    // small) and coarse enough to stay above round-off.
+    // Grids fine enough for the leading term to rule (the first-order term of the pendulum's cost
+    // is small) and coarse enough to stay above round-off.
     let grids = [(Scheme::LieEuler, 1.0, [1280, 2560, 5120]), (Scheme::LieVerlet, 2.0, [80, 160, 320])];
     const NODES: usize = 5120;
     for (field, published) in [("free", 6.448306071999), ("pendulum", 6.394265178994)] {

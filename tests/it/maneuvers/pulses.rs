@@ -1,4 +1,5 @@
-//! Minimum fuel by pulses of a shortest length, through the public interface: closed forms, laws of every plan, and honesty.
+//! Minimum fuel by pulses of a shortest length, through the public interface: closed forms, laws of
+//! every plan, and honesty.
 
 use super::minimum_fuel::thrusters;
 use super::minimum_time::{CUBE, at, body, moving, solved, torques};
@@ -12,26 +13,26 @@ use slewkit::{Matrix3, Vector3, lie};
 use slewkit_files::spec::{self, Format, SpecDocument};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The same maneuver with a shortest pulse.
+/// Returns the same maneuver with a shortest pulse.
 fn pulsed(problem: &Problem, shortest: f64) -> Problem {
     let torque = problem.actuation.torque.clone();
     let limits = Limits { shortest_pulse: Some(shortest), ..torque.limits().clone() };
     problem.clone().with_actuation(Actuation::torques(torque.with_limits(limits).unwrap()))
 }
 
-/// A quarter turn about a principal axis of moment 3 by a torque of 0.8.
+/// Returns a quarter turn about a principal axis of moment 3 by a torque of 0.8.
 fn quarter_turn(duration: f64) -> Problem {
     let end = at([0.0, 0.0, FRAC_PI_2], [0.0; 3]);
     Problem::minimum_fuel(body([2.0, 2.5, 3.0]), at([0.0; 3], [0.0; 3]), end, duration)
         .with_actuation(torques(&CUBE, &[1.0, 1.0, 0.8]))
 }
 
-/// A maneuver of an asymmetric body between moving states.
+/// Returns a maneuver of an asymmetric body between moving states.
 fn moving_slowly() -> Problem {
     moving().with_objective(Objective::Fuel(Fuel::default())).with_duration(5.0)
 }
 
-/// Times for which each input is on without a change, from the arcs.
+/// Returns the times for which each input is on without a change, from the arcs.
 fn lengths(switching: &Switching) -> Vec<f64> {
     let mut lengths = Vec::new();
     for input in 0..switching.arcs[0].input.len() {
@@ -44,8 +45,8 @@ fn lengths(switching: &Switching) -> Vec<f64> {
     lengths
 }
 
-/// Two burns of length `½ (T − √(T² − T_min²))` with `T_min = 2 √(jθ/U)` where that is no shorter than a pulse may be, and of the
-/// shortest length d otherwise, which `jθ/(U d)` apart turn as far.
+/// Two burns of length `½ (T − √(T² − T_min²))` with `T_min = 2 √(jθ/U)` where that is no shorter
+/// than a pulse may be, and of the shortest length d otherwise, which `jθ/(U d)` apart turn as far.
 #[test]
 fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
     let (limit, duration) = (0.8, 7.0);
@@ -69,14 +70,14 @@ fn a_turn_about_a_principal_axis_burns_as_the_closed_form_says() {
     }
 }
 
-/// The same maneuver where a second has a price, in the best duration.
+/// Returns the same maneuver where a second has a price, in the best duration.
 fn priced(problem: &Problem, price: f64) -> Problem {
     let fuel = Fuel { time_price: Some(price), ..Fuel::default() };
     problem.clone().with_duration(Duration::SOUGHT).with_objective(Objective::Fuel(fuel))
 }
 
-/// Two burns of length b that turn by `jθ = U b (T − b)` cost `2 U b + p T`: least at `b² = p jθ/U / (2 U + p)`, or at the shortest
-/// length where that is longer.
+/// Two burns of length b that turn by `jθ = U b (T − b)` cost `2 U b + p T`: least at
+/// `b² = p jθ/U / (2 U + p)`, or at the shortest length where that is longer.
 #[test]
 fn the_best_duration_of_pulses_is_that_of_the_closed_form() {
     let (limit, price, way) = (0.8, 0.3, 3.0 * FRAC_PI_2);
@@ -104,7 +105,8 @@ fn the_best_duration_of_pulses_is_that_of_the_closed_form() {
     }
 }
 
-/// No given duration near the one that is found costs less, its price included; and the grid's duration goes to it as its cost does.
+/// No given duration near the one that is found costs less, its price included; and the grid's
+/// duration goes to it as its cost does.
 #[test]
 fn the_best_duration_of_pulses_is_the_best_of_those_given() {
     let (price, given) = (0.05, pulsed(&moving_slowly(), 0.3));
@@ -119,7 +121,8 @@ fn the_best_duration_of_pulses_is_the_best_of_those_given() {
         assert!(cost > found.continuous_cost, "{part}: {cost} {}", found.continuous_cost);
     }
     let duration = |solution: &slewkit::maneuver::Solution| *solution.trajectory.time.last().unwrap();
-    // How steps are shared among arcs is not the same on every grid, and the duration feels that first: so grids lie far apart.
+    // How steps are shared among arcs is not the same on every grid, and the duration feels that
+    // first: so grids lie far apart.
     for (one, next) in [(&coarse, &middle), (&middle, &fine)] {
         let order = ((one.cost - found.continuous_cost) / (next.cost - found.continuous_cost)).log(4.0);
         assert!((order - 2.0).abs() < 0.2, "{order}: {} {}", one.cost, next.cost);
@@ -129,7 +132,8 @@ fn the_best_duration_of_pulses_is_the_best_of_those_given() {
     assert!(fine.optimality.stationarity < 1e-12, "{}", fine.optimality.stationarity);
 }
 
-/// A bound that is too long for a body that moves: the best duration is shorter. One that is short is used up.
+/// A bound that is too long for a body that moves: the best duration is shorter. One that is short
+/// is used up.
 #[test]
 fn pulses_take_no_longer_than_a_bound() {
     let short = solved(&pulsed(&moving_slowly().with_duration_at_most(5.0), 0.3)).solution;
@@ -142,7 +146,7 @@ fn pulses_take_no_longer_than_a_bound() {
     assert!((given.cost / bounded.cost - 1.0).abs() < 1e-12, "{} {}", given.cost, bounded.cost);
 }
 
-/// The end that the arcs lead to by Kutta's method, which shares nothing with the solver.
+/// Returns the end that the arcs lead to by Kutta's method, which shares nothing with the solver.
 fn replayed(problem: &Problem, switching: &Switching) -> (Matrix3, Vector3) {
     let j = *problem.body.inertia.j();
     let inverse = j.try_inverse().unwrap();
@@ -174,7 +178,8 @@ fn direction(random: &mut Random) -> Vector3 {
     }
 }
 
-/// A maneuver of a random body about a random axis, by three torques or by eight canted thrusters.
+/// Returns a maneuver of a random body about a random axis, by three torques or by eight canted
+/// thrusters.
 fn case(random: &mut Random, canted: bool, moves: bool) -> Problem {
     let frame = lie::exp(&(direction(random) * random.within(0.0, PI)));
     let (a, b) = (random.within(1.0, 5.0), random.within(1.0, 5.0));
@@ -204,8 +209,8 @@ fn case(random: &mut Random, canted: bool, moves: bool) -> Problem {
         .with_actuation(Actuation::torques(torques))
 }
 
-/// Of 12 random maneuvers, every third in a duration that is sought; their arcs lead to the end by another integrator too, and none
-/// burns less than without a shortest pulse.
+/// Every third of 12 random maneuvers has a sought duration. Their arcs lead to the end by another
+/// integrator too, and no plan burns less than without a shortest pulse.
 #[test]
 fn random_maneuvers_have_pulses_that_lead_to_the_end() {
     let mut random = Random::new(7);
@@ -262,7 +267,7 @@ fn opposite_thrusters_pulse_as_a_torque_of_both_signs() {
     assert!(pairs <= one_each * (1.0 + 1e-9), "{pairs} {one_each}");
 }
 
-/// Whether a plan fails these checks.
+/// Returns whether a plan fails these checks.
 fn fails(problem: &Problem, trajectory: &Trajectory, names: &[&str]) -> bool {
     let judged = verify(problem, trajectory, 1e-12, None);
     assert!(!judged.passed());
@@ -295,7 +300,7 @@ fn an_input_that_is_half_open_and_a_pulse_that_is_too_short_are_noticed() {
     let mut interrupted = trajectory.clone();
     interrupted.input[(last - 1) * count + input] = 0.0;
     assert!(fails(&problem, &interrupted, &["shortest pulse"]));
-    // The same plan is none of longer pulses.
+    // The plan fails if pulses must be longer.
     assert!(fails(&pulsed(&problem, 0.3 * (1.0 + 1e-6)), &trajectory, &["shortest pulse"]));
 }
 
@@ -328,7 +333,8 @@ fn what_does_not_go_with_pulses_is_refused() {
     assert!(refused(&pulsed(&norm, 0.3)).contains("norm"));
 }
 
-/// Pulses so long that hardly any fit: there is a plan, or it is said that none was found.
+/// Pulses are so long that hardly any fit: a plan exists, or the planner reports that it found no
+/// plan.
 #[test]
 fn pulses_without_room_are_not_called_a_plan() {
     let plan = plan(&pulsed(&moving_slowly(), 4.9), &Settings::discrete(), None, &mut Silent).unwrap();

@@ -1,5 +1,5 @@
-//! Minimum fuel and time by thrusters that push and turn a body at once: closed forms, torques and forces of their own that do
-//! the same, what is refused.
+//! Minimum fuel and time by thrusters that push and turn a body at once: closed forms, torques and
+//! forces of their own with an equal effect, refused specs.
 
 use super::fuel_of_forces::{FEW, MASS, each, flight, near, pushes};
 use super::minimum_time::solved;
@@ -10,8 +10,9 @@ use slewkit::{Vector3, lie};
 /// Half the distance of the two thrusters that push along one axis the same way \[m\].
 const ARM: f64 = 0.5;
 
-/// Twelve thrusters of `limit` \[N\]: for each axis two that push along it and two against it, beside each other along the
-/// next axis. Couples turn about the third, and what they give adds to any push.
+/// Twelve thrusters of `limit` \[N\]: for each axis two that push along it and two against it,
+/// beside each other along the next axis. Couples turn about the third, and what they give adds to
+/// any push.
 fn twelve(limit: f64) -> Actuation {
     let (mut positions, mut directions) = (Vec::new(), Vec::new());
     for axis in 0..3 {
@@ -30,7 +31,7 @@ fn one_sided(limit: f64, count: usize) -> Limits {
     Limits { size: Some(vec![limit; count]), one_sided: true, ..Limits::default() }
 }
 
-/// From rest to rest in 3 s.
+/// Returns a flight from rest to rest in 3 s.
 fn by_thrusters(turn: [f64; 3], shift: [f64; 3], limit: f64) -> Problem {
     flight(turn, shift, each(1.0), AxisFrame::Body).with_actuation(twelve(limit))
 }
@@ -50,7 +51,8 @@ fn a_shift_costs_what_one_force_along_each_axis_does() {
 
 #[test]
 fn a_turn_costs_what_torques_of_their_own_do() {
-    // A couple of two thrusters of 2 N gives 2 N·m, and each of the two half of that for half of the price.
+    // A couple of two thrusters of 2 N gives 2 N·m, and each of the two half of that for half of
+    // the price.
     let turn = [0.5, -0.7, 0.3];
     let mut alone = flight(turn, [0.0; 3], each(1.0), AxisFrame::Body);
     let prices = Some(vec![1.0 / ARM; 3]);
@@ -97,7 +99,7 @@ fn a_push_while_the_body_turns_goes_where_it_points() {
     }
 }
 
-/// The first guess of the duration is not that of the weakest.
+/// The first guess of the duration does not follow the weakest thruster.
 #[test]
 fn a_weak_thruster_among_strong_ones_does_not_lead_the_search_astray() {
     let strong = by_thrusters([0.3, 0.2, -0.1], [0.5, -0.3, 0.4], 2.0);
@@ -134,7 +136,7 @@ fn what_cannot_push_and_turn_every_way_is_refused() {
         problem.clone().with_actuation(Actuation::of_thrusters(positions, directions, limits).unwrap())
     };
     let words = "thrusters that together push and turn in every direction";
-    // Without one of a pair the other cannot push that way and turn the other way at once.
+    // If one of a pair is missing, the other cannot push one way and turn the other way at once.
     refused(kept(&|index| index != 0 && index != 1), words);
     refused(kept(&|index| index % 4 < 2), words);
     refused(kept(&|index| index < 6), words);
@@ -163,7 +165,7 @@ fn what_cannot_push_and_turn_every_way_is_refused() {
     nowhere[5].z = f64::NAN;
     let nowhere = Actuation::of_thrusters(nowhere, directions.to_vec(), one_sided(2.0, 12));
     assert_eq!(nowhere, Err(ActuatorSetError::Position { count: 12 }));
-    // Of the attitude alone: four thrusters in a half space turn it one way only.
+    // The attitude alone is limited: four thrusters in a half space turn it one way only.
     let half = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, -1.0, 0.0]].map(Vector3::from);
     let half = ActuatorSet::new(half.to_vec(), AxisFrame::Body).unwrap();
     assert!(!half.with_limits(one_sided(1.0, 4)).unwrap().reaches_every_direction());

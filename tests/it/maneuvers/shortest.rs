@@ -1,5 +1,6 @@
-//! Minimum time within cones, rate limits, limits of how fast torques change, and wheels: another program, closed forms
-//! and laws. On a grid that knows no switches a duration is off by `O(h²)`, and jumps a little from grid to grid.
+//! Minimum time within cones, rate limits, limits of torque rates, and wheels: another program,
+//! closed forms and laws. The duration on a grid without nodes at the switches has an error of
+//! `O(h²)`, and jumps a little from grid to grid.
 
 use super::minimum_time::{CUBE, at, body, solved, torques};
 use slewkit::maneuver::problem::{Problem, State};
@@ -8,15 +9,16 @@ use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use slewkit::plan::{Guess, Plan, PlanError, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// Most that arcs whose every sign is right may leave to be gained, as a part of their cost: what differences of the flow and the rule
-/// of the integral leave.
+/// Most that arcs whose every sign is right may leave to be gained, as a part of their cost: what
+/// differences of the flow and the rule of the integral leave.
 pub(super) const GAP: f64 = 1e-9;
 
 pub(super) fn turn(axis: [f64; 3], degrees: f64) -> State {
     State::at_rest(lie::exp(&(Vector3::from(axis).normalize() * degrees.to_radians())))
 }
 
-/// From rest at the identity, with torques of at most 1 N·m about each principal axis.
+/// Returns a slew from rest at the identity, with torques of at most 1 N·m about each principal
+/// axis.
 fn slew(moments: [f64; 3], end: State) -> Problem {
     Problem::minimum_time(body(moments), State::at_rest(Matrix3::identity()), end)
         .with_actuation(torques(&CUBE, &[1.0; 3]))
@@ -65,14 +67,15 @@ fn duration(problem: &Problem, steps: usize) -> f64 {
     let plan = solved(&problem.clone().with_steps(steps));
     let duration = plan.solution.duration(problem);
     assert_eq!(plan.solution.cost, duration);
-    // The extremal that it stands for is told where every sign is right.
+    // The extremal that the plan stands for is reported if every sign is right.
     assert!(plan.solution.switching.is_none_or(|told| told.gap <= GAP * told.continuous_cost));
     duration
 }
 
-/// Cases, and their durations [s] by another program: direct multiple shooting by the Runge–Kutta method of order 4 with
-/// quaternions, inputs constant (or linear, under a limit of their slope) on each interval, CasADi 3.8.2 and IPOPT, the
-/// lowest of ten starts, extrapolated from the two finest grids (160 and 320 intervals, or 192 and 384).
+/// Returns the cases, and their durations [s] by another program: direct multiple shooting by the
+/// Runge–Kutta method of order 4 with quaternions, inputs constant (or linear, under a limit of
+/// their slope) on each interval, CasADi 3.8.2 and IPOPT, the lowest of ten starts, extrapolated
+/// from the two finest grids (160 and 320 intervals, or 192 and 384).
 fn cases() -> Vec<(&'static str, Problem, f64)> {
     const MOMENTS: [f64; 3] = [1.0, 2.0, 3.0];
     let free = || slew(MOMENTS, turn([1.0, 2.0, 3.0], 120.0));
@@ -161,8 +164,8 @@ fn plans_of_fine_grids_are_those_of_their_arcs() {
     }
 }
 
-/// About one axis: to full rate, on, and to rest. A ball for the torque and a sphere for the body leave nothing to gain
-/// beside the axis.
+/// About one axis: to full rate, on, and to rest. A ball for the torque and a sphere for the body
+/// leave nothing to gain beside the axis.
 #[test]
 fn a_sphere_speeds_up_coasts_and_brakes() {
     let (angle, fastest) = (120f64.to_radians(), 0.5);
@@ -207,7 +210,7 @@ fn what_limits_more_takes_longer_and_what_does_not_act_as_long() {
     assert!(durations.windows(2).all(|pair| pair[1] > pair[0] * (1.0 - 1e-9)), "{durations:?}");
 }
 
-/// The largest rate at the nodes of a plan [rad/s].
+/// Returns the largest rate at the nodes of a plan [rad/s].
 fn peak(plan: &Plan) -> f64 {
     plan.solution.trajectory.angular_velocity.iter().map(Vector3::norm).fold(0.0, f64::max)
 }
@@ -239,7 +242,7 @@ fn a_limit_that_does_not_act_leaves_the_arcs_of_the_turn_without_it() {
     }
 }
 
-/// Gains need steps of one length, so plans that fly are asked for so.
+/// Gains need steps of one length, so plans with gains have equal steps.
 #[test]
 fn what_is_asked_for_on_equal_steps_stays_on_them_though_its_limit_does_not_act() {
     let free = slew([1.0, 2.0, 3.0], turn([1.0, 2.0, 3.0], 120.0));
@@ -257,7 +260,7 @@ fn what_is_asked_for_on_equal_steps_stays_on_them_though_its_limit_does_not_act(
 
 #[test]
 fn of_mirror_images_that_last_as_long_the_one_beside_the_cone_is_the_answer() {
-    // A sphere turns about an axis of its torques faster on a way beside it, to either side.
+    // A sphere turns about an axis of its torques faster on a path near this axis, on either side.
     let free = slew([1.0; 3], turn([0.0, 0.0, 1.0], 135.0));
     let alone = solved(&free);
     let middle = |plan: &Plan| {

@@ -1,4 +1,4 @@
-//! What the planner's tests share.
+//! Helper functions of the planner's tests.
 
 use slewkit::maneuver::objective::Weights;
 use slewkit::maneuver::problem::{Problem, State};
@@ -9,7 +9,7 @@ use slewkit::optimize::search::solve;
 use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
 
-/// The full inertia of the reference files.
+/// Returns the full inertia of the reference files.
 pub fn full_inertia() -> Inertia {
     Inertia::new(Matrix3::new(2.0, 0.3, -0.2, 0.3, 1.6, 0.15, -0.2, 0.15, 1.1)).unwrap()
 }
@@ -30,7 +30,7 @@ pub fn rest_to_rest(degrees: f64) -> Problem {
     Problem::attitude(full_body(), State::at_rest(Matrix3::identity()), end, 2.0).with_steps(50)
 }
 
-/// A solve that must converge.
+/// Returns a solve that must converge.
 pub fn solved(problem: &Problem) -> Solution {
     let solution = solve(problem, &Settings::discrete(), None, &mut Silent).unwrap();
     if let Ok(to) = std::env::var("DUMP") {
@@ -49,7 +49,7 @@ pub fn solved(problem: &Problem) -> Solution {
     solution
 }
 
-/// A plan that must be solved and verified.
+/// Returns a plan that must be solved and verified.
 pub fn planned(problem: &Problem) -> Plan {
     let plan = plan(problem, &Settings::discrete(), None, &mut Silent).unwrap();
     assert_eq!(plan.status, Status::Solved, "{:?} {:?}", plan.solution.ladder, plan.verification);
@@ -64,7 +64,8 @@ pub fn assert_close(name: &str, a: &[f64], b: &[f64], limit: f64) {
     assert!(error <= limit * size, "{name}: {:e}", error / size);
 }
 
-/// The cost on ever finer grids, extrapolated: the scheme is of second order, in even powers.
+/// Returns the cost on ever finer grids, extrapolated: the scheme is of second order, in even
+/// powers.
 pub fn extrapolated(problem: &Problem, steps: usize) -> f64 {
     let cost = |steps: usize| {
         let found =

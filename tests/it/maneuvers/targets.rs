@@ -1,5 +1,6 @@
-//! Ends on a target: free rolls, matched rates, targets that move, cones that move, against optima by two other methods
-//! (`reference/targets`), whose directions are the Chebyshev polynomials that define them.
+//! Ends on a target: free rolls, matched rates, targets that move, cones that move, against optima
+//! by two other methods (`reference/targets`), whose directions are the Chebyshev polynomials that
+//! define them.
 
 use super::support::extrapolated;
 use evidence::{list, matrix3, number, numbers, reference, vector};
@@ -13,14 +14,14 @@ use slewkit::{
 };
 use slewkit_files::spec::{self, Format};
 
-/// What a reference points at, or along.
+/// Returns the direction at which, or along which, a reference points.
 fn direction(given: &Value, name: &str) -> Direction {
     let span = numbers(&given["sky"]["interval_s"]);
     let coefficients = list(&given["directions"][name]["chebyshev"]).iter().map(vector).collect();
     Direction::Moving(Track::of_coefficients(span[0], span[1], coefficients).unwrap())
 }
 
-/// The maneuver of a reference that ends at `aim`.
+/// Returns the maneuver of a reference that ends at `aim`.
 fn maneuver(given: &Value, aim: Aim) -> Problem {
     let body = Body { inertia: Inertia::new(matrix3(&given["inertia"])).unwrap(), mass: None };
     let quaternion = numbers(&given["q0"]);
@@ -117,8 +118,9 @@ fn a_target_that_moves_is_met_in_the_shortest_time() {
     agrees("q06", &problem, 100, 1e-7);
 }
 
-/// A plan of least time meets what moves where it is when the plan arrives, on grids that hold its arcs and on those that do not,
-/// with limits of the rates too: a target that runs away or comes nearer, at up to a third of the rate of the turn.
+/// A plan of least time meets a moving target at its arrival, on grids that hold its arcs and on
+/// those that do not, with limits of the rates too: the target runs away or comes nearer, at up to
+/// a third of the rate of the turn.
 #[test]
 fn the_shortest_plan_is_on_its_target_when_it_arrives() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
@@ -137,7 +139,7 @@ fn the_shortest_plan_is_on_its_target_when_it_arrives() {
         let limited = free.clone().with_constraint(rates).with_aim_at_end(aligned.clone());
         let (free, aligned) = (free.clone().with_aim_at_end(aim), free.with_aim_at_end(aligned));
         let all = [(&free, 100), (&aligned, 100), (&limited, 40)];
-        // What follows the second target turns faster at the end than it may.
+        // A body that follows the second target turns faster at the end than its limit.
         let kinds = if rate.x > 0.0 { 3 } else { 2 };
         for (problem, steps) in &all[..kinds] {
             for (settings, within) in [(Settings::default(), 1e-6), (Settings::discrete(), 1e-11)] {
@@ -187,8 +189,9 @@ fn a_cone_that_moves_is_touched_where_it_is_by_then() {
     assert!((found[1] / wanted - 1.0).abs() < 1e-7, "{found:?} {wanted}");
 }
 
-/// The best of a band of rolls lies between the aligned roll and the free one, and nowhere else is anything cheaper: by values
-/// where costates do not tell the slope, and at the edge of the band where the slope leads out of it.
+/// The best of a band of rolls lies between the aligned roll and the free one, and nowhere else is
+/// anything cheaper: by values where costates do not tell the slope, and at the edge of the band
+/// where the slope leads out of it.
 #[test]
 fn no_roll_of_a_band_is_cheaper_than_the_answer() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 3.0)).unwrap(), mass: None };
@@ -244,7 +247,8 @@ fn a_boresight_stays_within_an_angle_of_the_limb() {
     let disc = Direction::Disc { centre: centre.unwrap(), radius: 5.0 * 20.0_f64.to_radians().sin() };
     let half_angle = 10.0_f64.to_radians();
     let cone = Pointing::new(Side::KeepIn, vec![Vector3::x()], vec![disc], half_angle);
-    // About an axis aside of the way from start to end, and by way of rates that carry the boresight beyond.
+    // About an axis aside of the way from start to end, and by way of rates that carry the
+    // boresight beyond.
     let start = State::attitude(slewkit::Matrix3::identity(), Vector3::new(0.0, 0.0, 0.4));
     let end = State::attitude(lie::exp(&Vector3::new(0.0, 0.0, -0.3)), Vector3::zeros());
     let free = Problem::attitude(body, start, end, 10.0).with_steps(80);
@@ -303,8 +307,9 @@ fn a_target_that_moves_is_met_at_rest_at_the_best_time() {
     assert!(((after - before) / (2.0 * h) / price).abs() < 1e-4, "{}", (after - before) / (2.0 * h) / price);
 }
 
-/// Two extremals of least time are 3e-4 apart here, and of the dearer one the search finds no cheaper neighbour a moment later. The plan
-/// ends on the station when it is come to all the same, as the full theories see it.
+/// Two extremals of least time are 3e-4 apart here, and the search finds no cheaper neighbour of
+/// the costlier one a moment later. The plan still ends on the station, as the full theories see
+/// it.
 #[test]
 fn what_moves_is_met_where_two_extremals_are_near() {
     let text = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[orbit]\nsemi_major_axis_m = 6844308\n\
@@ -326,7 +331,8 @@ fn what_moves_is_met_where_two_extremals_are_near() {
     assert!(angle_between(&boresight, &seen) < 4e-6, "{}", angle_between(&boresight, &seen));
 }
 
-/// A spin about the axis that points, kept at the end: its phase is the roll, and no other phase costs less.
+/// A spin about the axis that points, kept at the end: its phase is the roll, and no other phase
+/// costs less.
 #[test]
 fn a_spin_about_the_boresight_ends_at_its_best_phase() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 1.5, 2.0)).unwrap(), mass: None };

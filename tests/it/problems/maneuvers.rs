@@ -1,4 +1,5 @@
-//! Every shipped problem planned as a user would, against numbers that nobody here computed with this crate.
+//! Every shipped problem planned as a user would, against numbers that nobody here computed with
+//! this crate.
 
 use super::told::{picture_faults, summary_faults};
 use slewkit::maneuver::problem::Problem;
@@ -8,7 +9,8 @@ use slewkit_files::spec::{self, Expect, Format, Loaded, Spec};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The maneuvers among the files of `problems/` and `problems/published/`, in order of their names; `simulations.rs` runs the others.
+/// Returns the maneuvers among the files of `problems/` and `problems/published/`, in order of
+/// their names; `simulations.rs` runs the others.
 pub(super) fn files() -> Vec<PathBuf> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems");
     let mut files: Vec<PathBuf> = [folder.to_string(), format!("{folder}/published")]
@@ -22,20 +24,21 @@ pub(super) fn files() -> Vec<PathBuf> {
     files
 }
 
-/// The shipped problem of this name.
+/// Returns the shipped problem of this name.
 fn problem(name: &str) -> Loaded {
     let path = PathBuf::from(format!("{}/../../problems/{name}.toml", env!("CARGO_MANIFEST_DIR")));
     spec::read(&path, &[]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// On a fine grid a constraint acts at many nodes and arcs that nearly repeat each other. The plan is that of the
-/// coarse grid all the same, and of the same kind: the cheapest.
+/// A constraint acts at many nodes of a fine grid and on arcs that nearly repeat each other. Still
+/// the plan has the cost and the kind of the coarse grid's plan: the cheapest.
 #[test]
 fn fine_grids_have_the_plans_of_coarse_ones() {
     for name in ["keep_out_small", "limited_rate", "limited_rate_axes", "wheels_one_failed", "wheels_pyramid"]
     {
         let Loaded { problem, settings, .. } = problem(name);
-        // By their discrete optima: a coarse plan that lands within what limits it costs more.
+        // The costs of discrete optima are compared: a coarse plan that lands within its limits
+        // costs more.
         let settings = Settings { target: Target::Discrete, ..settings };
         let coarse = solve(&problem, &settings).solution;
         let fine = solve(&problem.clone().with_steps(1000), &settings);
@@ -78,7 +81,8 @@ fn a_time_limit_ends_the_convex_road_on_a_fine_grid() {
     assert_eq!(error, PlanError::TooManySteps { steps: most + 1 });
 }
 
-/// Other programs' costs of least time and fuel within limits are met by the interior point as well, on the same grids.
+/// Other programs' costs of least time and fuel within limits are met by the interior point as
+/// well, on the same grids.
 #[test]
 fn the_interior_point_has_the_costs_of_other_programs() {
     let names = [
@@ -109,13 +113,14 @@ fn solve(problem: &Problem, settings: &Settings) -> Plan {
     plan(problem, settings, None, &mut Silent).unwrap_or_else(|error| panic!("{}: {error}", problem.name))
 }
 
-/// The cost of the discrete problem, which is what expectations are of: of a plan that lands before its target was shifted.
+/// Returns the cost of the discrete problem, which is what expectations are of: of a plan that
+/// lands before its target was shifted.
 fn discrete_cost(plan: &Plan) -> f64 {
     let Plan { solution, .. } = plan;
     solution.landing.as_ref().map_or(solution.cost, |landing| landing.cost_before)
 }
 
-/// What of `[expect]` the plan does not meet, in words.
+/// Returns the expectations of `[expect]` that the plan does not meet, in words.
 fn unmet(expect: &Expect, plan: &Plan) -> Vec<String> {
     let solution = &plan.solution;
     let mut unmet = Vec::new();
@@ -252,7 +257,7 @@ fn every_shipped_problem_comes_to_what_it_expects_and_is_told_and_drawn_so() {
             rivals.join(" ")
         );
         failures.extend(unmet(expect, &plan).into_iter().map(|what| format!("{name}: {what}")));
-        // What people see of it is looked at here because it has been planned here.
+        // The summary and the pictures are tested here because the plan is made here.
         let seen = [summary_faults(&loaded, &plan), picture_faults(&loaded, &plan)].concat();
         failures.extend(seen.into_iter().map(|what| format!("{name}: {what}")));
     }
@@ -306,8 +311,9 @@ fn shipped_problems_warn_of_nothing_but_what_they_mean() {
     }
 }
 
-/// Table 2, cases (iii) and (iv), of Lee, Leok and McClamroch 2006: the printed digits, and terminal errors below
-/// the bound that the printed ones (2.90e-15 to 1.48e-14) leave for another order of rounding.
+/// Table 2, cases (iii) and (iv), of Lee, Leok and McClamroch 2006: the printed digits, and
+/// terminal errors below the bound that the printed ones (2.90e-15 to 1.48e-14) leave for another
+/// order of rounding.
 #[test]
 fn orbit_maneuvers_come_to_the_printed_digits() {
     for (name, printed, rival) in [("orbit_flip", "23.35", None), ("orbit_turn", "70.74", Some("76.31"))] {
@@ -327,7 +333,8 @@ fn orbit_maneuvers_come_to_the_printed_digits() {
     }
 }
 
-/// A free body whose thrust acts along fixed axes turns and moves as if each were alone: the costs add up.
+/// A free body whose thrust acts along fixed axes turns and moves as if each were alone: the costs
+/// add up.
 #[test]
 fn free_turn_and_shift_cost_what_each_costs_alone() {
     let both = problem("free_flyer");

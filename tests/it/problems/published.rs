@@ -1,7 +1,8 @@
-//! `docs/published.md` is the table of published maneuvers: of every spec that has a published cost beside ours.
+//! `docs/published.md` is the table of published maneuvers: of every spec that has a published cost
+//! beside ours.
 //!
-//! Each row is read from a spec, whose plan `maneuvers.rs` holds to these numbers. `BLESS=1 cargo test --test it -- published` writes
-//! the table.
+//! Each row is read from a spec, whose plan `maneuvers.rs` holds to these numbers.
+//! `BLESS=1 cargo test --test it -- published` writes the table.
 
 use super::maneuvers::files;
 use slewkit::maneuver::Objective;
@@ -10,7 +11,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-/// The table of the specs, a row each.
+/// Returns the table of the specs, a row each.
 fn table() -> String {
     let mut table =
         String::from("| maneuver | minimizes | published | ours | source |\n|---|---|---|---|---|\n");

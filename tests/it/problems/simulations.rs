@@ -14,7 +14,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// The simulations among the files of `problems/`, in order of their names.
+/// Returns the simulations among the files of `problems/`, in order of their names.
 fn simulations() -> Vec<(String, LoadedSimulation)> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
@@ -34,7 +34,7 @@ fn simulations() -> Vec<(String, LoadedSimulation)> {
     loaded.collect()
 }
 
-/// What a run shows, beside its rows.
+/// The results of a run, besides its rows.
 struct Seen {
     first: SimulationRow,
     last: SimulationRow,
@@ -52,7 +52,7 @@ fn attitude(body: &BodyState) -> Matrix3 {
     lie::rotation_from_quaternion(&body.quaternion)
 }
 
-/// Angle of a body axis about a direction.
+/// Returns the angle of a body axis about a direction.
 fn azimuth(precession: &Precession, row: &SimulationRow) -> f64 {
     let about = precession.about.normalize();
     let first = about.cross(&if about.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() }).normalize();
@@ -107,7 +107,8 @@ fn run(simulation: &Simulation, expect: &SimulationExpect) -> Seen {
     seen.unwrap_or_else(|| panic!("{}: no row", simulation.name))
 }
 
-/// What of `[expect]` the motion does not meet, in words, and the errors that it has.
+/// Returns the expectations of `[expect]` that the motion does not meet, in words, and the errors
+/// that it has.
 fn unmet(simulation: &Simulation, expect: &SimulationExpect, seen: &Seen) -> (Vec<String>, Vec<String>) {
     let (mut unmet, mut told) = (Vec::new(), Vec::new());
     let mut claim = |what: &str, error: f64, limit: f64| {
@@ -200,7 +201,8 @@ fn every_shipped_simulation_says_what_it_is_for_and_where_its_numbers_come_from(
     }
 }
 
-/// A maneuver's body with actuators fixed in the body or in the reference frame, in a field that turns its moment.
+/// Returns a maneuver's body with actuators fixed in the body or in the reference frame, in a field
+/// that turns its moment.
 fn maneuver(frame: AxisFrame, moves: bool) -> Problem {
     let inertia = Inertia::new(Matrix3::new(2.0, 0.1, 0.0, 0.1, 3.0, -0.2, 0.0, -0.2, 4.0)).unwrap();
     let body = Body { inertia, mass: moves.then_some(2.0) };
@@ -226,7 +228,8 @@ fn maneuver(frame: AxisFrame, moves: bool) -> Problem {
     problem
 }
 
-/// Constant inputs reach every integrator as they reach the witnesses, whatever frame their axes are fixed in.
+/// Constant inputs reach every integrator as they reach the witnesses, whatever frame their axes
+/// are fixed in.
 #[test]
 fn a_maneuver_moves_as_its_witness_says() {
     for (frame, moves) in [
@@ -286,7 +289,8 @@ fn a_maneuver_moves_as_its_witness_says() {
     }
 }
 
-/// Rows at the stride, the start and the end; both ways to stop; what is wrong is said before the first step.
+/// The output has rows at the stride, at the start and at the end; both stops work; faults are
+/// reported before the first step.
 #[test]
 fn a_run_hands_out_the_rows_asked_for_and_stops_when_told() {
     let mut simulation = Simulation::of(&maneuver(AxisFrame::Body, false), None).unwrap();

@@ -1,4 +1,5 @@
-//! What people see of a plan: the summary fits a screen and says what is so, and the pictures end where the witnesses say.
+//! The summary of a plan fits a screen and is correct, and the pictures end at the values of the
+//! witnesses.
 
 use slewkit::Vector3;
 use slewkit::lie;
@@ -29,7 +30,7 @@ const PRIVATE: [&str; 12] = [
     "symplectic",
 ];
 
-/// What of the summary of a plan is not as it should be.
+/// Returns the faults of the summary of a plan.
 pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     let mut claim = |holds: bool, what: String| {
@@ -40,7 +41,7 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     let (problem, solution) = (plan.solution.on_grid(&loaded.problem), &plan.solution);
     let lines = summary::plan(false, &loaded.problem, &loaded.settings, plan, &loaded.identity);
     let text = lines.join("\n");
-    // One more tells what to type next.
+    // One more line names the next command.
     claim(lines.len() < LINES, format!("{} lines:\n{text}", lines.len()));
     for line in &lines {
         claim(line.chars().count() <= COLUMNS, format!("{} columns: {line}", line.chars().count()));
@@ -83,7 +84,7 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
         let (named, reason) = has(format!("{}: ", cone.name));
         wanted.push((named || text.contains("more with more room"), reason));
     }
-    // What thrusters push changes the momentum, and nothing else does where nothing acts on the body.
+    // Thrusters that push change the momentum; if nothing acts on the body, nothing else does.
     if let (Some(pushed), Some(mass)) = (text.split("push (").nth(1), problem.body.mass)
         && problem.actuation.thrusters.is_some()
         && problem.environment.is_free()
@@ -108,8 +109,8 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     faults
 }
 
-/// What of the pictures of a plan is not what the witnesses found: the last value of every curve that one of them has a number for,
-/// and the smallest clearance.
+/// Returns the curves of a plan whose last value, or whose smallest clearance, differs from the
+/// number that a witness has found.
 pub fn picture_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     let Some(found) = plan.verification.as_ref().filter(|_| plan.solution.outcome == Outcome::Converged)
     else {
@@ -146,7 +147,7 @@ pub fn picture_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
         .map_or(0.0, |target| lie::minus(&target.attitude, &problem.end.attitude).norm());
     let off = degrees(found.discrete_attitude_rad);
     same("discrete motion", last("error", "discrete motion"), degrees(aimed), off + close);
-    // What the plan has on record is the true motion of one that lands, else the discrete one.
+    // The recorded motion is the true one if the plan lands, and otherwise the discrete one.
     let lands = trajectory.target.is_some();
     let rate = Vector3::from([last("rates", "Ω x"), last("rates", "Ω y"), last("rates", "Ω z")])
         .map(f64::to_radians);
@@ -154,7 +155,8 @@ pub fn picture_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
     let duration = trajectory.time.last().copied().unwrap_or(f64::NAN).max(f64::MIN_POSITIVE);
     let scale = problem.body.inertia.mean() / problem.body.inertia.principal().min() / duration;
     let wanted = if lands { found.continuous_rate_rad_s } else { 0.0 };
-    // The recorded motion is the planner's, which the witnesses' own may differ from by so much ("recorded motion", scaled).
+    // The recorded motion is the planner's, which the witnesses' own may differ from by so much
+    // ("recorded motion", scaled).
     let flown = 1e-6;
     same("rate", missed, wanted, (found.discrete_momentum_relative + flown) * scale);
     let quaternion = ["w", "x", "y", "z"].map(|name| last("quaternion", name));

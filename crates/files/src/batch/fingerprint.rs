@@ -22,7 +22,7 @@ impl Fingerprint {
         self
     }
 
-    /// More bytes of a piece whose end counts for nothing.
+    /// Adds bytes of a piece; the places where pieces end have no effect.
     pub fn add(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);

@@ -165,7 +165,7 @@ impl From<&Verification> for Verdict {
     }
 }
 
-/// JSON has no NaN: a number that is not finite is absent.
+/// Returns the number if it is finite: JSON has no NaN.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }

@@ -22,7 +22,7 @@ impl Shard {
     /// Most shards: they are open together when they are merged.
     pub const MOST: u64 = 900;
 
-    /// Shard `index` of `of`.
+    /// Creates the shard `index` of `of`.
     ///
     /// # Errors
     /// Returns an error if the shard does not exist.

@@ -148,7 +148,7 @@ impl Tally {
 }
 
 impl Costs {
-    /// Their quantiles; none where nothing was solved.
+    /// Returns the quantiles; `None` if no case was solved.
     pub fn quantiles(&self) -> Option<Quantiles> {
         let mut sorted = self.all.clone();
         sorted.sort_unstable_by(f64::total_cmp);

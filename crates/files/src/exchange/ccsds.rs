@@ -1,20 +1,23 @@
-//! CCSDS attitude messages as keywords and values: AEM 1.0 and 2.0, APM 2.0 (CCSDS 504.0-B-1 and B-2).
+//! CCSDS attitude messages as keywords and values: AEM 1.0 and 2.0, APM 2.0 (CCSDS 504.0-B-1 and
+//! B-2).
 //!
-//! REF_FRAME_A is the reference frame and REF_FRAME_B the body: the attitude of B as seen from A, whose quaternion has
-//! the numbers of ours, scalar last. Rates are in deg/s, of the body, in body axes. AEM 1.0 has the derivative of the
-//! quaternion instead of rates, because its QUATERNION/RATE is read in two ways.
+//! REF_FRAME_A is the reference frame and REF_FRAME_B the body: the attitude of B as seen from A,
+//! whose quaternion has the numbers of ours, scalar last. Rates are in deg/s, of the body, in body
+//! axes. AEM 1.0 has the derivative of the quaternion instead of rates, because its QUATERNION/RATE
+//! is read in two ways.
 //!
 //! # Where does an AEM begin a new block?
 //!
-//! Where an input switches: the standard forbids interpolation from one block into the next, and a cubic across a switch
-//! misses by the jump of the acceleration. Neighbours share the node between them, so that both arcs can be interpolated to
-//! their ends; a reader of ours takes the shared row once, and refuses two attitudes at one time. A smoothed law has no arcs
-//! and stays one block.
+//! Where an input switches: the standard forbids interpolation from one block into the next, and a
+//! cubic across a switch misses by the jump of the acceleration. Neighbours share the node between
+//! them, so that both arcs can be interpolated to their ends; a reader of ours takes the shared row
+//! once, and refuses two attitudes at one time. A smoothed law has no arcs and stays one block.
 //!
 //! # Why is AEM 1.0 written with derivatives of the quaternion?
 //!
-//! `QUATERNION/RATE` of version 1.0 is body rates to some readers and Euler rates to others (Orekit). The derivative is
-//! unambiguous, and the rate comes back from it. When reading, such rates are left out.
+//! `QUATERNION/RATE` of version 1.0 is body rates to some readers and Euler rates to others
+//! (Orekit). The derivative is unambiguous, and the rate comes back from it. When reading, such
+//! rates are left out.
 
 use super::{Record, digits, six_of_inertia};
 use crate::export::ExportError;
@@ -32,7 +35,7 @@ pub enum AemVersion {
 
 type Written = Result<(), ExportError>;
 
-/// The keys that all messages begin with.
+/// Returns the keys that all messages begin with.
 fn header(record: &Record<'_>, first: &str, output: &mut dyn Write) -> Written {
     writeln!(output, "{first}")?;
     writeln!(output, "COMMENT {}", record.name())?;
@@ -44,7 +47,7 @@ fn header(record: &Record<'_>, first: &str, output: &mut dyn Write) -> Written {
     Ok(())
 }
 
-/// What is spoken of.
+/// Writes the name, the identifier and the centre of the object.
 fn object(record: &Record<'_>, output: &mut dyn Write) -> Written {
     writeln!(output, "OBJECT_NAME = {}", record.object())?;
     writeln!(output, "OBJECT_ID = {}", record.identity.object_id.as_deref().unwrap_or("UNKNOWN"))?;
@@ -54,22 +57,23 @@ fn object(record: &Record<'_>, output: &mut dyn Write) -> Written {
     Ok(())
 }
 
-/// The frames between which attitudes lead.
+/// Returns the frames between which attitudes lead.
 fn frames(record: &Record<'_>, output: &mut dyn Write) -> Written {
     writeln!(output, "REF_FRAME_A = {}", record.identity.reference_frame())?;
     writeln!(output, "REF_FRAME_B = {}", record.identity.body_frame())?;
     Ok(())
 }
 
-/// An attitude ephemeris: a block of metadata and data for each smooth piece of the motion, since nobody may
-/// interpolate from one block into the next. Neighbours share the node between them.
+/// Returns an attitude ephemeris: a block of metadata and data for each smooth piece of the motion,
+/// since nobody may interpolate from one block into the next. Neighbours share the node between
+/// them.
 pub(super) fn write_aem(record: &Record<'_>, version: AemVersion, output: &mut dyn Write) -> Written {
     let number = if version == AemVersion::One { "1.0" } else { "2.0" };
     header(record, &format!("CCSDS_AEM_VERS = {number}"), output)?;
     record.pieces().try_for_each(|nodes| write_block(record, version, nodes, output))
 }
 
-/// One block of it.
+/// Writes one block of it.
 fn write_block(
     record: &Record<'_>,
     version: AemVersion,
@@ -115,7 +119,8 @@ fn write_block(
     Ok(())
 }
 
-/// Attitude, rate and inertia at the start, and the torque that the plan holds over every step.
+/// Writes attitude, rate and inertia at the start, and the torque that the plan holds over each
+/// step.
 pub(super) fn write_apm(record: &Record<'_>, output: &mut dyn Write) -> Written {
     header(record, "CCSDS_APM_VERS = 2.0", output)?;
     let (epoch, time) = (record.epoch()?, &record.trajectory.time);

@@ -1,5 +1,5 @@
-//! Compares attitudes of a file with a maneuver. Frames, epoch and body must be those of the
-//! spec, or are converted to them; otherwise the comparison is reported as impossible.
+//! Compares attitudes of a file with a maneuver. Frames, epoch and body of the file must equal
+//! those in the spec, or are converted to them; otherwise the comparison is reported as impossible.
 //! [`slewkit::verify::judge_attitudes`] judges the rest.
 
 use super::frames::{Meaning, meaning};
@@ -26,7 +26,8 @@ impl FileReport {
     }
 }
 
-/// Judges cones, and rates, on the motion between rows that the file declares, in the place of that at one rate.
+/// Judges cones, and rates, on the motion between rows that the file declares, in the place of that
+/// at one rate.
 fn between_rows(
     attitudes: &mut AttitudeReport,
     problem: &Problem,
@@ -57,7 +58,7 @@ fn between_rows(
                 && text.starts_with(&format!("{}: ", constraint.name))
         })
     };
-    // What is violated at a row, the refinement finds as well: it has all of them.
+    // The refinement contains all rows, so it finds every violation at a row again.
     let old = std::mem::take(&mut attitudes.violations);
     let at = std::mem::take(&mut attitudes.violated_at);
     for (text, row) in old.into_iter().zip(at).filter(|(text, _)| !of_cone(text)) {
@@ -79,8 +80,8 @@ fn between_rows(
 
 /// The name of the check that rows begin when the maneuver does.
 const MOMENT: &str = "moment of the start";
-/// The allowed relative error of the start time in addition to the printed digits: that of the
-/// duration.
+/// The allowed relative error of the start time in addition to the printed digits, which equals the
+/// relative error of the duration.
 const MOMENT_SHARE: f64 = 1e-6;
 
 /// Judges attitudes of the file `name` against a maneuver and what its spec calls it; `tolerance`

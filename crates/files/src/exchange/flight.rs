@@ -1,9 +1,10 @@
 //! A table for on-board use: equal ticks, and a checksum over all preceding lines.
 //!
 //! A row holds the attitude and the rate at its tick, and the mean torque and inputs of the plan
-//! over the tick that begins there, so that their impulse is that of the plan. If the tick is not
-//! the step of the plan, a cubic interpolates attitudes between the nodes of the plan. The table
-//! states the error of this interpolation, and the error of interpolating between its rows.
+//! over the tick that begins there, so that their impulse equals the impulse of the plan. If the
+//! tick is not the step of the plan, a cubic interpolates attitudes between the nodes of the plan.
+//! The table states the error of this interpolation, and the error of interpolating between its
+//! rows.
 //!
 //! A plan with gains has them at the end of each row: the gains of the step of the plan in which
 //! the tick begins (version 2 of the table). They are not interpolated.
@@ -149,7 +150,8 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
         };
         writeln!(
             text,
-            "# input = input of the row - gains [z; dw]: z = log(R*^T R) of the row in rad, dw = w - w* in rad/s, body axes; {held}"
+            "# input = input of the row - gains [z; dw]: z = log(R*^T R) of the row in rad, dw = w - w* in \
+                rad/s, body axes; {held}"
         )?;
         let states = record.gain_states();
         if states.len() == 9 {

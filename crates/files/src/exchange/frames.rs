@@ -149,7 +149,8 @@ pub fn meaning(name: &str) -> Meaning {
 /// Names of frames of the orbit that are written, for messages.
 pub const ORBIT_NAMES: &str = "VNC, LVLH, VVLH, RTN, RSW, QSW, NTW, TNW";
 
-/// Returns the rotation from components in our axes of the orbit to those of this name.
+/// Returns the rotation from components in our axes of the orbit to components in the axes of this
+/// name.
 fn of_orbit(name: &str) -> Option<Matrix3> {
     let rows = match name {
         "VNC" => [[1, 0, 0], [0, 1, 0], [0, 0, 1]],

@@ -85,7 +85,8 @@ impl Lacking {
                 "give --tick SECONDS so that the duration is a whole number of ticks, at most ten million"
             }
             Self::Parquet => {
-                "build it with `cargo install --path crates/slew --features parquet` in its sources, or write .csv or .npz"
+                "build it with `cargo install --path crates/slew --features parquet` in its sources, or \
+                    write .csv or .npz"
             }
             Self::Duration => {
                 "give another end or maneuver.duration_s, or write .json or .csv, which hold a \

@@ -13,11 +13,11 @@
 //! | Basilisk | modified Rodrigues parameters of `q` | | reference axes, rad/s |
 //! | NumPy, MATLAB, Parquet, flight table | `q` | scalar first | body axes, rad/s |
 //!
-//! Rates are those of the body relative to the reference frame: if that frame turns, its own rate
-//! is subtracted. Frames of the orbit are written in the axes of their names ([`frames`]).
-//! Simulators have inertial frames only. If our frame turns, their tables map to the frame at
-//! time zero, which is inertial, and rates are inertial. Numbers have 17 significant digits, and
-//! read back to equal bits.
+//! Rates describe the body relative to the reference frame: if that frame turns, its own rate is
+//! subtracted. Frames of the orbit are written in the axes of their names ([`frames`]). Simulators
+//! have inertial frames only. If our frame turns, their tables map to the frame at time zero, which
+//! is inertial, and rates are inertial. Numbers have 17 significant digits, and read back to equal
+//! bits.
 //!
 //! # Why are exchange formats written by hand?
 //!
@@ -32,10 +32,10 @@
 //! | STK, 42, Basilisk, flight table | none | text |
 //! | epochs' fraction and second 60 | hifitime otherwise | `epoch.rs` |
 //!
-//! The crate `parquet` writes Parquet, without any of its features. It adds thirteen crates to
-//! the program's 112 (`cargo tree -e normal -p slewkit-cli --features parquet`), so it is behind
-//! a feature: CSV and NumPy hold an equal table. Without the feature the name is known, and the
-//! message says how to build it.
+//! The crate `parquet` writes Parquet, without any of its features. It adds thirteen crates to the
+//! program's 112 (`cargo tree -e normal -p slewkit-cli --features parquet`), so it is behind a
+//! feature: CSV and NumPy hold an equal table. A program without the feature knows the name, and
+//! its message states how to build it.
 
 mod ccsds;
 mod compared;

@@ -28,7 +28,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
 pub struct Arrays<'o>(Archive<'o>);
 
 impl<'o> Arrays<'o> {
-    /// Into this stream.
+    /// Creates the archive in this stream.
     pub fn new(output: &'o mut dyn Write) -> Self {
         Self(Archive { output, written: 0, directory: Vec::new(), files: 0 })
     }
@@ -44,7 +44,7 @@ impl<'o> Arrays<'o> {
     /// Writes the directory.
     ///
     /// # Errors
-    /// The stream.
+    /// Returns the errors of the stream.
     pub fn close(self) -> io::Result<()> {
         self.0.close()
     }

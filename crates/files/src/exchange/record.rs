@@ -76,7 +76,7 @@ impl Record<'_> {
         self.problem.environment.frame_rate().amax() > 0.0
     }
 
-    /// Returns the name of the object; the name of the maneuver if it has none.
+    /// Returns the name of the object, or else the name of the maneuver.
     pub(super) fn object(&self) -> String {
         ascii(self.identity.object.as_deref().unwrap_or(&self.problem.name))
     }
@@ -91,9 +91,9 @@ impl Record<'_> {
         self.identity.epoch.ok_or(super::Lacking::Epoch)
     }
 
-    /// Returns the rotation from our components to those of the frame that the spec names, if
-    /// that is a frame of an orbit; `None` if the frame does not turn, or if its name is not such
-    /// a frame.
+    /// Returns the rotation from our components to components in the frame that the spec names, if
+    /// that is a frame of an orbit; `None` if the frame does not turn, or if its name is not such a
+    /// frame.
     pub(super) fn axes(&self) -> Option<Matrix3> {
         match meaning(self.identity.reference_frame.as_deref()?) {
             Meaning::Orbit(axes) if self.turns() => Some(axes),
@@ -201,7 +201,7 @@ fn product([a, b, c, d]: [f64; 4], [w, x, y, z]: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// Printable ASCII alone.
+/// Returns the text with printable ASCII alone.
 fn ascii(text: &str) -> String {
     text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect()
 }

@@ -13,7 +13,7 @@ use crate::export::ExportError;
 use slewkit::{Vector3, lie};
 use std::io::Write;
 
-/// Waypoints, separated by commas, under one line of head.
+/// Writes waypoints, separated by commas, under one line of head.
 pub(super) fn write_basilisk(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     writeln!(
         output,

@@ -40,7 +40,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     Ok(())
 }
 
-/// As STK writes it: `Earth`.
+/// Returns the central body as STK writes it: `Earth`.
 pub(super) fn central_body(center: Option<&str>) -> Option<String> {
     let name = center.unwrap_or("EARTH");
     let (first, rest) = name.split_at_checked(1)?;
@@ -48,7 +48,7 @@ pub(super) fn central_body(center: Option<&str>) -> Option<String> {
     is_word.then(|| first.to_ascii_uppercase() + &rest.to_ascii_lowercase())
 }
 
-/// What STK calls the axes of the reference frame.
+/// Returns the name in STK of the axes of the reference frame.
 pub(super) fn axes(identity: &Identity) -> Option<&'static str> {
     let name = identity.reference_frame();
     let is = |of: &[&str]| of.iter().any(|known| name.eq_ignore_ascii_case(known));

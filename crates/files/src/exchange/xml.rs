@@ -15,20 +15,20 @@ impl Xml<'_> {
         writeln!(self.output, "{:width$}{text}", "", width = 2 * depth)
     }
 
-    /// An element that holds text.
+    /// Writes an element that holds text.
     fn element(&mut self, depth: usize, name: &str, text: &str) -> io::Result<()> {
         let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
         self.line(depth, &format!("<{name}>{text}</{name}>"))
     }
 }
 
-/// What the document begins with.
+/// The beginning of the document.
 const OPENING: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <aem xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" \
     xsi:noNamespaceSchemaLocation=\"https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-3.0.0-master-3.0.xsd\" \
     id=\"CCSDS_AEM_VERS\" version=\"2.0\">";
 
-/// An attitude ephemeris: a segment for each smooth piece of the motion.
+/// Writes an attitude ephemeris: a segment for each smooth piece of the motion.
 pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(), ExportError> {
     let mut xml = Xml { output };
     xml.line(0, OPENING)?;
@@ -46,7 +46,7 @@ pub(super) fn write_aem(record: &Record<'_>, output: &mut dyn Write) -> Result<(
     Ok(())
 }
 
-/// One segment of it.
+/// Writes one segment of it.
 fn write_segment(
     record: &Record<'_>,
     nodes: RangeInclusive<usize>,

@@ -126,7 +126,7 @@ impl Column<'_> {
 
 /// The names of inputs and wheels in headings of tables.
 pub(crate) struct Names<'a> {
-    /// Names of the inputs; by their numbers where there is not one for each.
+    /// The names of the inputs; numbers are used unless every input has a name.
     inputs: &'a [String],
     /// The number of inputs in newtons, which come first.
     forces: usize,
@@ -140,7 +140,7 @@ impl<'a> Names<'a> {
         Self { inputs: if named { &identity.inputs } else { &[] }, forces }
     }
 
-    /// Input `index` with its unit.
+    /// Returns input `index` with its unit.
     pub fn input(&self, index: usize) -> String {
         let unit = if index < self.forces { "n" } else { "n_m" };
         format!("{}_{unit}", self.bare(index, index))
@@ -220,7 +220,7 @@ pub(crate) fn check_finite(trajectory: &Trajectory) -> Result<(), TrajectoryErro
     wrong.map_or(Ok(()), |(key, row)| Err(TrajectoryError::NotFinite { key, row }))
 }
 
-/// 6 or 12: positions are there or not.
+/// Returns the number of costates of a node: 6, or 12 with positions.
 pub(super) fn costate_width(trajectory: &Trajectory) -> usize {
     if trajectory.position.is_empty() { 6 } else { 12 }
 }

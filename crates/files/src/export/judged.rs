@@ -26,8 +26,8 @@ pub struct Judgement {
 }
 
 /// The items that no witness of a motion can judge.
-const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: only `slew \
- plan` determines this";
+const SEARCH: &str = "whether the plan is optimal (conjugate points, costates, rivals) and how it was found: \
+    only `slew plan` determines this";
 /// The item that is not judged for a smoothed law.
 const SMOOTHED: &str =
     "the extremal of continuous time near the smoothed inputs: the file does not hold its arcs";
@@ -122,8 +122,8 @@ impl PlanFile<'_> {
         Ok(Judgement { problem, verification, differences, recorded, not_judged })
     }
 
-    /// Returns the file with the verdict of the witnesses if it claims to be solved and verified, and
-    /// the reason if they refuse that claim; `loaded` is the spec that the file holds.
+    /// Returns the file with the verdict of the witnesses if it claims to be solved and verified,
+    /// and the reason if they refuse that claim; `loaded` is the spec that the file holds.
     pub fn settled(mut self, loaded: &Loaded) -> (Self, Option<String>) {
         if self.status != Status::Solved {
             return (self, None);

@@ -38,7 +38,7 @@ pub struct PlanFile<'a> {
     pub name: String,
     /// The solver: "shooting", "scp" for sequential convex programming, or "interior_point".
     pub method: String,
-    /// "lie_verlet" or "lie_euler".
+    /// The scheme: "lie_verlet" or "lie_euler".
     pub scheme: String,
     /// Number of steps.
     pub steps: usize,
@@ -297,7 +297,7 @@ impl<'a> PlanFile<'a> {
         [Scheme::LieEuler, Scheme::LieVerlet].into_iter().find(|scheme| scheme.name() == self.scheme)
     }
 
-    /// `problem` on the grid of this plan, if the trajectory fits it.
+    /// Returns `problem` on the grid of this plan, if the trajectory fits it.
     ///
     /// # Errors
     /// The arrays that do not fit.
@@ -399,7 +399,7 @@ impl<R: Read> Read for Bounded<R> {
 /// can be compared line by line, arrays without breaks.
 ///
 /// # Errors
-/// The stream.
+/// Returns the errors of the stream.
 pub fn write_document(document: &impl Serialize, output: impl Write) -> Result<(), ExportError> {
     let mut output = BufWriter::new(output);
     let formatter = KeyLines { depth: 0 };

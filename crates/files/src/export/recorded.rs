@@ -158,7 +158,7 @@ impl Apart<'_> {
         }
     }
 
-    /// Every figure and every word of two trees.
+    /// Compares every figure and every word of two trees.
     fn trees(&mut self, key: &str, told: &Value, found: &Value) {
         let last = key.rsplit('.').next().unwrap_or_default();
         match (told, found) {

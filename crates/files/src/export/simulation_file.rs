@@ -49,7 +49,7 @@ pub struct SimulationRows {
 /// The rows of one body, SI units; positions and velocities where it moves.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct BodyRows {
-    /// Name of the body, where there are several.
+    /// The name of the body, if the simulation has several.
     #[serde(default)]
     pub name: String,
     /// Attitudes `[w, x, y, z]`.

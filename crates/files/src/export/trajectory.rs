@@ -164,7 +164,7 @@ impl<'de> Deserialize<'de> for TrajectoryDocument<'_> {
     }
 }
 
-/// Same size and alignment: the collect happens in place.
+/// Converts rows to vectors, in place because size and alignment are equal.
 fn vectors(rows: Vec<[f64; 3]>) -> Vec<Vector3> {
     rows.into_iter().map(Vector3::from).collect()
 }

@@ -16,7 +16,7 @@ pub(crate) struct WideColumn<'a> {
     pub cell: Box<dyn Fn(usize) -> Option<f64> + 'a>,
 }
 
-/// Returns all columns of the trajectory, with those of margins and cones if requested.
+/// Returns all columns of the trajectory, and the columns of margins and cones if requested.
 pub(crate) fn wide_table<'a>(
     trajectory: &'a Trajectory,
     problem: &Problem,

@@ -221,7 +221,7 @@ impl RunRecord {
     /// Writes the document.
     ///
     /// # Errors
-    /// The stream.
+    /// Returns the errors of the stream.
     pub fn write(&self, output: impl Write) -> Result<(), ExportError> {
         write_document(self, output)
     }
@@ -269,7 +269,7 @@ impl Columns<'_> {
 /// Writes every case: as a table (CSV; a lost case has empty cells), or as arrays (NPZ; NaN).
 ///
 /// # Errors
-/// The stream.
+/// Returns the errors of the stream.
 pub fn write_cases(
     problem: &Problem,
     uncertainty: &Uncertainty,
@@ -301,10 +301,10 @@ pub fn write_cases(
     Ok(())
 }
 
-/// Writes one case step by step, CSV.
+/// Writes one case step by step as CSV.
 ///
 /// # Errors
-/// The stream.
+/// Returns the errors of the stream.
 pub fn write_trace(inputs: usize, moments: &[Moment], output: &mut dyn Write) -> Result<(), ExportError> {
     let commanded: Vec<String> = (1..=inputs).map(|index| format!("command_{index}")).collect();
     writeln!(

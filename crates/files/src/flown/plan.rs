@@ -90,7 +90,8 @@ pub struct LoopUncertainty {
     pub pointing: Vec<PointingRecord>,
     /// The chance of each constraint, then of each limit of the torques with gains.
     pub chances: Vec<ChanceRecord>,
-    /// One standard deviation of the correction of each input, a row for each step; none open loop.
+    /// One standard deviation of the correction of each input, a row for each step; empty in
+    /// open loop.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input_sigma: Vec<Vec<f64>>,
     /// Covariance of `[ζ; δΠ]` at each node: 21 numbers, the upper triangle row after row [rad,

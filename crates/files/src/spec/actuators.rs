@@ -42,7 +42,7 @@ pub(crate) fn actuated(section: Option<&Section>, motion: Motion) -> Option<Actu
 /// The shortest pulse of the torque inputs.
 pub(super) const SHORTEST_PULSE: &str = "shortest_pulse_s";
 
-/// Returns the same whatever the shortest pulse.
+/// Returns the actuators without regard to the shortest pulse.
 fn of_any_length(section: Option<&Section>, motion: Motion) -> Option<Actuated> {
     if let Some(section) = section.filter(|section| section.has("thruster")) {
         return thrusters::thrusters(section, motion);
@@ -235,7 +235,7 @@ fn channel(section: &Section, names: &[(&str, AxisFrame); 2], weight_name: &str)
     Some((channel, weight))
 }
 
-/// "wheel 2", with its name if it has one.
+/// Returns "wheel 2", with its name if it has one.
 fn called(kind: &str, section: &Section, index: usize) -> String {
     match section.word("name") {
         Some(name) => format!("{kind} {} \"{}\"", index + 1, escape(name)),

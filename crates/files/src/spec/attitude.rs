@@ -98,7 +98,7 @@ pub(crate) fn rotation(section: &Section, purpose: Use) -> Option<Rotation> {
 /// The keys for the direction of the body's x axis, and the roll about it.
 const POINTED: [&str; 3] = ["ra_deg", "dec_deg", "roll_deg"];
 
-/// `R = Rz(α) Ry(−δ) Rx(ρ)`.
+/// Returns `R = Rz(α) Ry(−δ) Rx(ρ)`.
 fn pointed(section: &Section) -> Option<Matrix3> {
     if let Some(missing) = POINTED.into_iter().find(|name| !section.has(name)) {
         let reason =

@@ -140,8 +140,8 @@ impl Base {
     }
 }
 
-/// Reads the texts of the orbits and attitudes that a tree names as files. A file that cannot be read is
-/// omitted: each case reports it.
+/// Reads the texts of the orbits and attitudes that a tree names as files. A file that cannot be
+/// read is omitted: each case reports it.
 fn read_beside(node: &Node, folder: &Path, found: &mut Vec<String>) {
     match &node.value {
         Value::Table(entries) => {

@@ -25,7 +25,8 @@ pub(crate) struct Boundary<'a> {
 pub(super) const TURN: &str = "rotation_from_start_rad";
 
 impl<'a> Boundary<'a> {
-    /// Reads the table; an attitude may stand in a file, where a maneuver says in `moment` what of it is wanted.
+    /// Reads the table. A maneuver gives the `moment` at which it needs the attitude, which may
+    /// then stand in a file.
     pub fn read(section: &'a Section, key: &'static str, moment: Option<&Moment<'_>>) -> Self {
         let purpose = if key == "attitude" { Use::Attitude } else { Use::Turn };
         let rotation = section.section(key).and_then(|rotation| match moment {
@@ -97,7 +98,7 @@ impl<'a> Boundary<'a> {
         self.section.has("position_m") || self.section.has("velocity_m_s")
     }
 
-    /// Returns the place of the angular velocity, or of the table if it has none.
+    /// Returns the place of the angular velocity; the place of the table if it is missing.
     pub fn rate_spot(&self) -> Spot {
         self.section.spot(self.section.rate_key().unwrap_or("angular_velocity_deg_s"))
     }

@@ -143,7 +143,7 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
-/// `text` with control characters shown as escapes, so that no terminal obeys them.
+/// Returns `text` with control characters shown as escapes, so that no terminal obeys them.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -165,7 +165,7 @@ pub fn escape_lines(text: &str) -> String {
     text.split('\n').map(escape).collect::<Vec<_>>().join("\n")
 }
 
-/// `text` escaped and cut to `limit` characters.
+/// Returns `text` escaped and cut to `limit` characters.
 pub(crate) fn cut(text: &str, limit: usize) -> String {
     let mut kept: String = text.chars().take(limit).collect();
     if kept.len() < text.len() {

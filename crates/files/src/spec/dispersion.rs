@@ -198,7 +198,7 @@ fn varied(entry: &Section, root: &Section, tree: &Node) -> Option<Varied> {
     Some(Varied { key, nominal, distribution, map: map * scale })
 }
 
-/// Returns a with `A Aᵀ` the covariance.
+/// Returns a matrix `A` such that `A Aᵀ` is the covariance.
 fn root_of(entry: &Section, covariance: DMatrix<f64>) -> Option<DMatrix<f64>> {
     /// The value that rounding of the entries may give a zero.
     const ROUNDING: f64 = 1e-12;
@@ -255,7 +255,8 @@ fn nominal(entry: &Section, path: &str, root: &Section, tree: &Node) -> Option<(
         Some(nominal) => Some((path.into(), nominal, 1.0)),
         None => {
             let reason = format!("`{}` holds no numbers", escape(path));
-            let remedy = "name a key with a number, a list or rows of numbers; an attitude as end.attitude.rotation_vector_deg";
+            let remedy = "name a key with a number, a list or rows of numbers; an attitude as \
+                end.attitude.rotation_vector_deg";
             entry.refuse("E0160", "key", reason, remedy)
         }
     }

@@ -7,7 +7,7 @@ use slewkit::maneuver::Problem;
 /// Code, reason and remedy.
 type Words = (&'static str, String, &'static str);
 
-/// Fewer steps than there must be.
+/// Returns the message for too few steps.
 pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
     let (what, remedy) = match of {
         StepsOf::Plan => ("a plan", "100 is a good first value; or remove the key"),
@@ -18,7 +18,7 @@ pub(super) fn too_few(of: StepsOf, steps: i64) -> Words {
     ("E0033", format!("{steps} is too few: {what} needs at least {least} step{plural}"), remedy)
 }
 
-/// More steps than there may be.
+/// Returns the message for too many steps.
 pub(super) fn too_many(of: StepsOf, steps: f64) -> Words {
     let (why, remedy) = match of {
         StepsOf::Plan => {

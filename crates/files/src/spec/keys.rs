@@ -599,21 +599,27 @@ shared_keys! {
     SECOND_KEY = "second": Table(&SECOND);
     /// With point: whether the body turns with the target or is at rest. Default: matched.
     AIM_RATE_KEY = "rate": Choice(&["matched", "zero"], &[]);
-    /// With point: the rate about the axis that points, besides: a spin that is kept, of any phase where the roll is free. Default: 0.
+    /// With point: the rate about the axis that points, besides: a spin that is kept, of any phase
+    /// where the roll is free. Default: 0.
     ROLL_RATE_KEY = "roll_rate_deg_s": Number(q::RATE_DEG);
 }
 
 macro_rules! targets {
-    ($($(#[doc = $about:literal])* $visibility:vis static $table:ident { $($(#[doc = $doc:literal])* $name:literal: $kind:expr $(, needed $sample:expr)?;)* })*) => {
+    ($(
+        $(#[doc = $about:literal])*
+        $visibility:vis static $table:ident {
+            $($(#[doc = $doc:literal])* $name:literal: $kind:expr $(, needed $sample:expr)?;)*
+        }
+    )*) => {
         tables! {
             $(
                 $(#[doc = $about])*
                 $visibility static $table {
                     $($(#[doc = $doc])* $name: $kind $(, needed $sample)?;)*
-                    AT_KEY; RA_KEY; DEC_KEY; VECTOR_KEY; LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY; AZIMUTH_KEY; ORBIT_VECTOR_KEY;
-                    TURNING_KEY; TURNING_RATE_KEY;
-                    TLE_KEY; OMM_KEY; OEM_KEY; OLDEST_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
-                    PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
+                    AT_KEY; RA_KEY; DEC_KEY; VECTOR_KEY; LATITUDE_KEY; LONGITUDE_KEY; HEIGHT_KEY; AZIMUTH_KEY;
+                    ORBIT_VECTOR_KEY; TURNING_KEY; TURNING_RATE_KEY;
+                    TLE_KEY; OMM_KEY; OEM_KEY; OLDEST_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY;
+                    NODE_KEY; PERIGEE_KEY; ANOMALY_KEY; PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
                     FROM_KEY; PIECE_KEY; TERMS_KEY; COEFFICIENTS_KEY; DISC_KEY;
                 }
             )*
@@ -641,9 +647,15 @@ targets! {
 }
 
 tables! {
-    static ORBIT[exclusive: &[&["tle", "omm", "oem", "semi_major_axis_m", "position_m"]], one_of: &[(&["tle", "omm", "oem", "semi_major_axis_m", "position_m"], "tle = [\"1 …\", \"2 …\"]")]] {
-        TLE_KEY; OMM_KEY; OEM_KEY; OLDEST_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY; ANOMALY_KEY;
-        PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
+    static ORBIT[
+        exclusive: &[&["tle", "omm", "oem", "semi_major_axis_m", "position_m"]],
+        one_of: &[(
+            &["tle", "omm", "oem", "semi_major_axis_m", "position_m"],
+            "tle = [\"1 …\", \"2 …\"]",
+        )]
+    ] {
+        TLE_KEY; OMM_KEY; OEM_KEY; OLDEST_KEY; AXIS_KEY; ECCENTRICITY_KEY; INCLINATION_KEY; NODE_KEY; PERIGEE_KEY;
+        ANOMALY_KEY; PLACE_KEY; MOTION_KEY; MOMENT_KEY; MODEL_KEY;
         /// UT1 − UTC, from bulletins: at most 120 m on the ground. Default: 0.
         "ut1_minus_utc_s": Number(q::ELAPSED);
         /// Coordinate x of the pole: at most 15 m on the ground. Default: 0.
@@ -733,7 +745,12 @@ tables! {
     }
 
     static END[
-        exclusive: &[END_ATTITUDES, &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"], &["rotation_from_start", "rotation_from_start_rad"], RATES],
+        exclusive: &[
+            END_ATTITUDES,
+            &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"],
+            &["rotation_from_start", "rotation_from_start_rad"],
+            RATES,
+        ],
         one_of: &[(ENDS, ATTITUDE_SAMPLE)],
     ] {
         /// Attitude R, body vectors to reference vectors, in one of the notations. With an
@@ -782,8 +799,9 @@ tables! {
     }
 
     static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
-        /// The solver: shooting on the costates, sequential convex programming, or an interior point
-        /// within all limits. Default: auto, which uses the second if the maneuver has constraints.
+        /// The solver: shooting on the costates, sequential convex programming, or an interior
+        /// point within all limits. Default: auto, which uses the second if the maneuver has
+        /// constraints.
         "method": Choice(&["auto", "shooting", "scp", "interior_point"], &[]);
         /// The number of attempts before an answer counts as the best: quick, default, or
         /// thorough with two hundred starts.
@@ -804,7 +822,8 @@ tables! {
         "continuous_tolerance_rad": Number(q::TOLERANCE_RAD);
         /// Limit on the wall-clock time of the plan. Default: none.
         "time_limit_s": Number(q::DURATION);
-        /// Iteration limit of one Newton run, and of the subproblems of one convex run. Default: 60.
+        /// Iteration limit of one Newton run, and of the subproblems of one convex run. Default:
+        /// 60.
         "max_iterations": Count(1, 1_000_000);
         /// Whether the extremal and its rivals are tested to second order. With skipped the
         /// result may be a saddle, and the plan reports that it was not tested. Default: tested.
@@ -909,8 +928,9 @@ macro_rules! attitude_keys {
                 "rotation_vector_deg": Vector(q::ANGLE_DEG);
                 /// Rotation matrix, three rows.
                 "matrix": Matrix;
-                /// Of [start] and [end]: a file with attitudes (AEM, APM, STK .a, C-kernel, table), relative to the folder of the spec;
-                /// taken at the epoch, or at the end of a given duration.
+                /// Of [start] and [end]: a file with attitudes (AEM, APM, STK .a, C-kernel, table),
+                /// relative to the folder of the spec; taken at the epoch, or at the end of a given
+                /// duration.
                 "file": Text(1000);
                 /// Unit quaternion, scalar first, Hamilton, body to reference.
                 "quaternion_wxyz": Quaternion;

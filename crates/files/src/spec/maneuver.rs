@@ -110,7 +110,7 @@ pub(crate) fn steps(section: &Section, duration: f64, angle: f64, rate: f64) -> 
     Some(steps as usize)
 }
 
-/// `[solver]`: the discretisation and the settings.
+/// Returns `[solver]`: the discretisation and the settings.
 pub(crate) fn solver(section: Option<&Section>) -> (Scheme, Settings) {
     let mut settings = Settings::default();
     let Some(section) = section else { return (Scheme::LieVerlet, settings) };

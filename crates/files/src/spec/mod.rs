@@ -112,7 +112,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// JSON for names that end in `.json`, else TOML.
+    /// Returns JSON for names that end in `.json`, and otherwise TOML.
     pub fn of(path: &Path) -> Self {
         let json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
         if json { Self::Json } else { Self::Toml }

@@ -5,7 +5,7 @@ use crate::epoch::{Epoch, EpochError};
 use crate::identity::{Identity, Nozzle};
 use slewkit::mechanics::Actuation;
 
-/// Reads the identity; `actuation` is that of the maneuver, if known.
+/// Reads the identity; `actuation` is the actuation of the maneuver, if known.
 pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identity {
     let inputs = actuation.map(Actuation::count);
     let mut identity = Identity { epoch: epoch(root), ..Identity::default() };

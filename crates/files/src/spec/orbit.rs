@@ -1,4 +1,5 @@
-//! `[orbit]`, and the orbit of another satellite that is aimed at: two-line elements, an OMM, Keplerian elements, a state, or an OEM.
+//! `[orbit]`, and the orbit of another satellite that is aimed at: two-line elements, an OMM,
+//! Keplerian elements, a state, or an OEM.
 
 mod table;
 
@@ -13,14 +14,15 @@ use slewkit_sky::{
 };
 use std::path::PathBuf;
 
-/// Age of mean elements from which a word is said \[days\].
+/// The age of mean elements above which a warning is given \[days\].
 const OLD: f64 = 3.0;
-/// By how much they are off a day \[km\].
+/// The error that mean elements gain in a day, smallest and largest \[km\].
 const OFF_A_DAY: [f64; 2] = [1.0, 3.0];
-/// The oldest that are taken unless the spec says otherwise \[days\]: drag, unknown to a tenth, is then a hundred kilometres.
+/// The oldest that are taken unless the spec says otherwise \[days\]: drag, unknown to a tenth, is
+/// then a hundred kilometres.
 const OLDEST: f64 = 30.0;
 
-/// Of which at least one must be there.
+/// The keys of which at least one is required.
 const KINDS: [&str; 5] = ["tle", "omm", "oem", "position_m", "semi_major_axis_m"];
 
 const KEPLERIAN: [&str; 5] =
@@ -51,20 +53,20 @@ pub(super) struct Around {
     pub epoch: Epoch,
     /// The clock that starts then.
     pub clock: Clock,
-    /// How the Earth turns.
+    /// The rotation of the Earth.
     pub rotation: EarthRotation,
-    /// How far ahead positions are needed \[s\].
+    /// The time ahead for which positions are needed \[s\].
     pub ahead: f64,
     /// The folder of the spec.
     pub folder: PathBuf,
 }
 
-/// The orbit that a table tells; `what` is its name in messages.
+/// Reads the orbit of a table; `what` is its name in messages.
 pub(super) fn orbit(section: &Section, what: &str, around: &Around) -> Option<Orbit> {
     let given: Vec<&str> = KINDS.into_iter().filter(|key| section.has(key)).collect();
     let state = section.has("position_m") || section.has("velocity_m_s");
     match given[..] {
-        // Of [orbit] it has been said by the table of its keys.
+        // The table of keys has already reported a conflict in [orbit].
         [first, second, ..] => {
             if section.path != "orbit" {
                 let reason = format!("both `{first}` and `{second}` are given");
@@ -164,7 +166,7 @@ fn two_lines(section: &Section, lines: &[String], clock: Clock) -> Option<Orbit>
     recent(section, "tle", orbit)
 }
 
-/// The orbit of an OMM.
+/// Returns the orbit of an OMM.
 fn of_mean_elements(section: &Section, around: &Around) -> Option<Orbit> {
     let written = section.word("omm")?;
     let (path, file) = match open(written, &around.folder, "an orbit mean-elements message") {
@@ -189,7 +191,8 @@ fn unread(section: &Section, key: &str, shown: &str, errors: Diagnostics) {
     section.error("E0092", key, format!("{shown}: line {line}: {reason}"), remedy);
 }
 
-/// Mean elements that are not too old: beyond some days a word is said, beyond more they are no orbit of that day.
+/// Returns an orbit by mean elements that are not too old. Older ones give a warning after some
+/// days, and are refused after more.
 fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     let days = orbit.age().abs() / 86_400.0;
     let most = if section.has("oldest_days") { section.number("oldest_days")? } else { OLDEST };
@@ -213,7 +216,7 @@ fn recent(section: &Section, key: &str, orbit: Orbit) -> Option<Orbit> {
     Some(orbit)
 }
 
-/// The orbit of an OEM: that of the first segment in which the whole maneuver lies.
+/// Reads the orbit of an OEM from the first segment that covers the whole maneuver.
 fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
     let written = section.word("oem")?;
     let (path, file) = match open(written, &around.folder, "an orbit ephemeris message") {
@@ -241,7 +244,8 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
             "{shown} has positions {}, none of them all the way from {begin} to {end}",
             spans.join(", ")
         );
-        let remedy = "take a file of that span, or a shorter maneuver; one whose duration is sought needs duration_at_most_s";
+        let remedy = "take a file of that span, or a shorter maneuver; one whose duration is sought needs \
+            duration_at_most_s";
         return section.refuse("E0076", "oem", reason, remedy);
     };
     let table = tabulated(segment, around);
@@ -259,7 +263,8 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
                 other.line[0],
                 significant(apart / 1e3, 3)
             );
-            let remedy = "leave one of them in the file, or say in USEABLE_START_TIME and USEABLE_STOP_TIME where each holds";
+            let remedy = "leave one of them in the file, or say in USEABLE_START_TIME and USEABLE_STOP_TIME \
+                where each holds";
             return section.refuse("E0076", "oem", reason, remedy);
         }
     }
@@ -270,7 +275,7 @@ fn of_file(section: &Section, around: &Around) -> Option<Orbit> {
     made.map_err(|error| section.error("E0076", "oem", error.to_string(), "check the file")).ok()
 }
 
-/// The rows of a segment in the axes of the GCRS, times from the epoch of the maneuver.
+/// Returns the rows of a segment in the axes of the GCRS, times from the epoch of the maneuver.
 fn tabulated(segment: &Segment, around: &Around) -> Table {
     let time: Vec<f64> = segment.moment.iter().map(|moment| moment.since(&around.epoch)).collect();
     let (clock, rotation) = (&around.clock, &around.rotation);
@@ -280,7 +285,7 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
         EphemerisAxes::TrueOfDate => true_of_date_to_gcrs(clock, time),
         EphemerisAxes::Earth => earth_to_gcrs(clock, time, rotation),
     };
-    // The Earth turns under its axes; those of a date turn by 8e-12 rad/s, which moves nothing here.
+    // The Earth turns under its axes. Axes of a date turn by 8e-12 rad/s, which has no effect here.
     let turning = |time: f64, position: &Vector3| match segment.axes {
         EphemerisAxes::Earth => {
             (earth_to_gcrs(clock, time + 1.0, rotation) - earth_to_gcrs(clock, time - 1.0, rotation))
@@ -301,5 +306,5 @@ fn tabulated(segment: &Segment, around: &Around) -> Table {
 const ONE_ORBIT: f64 = 10.0;
 /// Moments are equal to this \[s\]: sums of seconds in doubles.
 const ROUNDED: f64 = 1e-6;
-/// How many segments a message names.
+/// The largest number of segments that a message lists.
 const SHOWN: usize = 3;

@@ -116,7 +116,10 @@ fn notations() -> Vec<Value> {
 }
 
 fn kind(kind: Kind) -> Value {
-    let list = |count: usize, items: Value| json!({ "type": "array", "items": items, "minItems": count, "maxItems": count });
+    let list = |count: usize, items: Value| {
+        json!({ "type": "array", "items": items, "minItems": count, "maxI\
+        tems": count })
+    };
     let any = json!({ "type": "number" });
     match kind {
         Kind::Format => json!({ "const": 1 }),

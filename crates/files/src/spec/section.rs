@@ -14,7 +14,7 @@ const UNIT_ROUNDING: f64 = 1e-9;
 /// The largest number of reported findings; a megabyte of nonsense could have a hundred thousand.
 pub(crate) const MAX_FINDINGS: usize = 100;
 
-/// `path.name`.
+/// Returns `path.name`.
 pub(crate) fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.into() } else { format!("{path}.{name}") }
 }

@@ -227,7 +227,7 @@ fn names_differ(members: &[Member<'_>]) {
     }
 }
 
-/// `[environment]` of the only body.
+/// Returns `[environment]` of the only body.
 fn environment<'a>(root: &'a Section, members: &[Member<'_>]) -> Option<Surroundings<'a>> {
     let section = root.section("environment")?;
     let [member] = members else { return None };
@@ -244,7 +244,7 @@ fn environment<'a>(root: &'a Section, members: &[Member<'_>]) -> Option<Surround
     Some(Surroundings { section: Some(section), motion, mass: member.mass, place: "[[bodies]]" })
 }
 
-/// Mutual gravity; dumbbells alone have a closed form.
+/// Builds mutual gravity; only dumbbells have a closed form.
 fn potential(gravity: &Section, members: &[Member<'_>]) -> Option<Arc<dyn Potential>> {
     let constant = match gravity.number("gravitational_constant_m3_kg_s2") {
         Some(constant) => constant,

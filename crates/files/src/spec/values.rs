@@ -174,7 +174,7 @@ fn count(node: &Node, least: i64, most: i64) -> Read<u64> {
     }
 }
 
-/// Any whole number that fits.
+/// Reads any whole number that fits.
 fn integer(node: &Node) -> Read<i64> {
     let Value::Number(number) = &node.value else { return wrong_type(node, "a whole number") };
     let value = number.value;

@@ -197,7 +197,7 @@ fn stroke(style: usize, width: f64) -> String {
     )
 }
 
-/// Circle, triangle, square, diamond.
+/// Draws a circle, triangle, square or diamond.
 fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     let fill = format!("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"0.8\"", colour(style));
     match style % 4 {

@@ -1,9 +1,9 @@
 //! Charts as SVG: curves over linear or logarithmic axes, and paths in space. Tables of text.
 //!
 //! SVG here needs no measurement of text, no style sheet and no script: a file opens in every
-//! browser and vector editor and prints as it looks. Colours are those of Okabe and Ito, which
-//! colour-blind readers can distinguish; curves also differ in mark and dash. The feature `paper`
-//! converts SVG to PNG and PDF.
+//! browser and vector editor and prints as it looks. The colours are the palette of Okabe and Ito,
+//! which colour-blind readers can distinguish; curves also differ in mark and dash. The feature
+//! `paper` converts SVG to PNG and PDF.
 
 mod axis;
 mod chart;

@@ -69,7 +69,7 @@ pub fn panel(pictures: &[&Picture]) -> String {
     svg.end()
 }
 
-/// (a) … (z), then numbers.
+/// Returns (a) … (z), then numbers.
 fn letter(index: usize) -> String {
     match u8::try_from(index) {
         Ok(index @ 0..26) => format!("({})", char::from(b'a' + index)),

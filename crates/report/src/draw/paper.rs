@@ -12,7 +12,8 @@ use thiserror::Error;
 /// The reason for which a picture cannot be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PaperError {
-    /// The system has no font. Without an error the labels would be missing without notice.
+    /// The system has no font. This is an error, because the labels would otherwise be missing
+    /// without notice.
     #[error("the system has no fonts")]
     NoFont,
     /// The picture is too large, or not SVG.
@@ -20,7 +21,7 @@ pub enum PaperError {
     Unreadable(String),
 }
 
-/// Font families with a similar look, those of the SVG first.
+/// Font families with a similar look, first the families of the SVG.
 const FAMILIES: [&str; 6] =
     ["Helvetica", "Arial", "DejaVu Sans", "Liberation Sans", "Noto Sans", "Open Sans"];
 

@@ -81,14 +81,14 @@ impl ConeAsks {
     }
 }
 
-/// The way of a direction.
+/// The path of a direction over the sphere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyTrack {
     /// The name of the direction.
     pub name: String,
     /// Number of its colour.
     pub style: usize,
-    /// Unit vectors on the way.
+    /// Unit vectors along the path.
     pub points: Vec<Vector3>,
 }
 
@@ -352,7 +352,7 @@ impl Sky {
 /// The position of the remarks below the legend \[px\].
 const BOTTOM_LINE: f64 = 430.0;
 
-/// A ring at the start, a filled disc at the end.
+/// Draws a ring at the start and a filled disc at the end.
 fn ends(svg: &mut Svg, start: (f64, f64), end: (f64, f64), colour: &str) {
     svg.circle(start, 4.5, &format!("fill=\"#ffffff\" stroke=\"{colour}\" stroke-width=\"2\""));
     svg.circle(end, 5.0, &format!("fill=\"{colour}\" stroke=\"#ffffff\" stroke-width=\"1\""));

@@ -47,7 +47,7 @@ impl Svg {
         self.text
     }
 
-    /// An element as it is.
+    /// Adds an element as it is.
     pub fn raw(&mut self, element: &str) {
         self.text.push_str(element);
         self.text.push('\n');
@@ -63,7 +63,7 @@ impl Svg {
         self.raw(&format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" {style}/>"));
     }
 
-    /// A polyline, or a polygon where it is closed.
+    /// Adds a polyline, or a polygon if it is closed.
     pub fn path(&mut self, points: &[(f64, f64)], closed: bool, style: &str) {
         let name = if closed { "polygon" } else { "polyline" };
         let list: Vec<String> =
@@ -84,7 +84,7 @@ impl Svg {
         self.raw(&format!("<path d=\"{path}\" {style}/>"));
     }
 
-    /// Text. `^{…}` in it is raised.
+    /// Adds a text; `^{…}` in it is raised.
     pub fn text(&mut self, at: (f64, f64), anchor: Anchor, style: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
@@ -99,7 +99,7 @@ impl Svg {
     }
 }
 
-/// Escaped, with `^{…}` raised.
+/// Returns the escaped text, with `^{…}` raised.
 fn rich(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;

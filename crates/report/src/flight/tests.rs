@@ -55,7 +55,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     ] {
         let last = of(name).last().unwrap();
         assert_eq!(last.0, 60.0);
-        // Without half a kick at the nodes the last state is the state at the end.
+        // The last state without half a kick at the nodes is the state at the end.
         assert!((last.1 / radius - 1.0).abs() < 1e-9, "{name}: {} and {radius}", last.1);
     }
     for name in ["closed loop", "open loop"] {
@@ -83,8 +83,8 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
     for (marks, lines) in flown[1..3].iter().zip(&flown[4..]) {
         assert!(marks.0.ends_with("flown") && lines.0.ends_with("linear"), "{} {}", marks.0, lines.0);
         for ((time, mark), (_, value)) in marks.1.iter().zip(&lines.1) {
-            // With 1000 cases the tolerance is three standard errors of the median, four of the
-            // 90 %.
+            // The tolerance for 1000 cases is three standard errors of the median, four of the 90
+            // %.
             assert!((mark / value - 1.0).abs() < 0.15, "{} at {time} s: {mark} and {value}", marks.0);
         }
     }
@@ -100,7 +100,7 @@ fn curves_table_and_ellipses_are_those_of_the_covariances() {
         }
     }
 
-    // On each ellipse the quadratic form of the covariance is constant, −2 ln(1 − p).
+    // The quadratic form of the covariance is constant on each ellipse, −2 ln(1 − p).
     let (sky, remark) = map(&shown);
     let (rings, factor) = rings(&subject);
     assert_eq!((rings.len(), &rings), (2 * (RINGS + 1), &sky.rings));

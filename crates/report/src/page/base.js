@@ -3,7 +3,8 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const drawn = [];
 
-// The cursor is a time; every picture over time shows it, and so does the body. The range is that of their zoom.
+// The cursor is a time; every picture over time shows it, and so does the body. The range is that
+// of their zoom.
 const shared = { time: null, range: null, listeners: [] };
 
 function share(change, redraw) {
@@ -93,7 +94,8 @@ function indexAt(list, value) {
   return low;
 }
 
-// A picture is drawn anew when its width changes; in the next frame, because drawing may change the width again.
+// A picture is drawn anew when its width changes; in the next frame, because drawing may change the
+// width again.
 function onWidth(node, draw) {
   let width = 0;
   const look = () => {

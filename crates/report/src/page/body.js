@@ -1,4 +1,5 @@
-// The body in motion: a box, its axes and boresights, and the cones on a sphere around it; or along its path.
+// The body in motion: a box, its axes and boresights, and the cones on a sphere around it; or along
+// its path.
 
 // A vector of body axes in reference axes, by a quaternion [w, x, y, z].
 function turned([w, x, y, z], v) {
@@ -180,7 +181,8 @@ function stage() {
     const corners = body.corners.map((corner) => plus(origin, scaled(boxSize, turned(attitude, corner))));
     const depth = (face) => face.reduce((sum, k) => sum + dot(corners[k], near), 0);
     for (const face of [...FACES].sort((a, b) => depth(a) - depth(b))) {
-      const normal = unit(cross(plus(corners[face[1]], scaled(-1, corners[face[0]])), plus(corners[face[3]], scaled(-1, corners[face[0]]))));
+      const normal = unit(cross(plus(corners[face[1]], scaled(-1, corners[face[0]])),
+        plus(corners[face[3]], scaled(-1, corners[face[0]]))));
       const light = Math.abs(dot(normal, unit([0.4, 0.3, 1])));
       polyline(face.map((k) => corners[k]));
       pen.closePath();

@@ -21,7 +21,8 @@ function chart(figureNode, picture) {
   let curves = picture.curves.map(read);
   const place = (value) => (logarithmic ? (value > 0 ? Math.log10(value) : null) : value);
   // Inputs of Lie–Euler begin a step later than the plan.
-  const whole = overTime && data.body ? [data.body.time[0], data.body.time[data.body.time.length - 1]] : [Infinity, -Infinity];
+  const whole = overTime && data.body ? [data.body.time[0],
+    data.body.time[data.body.time.length - 1]] : [Infinity, -Infinity];
   for (const { x } of curves.filter(({ x }) => x.length)) {
     whole[0] = Math.min(whole[0], x[0]);
     whole[1] = Math.max(whole[1], x[x.length - 1]);
@@ -53,7 +54,8 @@ function chart(figureNode, picture) {
     }
     if (!state().range) picture.levels.forEach((level) => see(level.value));
     if (low > high) [low, high] = [0, 1];
-    const margin = Math.max(0.06 * (high - low), logarithmic ? 0.2 : 1e-9 * Math.max(Math.abs(low), Math.abs(high), 1e-12));
+    const margin = Math.max(0.06 * (high - low), logarithmic ? 0.2 : 1e-9 * Math.max(Math.abs(low),
+      Math.abs(high), 1e-12));
     [low, high] = [low - margin, high + margin];
     const up = height - EDGE.top - EDGE.bottom;
     const ticks = (logarithmic ? logarithmicTicks : linearTicks)(low, high, Math.max(2, up / 36));
@@ -82,15 +84,18 @@ function chart(figureNode, picture) {
       const [a, b] = [view.x(span.from), view.x(span.to)];
       const fill = shade(names, span.label);
       element("rect", { x: a, y: top, width: Math.max(1, b - a), height: bottom - top, fill }, inside);
-      for (const x of [a, b]) element("line", { x1: x, x2: x, y1: top, y2: bottom, stroke: "var(--edge)", "stroke-width": 0.6 }, inside);
+      for (const x of [a, b]) element("line", { x1: x, x2: x, y1: top, y2: bottom, stroke: "var(--edge)",
+        "stroke-width": 0.6 }, inside);
       // Where colours differ in meaning a span says which it is, if it has the room.
       const [from, to] = [Math.max(a, left), Math.min(b, right)];
       if (names.length > 1 && to - from > 6.5 * span.label.length) {
-        element("text", { x: (from + to) / 2, y: bottom - 6, "text-anchor": "middle", class: "small" }, inside, span.label);
+        element("text", { x: (from + to) / 2, y: bottom - 6, "text-anchor": "middle", class: "small" }, inside,
+          span.label);
       }
     }
     const across = Math.max(2, (right - left) / 75);
-    const below = ratios ? logarithmicTicks(view.from, view.to, across) : linearTicks(view.from, view.to, across, counts ? 1 : 0);
+    const below = ratios ? logarithmicTicks(view.from, view.to, across) : linearTicks(view.from, view.to,
+      across, counts ? 1 : 0);
     for (const tick of below) {
       const x = view.x(tick.value);
       element("line", { x1: x, x2: x, y1: top, y2: bottom, stroke: "var(--grid)" }, svg);
@@ -121,11 +126,13 @@ function chart(figureNode, picture) {
       if (curve.marked) {
         curve.x.forEach((x, k) => {
           const at = curve.y[k] === null ? null : place(curve.y[k]);
-          if (at !== null) element("circle", { cx: view.x(x), cy: view.y(at), r: 3.2, fill: colour(curve.style) }, inside);
+          if (at !== null) element("circle", { cx: view.x(x), cy: view.y(at), r: 3.2,
+            fill: colour(curve.style) }, inside);
         });
       }
     }
-    element("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "none", stroke: "var(--line)" }, svg);
+    element("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "none",
+      stroke: "var(--line)" }, svg);
     element("text", { x: (left + right) / 2, y: height - 8, "text-anchor": "middle" }, svg, picture.x.label);
     const middle = (top + bottom) / 2;
     const turned = { x: 13, y: middle, "text-anchor": "middle", transform: `rotate(-90 13 ${middle})` };
@@ -201,7 +208,8 @@ function legend(node, curves, picture) {
   const names = spanNames(picture);
   for (const label of names) {
     const entry = html("span", node);
-    element("rect", { width: 28, height: 10, fill: shade(names, label), stroke: "var(--edge)" }, element("svg", { viewBox: "0 0 28 10" }, entry));
+    element("rect", { width: 28, height: 10, fill: shade(names, label), stroke: "var(--edge)" },
+      element("svg", { viewBox: "0 0 28 10" }, entry));
     entry.appendChild(document.createTextNode(label));
   }
   const time = html("span", node);
@@ -214,7 +222,8 @@ function legend(node, curves, picture) {
       const inside = at >= x[0] && at <= x[x.length - 1] && y[k] !== null && y[next] !== null;
       outputs[index].textContent = inside ? figure(y[k] + part * (y[next] - y[k])) : "–";
     });
-    time.textContent = at === null ? "" : `at ${figure(picture.x.log ? 10 ** at : at)}${picture.x.label.startsWith("time") ? " s" : ""}`;
+    time.textContent = at === null ? "" : `at ${figure(picture.x.log ? 10 ** at : at)}${
+      picture.x.label.startsWith("time") ? " s" : ""}`;
   };
 }
 

@@ -1,4 +1,5 @@
-// The sphere of directions as a map: azimuthal equidistant about the middle of what is shown, seen from inside.
+// The sphere of directions as a map: azimuthal equidistant about the middle of what is shown, seen
+// from inside.
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -23,15 +24,19 @@ function graticule() {
   const degree = Math.PI / 180;
   const along = (count, at) => Array.from({ length: count + 1 }, (_, k) => at(k / count));
   const lines = [];
-  for (let tilt = -60; tilt <= 60; tilt += 30) lines.push(along(90, (part) => onSphere(tilt * degree, 2 * Math.PI * part)));
-  for (let about = 0; about < 360; about += 30) lines.push(along(90, (part) => onSphere(Math.PI * (part - 0.5), about * degree)));
+  for (let tilt = -60; tilt <= 60; tilt += 30) lines.push(along(90,
+    (part) => onSphere(tilt * degree, 2 * Math.PI * part)));
+  for (let about = 0; about < 360; about += 30) lines.push(along(90,
+    (part) => onSphere(Math.PI * (part - 0.5), about * degree)));
   return lines;
 }
 
-// Where names stand: each beside what it names, right or left, in the nearest row that no other one covers.
+// Where names stand: each beside what it names, right or left, in the nearest row that no other one
+// covers.
 function naming(taken = []) {
   const box = (x, y, width, size) => [x, y - size, x + width, y + 0.25 * size];
-  const free = (b) => taken.every((other) => b[0] >= other[2] || b[2] <= other[0] || b[1] >= other[3] || b[3] <= other[1]);
+  const free = (b) => taken.every((other) => b[0] >= other[2] || b[2] <= other[0] ||
+      b[1] >= other[3] || b[3] <= other[1]);
   return {
     taken,
     ifFree(x, y, width, size) {
@@ -41,7 +46,8 @@ function naming(taken = []) {
     beside(x, y, width, size) {
       const places = [];
       for (let row = 0; row < 12; row += 1) {
-        for (const k of [row + 1, -row]) for (const left of [x + 7, x - 7 - width]) places.push([left, y + k * (size + 2)]);
+        for (const k of [row + 1, -row]) for (const left of [x + 7, x - 7 - width]) places.push([left,
+          y + k * (size + 2)]);
       }
       const place = places.find(([left, below]) => free(box(left, below, width, size))) || places[0];
       taken.push(box(...place, width, size));
@@ -82,7 +88,8 @@ function sky(figureNode, picture) {
       const distance = across ? (radius * Math.atan2(across, z)) / reach / across : 0;
       return [cx + distance * x, cy - distance * y];
     };
-    const trace = (points) => points.map(place).map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");
+    const trace = (points) => points.map(place).map(([x, y],
+      k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");
     // A track is torn where it passes behind the middle: as SkyView::tears.
     const tears = (a, b) => {
       const along = (direction) => [dot(direction, right), dot(direction, up)];
@@ -112,7 +119,8 @@ function sky(figureNode, picture) {
         }
       }
     }
-    const rim = `M${cx - radius - 2} ${cy}a${radius + 2} ${radius + 2} 0 1 0 ${2 * radius + 4} 0a${radius + 2} ${radius + 2} 0 1 0 ${-2 * radius - 4} 0Z`;
+    const out = radius + 2;
+    const rim = `M${cx - out} ${cy}a${out} ${out} 0 1 0 ${2 * out} 0a${out} ${out} 0 1 0 ${-2 * out} 0Z`;
     const holdsOpposite = (axis, angle) => Math.acos(Math.max(-1, Math.min(1, -dot(axis, middle)))) < angle;
     let names = naming();
     const name = (text, at, kind, parent, size = 11) => {
@@ -142,7 +150,8 @@ function sky(figureNode, picture) {
     };
     for (const disc of picture.discs) {
       const middles = disc.way.map((at) => at.slice(0, 3));
-      element("path", { d: stretches(middles).map(trace).join(""), fill: "none", stroke: `var(--${disc.kind})`, "stroke-width": 1.2 }, inside);
+      element("path", { d: stretches(middles).map(trace).join(""), fill: "none", stroke: `var(--${disc.kind})`,
+        "stroke-width": 1.2 }, inside);
       const [axis, angle] = alongWay(disc.way, 0);
       const dashed = { fill: "none", stroke: `var(--${disc.kind})`, "stroke-dasharray": "3 3" };
       const [cx, cy] = place(axis);
@@ -157,7 +166,8 @@ function sky(figureNode, picture) {
     for (const cone of picture.cones) if (!coneMoves(cone)) drawCone(cone, cone.axis, cone.half_angle, true, inside);
     for (const label of picture.labels) {
       const [x, y] = place(label.at);
-      if (names.ifFree(x + 3, y - 3, nameWidth(label.text, 11), 11)) element("text", { x: x + 3, y: y - 3, class: "small" }, inside, label.text);
+      if (names.ifFree(x + 3, y - 3, nameWidth(label.text, 11), 11)) element("text",
+        { x: x + 3, y: y - 3, class: "small" }, inside, label.text);
     }
     moving = element("g", {}, inside);
     const standing = names.taken;
@@ -180,7 +190,8 @@ function sky(figureNode, picture) {
     }
     for (const track of [...picture.tracks].reverse()) {
       const stroke = { fill: "none", stroke: colour(track.style), "stroke-width": 2.2, class: "curve" };
-      element("path", { d: stretches(track.points).map(trace).join(""), ...stroke, "stroke-dasharray": DASHES[track.style % 4] }, inside);
+      element("path", { d: stretches(track.points).map(trace).join(""), ...stroke,
+        "stroke-dasharray": DASHES[track.style % 4] }, inside);
     }
     element("circle", { cx, cy, r: radius, fill: "none", stroke: "var(--line)" }, svg);
     for (const track of picture.tracks) {
@@ -189,7 +200,8 @@ function sky(figureNode, picture) {
       element("circle", { cx: start[0], cy: start[1], ...ring }, svg);
       element("circle", { cx: end[0], cy: end[1], r: 5, fill: colour(track.style) }, svg);
     }
-    dots = picture.tracks.map((track) => element("circle", { r: 6, fill: "none", stroke: "var(--ink)", "stroke-width": 2 }, svg));
+    dots = picture.tracks.map((track) => element("circle",
+      { r: 6, fill: "none", stroke: "var(--ink)", "stroke-width": 2 }, svg));
     plot.replaceChildren(svg);
     update();
   }

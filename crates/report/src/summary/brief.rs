@@ -31,7 +31,7 @@ const SAME: f64 = 5e-4;
 /// The clearance below which a cone counts as touched \[deg\].
 const LITTLE: f64 = 1e-3;
 
-/// Returns the lines below the headline, but for what to type next.
+/// Returns the lines below the headline, without the next command to type.
 pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identity: &Identity) -> Vec<String> {
     let solution = &plan.solution;
     let problem = &solution.on_grid(problem);
@@ -124,7 +124,7 @@ fn turns(problem: &Problem, solution: &Solution) -> Vec<String> {
     told.collect()
 }
 
-/// Turned by how much, which way round, in what time.
+/// Returns the line with the angle, the homotopy class and the time of the turn.
 fn slew(problem: &Problem, solution: &Solution) -> String {
     let round = way(problem, solution.sense);
     let (turned, duration) = (solution.turned_deg, short(solution.duration(problem)));
@@ -341,7 +341,7 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
     }
 }
 
-/// Names the direction in which a path turns: the short way or the long way.
+/// Returns the names the direction in which a path turns: the short way or the long way.
 fn way(problem: &Problem, sense: Sense) -> &'static str {
     match sense {
         _ if problem.ends_in_any_attitude() => "to an attitude chosen by the plan",

@@ -105,7 +105,7 @@ pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identit
     Some((net, all))
 }
 
-/// Three components with their unit.
+/// Returns three components with their unit.
 fn vector(vector: &Vector3) -> String {
     let [x, y, z] = [vector.x, vector.y, vector.z].map(|part| significant(part, 3));
     format!("({x}, {y}, {z}) N·s")

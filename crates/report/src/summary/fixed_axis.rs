@@ -1,11 +1,11 @@
 //! The turn about a fixed axis, for comparison.
 //!
-//! About a fixed axis e with the angle θ(t), ω = θ̇, a free body needs the torque
+//! A free body that turns about a fixed axis e with the angle θ(t), ω = θ̇, needs the torque
 //! `Je ω̇ + (e × Je) ω²`. Its effort is `½ ∫ (a ω̇² + b ω⁴) dt` with `a = |Je|²` and
 //! `b = |e × Je|²` in the norm `A = (B W⁻¹ Bᵀ)⁻¹`: the mixed term is the derivative of `ω³/3`,
-//! which vanishes from rest to rest. The function minimises over all θ(t) with the requested
-//! angle and duration. With `ω = θ f(t/T)/T` the minimum is `θ²/(2T³) min ∫ (a f'² + bθ² f⁴)`
-//! over f that are 0 at both ends and have the mean 1. The problem is convex.
+//! which vanishes from rest to rest. The function minimises over all θ(t) with the requested angle
+//! and duration. Let `ω = θ f(t/T)/T`: the minimum is `θ²/(2T³) min ∫ (a f'² + bθ² f⁴)` over f that
+//! are 0 at both ends and have the mean 1. The problem is convex.
 
 use slewkit::lie;
 use slewkit::maneuver::{Motion, Objective, Problem, Solution};
@@ -63,7 +63,8 @@ pub(super) fn cost(problem: &Problem, solution: &Solution) -> Option<f64> {
     cost.is_finite().then_some(cost)
 }
 
-/// `min ∫ (f'² + k f⁴)` over f on the unit interval, 0 at its ends, of mean 1: by Newton on a grid.
+/// Returns `min ∫ (f'² + k f⁴)` over f on the unit interval, 0 at its ends, of mean 1: by Newton on
+/// a grid.
 fn profile(k: f64) -> Option<f64> {
     let h = 1.0 / NODES as f64;
     let inner = NODES - 1;
@@ -131,12 +132,12 @@ fn thomas(diagonal: &[f64], beside: f64, right: &[f64]) -> Vec<f64> {
 mod tests {
     use super::profile;
 
-    /// Without the gyroscopic torque the best profile is f = 6s(1−s), with the value 12. With it
-    /// the least value is between the sum of both minima and the value of that profile: k ∫ f⁴ =
-    /// k 6⁴ B(5, 5).
+    /// The best profile without the gyroscopic torque is f = 6s(1−s), with the value 12. The least
+    /// value with this torque is between the sum of both minima and the value of that profile: k ∫
+    /// f⁴ = k 6⁴ B(5, 5).
     #[test]
     fn the_least_turn_has_the_closed_form_of_a_cubic_and_its_bounds() {
-        // On the grid of step h the value is 12/(1 − h²), because the sum of s(1 − s) h is (1 −
+        // The value on the grid of step h is 12/(1 − h²), because the sum of s(1 − s) h is (1 −
         // h²)/6.
         let h2 = (super::NODES as f64).powi(-2);
         assert!((profile(0.0).unwrap() * (1.0 - h2) / 12.0 - 1.0).abs() < 1e-9);
@@ -145,8 +146,8 @@ mod tests {
             let cubic = 12.0 + k * 1296.0 / 630.0;
             assert!(12.0_f64.max(k) < least && least < cubic * (1.0 + 2.0 * h2), "{k}: {least} of {cubic}");
         }
-        // If the gyroscopic torque dominates, the rate is nearly constant: the cost is at most
-        // that of ramps of length w, in closed form.
+        // If the gyroscopic torque dominates, the rate is nearly constant: the cost is at most the
+        // cost of ramps of length w, in closed form.
         let (k, w) = (1e4_f64, 0.02_f64);
         let level = 1.0 / (1.0 - w);
         let ramps = 2.0 * level.powi(2) / w + k * level.powi(4) * (1.0 - 1.6 * w);

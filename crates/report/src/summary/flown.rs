@@ -104,7 +104,7 @@ pub fn gains(gains: &Gains, times: &[f64]) -> Vec<String> {
     lines
 }
 
-/// The least errors of the start that leave an arc no time.
+/// Returns the least errors of the start that leave an arc no time.
 fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     let reach = switching.reach();
     let least = |range: std::ops::Range<usize>| {

@@ -12,8 +12,8 @@ const LABELLED: usize = 13;
 /// Columns for the text of a labelled line, in a window of eighty.
 pub const TEXT: usize = 80 - LABELLED - 1;
 
-/// `text` in lines of at most `width` characters, broken between words; a longer word has a line of
-/// its own.
+/// Returns `text` in lines of at most `width` characters, broken between words; a longer word has a
+/// line of its own.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
@@ -71,7 +71,7 @@ pub enum Tone {
     Note,
 }
 
-/// `text` in the colour of its tone, for a terminal that has colours.
+/// Returns `text` in the colour of its tone, for a terminal that has colours.
 pub fn paint(colour: bool, tone: Tone, text: &str) -> String {
     let code = match tone {
         Tone::Good => "1;32",

@@ -181,7 +181,7 @@ pub fn conduct(
     })
 }
 
-/// `slew plan` on one case.
+/// Returns `slew plan` on one case.
 fn one(
     batch: &Batch,
     number: u64,

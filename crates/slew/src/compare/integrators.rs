@@ -18,7 +18,12 @@ use std::path::{Path, PathBuf};
 pub struct StudyArgs {
     /// Integrators; the others are compared with the first; by default lie_verlet,
     /// crouch_grossman_2, explicit_midpoint and implicit_midpoint
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = PossibleValuesParser::new(Kind::NAMES).try_map(|name| name.parse::<Kind>()))]
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        value_parser = PossibleValuesParser::new(Kind::NAMES).try_map(|name| name.parse::<Kind>()),
+    )]
     pub integrators: Vec<Kind>,
     /// Steps in seconds, longest first; each must divide every horizon
     #[arg(long, value_name = "LIST", value_delimiter = ',')]

@@ -5,7 +5,7 @@ use slewkit::mechanics::{InputLimit, LimitKind};
 use slewkit::numerics::figures::significant;
 
 /// Returns the momentum of each reaction wheel at the start, and its rate of change, which is
-/// opposite to that of the body.
+/// opposite to the rate of change of the body's momentum.
 pub fn wheel_momenta(problem: &Problem, inputs: Option<&[f64]>) -> Vec<(f64, f64)> {
     let Some(wheels) = &problem.actuation.wheels else { return Vec::new() };
     let torque = |wheel: usize| inputs.map_or(0.0, |inputs| inputs.get(wheel).copied().unwrap_or(0.0));

@@ -55,7 +55,11 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub stride: Option<u64>,
     /// Method; by default that of the spec, or lie_verlet
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Kind::NAMES).try_map(|name| name.parse::<Kind>()))]
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_parser = PossibleValuesParser::new(Kind::NAMES).try_map(|name| name.parse::<Kind>()),
+    )]
     pub integrator: Option<Kind>,
     /// Inputs of a maneuver, held throughout, forces before torques, as in `--inputs 0,0,0.1`; by
     /// default none

@@ -68,7 +68,7 @@ fn fields(layout: &Layout) -> Vec<Field> {
     fields
 }
 
-/// The numbers of a row, added in the order of the fields.
+/// Adds the numbers of a row in the order of the fields.
 fn add_numbers(layout: &Layout, row: &SimulationRow, numbers: &mut Vec<f64>) {
     numbers.push(row.time);
     for (body, moves) in row.bodies.iter().zip(&layout.moves) {
@@ -113,7 +113,7 @@ impl<'a> Recorder<'a> {
         Ok(writeln!(output, "{}", columns.join(","))?)
     }
 
-    /// One line of the table.
+    /// Writes one line of the table.
     pub fn write_csv(&mut self, row: &SimulationRow, output: &mut dyn Write) -> Result<(), ExportError> {
         self.only(row);
         // The debug form of a float is the shortest that reads back to the same bits.
@@ -122,7 +122,7 @@ impl<'a> Recorder<'a> {
         Ok(writeln!(output)?)
     }
 
-    /// One line, an object.
+    /// Writes one line, an object.
     pub fn write_jsonl(&mut self, row: &SimulationRow, output: &mut dyn Write) -> Result<(), ExportError> {
         self.only(row);
         serde_json::to_writer(&mut *output, &self.object(false))?;

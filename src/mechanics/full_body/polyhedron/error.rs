@@ -59,7 +59,8 @@ pub enum ShapeError {
     },
     /// An edge has more than two faces.
     #[error(
-        "the surface is not a manifold: {faces} faces, of which one is {face}, meet at the edge from vertex {from} to {to}"
+        "the surface is not a manifold: {faces} faces, of which one is {face}, meet at the edge from vertex \
+            {from} to {to}"
     )]
     NotManifold {
         /// One of the faces.

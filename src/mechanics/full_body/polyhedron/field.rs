@@ -1,4 +1,5 @@
-//! The exact field of a homogeneous polyhedron: Werner and Scheeres (1996), for G = 1 and density 1.
+//! The exact field of a homogeneous polyhedron: Werner and Scheeres (1996), for G = 1 and density
+//! 1.
 //!
 //! With `r_e`, `r_f` from the field point to any point of an edge or face,
 //! ```text
@@ -11,7 +12,7 @@
 //! `U` and `∇U` are exact and continuous everywhere, inside, outside and on the surface. A face
 //! without area adds nothing.
 //!
-//! In floating point each term has an error of a few ulps: `L_e` as an odd series in `e/(a + b)`
+//! The error of each term in floating point is a few ulps: `L_e` as an odd series in `e/(a + b)`
 //! instead of the logarithm of a number near one, the numerator of `ω_f` as `2A n·r`. Their sum
 //! cancels far from the body. At the distance r from a body of size l and volume V, `U` and `∇U`
 //! have errors of about `r² l/V` ulps.
@@ -72,18 +73,19 @@ impl PolyhedronField {
         Self { edges, faces }
     }
 
-    /// `∫ dV/|r|` \[m²\]; times `G` and density the potential per unit of mass, with a minus sign.
+    /// Returns `∫ dV/|r|` \[m²\]; times `G` and density the potential per unit of mass, with a
+    /// minus sign.
     pub fn potential(&self, point: &Vector3) -> f64 {
         self.at(&side_by_side(&[*point; LANES])).potential.0[0]
     }
 
-    /// `∇ ∫ dV/|r|` \[m\]; times `G` and density the acceleration of a mass there.
+    /// Returns `∇ ∫ dV/|r|` \[m\]; times `G` and density the acceleration of a mass there.
     pub fn attraction(&self, point: &Vector3) -> Vector3 {
         Vector3::from(self.at(&side_by_side(&[*point; LANES])).gradient.map(|lanes| lanes.0[0]))
     }
 
-    /// `∇² ∫ dV/|r|`: −4π inside, zero outside; it jumps at the surface, and there may be anything
-    /// between.
+    /// Returns `∇² ∫ dV/|r|`: −4π inside, zero outside; it jumps at the surface, and there may be
+    /// anything between.
     pub fn laplacian(&self, point: &Vector3) -> f64 {
         -self.at(&side_by_side(&[*point; LANES])).solid_angle.0[0]
     }

@@ -7,8 +7,8 @@ use crate::mechanics::full_body::{MassPoint, PointCloud};
 use crate::mechanics::number::positive;
 
 impl HomogeneousPolyhedron {
-    /// Equal masses at the centers of the cubes of edge `spacing` \[m\] that lie inside, with the
-    /// mass of the solid, shifted so that their mass center is the origin.
+    /// Returns equal masses at the centers of the cubes of edge `spacing` \[m\] that lie inside,
+    /// with the mass of the solid, shifted so that their mass center is the origin.
     ///
     /// All masses are positive for any shape, but inertia and field differ from the solid's like
     /// the spacing squared at best; [`Polyhedron::cubature`] is far better where the body is not

@@ -1,7 +1,7 @@
 //! Volume, mass center and second moments of a solid bounded by triangles, in closed form.
 //!
 //! The divergence theorem turns the integrals of 1, x and x xᵀ over the solid into sums of
-//! polynomials over its faces (Mirtich 1996, Eberly 2002), which are those of the tetrahedra from a
+//! polynomials over its faces (Mirtich 1996, Eberly 2002). They belong to the tetrahedra from a
 //! common apex, `d = a·(b × c)`:
 //! ```text
 //! V = Σ d/6      V x̄ = Σ d (a + b + c)/24      ∫ x xᵀ dV = Σ d [a aᵀ + b bᵀ + c cᵀ + s sᵀ]/120,   s = a + b + c

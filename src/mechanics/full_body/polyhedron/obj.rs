@@ -79,8 +79,9 @@ pub enum ObjProblem {
 }
 
 /// The keywords whose lines do not describe the solid.
-const IGNORED: &str = "vn vt vp g o s mg usemtl mtllib usemap maplib l p lod bevel c_interp d_interp shadow_obj trace_obj \
-    cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech bsp bzp cdc cdp res call csh";
+const IGNORED: &str = "vn vt vp g o s mg usemtl mtllib usemap maplib l p lod bevel c_interp d_interp \
+    shadow_obj trace_obj cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech bsp \
+    bzp cdc cdp res call csh";
 
 /// Most bytes of a line.
 const LINE: usize = 1 << 16;

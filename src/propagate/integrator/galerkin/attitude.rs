@@ -187,7 +187,7 @@ impl Arc {
     }
 }
 
-/// `Σ w_ν ξ_ν`.
+/// Returns `Σ w_ν ξ_ν`.
 pub(super) fn combine(weights: &[f64], vectors: &[Vector3]) -> Vector3 {
     weights.iter().zip(vectors).map(|(weight, vector)| vector * *weight).sum()
 }

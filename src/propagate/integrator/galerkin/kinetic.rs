@@ -39,18 +39,18 @@ impl Chart {
         Self { xi, j_r, kernels }
     }
 
-    /// `exp S(ξ) − I`, with `sin t/t = 1 − t² C`.
+    /// Returns `exp S(ξ) − I`, with `sin t/t = 1 − t² C`.
     pub fn turn(&self) -> Matrix3 {
         let a = 1.0 - self.xi.norm_squared() * self.kernels.c;
         skew_polynomial(a, self.kernels.b, &self.xi)
     }
 
-    /// `D(ξ, v) = ∂(J_r(ξ) v)/∂ξ`.
+    /// Returns `D(ξ, v) = ∂(J_r(ξ) v)/∂ξ`.
     pub fn directional(&self, v: &Vector3) -> Matrix3 {
         self.derivative(&self.xi, v)
     }
 
-    /// `∂(J_r(ξ)ᵀ p)/∂ξ = −D(−ξ, p)`.
+    /// Returns `∂(J_r(ξ)ᵀ p)/∂ξ = −D(−ξ, p)`.
     pub fn transposed_directional(&self, p: &Vector3) -> Matrix3 {
         -self.derivative(&-self.xi, p)
     }
@@ -64,7 +64,8 @@ impl Chart {
         d
     }
 
-    /// `∂²(p·J_r(ξ)v)/∂ξ²` of `p·v − B ξ·w + C γ`, with `w = v×p` and `γ = (p·ξ)(ξ·v) − (p·v) t²`.
+    /// Returns `∂²(p·J_r(ξ)v)/∂ξ²` of `p·v − B ξ·w + C γ`, with `w = v×p` and
+    /// `γ = (p·ξ)(ξ·v) − (p·v) t²`.
     fn curvature(&self, p: &Vector3, v: &Vector3) -> Matrix3 {
         let Second { b_prime, c, c_prime, b_second, c_second, .. } = self.kernels;
         let xi = &self.xi;

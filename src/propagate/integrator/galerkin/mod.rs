@@ -49,7 +49,7 @@ const MOST_COUPLED: usize = 144;
 /// Square of the turn of a step beyond which its Cayley vector, infinite at π, is not formed.
 const LARGE_TURN: f64 = 2.0;
 
-/// `tan(t/2)/t`.
+/// Returns `tan(t/2)/t`.
 fn half_tangent(t: f64) -> f64 {
     if t > f64::EPSILON { (0.5 * t).tan() / t } else { 0.5 }
 }

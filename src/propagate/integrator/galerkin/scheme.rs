@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-/// Degrees that are offered.
+/// The available degrees.
 pub const DEGREES: RangeInclusive<usize> = 1..=6;
 
 /// The points at which the action of a step is sampled.

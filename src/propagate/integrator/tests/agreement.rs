@@ -62,7 +62,7 @@ fn both_forms_of_verlet_are_one_map() {
     }
 }
 
-/// In the variable `Π̃ = Π + (h/2) M`, velocity Verlet in Π is Lie–Euler in Π̃, step by step.
+/// Velocity Verlet in Π is Lie–Euler in the variable `Π̃ = Π + (h/2) M`, step by step.
 #[test]
 fn lie_euler_is_conjugate_to_verlet_by_half_kicks() {
     for (system, state) in [pendulum(), dumbbells(2.5, 4.0)] {

@@ -45,8 +45,9 @@ pub struct Batch {
 pub type Stream<'a> = Box<dyn Iterator<Item = Result<Case, BatchError>> + Send + 'a>;
 
 impl Batch {
-    /// One case for each row of the table at `path`: comma-separated, its head has dotted keys of
-    /// the spec. A column `name` names the cases, an empty cell leaves its key as the spec has it.
+    /// Returns one case for each row of the table at `path`: comma-separated, its head has dotted
+    /// keys of the spec. A column `name` names the cases, an empty cell leaves its key as the spec
+    /// has it.
     ///
     /// # Errors
     /// The file; keys that a spec does not have; rows, values and names that are wrong, with their
@@ -57,7 +58,8 @@ impl Batch {
         Self::new(Some(base), Vec::new(), Source::Table(table), Kind::Table, cases, keys, fingerprint)
     }
 
-    /// One case for each spec in a folder, in the order of their names; `overrides` hold for all.
+    /// Returns one case for each spec in a folder, in the order of their names; `overrides` hold
+    /// for all.
     ///
     /// # Errors
     /// Fails when the folder, or one of its files, cannot be read.
@@ -69,7 +71,7 @@ impl Batch {
         Self::new(None, overrides, Source::Folder(folder), Kind::Folder, cases, vec![], fingerprint)
     }
 
-    /// One case for each point of a grid. The first axis changes slowest, the last fastest.
+    /// Returns one case for each point of a grid. The first axis changes slowest, the last fastest.
     ///
     /// # Errors
     /// Returns an error for unknown keys, wrong values, and too many points.
@@ -81,7 +83,7 @@ impl Batch {
         Self::new(Some(base), Vec::new(), Source::Grid(grid), Kind::Sweep, cases, keys, texts)
     }
 
-    /// One case for each draw of the `[dispersion]` of the spec.
+    /// Returns one case for each draw of the `[dispersion]` of the spec.
     ///
     /// # Errors
     /// Returns an error of the spec, or of its dispersion.

@@ -1,14 +1,16 @@
-//! What a file of attitudes says of the motion between its rows.
+//! The motion between the rows of an attitude file, as the file defines it.
 //!
-//! Polynomials are those of the four numbers of the quaternions, of one sign along the rows, made of length 1 again: Lagrange's through
-//! attitudes, Hermite's through attitudes and the derivatives `q' = ½ q (0, Ω)` that their rates make. None goes over the end of a block.
+//! Polynomials interpolate the four components of the quaternions, which have one sign along the
+//! rows, and are normalised. Lagrange's go through attitudes, Hermite's through attitudes and the
+//! derivatives `q' = ½ q (0, Ω)` that follow from their rates. No polynomial crosses the end of a
+//! block.
 
 use super::Attitudes;
 use slewkit::lie::interpolation::{Row, cubic, linear};
 use slewkit::numerics::polynomial;
 use slewkit::{Vector3, lie};
 
-/// What goes between the rows of a block.
+/// The interpolation between the rows of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Between {
     /// The file does not say.
@@ -23,7 +25,7 @@ pub enum Between {
 }
 
 impl Between {
-    /// How many rows it takes.
+    /// Returns the number of rows that the interpolation uses.
     pub fn rows(self) -> usize {
         match self {
             Self::Unsaid | Self::OneRate => 2,
@@ -40,20 +42,20 @@ pub struct Block {
     pub first: usize,
     /// Its last one.
     pub last: usize,
-    /// What goes between.
+    /// The interpolation between its rows.
     pub between: Between,
 }
 
-/// Attitudes between those of a file.
+/// The attitudes that are inserted between the rows of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Refined {
     /// Seconds from the first row of the file.
     pub time: Vec<f64>,
-    /// As in [`Attitudes::quaternion`].
+    /// The attitudes, as in [`Attitudes::quaternion`].
     pub quaternion: Vec<[f64; 4]>,
-    /// The row of the file that each is, or that is before it.
+    /// The row of the file at each time, or the last one before it.
     pub row: Vec<usize>,
-    /// As in [`Attitudes::breaks`].
+    /// The breaks, as in [`Attitudes::breaks`].
     pub breaks: Vec<usize>,
 }
 
@@ -63,8 +65,9 @@ const MOST_HALVINGS: u32 = 6;
 const MOST_ROWS: usize = 1 << 22;
 
 impl Attitudes {
-    /// The attitude at `time` \[s\] from the first row, by what the file says of the motion between rows; where it says nothing, by the
-    /// cubic through attitudes and rates, or at one rate. `None` outside of all blocks.
+    /// Returns the attitude at `time` \[s\] from the first row, by what the file says of the motion
+    /// between rows; where it says nothing, by the cubic through attitudes and rates, or at one
+    /// rate. `None` outside of all blocks.
     pub fn at(&self, time: f64) -> Option<[f64; 4]> {
         let inside = |block: &&Block| (self.time[block.first]..=self.time[block.last]).contains(&time);
         self.within(self.blocks.iter().find(inside)?, time)
@@ -110,8 +113,9 @@ impl Attitudes {
         lie::quaternion_from_rotation(&attitude)
     }
 
-    /// As many attitudes more as the motion at one rate between them needs to be that of the file to a tenth of `tolerance` \[rad\];
-    /// `None` where the file says of no block that another motion is meant.
+    /// Returns additional attitudes, so many that the motion at one rate between them follows the
+    /// motion of the file to a tenth of `tolerance` \[rad\]; `None` if no block of the file names
+    /// another motion.
     pub fn refined(&self, tolerance: f64) -> Option<Refined> {
         let bent = |block: &Block| matches!(block.between, Between::Lagrange(_) | Between::Hermite(_));
         if !self.blocks.iter().any(bent) {
@@ -138,7 +142,7 @@ impl Attitudes {
                     return None;
                 }
             }
-            // What the file shares between two blocks is the last row of the one above.
+            // Two blocks of a file can share one row, the last row of the first block.
             debug_assert!(self.blocks.get(index + 1).is_none_or(|next| next.first >= block.last));
         }
         Some(found)
@@ -174,7 +178,7 @@ impl Refined {
     }
 }
 
-/// The derivative of a quaternion, scalar first, at a rate in body axes.
+/// Returns the derivative of a quaternion, scalar first, at a rate in body axes.
 fn moved([w, x, y, z]: &[f64; 4], rate: &Vector3) -> [f64; 4] {
     let vector = Vector3::new(*x, *y, *z);
     let moved = 0.5 * (*w * rate + vector.cross(rate));

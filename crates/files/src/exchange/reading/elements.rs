@@ -1,5 +1,5 @@
-//! XML of messages of CCSDS, by the crate `roxmltree`: elements in the order of the text, each with its place. No document types, so no
-//! entities of their own, and no files are fetched.
+//! XML of messages of CCSDS, by the crate `roxmltree`: elements in the order of the text, each with
+//! its place. No document types, so no entities of their own, and no files are fetched.
 
 use super::{Piece, Wrong, wrong};
 use crate::spec::cut;
@@ -13,11 +13,11 @@ pub(super) trait Message<'t> {
     /// The element that is the message, in `<ndm>` or alone.
     const ELEMENT: &'static str;
 
-    /// The message says its version.
+    /// Is called when the message states its version.
     fn version(&mut self, number: Piece<'t>) -> Result<(), Wrong>;
-    /// An element begins within those that are open.
+    /// Is called when an element begins within the open elements.
     fn opened(&mut self, within: &Open<'t>, name: Piece<'t>, unit: Option<Piece<'t>>) -> Result<(), Wrong>;
-    /// An element has ended within those that are open.
+    /// Is called when an element has ended within the open elements.
     fn closed(&mut self, within: &Open<'t>, element: &Element<'t>) -> Result<(), Wrong>;
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Element<'t> {
 }
 
 impl<'t> Element<'t> {
-    /// Its text; empty where it has none.
+    /// Returns the text of the element; empty if it has no text.
     pub fn text(&self) -> Piece<'t> {
         self.value.unwrap_or(Piece { at: self.name.at, text: "" })
     }
@@ -41,16 +41,16 @@ impl<'t> Element<'t> {
 pub(super) struct Open<'t>(Vec<Piece<'t>>);
 
 impl Open<'_> {
-    /// Whether one of them has that name.
+    /// Returns whether one of them has that name.
     pub fn has(&self, element: &str) -> bool {
         self.0.iter().any(|piece| piece.text == element)
     }
 }
 
-/// How deep elements may stand within one another: the crate calls itself for each level.
+/// The largest depth of nested elements: the crate calls itself for each level.
 const DEEPEST: usize = 100;
 
-/// The place at which more elements are open than [`DEEPEST`].
+/// Returns the place at which more elements are open than [`DEEPEST`].
 fn too_deep(text: &str) -> Option<usize> {
     let (mut open, mut at) = (0_usize, 0);
     while let Some(found) = text[at..].find('<') {
@@ -85,7 +85,7 @@ fn too_deep(text: &str) -> Option<usize> {
     None
 }
 
-/// The tree of a text.
+/// Returns the tree of a text.
 pub(super) fn document(text: &str) -> Result<Document<'_>, Wrong> {
     if let Some(at) = too_deep(text) {
         let reason = format!("elements stand within one another more than {DEEPEST} deep");
@@ -121,7 +121,7 @@ pub(super) fn document(text: &str) -> Result<Document<'_>, Wrong> {
     })
 }
 
-/// The name of an element and where it begins.
+/// Returns the name of an element and where it begins.
 pub(super) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
     let (at, name) = (node.range().start + 1, node.tag_name().name());
     // A name may have a prefix.
@@ -130,13 +130,13 @@ pub(super) fn name<'t>(node: Node<'t, 't>) -> Piece<'t> {
     Piece { at: at + prefix.unwrap_or(0), text: name }
 }
 
-/// The value of an attribute of an element.
+/// Returns the value of an attribute of an element.
 pub(super) fn attribute<'t>(node: Node<'t, 't>, name: &str) -> Option<Piece<'t>> {
     let found = node.attribute_node(name)?;
     Some(Piece { at: found.range_value().start, text: found.value() }.trimmed())
 }
 
-/// The text of an element that has no other elements.
+/// Returns the text of an element that has no other elements.
 pub(super) fn value<'t>(node: Node<'t, 't>) -> Result<Option<Piece<'t>>, Wrong> {
     if node.children().any(|child| child.is_element()) {
         return Ok(None);
@@ -152,7 +152,8 @@ pub(super) fn value<'t>(node: Node<'t, 't>) -> Result<Option<Piece<'t>>, Wrong> 
     }
 }
 
-/// Elements that are messages of one kind: that of the document, or those in its `<ndm>`.
+/// Returns the elements that are messages of one kind: the document itself, or the messages in its
+/// `<ndm>`.
 pub(super) fn messages<'t>(document: &'t Document<'t>, element: &str) -> Result<Vec<Node<'t, 't>>, Wrong> {
     let root = document.root_element();
     let told = name(root);
@@ -179,7 +180,8 @@ pub(super) fn messages<'t>(document: &'t Document<'t>, element: &str) -> Result<
     Ok(found)
 }
 
-/// Reads the messages of a kind from a document, element by element, and says where the last of them begins.
+/// Reads the messages of a kind from a document, element by element, and says where the last of
+/// them begins.
 pub(super) fn read<'t, M: Message<'t>>(
     document: &'t Document<'t>,
     message: &mut M,

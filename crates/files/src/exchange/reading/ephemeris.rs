@@ -1,9 +1,11 @@
-//! Where a satellite is, by an orbit ephemeris message of CCSDS (OEM 1.0 to 3.0, keywords and values or XML).
+//! Positions of a satellite, from an orbit ephemeris message of CCSDS (OEM 1.0 to 3.0, keywords and
+//! values or XML).
 //!
-//! A row is a date, a position \[km\] and a velocity \[km/s\], and may have an acceleration, which is passed over. Between rows goes the
-//! polynomial that the segment names: Lagrange's through positions, or Hermite's through positions and velocities, two for each row,
-//! which is taken where nothing is named. Straight lines are no orbit. Covariances are passed over. What is in one segment is not
-//! joined to another.
+//! A row is a date, a position \[km\] and a velocity \[km/s\], and may have an acceleration, which
+//! is ignored. The segment names the polynomial between rows: Lagrange's through positions, or
+//! Hermite's through positions and velocities, two for each row, which is the default. Straight
+//! lines are refused, because they are no orbit. Covariances are ignored. Rows of different
+//! segments are not joined.
 
 mod xml;
 
@@ -17,16 +19,18 @@ use slewkit::{Matrix3, Vector3};
 use slewkit_sky::Between;
 use std::io::Read;
 
-/// Degree of the polynomial where the segment names none: by Hermite a low orbit in steps of a minute is met within a micrometre.
+/// Degree of the polynomial where the segment names none: by Hermite a low orbit in steps of a
+/// minute is met within a micrometre.
 const DEGREE: usize = 7;
-/// The lowest degree that has a curvature which goes on from row to row nearly; beyond the highest polynomials on equal steps swing.
+/// The lowest degree that has a curvature which goes on from row to row nearly; beyond the highest
+/// polynomials on equal steps swing.
 const LOWEST: usize = 3;
 const HIGHEST: usize = 25;
 
 /// Axes in which positions are given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EphemerisAxes {
-    /// Fixed in space; the rotation from their components to those of ICRF.
+    /// Axes fixed in space, with the rotation from their components to components of ICRF.
     Inertial(Matrix3),
     /// True equator, mean equinox of date.
     Teme,
@@ -51,15 +55,15 @@ pub struct Segment {
     pub line: Vec<usize>,
     /// Which axes.
     pub axes: EphemerisAxes,
-    /// What goes between rows; it takes no more of them than there are.
+    /// The interpolation between rows; its degree never needs more rows than the segment has.
     pub between: Between,
 }
 
 /// Reads an OEM, as segments; `name` stands for it in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line: other centres than the Earth and other frames than ICRF, GCRF, EME2000, TOD, TEME
-/// and ITRF among them.
+/// The first thing that is wrong, with its line: other centres than the Earth and other frames than
+/// ICRF, GCRF, EME2000, TOD, TEME and ITRF among them.
 pub fn read_ephemeris(input: impl Read, name: &str) -> Result<Vec<Segment>, Diagnostics> {
     let text = whole_text(input, name, "an OEM")?;
     match segments(&text) {
@@ -97,7 +101,7 @@ const HEADER: [&str; 4] = ["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIF
 /// Metadata on their way.
 type Keys<'t> = Vec<(&'static str, Piece<'t>)>;
 
-/// Where in the file a line stands.
+/// The part of the file to which a line belongs.
 enum Place<'t> {
     Header,
     Metadata(Keys<'t>),
@@ -107,7 +111,7 @@ enum Place<'t> {
 
 /// A segment whose rows are being read.
 struct Started {
-    /// In the place of lines it has bytes.
+    /// The segment, whose places are bytes of the text in place of lines.
     segment: Segment,
     scale: Scale,
     /// Whether the polynomial goes through velocities as well.
@@ -200,7 +204,7 @@ fn add<'t>(keys: &mut Keys<'t>, key: Piece<'t>, value: Piece<'t>) -> Result<(), 
     Ok(())
 }
 
-/// What the metadata say together; `end` is where they end.
+/// Returns the segment that the metadata describe together; `end` is the place where they end.
 fn started(keys: &Keys<'_>, end: Piece<'_>) -> Result<Started, Wrong> {
     let get = |name: &str| keys.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
     let needed = |name: &str| {
@@ -282,7 +286,7 @@ fn axes(frame: Piece<'_>, of_date: Option<Piece<'_>>) -> Result<EphemerisAxes, W
 }
 
 impl Started {
-    /// A line of keywords and values.
+    /// Reads a line of keywords and values.
     fn line(&mut self, line: Piece<'_>) -> Result<(), Wrong> {
         let words = line.words();
         if ![7, 10].contains(&words.len()) {
@@ -293,7 +297,7 @@ impl Started {
         self.row(words[0], [words[1], words[2], words[3]], [words[4], words[5], words[6]])
     }
 
-    /// A moment, a position \[km\] and a velocity \[km/s\].
+    /// Reads a moment, a position \[km\] and a velocity \[km/s\].
     fn row(
         &mut self,
         moment: Piece<'_>,
@@ -321,7 +325,7 @@ impl Started {
         Ok(())
     }
 
-    /// The segment; `end` is where its rows end.
+    /// Returns the segment; `end` is where its rows end.
     fn finish(self, end: Piece<'_>) -> Result<Segment, Wrong> {
         let Self { mut segment, hermite, degree, .. } = self;
         let count = segment.moment.len();
@@ -339,7 +343,7 @@ impl Started {
             );
             return end.wrong(reason, "give more rows, or a lower INTERPOLATION_DEGREE");
         }
-        // What may be used lies within the rows.
+        // The usable span must lie within the rows.
         let [first, last] = [segment.moment[0], segment.moment[count - 1]];
         if first.since(&segment.span[0]) > 0.0 {
             segment.span[0] = first;
@@ -351,7 +355,8 @@ impl Started {
     }
 }
 
-/// A position closer to the centre than this is no satellite's \[m\]: the polar radius of the Earth.
+/// A position closer to the centre than this is no satellite's \[m\]: the polar radius of the
+/// Earth.
 const LEAST: f64 = 6_356_752.0;
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! C-kernels of SPICE: segments of type 3, pointing with rates or without, about one structure.
 //!
-//! The C-matrix leads from reference to body components: the quaternion of the file is the conjugate of ours, scalar first; rates are in
-//! reference axes. Between rows SPICE turns about one axis at one rate. Times are ticks of a clock; what a tick is, and when the clock is
-//! zero, a C-kernel does not say: it is taken from the comment area where this program has written it.
+//! The C-matrix leads from reference to body components: the quaternion of the file is the
+//! conjugate of ours, scalar first; rates are in reference axes. Between rows SPICE turns about one
+//! axis at one rate. Times are ticks of a clock; what a tick is, and when the clock is zero, a
+//! C-kernel does not say: it is taken from the comment area where this program has written it.
 
 use super::between::Between;
 use super::rows::{Moved, Rows};
@@ -16,7 +17,7 @@ const WORD: usize = 8;
 /// Most records of summaries that are followed.
 const MOST_RECORDS: usize = 1 << 16;
 
-/// What the comment area says of the clock and of the epoch, as this program writes it.
+/// The statement of the comment area about the clock and the epoch, as this program writes it.
 const CLOCK: &str = "one tick is a microsecond of TT";
 const EPOCH: &str = "Epoch: ";
 const TICK: f64 = 1e-6;
@@ -40,7 +41,7 @@ impl Bytes<'_> {
         self.word(at).map(f64::from_le_bytes)
     }
 
-    /// A whole number from zero on.
+    /// Returns a whole number from zero on.
     fn count(&self, at: usize) -> Option<usize> {
         self.word(at).and_then(|word| usize::try_from(i32::from_le_bytes(word)).ok())
     }
@@ -49,7 +50,7 @@ impl Bytes<'_> {
         self.word(at).map(i32::from_le_bytes)
     }
 
-    /// The text of the comment area: between the file record and the summaries.
+    /// Returns the text of the comment area: between the file record and the summaries.
     fn comments(&self, first_summary: usize) -> String {
         let records = self.all.chunks(RECORD).skip(1).take(first_summary.saturating_sub(2));
         let bytes = records.flat_map(|record| record.iter().take(1000));
@@ -60,7 +61,8 @@ impl Bytes<'_> {
     }
 }
 
-/// A summary: its structure, frame, type, whether there are rates, and where its numbers are, by words from 1.
+/// A summary: its structure, frame, type, whether there are rates, and where its numbers are, by
+/// words from 1.
 struct Summary {
     structure: i32,
     frame: i32,
@@ -125,7 +127,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Rows, Wrong> {
     Ok(rows)
 }
 
-/// Two numbers and six integers for each segment, in records that are chained.
+/// Returns two numbers and six integers for each segment, in records that are chained.
 fn summaries(file: &Bytes<'_>, first: usize) -> Option<Vec<Summary>> {
     const SUMMARY: usize = 5;
     let (mut found, mut record) = (Vec::new(), first);
@@ -135,7 +137,7 @@ fn summaries(file: &Bytes<'_>, first: usize) -> Option<Vec<Summary>> {
         }
         let at = (record - 1).checked_mul(RECORD)?;
         let (next, count) = (file.number(at)?, file.number(at + 2 * WORD)?);
-        // As many as a record has room for.
+        // A record has room for 25 packets at most.
         if !(0.0..=25.0).contains(&count) {
             return None;
         }

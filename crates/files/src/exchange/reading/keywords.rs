@@ -8,7 +8,7 @@ use crate::spec::cut;
 /// Keys above the first block.
 const HEADER: [&str; 4] = ["CREATION_DATE", "ORIGINATOR", "MESSAGE_ID", "CLASSIFICATION"];
 
-/// Where in the file a line stands.
+/// The part of the file to which a line belongs.
 enum Place<'t> {
     Header,
     Metadata(Metadata<'t>),
@@ -90,7 +90,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     }
 }
 
-/// `KEY = value`.
+/// Returns `KEY = value`.
 pub(super) fn pair(line: Piece<'_>) -> Result<(Piece<'_>, Piece<'_>), Wrong> {
     match line.text.find('=') {
         Some(sign) if sign > 0 => Ok((

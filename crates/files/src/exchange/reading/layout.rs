@@ -1,17 +1,20 @@
 //! The numbers behind the date of a row, in every kind of attitude that AEM 1.0 and 2.0 have.
 //!
-//! The numbers describe the frame Y as seen from the frame X. A sequence of Euler angles turns the axes of X into those of Y, the first
-//! angle first, so that `M = A₁(a₁) A₂(a₂) A₃(a₃)` leads from components in Y to those in X, and
+//! The numbers describe the frame Y as seen from the frame X. A sequence of Euler angles turns the
+//! axes of X into the axes of Y, the first angle first, so that `M = A₁(a₁) A₂(a₂) A₃(a₃)` converts
+//! components in Y to components in X, and
 //!
 //! ```text
 //! Ω = a₃' e₃ + A₃ᵀ (a₂' e₂ + A₂ᵀ a₁' e₁)      axes of Y
 //! ```
 //!
-//! SPIN has the right ascension α and the declination δ of the spin axis, z of Y, and the angle φ about it: `M = Rz(α + 90°) Rx(90° − δ)
-//! Rz(φ)`. Where X is the body, attitude and rate are turned round: `Mᵀ`, and `−M Ω` in the axes of X.
+//! SPIN has the right ascension α and the declination δ of the spin axis, z of Y, and the angle φ
+//! about it: `M = Rz(α + 90°) Rx(90° − δ) Rz(φ)`. Where X is the body, attitude and rate are turned
+//! round: `Mᵀ`, and `−M Ω` in the axes of X.
 //!
-//! `QUATERNION/RATE` and `EULER_ANGLE/RATE` of version 1.0 are read by some programs as components of the angular velocity in RATE_FRAME,
-//! by others as derivatives of the angles of EULER_ROT_SEQ. Where both are one rate it is taken, else none is.
+//! `QUATERNION/RATE` and `EULER_ANGLE/RATE` of version 1.0 are read by some programs as components
+//! of the angular velocity in RATE_FRAME, by others as derivatives of the angles of EULER_ROT_SEQ.
+//! If both readings give one rate, it is used; otherwise the file has no rates.
 
 use super::rows::Moved;
 use super::{Number, Piece, Wrong};
@@ -19,7 +22,7 @@ use crate::spec::cut;
 use slewkit::{Matrix3, Vector3, lie};
 use std::f64::consts::FRAC_PI_2;
 
-/// What the first numbers are.
+/// The meaning of the first numbers of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Attitude {
     /// Four.
@@ -33,25 +36,25 @@ pub(super) enum Attitude {
     Spin(usize),
 }
 
-/// What the others are.
+/// The meaning of the other numbers of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rates {
-    /// There are none, or none that are taken.
+    /// The row has no other numbers, or they are ignored.
     None,
     /// Derivatives of the numbers of the attitude.
     Derivative,
     /// Components of the angular velocity of Y against X.
     Velocity(Axes),
-    /// Those of version 1.0: components, or derivatives of these angles.
+    /// Rates of version 1.0: components, or derivatives of these angles.
     Old(Axes, Option<[usize; 3]>),
 }
 
-/// In which axes rates stand.
+/// The axes in which rates are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axes {
-    /// Those of X.
+    /// The axes of X.
     X,
-    /// Those of Y.
+    /// The axes of Y.
     Y,
 }
 
@@ -90,8 +93,8 @@ impl Layout {
             }
     }
 
-    /// The names of the numbers in XML that are read, in the order in which [`Layout::read`] wants them; quaternions have theirs, so
-    /// that no order of them is needed.
+    /// Returns the names that the numbers have in XML, in the order in which [`Layout::read`]
+    /// expects them. Quaternions have a name for each component, so they need no order.
     pub fn names(&self) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = match self.attitude {
             Attitude::Quaternion { .. } => QUATERNION.to_vec(),
@@ -119,7 +122,7 @@ impl Layout {
         self
     }
 
-    /// The row of these numbers.
+    /// Returns the row of these numbers.
     pub fn read(&self, numbers: &[Number]) -> Told {
         let value = |k: usize| numbers[k].value;
         let vector = |k: usize| Vector3::new(value(k), value(k + 1), value(k + 2));
@@ -190,12 +193,13 @@ impl Layout {
         if self.inverse { [w, -x, -y, -z] } else { [w, x, y, z] }
     }
 
-    /// The rate of Y against X in axes of Y as that of the body against the reference in axes of the body.
+    /// Converts the rate of Y against X, in axes of Y, to the rate of the body against the
+    /// reference, in axes of the body.
     fn of_body(&self, rate: Vector3, of_y: &[f64; 4]) -> Vector3 {
         if self.inverse { -(lie::rotation_from_quaternion(of_y) * rate) } else { rate }
     }
 
-    /// Three rates in axes of Y, and how far the readings of them are apart.
+    /// Returns three rates in axes of Y, and how far the readings of them are apart.
     fn told(&self, numbers: Vector3, of_y: &[f64; 4]) -> (Vector3, f64) {
         let in_y = |axes: Axes| match axes {
             Axes::Y => numbers,
@@ -214,7 +218,7 @@ impl Layout {
     }
 }
 
-/// The axes of a sequence as `ZYX` or `321`.
+/// Returns the axes of a sequence as `ZYX` or `321`.
 pub(super) fn sequence(piece: Piece<'_>) -> Result<[usize; 3], Wrong> {
     let axis = |byte: u8| match byte.to_ascii_uppercase() {
         b'X' | b'1' => Some(0),
@@ -247,14 +251,14 @@ fn euler(axes: [usize; 3], angles: &Vector3) -> Matrix3 {
 fn euler_rate(axes: [usize; 3], angles: &Vector3, rates: &Vector3) -> Vector3 {
     let mut rate = Vector3::zeros();
     for k in 0..3 {
-        // What is turned already is seen from the next axes.
+        // The next axes see the rate that the former angles have produced.
         rate = about(axes[k], angles[k]).tr_mul(&rate);
         rate[axes[k]] += rates[k];
     }
     rate
 }
 
-/// The angles of a rotation in a sequence.
+/// Returns the angles of a rotation in a sequence.
 fn angles_of(rotation: &Matrix3, axes: [usize; 3]) -> Vector3 {
     let name: String = axes.iter().map(|axis| ["x", "y", "z"][*axis]).collect();
     crate::export::euler_angles(rotation, &name).into()

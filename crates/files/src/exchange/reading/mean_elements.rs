@@ -1,6 +1,7 @@
-//! Mean elements of a satellite, by an orbit mean-elements message of CCSDS (OMM 2.0 and 3.0): keywords and values, XML, or JSON as
-//! catalogues give it, with numbers or texts for numbers. Elements of SGP4 about the Earth are taken, in TEME and UTC; numbers of
-//! satellites have as many digits as they need.
+//! Mean elements of a satellite, by an orbit mean-elements message of CCSDS (OMM 2.0 and 3.0):
+//! keywords and values, XML, or JSON as catalogues give it, with numbers or texts for numbers.
+//! Elements of SGP4 about the Earth are taken, in TEME and UTC; numbers of satellites have as many
+//! digits as they need.
 
 use super::message::date;
 use super::said::{self, Keys, Said};
@@ -73,7 +74,8 @@ const DEEPEST: usize = 12;
 /// Reads an OMM; `name` stands for it in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line: elements of another theory than SGP4 and in other frames than TEME among them.
+/// The first thing that is wrong, with its line: elements of another theory than SGP4 and in other
+/// frames than TEME among them.
 pub fn read_mean_elements(input: impl Read, name: &str) -> Result<MeanElements, Diagnostics> {
     let text = whole_text(input, name, "an OMM")?;
     mean_elements(&text).map_err(|wrong| resolved(wrong, name, text))
@@ -105,7 +107,8 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
     }
 }
 
-/// Keys and values in JSON and where they stand: of an object, of a list of one, or of objects within it.
+/// Keys and values in JSON and where they stand: of an object, of a list of one, or of objects
+/// within it.
 fn of_json(text: &str) -> Result<Vec<(usize, String, String)>, Wrong> {
     let whole: Value = serde_json::from_str(text).or_else(|error| {
         let start: usize = text.split_inclusive('\n').take(error.line().max(1) - 1).map(str::len).sum();
@@ -165,8 +168,8 @@ fn flatten(
     }
 }
 
-/// The elements that the keys say; a `message` has all that the standard wants of it, a record of a catalogue may lack what all of its
-/// records have in common.
+/// Returns the elements that the keys give. A `message` has all keys that the standard requires; a
+/// record of a catalogue may lack the keys that all its records have in common.
 fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     said::check(keys, &UNITS)?;
     let needed = |name: &str| said::needed(keys, name);
@@ -183,7 +186,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
                 || said.part > 0 && said.key.is(key) && !key.bytes().any(|byte| byte.is_ascii_uppercase());
             !passed_over && !KNOWN.iter().any(|known| said.key.is(known))
         };
-        // In XML whatever users define stands in an element of its own.
+        // XML puts everything that users define into an element of its own.
         if let Some(said) = keys.iter().find(strange).filter(|_| keys[0].key.text != "omm") {
             let reason = format!("unknown key `{}` in an OMM", cut(said.key.text, 40));
             return said.key.wrong(reason, "check the spelling");
@@ -257,7 +260,7 @@ fn taken(keys: &Keys<'_>, message: bool) -> Result<MeanElements, Wrong> {
     })
 }
 
-/// Year, day of the year and nanoseconds of the day of `2026-11-21T07:00:00.25`.
+/// Returns year, day of the year and nanoseconds of the day of `2026-11-21T07:00:00.25`.
 fn day_of(text: &str) -> (i32, u32, u64) {
     let (date, clock) = text.split_once('T').unwrap_or((text, ""));
     let numbers: Vec<u32> = date.split('-').filter_map(|part| part.parse().ok()).collect();
@@ -276,24 +279,34 @@ fn day_of(text: &str) -> (i32, u32, u64) {
 mod tests {
     use super::*;
 
-    const KEYWORDS: &str = "CCSDS_OMM_VERS = 2.0\nCREATION_DATE = 2026-11-20T13:00:00\nORIGINATOR = TEST\nOBJECT_NAME = SAMPLE\n\
+    const KEYWORDS: &str = "CCSDS_OMM_VERS = 2.0\nCREATION_DATE = 2026-11-20T13:00:00\nORIGINATOR = TEST\n\
+        OBJECT_NAME = SAMPLE\n\
         OBJECT_ID = 2020-001A\nCENTER_NAME = EARTH\nREF_FRAME = TEME\nTIME_SYSTEM = UTC\nMEAN_ELEMENT_THEORY = SGP4\n\
-        COMMENT elements\nEPOCH = 2026-324T12:00:00.000\nMEAN_MOTION = 14.9 [rev/day]\nECCENTRICITY = .0012\nINCLINATION = 97.8 [deg]\n\
-        RA_OF_ASC_NODE = 200.1\nARG_OF_PERICENTER = 90.2\nMEAN_ANOMALY = 270.1\nEPHEMERIS_TYPE = 0\nCLASSIFICATION_TYPE = U\n\
+        COMMENT elements\nEPOCH = 2026-324T12:00:00.000\nMEAN_MOTION = 14.9 [rev/day]\nECCENTRICITY = .0012\n\
+        INCLINATION = 97.8 [deg]\n\
+        RA_OF_ASC_NODE = 200.1\nARG_OF_PERICENTER = 90.2\nMEAN_ANOMALY = 270.1\nEPHEMERIS_TYPE = 0\n\
+        CLASSIFICATION_TYPE = U\n\
         NORAD_CAT_ID = 799999999\nELEMENT_SET_NO = 999\nREV_AT_EPOCH = 1\nBSTAR = 2e-05\nMEAN_MOTION_DOT = 1e-06\n\
         MEAN_MOTION_DDOT = 0\nUSER_DEFINED_X = 3\n";
-    const XML: &str = "<?xml version=\"1.0\"?><ndm xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"><omm id=\"CCSDS_OMM_VERS\" version=\"2.0\">\
+    const XML: &str = "<?xml version=\"1.0\"?><ndm xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\">\
+        <omm id=\"CCSDS_OMM_VERS\" version=\"2.0\">\
         <header><CREATION_DATE/><ORIGINATOR/></header><body><segment><metadata><OBJECT_NAME>A&amp;B</OBJECT_NAME>\
-        <OBJECT_ID>2020-001A</OBJECT_ID><CENTER_NAME>EARTH</CENTER_NAME><REF_FRAME>TEME</REF_FRAME><TIME_SYSTEM>UTC</TIME_SYSTEM>\
-        <MEAN_ELEMENT_THEORY>SGP4</MEAN_ELEMENT_THEORY></metadata><data><meanElements><EPOCH>2026-11-20T12:00:00.000000</EPOCH>\
-        <MEAN_MOTION units=\"rev/day\">14.9</MEAN_MOTION><ECCENTRICITY>.0012</ECCENTRICITY><INCLINATION>97.8</INCLINATION>\
-        <RA_OF_ASC_NODE>200.1</RA_OF_ASC_NODE><ARG_OF_PERICENTER>90.2</ARG_OF_PERICENTER><MEAN_ANOMALY>270.1</MEAN_ANOMALY>\
-        </meanElements><tleParameters><EPHEMERIS_TYPE>0</EPHEMERIS_TYPE><NORAD_CAT_ID>100001</NORAD_CAT_ID><BSTAR>0.2E-4</BSTAR>\
+        <OBJECT_ID>2020-001A</OBJECT_ID><CENTER_NAME>EARTH</CENTER_NAME><REF_FRAME>TEME</REF_FRAME>\
+        <TIME_SYSTEM>UTC</TIME_SYSTEM>\
+        <MEAN_ELEMENT_THEORY>SGP4</MEAN_ELEMENT_THEORY></metadata><data><meanElements><EPOCH>\
+        2026-11-20T12:00:00.000000</EPOCH>\
+        <MEAN_MOTION units=\"rev/day\">14.9</MEAN_MOTION><ECCENTRICITY>.0012</ECCENTRICITY><INCLINATION>97.8\
+        </INCLINATION>\
+        <RA_OF_ASC_NODE>200.1</RA_OF_ASC_NODE><ARG_OF_PERICENTER>90.2</ARG_OF_PERICENTER><MEAN_ANOMALY>270.1\
+        </MEAN_ANOMALY>\
+        </meanElements><tleParameters><EPHEMERIS_TYPE>0</EPHEMERIS_TYPE><NORAD_CAT_ID>100001</NORAD_CAT_ID>\
+        <BSTAR>0.2E-4</BSTAR>\
         </tleParameters><userDefinedParameters><USER_DEFINED parameter=\"X\">3</USER_DEFINED></userDefinedParameters>\
         </data></segment></body></omm></ndm>";
-    const NUMBERS: &str = "{\"OBJECT_NAME\":\"SAMPLE\",\"EPOCH\":\"2026-11-20T12:00:00.000000\",\"MEAN_MOTION\":14.9,\"ECCENTRICITY\":0.0012,\
-        \"INCLINATION\":97.8,\"RA_OF_ASC_NODE\":200.1,\"ARG_OF_PERICENTER\":90.2,\"MEAN_ANOMALY\":270.1,\"EPHEMERIS_TYPE\":0,\
-        \"NORAD_CAT_ID\":123456789,\"BSTAR\":2e-05,\"DECAY_DATE\":null}";
+    const NUMBERS: &str = "{\"OBJECT_NAME\":\"SAMPLE\",\"EPOCH\":\"2026-11-20T12:00:00.000000\",\
+        \"MEAN_MOTION\":14.9,\"ECCENTRICITY\":0.0012,\"INCLINATION\":97.8,\"RA_OF_ASC_NODE\":200.1,\
+        \"ARG_OF_PERICENTER\":90.2,\"MEAN_ANOMALY\":270.1,\"EPHEMERIS_TYPE\":0,\"NORAD_CAT_ID\":123456789,\
+        \"BSTAR\":2e-05,\"DECAY_DATE\":null}";
 
     fn of(text: &str) -> MeanElements {
         read_mean_elements(text.as_bytes(), "x").unwrap_or_else(|errors| panic!("{errors}\n{text}"))

@@ -1,4 +1,4 @@
-//! What AEM files of both notations say about their data, and a row of them.
+//! The metadata of AEM files in both notations, and the rows that they describe.
 
 use super::between::Between;
 use super::layout::{Attitude, Axes, Layout, Rates, sequence};
@@ -91,7 +91,7 @@ impl<'t> Metadata<'t> {
         )
     }
 
-    /// What the keys say together; `end` is where they end.
+    /// Returns the block that the keys describe together; `end` is the place where they end.
     pub fn block(&self, version: Version, end: Piece<'_>) -> Result<Block, Wrong> {
         let needed = |name: &str| self.needed(name, end);
         needed("OBJECT_NAME")?;
@@ -153,7 +153,7 @@ impl<'t> Metadata<'t> {
         Ok(Block { layout, scale, names, named_at: reference.at, guessed, span, between, note, object })
     }
 
-    /// What the numbers of a row are.
+    /// Returns the meaning of the numbers of a row.
     fn kind(
         &self,
         version: Version,
@@ -202,7 +202,8 @@ impl<'t> Metadata<'t> {
         }
     }
 
-    /// What goes between the rows, and what is not taken of what the file says of it.
+    /// Returns the interpolation between the rows, and a note if the one that the file names is not
+    /// used.
     fn between(&self) -> Result<(Between, Option<String>), Wrong> {
         let Some(method) = self.get("INTERPOLATION_METHOD") else { return Ok((Between::Unsaid, None)) };
         let degree = match self.get("INTERPOLATION_DEGREE") {
@@ -235,7 +236,7 @@ impl<'t> Metadata<'t> {
         }
     }
 
-    /// The span that the block says it has, and the part of it that is usable.
+    /// Returns the span that the block says it has, and the part of it that is usable.
     fn span(&self, start: Piece<'_>, stop: Piece<'_>, scale: Scale) -> Result<Span, Wrong> {
         let of = |piece: Piece<'_>| date(piece, scale);
         let span = [of(start)?, of(stop)?];
@@ -249,7 +250,8 @@ impl<'t> Metadata<'t> {
     }
 }
 
-/// Whether A is the body, and whether that had to be guessed: of two frames one is the spacecraft's.
+/// Returns whether A is the body, and whether that had to be guessed: of two frames one is the
+/// spacecraft's.
 pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wrong> {
     match (meaning(a.text), meaning(b.text)) {
         (Meaning::Body, Meaning::Body) => {
@@ -278,11 +280,11 @@ pub(super) fn body_is_a(a: Piece<'_>, b: Piece<'_>) -> Result<(bool, bool), Wron
 struct Span {
     span: [Epoch; 2],
     useable: [Option<Epoch>; 2],
-    /// What the digits of its dates leave open \[s\].
+    /// The uncertainty of times from the digits of the dates \[s\].
     digits: f64,
 }
 
-/// How the rows of a block are to be read.
+/// The layout and the meaning of the rows of a block.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     pub layout: Layout,
@@ -295,7 +297,7 @@ pub(super) struct Block {
     guessed: bool,
     span: Span,
     between: Between,
-    /// What is not taken of what goes between rows.
+    /// A note if the named interpolation between rows is not used.
     note: Option<String>,
     /// Name and number of what turns.
     object: [String; 2],
@@ -304,23 +306,25 @@ pub(super) struct Block {
 /// Beyond this degree polynomials on equal steps swing.
 const HIGHEST: usize = 25;
 
-/// A moment in the scale of the block.
+/// Returns a moment in the scale of the block.
 pub(super) fn date(piece: Piece<'_>, scale: Scale) -> Result<Epoch, Wrong> {
     Epoch::in_scale(piece.text, scale)
         .or_else(|error| piece.wrong(error.to_string(), "write 2026-11-21T07:00:00.25"))
 }
 
-/// Half a unit of the last digit of a date.
+/// Returns half a unit of the last digit of a date.
 pub(super) fn half_second(date: &str) -> f64 {
     let clock = date.trim_end_matches(['Z', 'z']);
     half_unit(clock.rsplit(':').next().unwrap_or(clock))
 }
 
-/// Readings of rates that differ by less are one: what single precision leaves of a rate of a radian a second [rad/s].
+/// Readings of rates that differ by less are one: what single precision leaves of a rate of a
+/// radian a second [rad/s].
 const ONE_RATE: f64 = 1e-7;
 
 impl Block {
-    /// Takes the names over; all blocks of a file must agree. The first row of a block may be the last of the one above.
+    /// Takes the names over; all blocks of a file must agree. The first row of a block may be the
+    /// last of the one above.
     pub fn begin(&self, at: Piece<'_>, rows: &mut Rows) -> Result<(), Wrong> {
         let [reference, body] = self.names.clone();
         let before = rows.found.reference_frame.as_ref().zip(rows.found.body_frame.as_ref());
@@ -342,7 +346,10 @@ impl Block {
             return at.wrong(reason, "give one file for each object");
         }
         if self.guessed {
-            rows.note(format!("which of {reference} and {body} is the body: no registry has the names, and B is taken for it"));
+            rows.note(format!(
+                "which of {reference} and {body} is the body: no registry has the names, and B is taken for \
+                    it"
+            ));
         }
         if let Attitude::Spin(_) = self.layout.attitude {
             rows.note("rates of the file: SPIN tells the one about its axis, which moves itself".into());
@@ -405,7 +412,8 @@ impl Block {
         rows.add(at, Number { value: time, half_unit: half_second(written.text) }, told.row)
     }
 
-    /// Refuses a row outside of the span of its block, and notes one that the file itself calls unusable.
+    /// Refuses a row outside of the span of its block, and notes one that the file itself calls
+    /// unusable.
     fn within(&self, written: Piece<'_>, moment: &Epoch, rows: &mut Rows) -> Result<(), Wrong> {
         let Span { span: [start, stop], useable, digits } = &self.span;
         let open = digits.max(half_second(written.text));

@@ -1,9 +1,10 @@
-//! Attitudes of other programs: AEM 1.0 and 2.0 as keywords and values and in XML, APM, STK attitude files, C-kernels of SPICE, tables;
-//! and orbits: OEM and OMM.
+//! Attitudes of other programs: AEM 1.0 and 2.0 as keywords and values and in XML, APM, STK
+//! attitude files, C-kernels of SPICE, tables; and orbits: OEM and OMM.
 //!
-//! What is read is turned into our convention: body to reference, scalar first, rates in body axes in rad/s. Every
-//! error has its line. A file is read whole before anything of it is used. What it says and is not taken stands in
-//! [`Attitudes::not_taken`]; how far its digits, its blocks and its spans reach stands beside the rows.
+//! Values are converted to our convention: body to reference, scalar first, rates in body axes in
+//! rad/s. Every error has its line. A file is read completely before any of it is used.
+//! [`Attitudes::not_taken`] lists the statements of the file that are not used. Beside the rows
+//! stand the limits of its digits, its blocks and its spans.
 
 mod between;
 mod elements;
@@ -42,38 +43,43 @@ const MAX_BYTES: u64 = 1 << 28;
 pub struct Attitudes {
     /// Seconds from the first row, increasing.
     pub time: Vec<f64>,
-    /// From body to reference, `[w, x, y, z]`, of length 1, of one sign along the rows.
+    /// The attitudes from body to reference, `[w, x, y, z]`, of length 1, of one sign along the
+    /// rows.
     pub quaternion: Vec<[f64; 4]>,
-    /// Angular velocity against the reference frame, body axes [rad/s]; empty where the file has none that is understood.
+    /// The angular velocities against the reference frame, body axes [rad/s]; empty if the file has
+    /// no rates that can be interpreted.
     pub rate: Vec<Vector3>,
     /// The line of each row, from 1.
     pub line: Vec<usize>,
     /// The blocks of rows that the file has, and what it says of the motion between their rows.
     pub blocks: Vec<Block>,
-    /// Rows at which a block begins that does not begin where the one above ends: nobody may interpolate from the row before.
+    /// Rows at which a block begins that does not begin where the one above ends: nobody may
+    /// interpolate from the row before.
     pub breaks: Vec<usize>,
-    /// What the printed digits leave open; of times nothing where the steps are equal.
+    /// The uncertainty that the printed digits leave; zero for times if the steps are equal.
     pub rounding: Rounding,
     /// Half a unit of the last digit of the printed times \[s\].
     pub printed_time: f64,
-    /// What the time of the first row is, where times count from a zero of their own \[s\].
+    /// The time of the first row, if times count from a zero of their own \[s\].
     pub begins: Option<f64>,
     /// The moment of the first row, where the file says.
     pub epoch: Option<Epoch>,
-    /// What the file calls the reference frame.
+    /// The name of the reference frame in the file.
     pub reference_frame: Option<String>,
-    /// What it calls the body frame.
+    /// The name of the body frame in the file.
     pub body_frame: Option<String>,
     /// The line at which it names the frames.
     pub frames_line: Option<usize>,
-    /// What the file says and is not taken, or what it leaves open, a sentence each without its point.
+    /// The statements of the file that are not used, and the questions that it leaves open, a
+    /// sentence each without its point.
     pub not_taken: Vec<String>,
-    /// What was changed in reading.
+    /// The changes that were made while reading.
     pub warnings: Vec<Diagnostic>,
 }
 
 impl Attitudes {
-    /// As many attitudes at equal distances in time, each on the rotation at one rate between its neighbours.
+    /// Returns equally many attitudes at equal distances in time, each on the rotation at one rate
+    /// between its neighbours.
     pub fn evenly(&self) -> Vec<[f64; 4]> {
         let (count, end) = (self.time.len(), self.time.last().copied().unwrap_or(0.0));
         let mut low = 0;
@@ -111,22 +117,23 @@ pub fn read_attitudes(input: impl Read, name: &str) -> Result<Attitudes, Diagnos
         .map_err(|wrong| Diagnostics(vec![wrong.finding().resolve(std::slice::from_ref(&source))]))
 }
 
-/// How a C-kernel begins.
+/// The first bytes of a C-kernel.
 const KERNEL: &[u8] = b"DAF/CK";
 
 /// One attitude of a file.
 #[derive(Clone, Debug)]
 pub struct AttitudeTold {
-    /// From body to reference, `[w, x, y, z]`, of length 1.
+    /// The attitude from body to reference, `[w, x, y, z]`, of length 1.
     pub quaternion: [f64; 4],
-    /// What the file calls the reference frame.
+    /// The name of the reference frame in the file.
     pub reference_frame: Option<String>,
-    /// What it calls the body frame.
+    /// The name of the body frame in the file.
     pub body_frame: Option<String>,
 }
 
-/// Reads the attitude of a moment, `seconds` after `epoch`: of an APM its one, which must be of that moment; of all others what they say
-/// of the motion between their rows. Tables count from the epoch. `name` stands for the file in messages.
+/// Reads the attitude of a moment, `seconds` after `epoch`: of an APM its one, which must be of
+/// that moment; of all others what they say of the motion between their rows. Tables count from the
+/// epoch. `name` stands for the file in messages.
 ///
 /// # Errors
 /// The first thing that is wrong, with its line; a moment that the file does not have.
@@ -177,7 +184,8 @@ pub fn read_attitude_at(
         (None, begins) => seconds - begins.unwrap_or(0.0),
     };
     let last = found.time.last().copied().unwrap_or(0.0);
-    // What digits and sums of seconds leave is still inside.
+    // A time that misses the span by no more than its digits or a sum of seconds leave open is
+    // inside.
     let inside = if time.abs() <= found.printed_time.max(SAME_MOMENT) { 0.0 } else { time };
     let inside = if (inside - last).abs() <= found.printed_time.max(SAME_MOMENT) { last } else { inside };
     let Some(quaternion) = found.at(inside) else {
@@ -191,7 +199,7 @@ pub fn read_attitude_at(
 /// Moments are equal to this \[s\]: sums of seconds in doubles.
 const SAME_MOMENT: f64 = 1e-6;
 
-/// The bytes of a file.
+/// Returns the bytes of a file.
 fn whole(input: impl Read, name: &str) -> Result<Vec<u8>, Diagnostics> {
     let mut bytes = Vec::new();
     let refused = |reason: String, remedy: &str| {
@@ -207,7 +215,7 @@ fn whole(input: impl Read, name: &str) -> Result<Vec<u8>, Diagnostics> {
     Ok(bytes)
 }
 
-/// The text of a file that is to be `what`.
+/// Returns the text of a file that is to be `what`.
 fn whole_text(input: impl Read, name: &str, what: &str) -> Result<String, Diagnostics> {
     text_of(&whole(input, name)?, name, what)
 }
@@ -233,12 +241,13 @@ fn text_of(bytes: &[u8], name: &str, what: &str) -> Result<String, Diagnostics> 
     })
 }
 
-/// What is wrong with a text, with its line.
+/// Returns the diagnostics of a fault in a text, with its line.
 fn resolved(wrong: Wrong, name: &str, text: String) -> Diagnostics {
     Diagnostics(vec![wrong.finding().resolve(&[Source::new(name, text)])])
 }
 
-/// Which message of CCSDS a text begins as: `AEM`, by its first key or its first element but `<ndm>`.
+/// Returns the kind of CCSDS message that a text begins with, such as `AEM`: its first key, or its
+/// first element except `<ndm>`.
 fn kind(text: &str) -> Option<&str> {
     let start = text.trim_start();
     if start.get(..6).is_some_and(|start| start.eq_ignore_ascii_case("CCSDS_")) {
@@ -255,7 +264,7 @@ fn kind(text: &str) -> Option<&str> {
     names.take(2).find(|name| !name.eq_ignore_ascii_case("ndm"))
 }
 
-/// What messages are that have no attitudes, or that are not read.
+/// Descriptions of the messages without attitudes, and of those that are not read.
 const OTHERS: [(&str, &str, &str); 8] = [
     (
         "APM",
@@ -303,7 +312,7 @@ fn read(text: &str) -> Result<Rows, Wrong> {
     }
 }
 
-/// What is wrong, and where: bytes of the text.
+/// A fault and its place, bytes of the text.
 #[derive(Debug)]
 struct Wrong {
     span: (usize, usize),
@@ -344,13 +353,13 @@ struct Piece<'t> {
 }
 
 impl<'t> Piece<'t> {
-    /// Without blanks at its ends.
+    /// Returns the piece without blanks at its ends.
     fn trimmed(self) -> Self {
         let lead = self.text.len() - self.text.trim_start().len();
         Self { at: self.at + lead, text: self.text.trim() }
     }
 
-    /// Whether it is this word, in upper or lower case.
+    /// Returns whether it is this word, in upper or lower case.
     fn is(self, word: &str) -> bool {
         self.text.eq_ignore_ascii_case(word)
     }
@@ -370,7 +379,7 @@ impl<'t> Piece<'t> {
             .collect()
     }
 
-    /// A finite number.
+    /// Returns a finite number.
     fn number(self) -> Result<Number, Wrong> {
         match self.text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(Number { value, half_unit: half_unit(self.text) }),
@@ -383,7 +392,7 @@ impl<'t> Piece<'t> {
     }
 }
 
-/// Half a unit of the last digit of a number.
+/// Returns half a unit of the last digit of a number.
 fn half_unit(text: &str) -> f64 {
     let (mantissa, exponent) = match text.find(['e', 'E']) {
         Some(at) => (&text[..at], text[at + 1..].parse::<i32>().unwrap_or(0)),
@@ -394,7 +403,7 @@ fn half_unit(text: &str) -> f64 {
     0.5 * 10_f64.powi(exponent.saturating_sub(decimals))
 }
 
-/// Lines of a text with their places, blank ones left out.
+/// Returns lines of a text with their places, blank ones left out.
 fn lines(text: &str) -> impl Iterator<Item = Piece<'_>> {
     let pieces = text.split_inclusive('\n').scan(0, |at, line| {
         let piece = Piece { at: *at, text: line };

@@ -1,4 +1,5 @@
-//! One attitude, by an attitude parameter message of CCSDS (APM 1.0 and 2.0): keywords and values or XML, a quaternion or Euler angles.
+//! One attitude, by an attitude parameter message of CCSDS (APM 1.0 and 2.0): keywords and values
+//! or XML, a quaternion or Euler angles.
 
 use super::layout::{Attitude, Layout, Rates, sequence};
 use super::message::{body_is_a, date, half_second};
@@ -11,13 +12,13 @@ use crate::spec::cut;
 #[derive(Clone, Debug)]
 pub(super) struct Parameters {
     pub moment: Epoch,
-    /// What the digits of the moment leave open \[s\].
+    /// The uncertainty of the moment from its digits \[s\].
     pub open: f64,
-    /// From body to reference, `[w, x, y, z]`, as long as its digits make it.
+    /// The attitude from body to reference, `[w, x, y, z]`, whose length is as exact as its digits.
     pub quaternion: [f64; 4],
     pub reference_frame: String,
     pub body_frame: String,
-    /// Where the quaternion stands.
+    /// The place of the quaternion.
     pub at: usize,
 }
 
@@ -47,7 +48,8 @@ fn parameters(keys: &Keys<'_>) -> Result<Parameters, Wrong> {
     };
     let written = needed("EPOCH")?.value;
     let moment = date(written, scale)?;
-    // The keys of the part that has the attitude; in version 1.0 all keys are one part, with a letter before their names.
+    // The keys of the part that has the attitude; in version 1.0 all keys are one part, with a
+    // letter before their names.
     let start =
         said::get(keys, "Q1").or_else(|| said::get(keys, "ANGLE_1")).or_else(|| said::get(keys, "X_ANGLE"));
     let Some(start) = start else {
@@ -55,7 +57,7 @@ fn parameters(keys: &Keys<'_>) -> Result<Parameters, Wrong> {
             .key
             .wrong("the message has no quaternion and no Euler angles", "give a QUAT_START … QUAT_STOP");
     };
-    // In XML the numbers stand in an element of their own within the part that has the frames.
+    // XML has an element for the numbers within the part that has the frames.
     let near = |name: &str| -> Option<Said<'_>> {
         let named = |said: &&Said<'_>| said.key.is(name);
         let before = keys.iter().rfind(|said| said.key.at <= start.key.at && named(said));

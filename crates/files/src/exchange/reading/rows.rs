@@ -20,7 +20,7 @@ pub(super) struct Moved {
     pub quaternion: [f64; 4],
     /// Body axes [rad/s].
     pub rate: Option<Vector3>,
-    /// What the digits leave open of the attitude \[rad\] and of the rate [rad/s].
+    /// The uncertainty of the attitude \[rad\] and of the rate [rad/s] from the digits.
     pub open: (f64, f64),
 }
 
@@ -28,21 +28,21 @@ pub(super) struct Moved {
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub found: Attitudes,
-    /// Where each row stands.
+    /// The place of each row.
     places: Vec<usize>,
-    /// Where the frames are named.
+    /// The place where the frames are named.
     pub named_at: Option<usize>,
-    /// Of the block whose first row is the next: what goes between its rows.
+    /// The interpolation between the rows of the block that begins with the next row.
     begins: Option<Between>,
-    /// What the blocks say that turns: name and number.
+    /// The name and the number of the turning object, as the blocks state them.
     pub object: Option<[String; 2]>,
     /// The largest difference of a length from 1, and the row.
     defect: (f64, usize),
-    /// What the digits leave open, in the row that has most of them.
+    /// The uncertainty from the digits, in the row that has most of them.
     open: Option<Rounding>,
     /// Whether the rates of the file have two meanings that differ.
     two_readings: bool,
-    /// How many rows the file itself calls unusable.
+    /// The number of rows that the file itself calls unusable.
     unusable: usize,
 }
 
@@ -92,7 +92,7 @@ impl Rows {
             .quaternion
             .last()
             .map_or(1.0, |last| last.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>());
-        // What has length 1 to round-off keeps its bits.
+        // A quaternion whose length is 1 to round-off keeps its bits.
         let scale = if defect < 4.0 * f64::EPSILON { 1.0 } else { length };
         let scale = if same < 0.0 { -scale } else { scale };
         if defect > self.defect.0 {
@@ -111,7 +111,8 @@ impl Rows {
         Ok(())
     }
 
-    /// The first row of a block at the time of the last one of the block above: the same attitude, and one row is enough.
+    /// The first row of a block at the time of the last one of the block above: the same attitude,
+    /// and one row is enough.
     fn shared(&self, at: Piece<'_>, quaternion: [f64; 4], open: f64) -> Result<(), Wrong> {
         let before = self.found.quaternion.last().copied().unwrap_or_default();
         let same = before.iter().zip(quaternion).map(|(a, b)| a * b).sum::<f64>();
@@ -129,22 +130,22 @@ impl Rows {
         }
     }
 
-    /// The next row is the first of a block.
+    /// Begins a block with the next row.
     pub fn begin(&mut self, between: Between) {
         self.begins = Some(between);
     }
 
-    /// The rates have two meanings that differ in this row.
+    /// Leaves rates out, because their two meanings differ in this row.
     pub fn leave_rates_out(&mut self) {
         self.two_readings = true;
     }
 
-    /// The next row is outside of what the file calls usable.
+    /// Marks the next row as outside of the span that the file calls usable.
     pub fn unusable(&mut self) {
         self.unusable += 1;
     }
 
-    /// The result, and a warning of what was normalised.
+    /// Returns the result, and a warning of what was normalised.
     pub fn finish(mut self, source: &Source) -> Result<Attitudes, Wrong> {
         let count = self.found.time.len();
         if count < 2 {
@@ -168,8 +169,8 @@ impl Rows {
         if self.two_readings {
             self.found.rate.clear();
             self.note(
-                "rates of the file: RATE of version 1.0 is read as angular velocity by some and as rates of Euler angles by \
-                 others, and here the two differ"
+                "rates of the file: RATE of version 1.0 is read as angular velocity by some and as rates of \
+                    Euler angles by others, and here the two differ"
                     .into(),
             );
         }
@@ -209,23 +210,27 @@ impl Rows {
         notes.into_iter().for_each(|note| self.note(note));
     }
 
-    /// What the digits leave open: no more than the lengths of the quaternions show, and of times nothing where steps are equal.
+    /// Returns the uncertainty from the digits: at most as much as the lengths of the quaternions
+    /// show, and zero for times if the steps are equal.
     fn rounding(&self, open: Rounding) -> Rounding {
         let time = &self.found.time;
         let mean = time[time.len() - 1] / (time.len() - 1) as f64;
         let equal = time.windows(2).all(|pair| (pair[1] - pair[0] - mean).abs() <= EQUAL * mean);
-        // Rounded components show in the lengths: of numbers such as 0.6 and 0.8 with few digits nothing is left open.
+        // Rounded components show in the lengths: of numbers such as 0.6 and 0.8 with few digits
+        // nothing is left open.
         let attitude = open.attitude.min(SHOWN * self.defect.0 + SHOWN * f64::EPSILON);
         Rounding { attitude, rate: open.rate, time: if equal { 0.0 } else { open.time } }
     }
 }
 
-/// How much larger the angle by which rounding turns an attitude is than what it changes of the length of any of many rows, at most.
+/// The largest ratio of the angle by which rounding turns an attitude to its largest change of the
+/// length of any of many rows.
 const SHOWN: f64 = 16.0;
-/// How far two rows of one attitude may be apart where the digits do not say: those of six digits.
+/// The largest angle between two rows of one attitude if the digits are unknown, as for six digits
+/// \[rad\].
 const SAME: f64 = 2e-6;
 
-/// The warning of a spec, for the rows of a file.
+/// Returns the warning of a spec, for the rows of a file.
 fn normalised(defect: f64, place: usize, source: &Source) -> Diagnostic {
     let end = source.text[place..].find('\n').map_or(source.text.len(), |end| place + end);
     let reason = format!(

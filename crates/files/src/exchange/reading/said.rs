@@ -1,4 +1,5 @@
-//! What messages of one moment say (OMM, OPM, APM): keys with values, by keywords, in XML or in JSON.
+//! The statements of messages of one moment (OMM, OPM, APM): keys with values, by keywords, in XML
+//! or in JSON.
 
 use super::keywords::pair;
 use super::{Piece, Wrong, elements, lines, wrong};
@@ -18,8 +19,8 @@ pub(super) struct Said<'t> {
 /// The keys of a message in their order.
 pub(super) type Keys<'t> = Vec<Said<'t>>;
 
-/// The keys of a message in keywords and values; `opening` is `CCSDS_OMM_VERS` or alike. Lines that end with `_START` or `_STOP` mark
-/// its parts.
+/// Returns the keys of a message in keywords and values; `opening` is `CCSDS_OMM_VERS` or alike.
+/// Lines that end with `_START` or `_STOP` mark its parts.
 pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Result<Keys<'t>, Wrong> {
     let mut found = Keys::new();
     let mut part = 0;
@@ -45,7 +46,7 @@ pub(super) fn of_keywords<'t>(text: &'t str, opening: &str, kind: &str) -> Resul
     Ok(found)
 }
 
-/// The unit behind a value, between brackets.
+/// Returns the unit behind a value, between brackets.
 fn with_unit(value: Piece<'_>) -> (Piece<'_>, Option<Piece<'_>>) {
     let Some(inner) = value.text.strip_suffix(']') else { return (value, None) };
     let Some(open) = inner.rfind('[') else { return (value, None) };
@@ -53,7 +54,8 @@ fn with_unit(value: Piece<'_>) -> (Piece<'_>, Option<Piece<'_>>) {
     (Piece { at: value.at, text: &value.text[..open] }.trimmed(), Some(unit))
 }
 
-/// The keys of a message in XML: elements without others in them. One that is said by `parameter` has its value for a name.
+/// Returns the keys of a message in XML: elements that contain no others. An element that is named
+/// by `parameter` has its value for a name.
 pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Keys<'t>, Wrong> {
     let messages = elements::messages(document, element)?;
     let [message] = messages[..] else {
@@ -85,12 +87,12 @@ pub(super) fn of_xml<'t>(document: &'t Document<'t>, element: &str) -> Result<Ke
     Ok(found)
 }
 
-/// One of several keys.
+/// Returns one of several keys.
 pub(super) fn get<'t>(keys: &Keys<'t>, name: &str) -> Option<Said<'t>> {
     keys.iter().find(|said| said.key.is(name) && !said.value.text.is_empty()).copied()
 }
 
-/// A key that must be there.
+/// Returns a key that must be there.
 pub(super) fn needed<'t>(keys: &Keys<'t>, name: &str) -> Result<Said<'t>, Wrong> {
     if let Some(found) = get(keys, name) {
         return Ok(found);
@@ -99,7 +101,7 @@ pub(super) fn needed<'t>(keys: &Keys<'t>, name: &str) -> Result<Said<'t>, Wrong>
     wrong(last.at, last.text.len(), format!("the message has no `{name}`"), format!("add {name} = …"))
 }
 
-/// Refuses what is said twice within a part, or in a unit that is not the one of its key.
+/// Refuses a key that is given twice within a part, or in a unit that is not the unit of the key.
 pub(super) fn check(keys: &Keys<'_>, units: &[(&str, &[&str])]) -> Result<(), Wrong> {
     for (index, said) in keys.iter().enumerate() {
         let same = |before: &&Said<'_>| before.part == said.part && before.key.is(said.key.text);

@@ -1,5 +1,6 @@
-//! STK attitude files (`.a`): keywords, then rows of seconds from the scenario's epoch with quaternions that turn the reference axes into
-//! the body axes, and rates in body axes \[deg/s\] or none.
+//! STK attitude files (`.a`): keywords, then rows of seconds from the scenario's epoch with
+//! quaternions that turn the reference axes into the body axes, and rates in body axes \[deg/s\] or
+//! none.
 
 use super::between::Between;
 use super::layout::{Attitude, Axes, Layout, Rates};
@@ -8,7 +9,7 @@ use super::{Number, Piece, Wrong, lines, wrong};
 use crate::epoch::{Epoch, Scale};
 use crate::spec::cut;
 
-/// Formats of rows that are read, and how they are laid out behind the time.
+/// The formats of rows that are read, and their layout after the time.
 const FORMATS: [(&str, bool, Rates); 4] = [
     ("AttitudeTimeQuaternions", false, Rates::None),
     ("AttitudeTimeQuatScalarFirst", true, Rates::None),
@@ -18,7 +19,7 @@ const FORMATS: [(&str, bool, Rates); 4] = [
 const MONTHS: [&str; 12] =
     ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
 
-/// Whether a file begins as such files do.
+/// Returns whether a file begins as such files do.
 pub(super) fn begins(start: &str) -> bool {
     start.get(..6).is_some_and(|start| start.eq_ignore_ascii_case("stk.v."))
 }
@@ -131,7 +132,7 @@ fn whole(piece: Piece<'_>) -> Result<usize, Wrong> {
     })
 }
 
-/// `21 Nov 2026 07:00:00.000`, UTC.
+/// Returns `21 Nov 2026 07:00:00.000`, UTC.
 fn date(piece: Piece<'_>) -> Result<Epoch, Wrong> {
     let words = piece.words();
     let iso = match words[..] {

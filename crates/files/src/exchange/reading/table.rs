@@ -1,5 +1,6 @@
-//! Tables of attitudes: a head that names the columns with their units, then numbers, separated by commas, semicolons,
-//! tabs or blanks, between quotes or not. Lines that begin with # are comments, and a column without a name is left out.
+//! Tables of attitudes: a head that names the columns with their units, then numbers, separated by
+//! commas, semicolons, tabs or blanks, between quotes or not. Lines that begin with # are comments,
+//! and a column without a name is left out.
 
 use super::layout::{Attitude, Layout, Rates};
 use super::rows::Rows;
@@ -37,7 +38,11 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
         find(wanted).map_or_else(
             || {
                 let reason = format!("the table has no column `{wanted}`");
-                head.wrong(reason, "the head names time_s, quaternion_w, quaternion_x, quaternion_y, quaternion_z, and may name angular_velocity_x_rad_s …")
+                head.wrong(
+                    reason,
+                    "the head names time_s, quaternion_w, quaternion_x, quaternion_y, quaternion_z, and may \
+                        name angular_velocity_x_rad_s …",
+                )
             },
             Ok,
         )
@@ -74,7 +79,7 @@ pub(super) fn read(text: &str) -> Result<Rows, Wrong> {
     Ok(rows)
 }
 
-/// Lines that are neither blank nor comments. A tab at either end is of a cell.
+/// Returns lines that are neither blank nor comments. A tab at either end is of a cell.
 fn lines_of_table(text: &str) -> impl Iterator<Item = Piece<'_>> {
     let blank = [' ', '\r', '\n'];
     let lines = text.split_inclusive('\n').scan(0, move |at, line| {
@@ -86,7 +91,7 @@ fn lines_of_table(text: &str) -> impl Iterator<Item = Piece<'_>> {
     lines.filter(|line| !line.text.trim().is_empty() && !line.text.starts_with('#'))
 }
 
-/// The cells of a line.
+/// Returns the cells of a line.
 fn cells(line: Piece<'_>, sign: Option<char>) -> Result<Vec<Piece<'_>>, Wrong> {
     let found = cells::cells(line.text, sign)
         .or_else(|reason| line.wrong(reason, "put a cell between two quotes, or none"))?;

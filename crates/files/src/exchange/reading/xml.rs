@@ -16,7 +16,8 @@ struct Row<'t> {
 /// Units that numbers of an AEM may have.
 const UNITS: [&str; 4] = ["deg", "deg/s", "1/s", "s"];
 
-/// Names in version 1.0 of angles and rates by their place in the sequence, and the names that they have here.
+/// Names in version 1.0 of angles and rates by their place in the sequence, and the names that they
+/// have here.
 const BY_PLACE: [(&str, &str, &str); 6] = [
     ("rotationAngles", "rotation1", "ANGLE_1"),
     ("rotationAngles", "rotation2", "ANGLE_2"),
@@ -26,7 +27,7 @@ const BY_PLACE: [(&str, &str, &str); 6] = [
     ("rotationRates", "rotation3", "RATE_3"),
 ];
 
-/// What has been read.
+/// The blocks that have been read, and the one that is being read.
 #[derive(Default)]
 struct Reading<'t> {
     rows: Rows,

@@ -21,7 +21,7 @@ const TYPE: i32 = 3;
 /// The number of entries of a list for each entry of its directory.
 const DIRECTORY: usize = 100;
 
-/// SPICE's number of the reference frame.
+/// Returns SPICE's number of the reference frame.
 pub(super) fn inertial_frame(identity: &Identity) -> Option<i32> {
     match identity.reference_frame() {
         "J2000" | "ICRF" | "EME2000" => Some(1),

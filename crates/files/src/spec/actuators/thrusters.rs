@@ -56,7 +56,8 @@ pub(super) fn thrusters(section: &Section, motion: Motion) -> Option<Actuated> {
                     "{} has a torque alone, but the body translates: its force is needed too",
                     called("thruster", section, index)
                 );
-                let remedy = "give position_m, force_direction_body and force_limit_n; or remove the positions of [start] and [end]";
+                let remedy = "give position_m, force_direction_body and force_limit_n; or remove the \
+                    positions of [start] and [end]";
                 section.refuse("E0064", "torque_axis_body", reason, remedy)
             }
             _ => Some(thruster),
@@ -122,7 +123,8 @@ fn read(section: &Section, index: usize) -> Option<Thruster> {
             called("thruster", section, index),
             needed[0]
         );
-        let remedy = "give torque_axis_body and torque_limit_n_m, or position_m, force_direction_body and force_limit_n";
+        let remedy = "give torque_axis_body and torque_limit_n_m, or position_m, force_direction_body and \
+            force_limit_n";
         return section.refuse("E0028", key, reason, remedy);
     }
     let all_needed = needed.into_iter().chain((!by_torque).then_some("force_direction_body"));

@@ -1,4 +1,4 @@
-//! The attitude of an end that a file tells.
+//! Attitudes of ends that are read from files.
 
 use super::super::shape::open;
 use super::super::{Section, cut};
@@ -9,7 +9,7 @@ use slewkit::Matrix3;
 use slewkit::lie::{log, rotation_from_quaternion};
 use std::path::Path;
 
-/// What of a file is wanted, and against which frames.
+/// The time at which an attitude of a file is needed, and the frames that it must have.
 pub(in super::super) struct Moment<'a> {
     /// When the maneuver begins.
     epoch: Option<Epoch>,
@@ -23,13 +23,13 @@ pub(in super::super) struct Moment<'a> {
 }
 
 impl<'a> Moment<'a> {
-    /// That of a spec, `seconds` after its epoch. Files are relative to `folder`.
+    /// Returns the moment of a spec, `seconds` after its epoch. Files are relative to `folder`.
     pub fn of(root: &'a Section, seconds: Option<f64>, folder: &'a Path) -> Self {
         let names = root.section("names");
         let turns =
             root.section("environment").is_some_and(|environment| environment.has("orbital_rate_rad_s"));
         Self {
-            // What is wrong with it is said where all names are read.
+            // A fault of the epoch is reported with the other names.
             epoch: root.word("epoch").and_then(|text| Epoch::parse(text).ok()),
             seconds,
             reference_frame: names.and_then(|names| names.word("reference_frame")),
@@ -40,7 +40,7 @@ impl<'a> Moment<'a> {
     }
 }
 
-/// The attitude in the file that a table names.
+/// Returns the attitude in the file that a table names.
 pub(in super::super) fn rotation(section: &Section, moment: &Moment<'_>) -> Option<Rotation> {
     const KEY: &str = "file";
     if let Some(other) = section.given.iter().find(|given| given.name != KEY && section.knows(&given.name)) {

@@ -69,7 +69,8 @@ tables! {
         "covariance_deg_deg_s": Square(q::COVARIANCE);
     }
 
-    static UNCERTAIN_INERTIA[exclusive: &[&["relative", "covariance_kg2_m4"], &["products_kg_m2", "covariance_kg2_m4"]]] {
+    static UNCERTAIN_INERTIA[exclusive: &[&["relative", "covariance_kg2_m4"], &["products_kg_m2", "covariance\
+        _kg2_m4"]]] {
         /// Each moment about a body axis, relative to itself.
         "relative": Spread(q::SPREAD);
         /// Each product of inertia.

@@ -22,7 +22,8 @@ tables! {
         /// Number of cases.
         "cases": Count(1, MOST_CASES), needed "cases = 1000";
         /// The varied numbers and their distributions. Every entry is drawn independently.
-        "vary": List(&VARY, MOST_VARIED), needed "[[dispersion.vary]]\nkey = \"body.inertia_kg_m2\"\nkind = \"normal\"\nsigma_relative = 0.02";
+        "vary": List(&VARY, MOST_VARIED), needed "[[dispersion.vary]]\nkey = \"body.inertia_kg_m2\"\n\
+            kind = \"normal\"\nsigma_relative = 0.02";
     }
 
     static VARY[

@@ -1,15 +1,17 @@
 //! Whether the rows of a table of positions are an orbit, and near enough to one another.
 //!
-//! Velocities are a free check. From each row the motion about a point mass leads to the next one and to the middle between the two,
-//! but for what the flattening of the Earth adds, which is known in size. A row that is met by neither of its neighbours, while
-//! these meet each other, is wrong; one interval that is met from no side has a maneuver in it, or a wrong row at its end; and where
-//! the polynomial is elsewhere in the middle, the rows are too far apart for it.
+//! Velocities are an independent check. The motion about a point mass leads from each row to the
+//! next one and to the middle between the two, except for the effect of the Earth's flattening,
+//! whose size is known. A row is wrong if it meets neither of its neighbours, while these meet each
+//! other. An interval that is met from no side contains a maneuver, or has a wrong row at its end.
+//! If the polynomial is elsewhere in the middle, the rows are too far apart for it.
 
 use super::super::Section;
 use slewkit::numerics::figures::significant;
 use slewkit_sky::{Table, two_body};
 
-/// What positions may be off beside the flattening \[m\]: other bodies, drag and digits within some minutes.
+/// The allowed error of positions in addition to the flattening \[m\]: other bodies, drag and
+/// digits within some minutes.
 const ALLOWED: f64 = 100.0;
 /// Off by more than this part of its distance a polynomial is no orbit.
 const ELSEWHERE: f64 = 1e-3;
@@ -17,7 +19,8 @@ const ELSEWHERE: f64 = 1e-3;
 /// A line, a reason, and what to do.
 type Apart = (usize, String, &'static str);
 
-/// Checks the rows that the maneuver needs, up to `ahead` \[s\]; `line` has the line of each of them in the file `shown`.
+/// Checks the rows that the maneuver needs, up to `ahead` \[s\]; `line` has the line of each of
+/// them in the file `shown`.
 pub(super) fn check(
     section: &Section,
     table: &Table,
@@ -37,7 +40,7 @@ pub(super) fn check(
             return Err((line[k], reason, "give positions in km and velocities in km/s: are these metres?"));
         }
     }
-    // By how much a row misses another, beyond what is allowed [m].
+    // Returns the distance by which a row misses another, beyond the allowed one [m].
     let missed = |from: usize, to: usize| {
         let step = time[to] - time[from];
         let of = |from: usize, to: usize, step: f64| {
@@ -123,5 +126,5 @@ pub(super) fn check(
     Ok(())
 }
 
-/// How many rows are told of.
+/// The largest number of rows that a message lists.
 const MOST_TOLD: usize = 3;

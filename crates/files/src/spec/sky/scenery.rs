@@ -24,7 +24,7 @@ impl Reading {
         })
     }
 
-    /// What an end points at, of which the direction has been read last.
+    /// Returns the target at which an end points, if its direction has been read last.
     pub(super) fn shown(&self, at: &Direction) -> Option<TargetShown> {
         let Named { name, target, .. } = self.targets.last()?;
         let Direction::Moving(track) = at else { return None };

@@ -54,7 +54,7 @@ pub(in crate::spec) fn star(section: &Section) -> Option<Vector3> {
     }
 }
 
-/// Which keys go with a word of `at`.
+/// Returns the keys that belong to a word of `at`.
 fn keys_of(word: &str) -> &'static [&'static str] {
     match word {
         "ground" => &["latitude_deg", "longitude_deg", "height_m"],

@@ -59,7 +59,7 @@ fn long_list<'a>(node: &'a Node, what: &str, sample: &str) -> Read<&'a [Node]> {
     Ok(items)
 }
 
-/// `N` numbers.
+/// Reads `N` numbers.
 pub(super) fn numbers<const N: usize>(node: &Node, quantity: &Quantity, what: &str) -> Read<[f64; N]> {
     let values = each(items(node, N, what)?, |item| number(item, quantity))?;
     // There are as many values as items.
@@ -151,7 +151,7 @@ pub(super) fn limits(node: &Node, quantity: &Quantity, count: Option<usize>) -> 
     Ok(Limits::Each(each(given, |item| limit(item, quantity))?))
 }
 
-/// One number for all, or a list, at most [`MAX_AXES`].
+/// Reads one number for all, or a list of at most [`MAX_AXES`].
 pub(super) fn spread(node: &Node, quantity: &Quantity) -> Read<Limits> {
     let Value::Array(given) = &node.value else { return Ok(Limits::All(number(node, quantity)?)) };
     if given.is_empty() || given.len() > MAX_AXES {

@@ -21,7 +21,7 @@ use slewkit::numerics::figures::short;
 use slewkit::propagate::integrator::Kind;
 use slewkit::{Matrix3, Vector3};
 
-/// A figure.
+/// A figure of the comparison, drawn as SVG.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// The name of the figure, and of its file without the ending.
@@ -42,7 +42,7 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Two balls joined by a rod along the first axis.
+    /// Returns two balls joined by a rod along the first axis.
     pub fn dumbbell(name: impl Into<String>, dumbbell: &slewkit::mechanics::full_body::Dumbbell) -> Self {
         let along = |x: f64| Vector3::new(x, 0.0, 0.0);
         let (half, radius) = (0.5 * dumbbell.length, dumbbell.sphere_radius);

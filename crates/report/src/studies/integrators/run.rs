@@ -86,7 +86,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// False where a number is not finite.
+    /// Adds a sample; returns false if a number is not finite.
     fn add(&mut self, sample: &Sample) -> bool {
         let errors = &mut self.largest;
         self.count += 1;
@@ -225,7 +225,7 @@ impl Setup<'_> {
         Ok(End::Reached)
     }
 
-    /// Time to each of `horizons`, nothing but steps; `None` when stopped.
+    /// Returns the time to each of `horizons`, nothing but steps; `None` when stopped.
     fn time(
         &self,
         horizons: &[u64],

@@ -17,7 +17,7 @@ fn pair() -> [Dumbbell; 2] {
     PAIR.map(|(mass, length)| Dumbbell { mass, length, sphere_radius: 0.2 * length })
 }
 
-/// Two dumbbells, the second twice the first, G = 1; separation 2.5, spins times 4.
+/// Returns two dumbbells, the second twice the first, G = 1; separation 2.5, spins times 4.
 fn dumbbells() -> (System, SystemState) {
     let pair = pair();
     let bodies = pair.iter().map(|dumbbell| dumbbell.body().unwrap()).collect();

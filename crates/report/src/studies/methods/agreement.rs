@@ -104,7 +104,8 @@ pub(super) fn of(
     })
 }
 
-/// `(largest − smallest)/smallest`, the denominator not below a small share of the unit of cost.
+/// Returns `(largest − smallest)/smallest`, the denominator not below a small share of the unit of
+/// cost.
 fn spread(problem: &Problem, costs: &[f64]) -> f64 {
     let floor = Agreement::COST_FLOOR * Units::of(problem).cost;
     let smallest = costs.iter().copied().fold(f64::INFINITY, f64::min);

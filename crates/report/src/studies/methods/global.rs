@@ -82,8 +82,8 @@ pub enum GlobalError {
     Bound(#[from] BoundError),
 }
 
-/// Bounds the discrete problem on `steps` steps from below ([`BOUND_STEPS`], or fewer if the
-/// maneuver has fewer), and plans that discrete problem.
+/// Returns the bounds the discrete problem on `steps` steps from below ([`BOUND_STEPS`], or fewer
+/// if the maneuver has fewer), and plans that discrete problem.
 ///
 /// # Errors
 /// A [`GlobalError`] when the maneuver is not covered, or not solved on that grid.

@@ -19,17 +19,17 @@ const STATE: [(&str, &str); 10] = [
     ("Z_DDOT", "km/s**2"),
 ];
 
-/// How many of them a state must have.
+/// The number of them that a state must have.
 const NEEDED: usize = 7;
 
-/// What has been read.
+/// The segments that have been read, and the one that is being read.
 #[derive(Default)]
 struct Reading<'t> {
     /// Whether there has been an `<oem>`.
     begun: bool,
     keys: Keys<'t>,
     segment: Option<Started>,
-    /// Of the state that is being read.
+    /// The position and the velocity of the state that is being read.
     state: [Option<Piece<'t>>; STATE.len()],
     found: Vec<Segment>,
 }
@@ -131,17 +131,23 @@ mod tests {
     use super::super::{EphemerisAxes, read_ephemeris};
     use slewkit::Vector3;
 
-    const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- by hand --><ndm><oem id=\"CCSDS_OEM_VERS\" version=\"2.0\">\n\
-        <header><CREATION_DATE>2026-11-21T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>\n<body><segment>\n<metadata>\
-        <OBJECT_NAME>A &amp; B</OBJECT_NAME><OBJECT_ID>2026-001A</OBJECT_ID><CENTER_NAME>EARTH</CENTER_NAME><REF_FRAME>EME2000</REF_FRAME>\
-        <TIME_SYSTEM>UTC</TIME_SYSTEM><START_TIME>2026-11-21T07:00:00</START_TIME><STOP_TIME>2026-11-21T07:03:00</STOP_TIME>\
+    const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- by hand --><ndm><oem \
+        id=\"CCSDS_OEM_VERS\" version=\"2.0\">\n\
+        <header><CREATION_DATE>2026-11-21T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header>\n\
+        <body><segment>\n<metadata>\
+        <OBJECT_NAME>A &amp; B</OBJECT_NAME><OBJECT_ID>2026-001A</OBJECT_ID><CENTER_NAME>EARTH</CENTER_NAME>\
+        <REF_FRAME>EME2000</REF_FRAME>\
+        <TIME_SYSTEM>UTC</TIME_SYSTEM><START_TIME>2026-11-21T07:00:00</START_TIME><STOP_TIME>\
+        2026-11-21T07:03:00</STOP_TIME>\
         <INTERPOLATION>LAGRANGE</INTERPOLATION><INTERPOLATION_DEGREE>3</INTERPOLATION_DEGREE></metadata>\n<data>\n";
-    const TAIL: &str = "<covarianceMatrix><EPOCH>2026-11-21T07:00:00</EPOCH><CX_X>1</CX_X></covarianceMatrix></data></segment></body></oem></ndm>\n";
+    const TAIL: &str = "<covarianceMatrix><EPOCH>2026-11-21T07:00:00</EPOCH><CX_X>1</CX_X></covarianceMatrix>\
+        </data></segment></body></oem></ndm>\n";
 
     fn state(minute: usize, position: [f64; 3]) -> String {
         let [x, y, z] = position;
         format!(
-            "<stateVector><EPOCH>2026-11-21T07:0{minute}:00</EPOCH><X units=\"km\">{x}</X><Y units=\"km\">{y}</Y><Z>{z}</Z>\
+            "<stateVector><EPOCH>2026-11-21T07:0{minute}:00</EPOCH><X units=\"km\">{x}</X><Y \
+                units=\"km\">{y}</Y><Z>{z}</Z>\
              <X_DOT units=\"km/s\">0</X_DOT><Y_DOT>7.5</Y_DOT><Z_DOT>0</Z_DOT></stateVector>\n"
         )
     }
@@ -156,8 +162,10 @@ mod tests {
     fn a_message_in_xml_says_what_it_says_in_keywords() {
         let mut found = read_ephemeris(message().as_bytes(), "orbit.xml").unwrap();
         assert_eq!(found[0].line, [7, 8, 9, 10]);
-        let keywords = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2026-11-21T00:00:00\nORIGINATOR = TEST\nMETA_START\nOBJECT_NAME = A & B\n\
-            OBJECT_ID = 2026-001A\nCENTER_NAME = EARTH\nREF_FRAME = EME2000\nTIME_SYSTEM = UTC\nSTART_TIME = 2026-11-21T07:00:00\n\
+        let keywords = "CCSDS_OEM_VERS = 2.0\nCREATION_DATE = 2026-11-21T00:00:00\nORIGINATOR = TEST\n\
+            META_START\nOBJECT_NAME = A & B\n\
+            OBJECT_ID = 2026-001A\nCENTER_NAME = EARTH\nREF_FRAME = EME2000\nTIME_SYSTEM = UTC\n\
+            START_TIME = 2026-11-21T07:00:00\n\
             STOP_TIME = 2026-11-21T07:03:00\nINTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 3\nMETA_STOP\n\
             2026-11-21T07:00:00 7000 0 0 0 7.5 0\n2026-11-21T07:01:00 6990 450 0 0 7.5 0\n\
             2026-11-21T07:02:00 6960 899 0 0 7.5 0\n2026-11-21T07:03:00 6910 1345 0 0 7.5 0\n";

@@ -1,8 +1,0 @@
-//! What holds for every Lie kernel and every environment, one table each: a new one is a line there.
-//!
-//! The tables of what is private stand in `src`: every integrator (`propagate/integrator/tests`: order, momentum,
-//! reversal, symplectic form, by `Kind::all`), every control law (`optimize/discrete/control_law/tests`), every step
-//! (`optimize/discrete/step/tests`: derivatives against dual numbers).
-
-mod environments;
-mod kernels;
