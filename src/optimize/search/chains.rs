@@ -74,7 +74,7 @@ pub(super) fn effort_paths<const N: usize>(search: &Search<N>, paths: &[Candidat
         },
         ..candidate
     };
-    cheapest_first(found.take_plans()).into_iter().map(of_effort).collect()
+    distinct(cheapest_first(found.take_plans())).into_iter().take(CARRIED).map(of_effort).collect()
 }
 
 /// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make them costlier.

@@ -6,6 +6,7 @@
 use super::ladder::Search;
 use super::{paths, starts};
 use crate::Vector3;
+use crate::maneuver::constraint::Rule;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::environment::Pose;
@@ -60,7 +61,9 @@ fn turns<const N: usize>(search: &Search<N>, moves: bool, nearly_half: bool) -> 
     if search.problem.path != Path::Best {
         return asked;
     }
-    match (moves, nearly_half) {
+    // Cones may leave the longer way alone, or make the other one long.
+    let aside = search.problem.constraints.iter().any(|one| matches!(one.rule, Rule::Pointing(_)));
+    match (moves, nearly_half || aside) {
         (true, _) => vec![0, -1, 1],
         (false, true) => vec![0, -1],
         (false, false) if search.context.settings.search == Thoroughness::Thorough => asked,

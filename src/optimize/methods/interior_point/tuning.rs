@@ -216,6 +216,6 @@ impl Tuning {
 
     /// Returns the settings for comparing optima on a coarse grid.
     pub fn roughly() -> Self {
-        Self { tolerance: 1e-6, last: 1e-7, ..Self::default() }
+        Self { tolerance: 1e-6, acceptable: 1e-3, last: 1e-7, raises: 1, ..Self::default() }
     }
 }
