@@ -189,8 +189,9 @@ pub enum Parameter {
 }
 
 impl LinearPlan {
-    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid ([`Solution::on_grid`]). Where torques are held
-    /// ([`Timing::Held`]) its costates are taken for those at its nodes.
+    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid
+    /// ([`Solution::on_grid`]). Where torques are held ([`Timing::Held`]) its costates are taken
+    /// for those at its nodes.
     ///
     /// [`Solution::on_grid`]: crate::maneuver::Solution::on_grid
     ///
@@ -432,8 +433,9 @@ impl LinearPlan {
     }
 }
 
-/// Whether a plan records the costates that follow a full kick at each node (Lie–Verlet), and not those of the motion at the node: these
-/// are half a kick before. Without a field, and with torques in body axes, the two are the same.
+/// Whether a plan records the costates that follow a full kick at each node (Lie–Verlet), and not
+/// those of the motion at the node: these are half a kick before. Without a field, and with torques
+/// in body axes, the two are the same.
 fn records_beyond_nodes(problem: &Problem) -> bool {
     !problem.switches() && problem.scheme.first_input() == 0
 }

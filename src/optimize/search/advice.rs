@@ -15,7 +15,8 @@ use crate::optimize::methods::scp::road::Chain;
 /// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a guess is hard to find.
 const STRETCHES: [f64; 8] = [1.0, 1.01, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0];
 
-/// Adds to an unsolved maneuver the duration for which a plan was found, or else one that suffices for a turn about a fixed axis.
+/// Adds to an unsolved maneuver the duration for which a plan was found, or else one that suffices
+/// for a turn about a fixed axis.
 pub(super) fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, solution: &mut Solution) {
     // A search that was cut short says nothing about the maneuver.
     let searched = !matches!(solution.outcome, Outcome::Converged | Outcome::IterationLimit);

@@ -35,8 +35,8 @@ fn planned(problem: &Problem, settings: &Settings) -> Plan {
     plan(problem, settings, None, &mut Silent).unwrap()
 }
 
-/// A wheel that holds 20 N·m·s makes the body nutate by 0.2 rad/s: the flow by which a plan lands follows that, on the steps that are
-/// chosen and on 120.
+/// A wheel that holds 20 N·m·s makes the body nutate by 0.2 rad/s: the flow by which a plan lands
+/// follows that, on the steps that are chosen and on 120.
 #[test]
 fn a_plan_lands_while_the_body_nutates() {
     let loaded = spec::from_str(crate::files::BIASED, "biased", Format::Toml, &[]).unwrap();

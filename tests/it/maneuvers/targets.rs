@@ -262,8 +262,9 @@ fn a_boresight_stays_within_an_angle_of_the_limb() {
     assert!(margin.margin.abs() < 1e-7, "{margin:?}");
 }
 
-/// The limb of the Earth from an eccentric orbit, which grows while the tracker goes along it. On twice the steps, where the growth within
-/// a step counted half, the same plan costs 0.143476 (found from outside of this crate).
+/// The limb of the Earth from an eccentric orbit, which grows while the tracker goes along it. On
+/// twice the steps, where the growth within a step counted half, the same plan costs 0.143476
+/// (found from outside of this crate).
 #[test]
 fn a_limb_that_grows_is_no_wider_within_a_step() {
     let text = "format = 1\nepoch = \"2026-11-21T07:25:00 UTC\"\n[orbit]\nsemi_major_axis_m = 7531578.947368422\n\

@@ -22,7 +22,8 @@ pub(super) struct Beside<'a> {
     pub plan: &'a Trajectory,
     pub timing: Timing,
     pub count: usize,
-    /// Whether costates are recorded after full kicks, half a kick beyond the nodes, while torques are held.
+    /// Whether costates are recorded after full kicks, half a kick beyond the nodes, while torques
+    /// are held.
     pub beyond: bool,
 }
 

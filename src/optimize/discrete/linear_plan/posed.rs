@@ -48,7 +48,8 @@ impl PosedPlan {
         problem.motion == Motion::RigidBody || problem.actuation.torque.frame() == AxisFrame::Reference
     }
 
-    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid, whose costates are taken for those at its nodes.
+    /// Linearises the motion beside `plan`, a trajectory of `problem` on its own grid, whose
+    /// costates are taken for those at its nodes.
     ///
     /// # Errors
     /// [`Unlinearised`]: of wheels, of thrusters that give force and torque at once, or a trajectory that does not fit.
@@ -252,7 +253,8 @@ impl Beside<'_> {
         let costate = recorded.map_or_else(SVector::<f64, N>::zeros, |row| {
             SVector::<f64, N>::from_column_slice(row).component_div(&units.costate::<N>())
         });
-        // Torques and forces of the step before a node and of that after it differ by a part of the step.
+        // Torques and forces of the step before a node and of that after it differ by a part of the
+        // step.
         let costate = if self.beyond { kicks[1].tr_mul(&costate) } else { costate };
         let between = kicks[1].tr_mul(&costate);
         let drift = dynamics.drift::<N>(k, &mut point)?;

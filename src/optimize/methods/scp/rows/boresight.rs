@@ -2,8 +2,9 @@
 
 use crate::{Matrix3, Vector3, lie};
 
-/// A boresight on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`, where the direction turns in the reference
-/// frame's axes if it is fixed to that frame, and the half angle `α` of the cone grows at one rate.
+/// A boresight on one arc, `sign (w(τ)·R exp(τ S(f)) b − cos α(τ))`, where the direction turns in
+/// the reference frame's axes if it is fixed to that frame, and the half angle `α` of the cone
+/// grows at one rate.
 pub(super) struct BoresightArc {
     pub attitude: Matrix3,
     pub boresight: Vector3,
