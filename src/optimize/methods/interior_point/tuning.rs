@@ -1,7 +1,8 @@
 //! Every number of the interior point that the theory does not give.
 
-/// Settings of the interior-point method. The first cost is of order one to ten, and rows are relative
-/// to their limits. Barrier terms are stated for a hundred stages and scale with the length of a step.
+/// Settings of the interior-point method. The first cost is of order one to ten, and rows are
+/// relative to their limits. Barrier terms are stated for a hundred stages and scale with the
+/// length of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Tuning {
     /// Iterations after which the method gives up.
@@ -9,32 +10,38 @@ pub(crate) struct Tuning {
     /// Residual of all conditions at which the method has converged: a smaller one is nearer to
     /// round-off and takes an iteration or two more.
     pub tolerance: f64,
-    /// First barrier term: a larger one takes more iterations and keeps farther from bounds that the first path crosses.
+    /// First barrier term: a larger one takes more iterations and keeps farther from bounds that
+    /// the first path crosses.
     pub first: f64,
     /// Last barrier term: the cost exceeds the optimum by this for each active row.
     pub last: f64,
-    /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does not
-    /// outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of optima.
+    /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does
+    /// not outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of
+    /// optima.
     pub tail: f64,
     /// The mean complementarity at which the tail may begin.
     pub tail_mean: f64,
-    /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated rows, too large.
+    /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated
+    /// rows, too large.
     pub slack: f64,
     /// Residual, in barrier terms, at which the tail decreases the barrier term.
     pub lowered_at: f64,
     /// Factor and power of the decrease in the tail: the smaller of the two results is used.
     pub lowered: (f64, f64),
-    /// Part of the way to a bound that a step may go: this, or one minus the barrier term if larger.
+    /// Part of the way to a bound that a step may go: this, or one minus the barrier term if
+    /// larger.
     pub to_boundary: f64,
     /// Price of a unit of violation of an elastic row: it must exceed every multiplier, or rows are
     /// violated although a feasible point exists.
     pub price: f64,
-    /// Price of a unit of a terminal error, times the price that the program reports for its own scale.
+    /// Price of a unit of a terminal error, times the price that the program reports for its own
+    /// scale.
     pub terminal_price: f64,
-    /// Weight of the terminal equations in the Hessian. It changes no step and makes blocks positive
-    /// that are positive on the terminal manifold only.
+    /// Weight of the terminal equations in the Hessian. It changes no step and makes blocks
+    /// positive that are positive on the terminal manifold only.
     pub rho: f64,
-    /// Proximal term of rows that are equations: a larger one conditions better and converges slower.
+    /// Proximal term of rows that are equations: a larger one conditions better and converges
+    /// slower.
     pub proximal: f64,
     /// Shifts of the Hessian where its inertia is wrong.
     pub shift: Shift,
@@ -48,30 +55,32 @@ pub(crate) struct Tuning {
     pub second_order: usize,
     /// Halvings of a step in the line search.
     pub halvings: usize,
-    /// Iterations at the last barrier term without a decrease of the residual by a tenth, after which
-    /// the method gives up.
+    /// Iterations at the last barrier term without a decrease of the residual by a tenth, after
+    /// which the method gives up.
     pub patience: usize,
-    /// Residual of all conditions at which the method has converged too, if it does not decrease any more:
-    /// along faces of optima a run may creep from one point to the next at the same cost.
+    /// Residual of all conditions at which the method has converged too, if it does not decrease
+    /// any more: along faces of optima a run may creep from one point to the next at the same cost.
     pub acceptable: f64,
-    /// Iterations at the last barrier term without a decrease of such a residual, after which the method
-    /// has converged.
+    /// Iterations at the last barrier term without a decrease of such a residual, after which the
+    /// method has converged.
     pub acceptable_patience: usize,
-    /// Factor by which the infeasibility may increase in one step, from where it is one or more: a larger
-    /// one accepts steps out of the domain of the derivatives.
+    /// Factor by which the infeasibility may increase in one step, from where it is one or more: a
+    /// larger one accepts steps out of the domain of the derivatives.
     pub more_infeasible: f64,
     /// Factor within which multipliers stay of the barrier term divided by the slack.
     pub kept: f64,
-    /// Part of the predicted decrease that a step must reach (Armijo): a larger one refuses more steps.
+    /// Part of the predicted decrease that a step must reach (Armijo): a larger one refuses more
+    /// steps.
     pub armijo: f64,
     /// Relative decrease of the infeasibility that the filter requires.
     pub less_infeasible: f64,
     /// Decrease of the barrier cost, per unit of infeasibility, that the filter requires.
     pub less_costly: f64,
-    /// Exponents of slope and infeasibility in the switching condition: with a larger first one fewer
-    /// steps are judged by the cost alone.
+    /// Exponents of slope and infeasibility in the switching condition: with a larger first one
+    /// fewer steps are judged by the cost alone.
     pub switch: (f64, f64),
-    /// Infeasibility up to which a step of the tail needs no decrease: a larger one accepts more steps.
+    /// Infeasibility up to which a step of the tail needs no decrease: a larger one accepts more
+    /// steps.
     pub feasible: f64,
     /// Relative increase of the barrier cost that such a step may cause: at least its round-off.
     pub level: f64,
@@ -99,22 +108,23 @@ pub(crate) struct Tuning {
 pub(crate) struct OfProgram {
     /// The cost at the first point: a larger one makes the first barrier term smaller beside it.
     pub cost: f64,
-    /// Largest turn of an attitude in one iteration \[rad\]: derivatives hold for less than about this.
+    /// Largest turn of an attitude in one iteration \[rad\]: derivatives hold for less than about
+    /// this.
     pub longest_turn: f64,
     /// Factors by which the duration may decrease and increase in one iteration.
     pub longest_stretch: [f64; 2],
-    /// Difference between what a set is counted to burn at the first point and the norm of its inputs, as a
-    /// part of their limit.
+    /// Difference between what a set is counted to burn at the first point and the norm of its
+    /// inputs, as a part of their limit.
     pub spare: f64,
-    /// Part of what a set is counted to burn that one iteration may remove, less than one: a larger one
-    /// leaves the domain in which the row of the norm is nearly linear.
+    /// Part of what a set is counted to burn that one iteration may remove, less than one: a larger
+    /// one leaves the domain in which the row of the norm is nearly linear.
     pub to_nothing: f64,
     /// Multiplier of a cone below which its second derivatives are left out.
     pub felt: f64,
     /// Factor on a duration in which a path is just within the limits: one leaves no slack.
     pub room: f64,
-    /// Step of the central differences of a cone's gradient by the logarithm of the duration, where a
-    /// direction moves: its truncation and round-off slow the last iterations.
+    /// Step of the central differences of a cone's gradient by the logarithm of the duration, where
+    /// a direction moves: its truncation and round-off slow the last iterations.
     pub difference: f64,
 }
 

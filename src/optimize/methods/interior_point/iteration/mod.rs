@@ -1,9 +1,11 @@
 //! The primal–dual interior point on programs of stages.
 //!
-//! Rows have slacks, elastic ones a violation `t` with a price `π` as well, and so has each terminal equation, in both directions:
+//! Rows have slacks, elastic ones a violation `t` with a price `π` as well, and so has each
+//! terminal equation, in both directions:
 //!
 //! ```text
-//! c − t + s = 0 ,   s z = μ ,   t (π − z) = μ            e − t⁺ + t⁻ = 0 ,   t⁺(π − ν) = μ ,   t⁻(π + ν) = μ
+//! c − t + s = 0 ,      s z = μ ,         t (π − z) = μ
+//! e − t⁺ + t⁻ = 0 ,    t⁺(π − ν) = μ ,   t⁻(π + ν) = μ
 //! ```
 //!
 //! Newton, with slacks and violations eliminated:
@@ -14,24 +16,28 @@
 //! D = t⁺/(π − ν) + t⁻/(π + ν) ,   E dx + e − μ/(π − ν) + μ/(π + ν) = D dν
 //! ```
 //!
-//! The right-hand side is the gradient of the Lagrangian at the present multipliers: it vanishes at the end, so that round-off of the
-//! factors does not bound what is reached.
+//! The right-hand side is the gradient of the Lagrangian at the present multipliers: it vanishes at
+//! the end, so that round-off of the factors does not bound what is reached.
 //!
 //! An iteration:
 //!
 //! 1. Evaluate, and look whether the conditions hold.
-//! 2. Factor the exact Hessian. Where its inertia is wrong, without the second derivatives of steps and rows (Gauss–Newton) while
-//!    `μ` is large, and with a shift where that fails too or `μ` is small.
-//! 3. Before the tail, an affine step (`μ = 0`) tells the next barrier term and the products of second order (Mehrotra 1992). In the
-//!    tail the term is lowered whenever the conditions at the present one hold roughly (Fiacco and McCormick).
-//! 4. A step stays within its bounds, and is taken where a filter of infeasibility and barrier cost lets it (Wächter and Biegler 2006), if
-//!    need be corrected to second order or shortened. Where no part of it is let, the Hessian is shifted.
+//! 2. Factor the exact Hessian. Where its inertia is wrong, without the second derivatives of steps
+//!    and rows (Gauss–Newton) while `μ` is large, and with a shift where that fails too or `μ` is
+//!    small.
+//! 3. Before the tail, an affine step (`μ = 0`) tells the next barrier term and the products of
+//!    second order (Mehrotra 1992). In the tail the term is lowered whenever the conditions at the
+//!    present one hold roughly (Fiacco and McCormick).
+//! 4. A step stays within its bounds, and is taken where a filter of infeasibility and barrier cost
+//!    lets it (Wächter and Biegler 2006), if need be corrected to second order or shortened. Where
+//!    no part of it is let, the Hessian is shifted.
 //!
 //! # Why a primal–dual method with a hand-over?
 //!
-//! Mehrotra's rule halves the iterations, and to the very end it lets `μ` outrun the residual. Exact second derivatives with
-//! Gauss–Newton as the way out of a wrong inertia take half the iterations of a shift on paths that cross cones. In the tail
-//! Gauss–Newton has no curvature along faces of optima, which least time with more inputs than axes has, and creeps.
+//! Mehrotra's rule halves the iterations, and to the very end it lets `μ` outrun the residual.
+//! Exact second derivatives with Gauss–Newton as the way out of a wrong inertia take half the
+//! iterations of a shift on paths that cross cones. In the tail Gauss–Newton has no curvature along
+//! faces of optima, which least time with more inputs than axes has, and creeps.
 mod search;
 mod step;
 
@@ -70,7 +76,8 @@ pub(crate) struct Run {
     /// The largest violation of an elastic row, and of a terminal equation.
     pub violation: f64,
     pub miss: f64,
-    /// Whether the last factors were those of the exact Hessian: then the point is a strict minimum for its barrier term.
+    /// Whether the last factors were those of the exact Hessian: then the point is a strict minimum
+    /// for its barrier term.
     pub exact: bool,
 }
 
@@ -165,7 +172,8 @@ impl Solver {
         }
     }
 
-    /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and `duals`.
+    /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and
+    /// `duals`.
     pub fn run(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
         let shape = program.shape();
         let weight = 100.0 / shape.stages as f64;
@@ -390,7 +398,8 @@ impl Solver {
         }
     }
 
-    /// Computes and takes one step; returns `false` if no step can be found or the watch ends the run.
+    /// Computes and takes one step; returns `false` if no step can be found or the watch ends the
+    /// run.
     fn iterate(
         &mut self,
         program: &impl Program,

@@ -7,7 +7,8 @@ use super::{Solver, State};
 use crate::optimize::methods::method::Watch;
 
 impl Solver {
-    /// Returns infeasibility and barrier cost of `values`, with the slacks after `part` of the step.
+    /// Returns infeasibility and barrier cost of `values`, with the slacks after `part` of the
+    /// step.
     fn measure(
         &self,
         shape: &Shape,
@@ -90,8 +91,8 @@ impl Solver {
         self.filter.iter().all(|(known, known_cost)| infeasible <= *known || cost <= *known_cost)
     }
 
-    /// Takes the step or a part of it that the filter accepts; returns `false` if it accepts none or the
-    /// watch ends the run.
+    /// Takes the step or a part of it that the filter accepts; returns `false` if it accepts none
+    /// or the watch ends the run.
     pub(super) fn search(
         &mut self,
         program: &impl Program,
