@@ -21,6 +21,7 @@ use crate::optimize::methods::scp::tests::{chains, random_inputs, reference_slew
 use crate::optimize::methods::scp::{ScpOptions, run};
 use crate::testing::Random;
 use crate::{Matrix3, Vector3, lie};
+use std::sync::Arc;
 
 /// Step of the central differences, and what they may be off by: truncation and round-off.
 const STEP: f64 = 1e-5;
@@ -44,7 +45,7 @@ fn trajectory(random: &mut Random, model: &Model) -> Iterate {
 
 /// The maneuver past cones about directions that move, and past a disc's limb, in the stated
 /// duration and in a sought one.
-fn past_moving((problem, _): (Problem, Model)) -> [(Problem, Model); 2] {
+fn past_moving((problem, model): (Problem, Model)) -> [(Problem, Model); 2] {
     let (vector, rate) = (Vector3::new(0.6, -0.64, 0.48), Vector3::new(0.2, 0.3, -0.1));
     let moving = Direction::turning(vector, rate, 10.0 * problem.seconds()).unwrap();
     let Direction::Moving(centre) = moving.clone() else { panic!("it moves") };
@@ -55,7 +56,9 @@ fn past_moving((problem, _): (Problem, Model)) -> [(Problem, Model); 2] {
     };
     let problem =
         problem.with_constraint(cone(Side::KeepOut, moving)).with_constraint(cone(Side::KeepIn, disc));
-    let goal = Goal { objective: Objective::Time, effort: Effort::of_share(1e-2) };
+    // Effort is counted from other inputs than none.
+    let about = Some(Arc::new(vec![vec![0.3; model.m]; problem.steps + 1]));
+    let goal = Goal { objective: Objective::Time, effort: Effort { share: 1e-2, about } };
     let models = [Model::new(&problem, problem.steps), with_goal(&problem, problem.steps, &goal)];
     models.map(|model| (problem.clone(), model))
 }

@@ -45,8 +45,11 @@ pub(crate) struct Tuning {
     pub proximal: f64,
     /// Shifts of the Hessian where its inertia is wrong.
     pub shift: Shift,
-    /// First shift after a line search that failed, and its growth.
-    pub shift_of_search: (f64, f64),
+    /// Shifts of the Hessian after a line search that failed.
+    pub shift_of_search: ShiftOfSearch,
+    /// Least barrier term that the affine step may propose, as a part of `tail`: a smaller one enters the
+    /// tail with products that are farther from it.
+    pub proposed: f64,
     /// Shortest part of an affine step from which second-order products are computed.
     pub corrected_from: f64,
     /// Largest second-order product, in mean complementarities.
@@ -67,6 +70,10 @@ pub(crate) struct Tuning {
     /// Factor by which the infeasibility may increase in one step, from where it is one or more: a
     /// larger one accepts steps out of the domain of the derivatives.
     pub more_infeasible: f64,
+    /// Infeasibility, as a part of itself or of one, up to which a step is judged by its cost alone.
+    pub judged_by_cost: f64,
+    /// Factor by which the residual must decrease in an iteration that counts as a gain.
+    pub gain: f64,
     /// Factor within which multipliers stay of the barrier term divided by the slack.
     pub kept: f64,
     /// Part of the predicted decrease that a step must reach (Armijo): a larger one refuses more
@@ -123,6 +130,8 @@ pub(crate) struct OfProgram {
     pub felt: f64,
     /// Factor on a duration in which a path is just within the limits: one leaves no slack.
     pub room: f64,
+    /// Least size of a maneuver, in its units, by which errors at its end are measured.
+    pub least_size: f64,
     /// Step of the central differences of a cone's gradient by the logarithm of the duration, where
     /// a direction moves: its truncation and round-off slow the last iterations.
     pub difference: f64,
@@ -138,6 +147,7 @@ impl Default for OfProgram {
             to_nothing: 0.6,
             felt: 1e-9,
             room: 1.1,
+            least_size: 1e-12,
             difference: 1e-5,
         }
     }
@@ -158,6 +168,21 @@ pub(crate) struct Shift {
     pub largest: f64,
 }
 
+/// Shifts of the Hessian after a line search that failed: a larger one gives shorter, safer steps.
+#[derive(Clone, Debug)]
+pub(crate) struct ShiftOfSearch {
+    /// The first one.
+    pub first: f64,
+    /// Growth where the next search fails too.
+    pub growth: f64,
+    /// Factor on the last shift that the inertia needed: the shift is at least this.
+    pub over: f64,
+    /// Factor on the shift after a step that was taken.
+    pub decay: f64,
+    /// The shift below which it is dropped.
+    pub least: f64,
+}
+
 impl Default for Tuning {
     fn default() -> Self {
         Self {
@@ -176,7 +201,10 @@ impl Default for Tuning {
             rho: 1e3,
             proximal: 1e-8,
             shift: Shift { first: 1e-4, growth_first: 100.0, growth: 8.0, decay: 1.0 / 3.0, largest: 1e10 },
-            shift_of_search: (1e-3, 10.0),
+            shift_of_search: ShiftOfSearch { first: 1e-3, growth: 10.0, over: 4.0, decay: 0.1, least: 5e-7 },
+            proposed: 0.1,
+            judged_by_cost: 1e-4,
+            gain: 0.9,
             corrected_from: 0.1,
             corrected_to: 10.0,
             second_order: 3,

@@ -226,7 +226,8 @@ impl<'a> ChainProgram<'a> {
     /// Sets the prices of the terminal equations for a maneuver of the size of `start`.
     fn prices(&mut self, start: &Iterate) {
         let first = start.states[0].attitude;
-        let largest = |of: &dyn Fn(&ChainState) -> f64| start.states.iter().map(of).fold(1e-12, f64::max);
+        let least = self.tuning.least_size;
+        let largest = |of: &dyn Fn(&ChainState) -> f64| start.states.iter().map(of).fold(least, f64::max);
         let turned = largest(&|state| lie::minus(&state.attitude, &first).norm());
         let momentum = largest(&|state| state.momentum.norm());
         let moved = largest(&|state| (state.position - start.states[0].position).norm());

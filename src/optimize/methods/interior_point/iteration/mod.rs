@@ -239,7 +239,7 @@ impl Solver {
             }
             if at_last {
                 let error = residuals.dual.max(residuals.primal).max(residuals.off);
-                state.idle = if error < 0.9 * state.best { 0 } else { state.idle + 1 };
+                state.idle = if error < tuning.gain * state.best { 0 } else { state.idle + 1 };
                 state.best = state.best.min(error);
                 let acceptable = error <= tuning.acceptable;
                 if acceptable && state.idle > tuning.acceptable_patience {
@@ -447,7 +447,7 @@ impl Solver {
             let (primal, dual) = self.to_boundary(shape, tuning, 1.0);
             let after = self.mean_after(shape, tuning, primal, dual);
             let share = (after / mean).clamp(0.0, 1.0).powi(3);
-            let least = 0.1 * tuning.tail * weight;
+            let least = tuning.proposed * tuning.tail * weight;
             state.barrier = (share * mean).max(least).max(tuning.last * weight);
             if primal.min(dual) > tuning.corrected_from {
                 self.second_order_products(shape, tuning.corrected_to * mean.max(0.0));
@@ -456,13 +456,14 @@ impl Solver {
         }
         self.direction(shape, state.barrier);
         if !self.search(program, tuning, state, watch) {
-            let (first, growth) = tuning.shift_of_search;
-            state.least_shift = first.max(4.0 * state.shift).max(growth * state.least_shift);
+            let of_search = &tuning.shift_of_search;
+            let over = of_search.over * state.shift;
+            state.least_shift = of_search.first.max(over).max(of_search.growth * state.least_shift);
             self.filter.clear();
             return state.least_shift <= tuning.shift.largest;
         }
-        state.least_shift *= 0.1;
-        if state.least_shift < 0.5 * tuning.shift_of_search.0 * 1e-3 {
+        state.least_shift *= tuning.shift_of_search.decay;
+        if state.least_shift < tuning.shift_of_search.least {
             state.least_shift = 0.0;
         }
         true

@@ -119,7 +119,7 @@ impl Solver {
             return false;
         }
         let round_off = 10.0 * f64::EPSILON * cost.abs().max(1.0);
-        let small = 1e-4 * infeasible.max(1.0);
+        let small = tuning.judged_by_cost * infeasible.max(1.0);
         let mut longest = primal;
         for halving in 0..=tuning.halvings {
             if watch.stopped() {
