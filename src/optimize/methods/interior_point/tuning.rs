@@ -47,8 +47,8 @@ pub(crate) struct Tuning {
     pub shift: Shift,
     /// Shifts of the Hessian after a line search that failed.
     pub shift_of_search: ShiftOfSearch,
-    /// Least barrier term that the affine step may propose, as a part of `tail`: a smaller one enters the
-    /// tail with products that are farther from it.
+    /// Least barrier term that the affine step may propose, as a part of `tail`: a smaller one
+    /// enters the tail with products that are farther from it.
     pub proposed: f64,
     /// Shortest part of an affine step from which second-order products are computed.
     pub corrected_from: f64,
@@ -68,9 +68,11 @@ pub(crate) struct Tuning {
     /// method has converged.
     pub acceptable_patience: usize,
     /// Factor by which the infeasibility may increase in one step, from where it is one or more: a
-    /// larger one accepts steps out of the domain of the derivatives.
+    /// larger one accepts steps out of the domain of the derivatives, a factor of ten costs
+    /// everyday maneuvers up to a fifth more iterations.
     pub more_infeasible: f64,
-    /// Infeasibility, as a part of itself or of one, up to which a step is judged by its cost alone.
+    /// Infeasibility, as a part of itself or of one, up to which a step is judged by its cost
+    /// alone.
     pub judged_by_cost: f64,
     /// Factor by which the residual must decrease in an iteration that counts as a gain.
     pub gain: f64,
@@ -212,7 +214,7 @@ impl Default for Tuning {
             patience: 40,
             acceptable: 1e-5,
             acceptable_patience: 15,
-            more_infeasible: 10.0,
+            more_infeasible: 1e3,
             kept: 1e10,
             armijo: 1e-4,
             less_infeasible: 1e-5,
