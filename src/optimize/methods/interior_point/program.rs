@@ -229,8 +229,8 @@ pub(crate) trait Program {
     /// derivatives are trusted.
     fn longest(&self, at: &Point, by: &Increment) -> f64;
 
-    /// Tells the program the barrier term for which it is evaluated from now on: rows with corners
-    /// are rounded by it.
+    /// Tells the program the barrier term for which it is evaluated from now on, or the mean
+    /// complementarity while that is larger: rows with corners are rounded by it.
     fn at_barrier(&self, _barrier: f64) {}
 
     /// Writes the price of a unit of error of each terminal equation.

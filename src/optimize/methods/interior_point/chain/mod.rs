@@ -71,8 +71,8 @@ struct Lane {
 /// |B u| ≤ limit σ :     ½ ((|B u|²/limit² + ε²)/σ − σ) ≤ 0 ,   cost κ c limit σ/s
 /// ```
 ///
-/// with `ε²` the barrier term. Without `ε` the row has a corner at zero, where Newton's steps
-/// diverge.
+/// with `ε²` the barrier term, or the mean complementarity while that is larger. Without `ε` the
+/// row has a corner at zero, where Newton's steps diverge.
 #[derive(Clone, Copy, Debug)]
 struct Norm {
     forces: bool,
