@@ -257,7 +257,7 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     let run = run.tells("between nodes");
     assert!(!run.stderr.contains("violated"), "{}", run.stderr);
     let json = folder.json("plan.json");
-    assert_eq!(json["method"], "scp");
+    assert_eq!(json["method"], "interior_point");
     let names = |list: &Value| {
         let names = list.as_array().unwrap().iter();
         names.map(|entry| entry["name"].as_str().unwrap().to_string()).collect::<Vec<_>>()

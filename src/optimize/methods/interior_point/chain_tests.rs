@@ -1,4 +1,5 @@
-//! The chain as a program: against the matrices of SCP's model and rows, and against central differences.
+//! The chain as a program: against the matrices of SCP's model and rows, and against central
+//! differences.
 
 use super::chain::ChainProgram;
 use super::method::InteriorPoint;
@@ -40,8 +41,9 @@ fn trajectory(random: &mut Random, model: &Model) -> Iterate {
     Iterate { states, inputs }
 }
 
-/// The maneuver past cones about directions that move, and past a disc's limb, in the stated duration and in a sought one.
-fn past_moving((problem, _): (Problem, Model)) -> [(Problem, Model); 2] {
+/// The maneuver past cones about directions that move, and past a disc's limb, in the stated
+/// duration and in a sought one.
+fn past_moving(problem: Problem) -> [(Problem, Model); 2] {
     let (vector, rate) = (Vector3::new(0.6, -0.64, 0.48), Vector3::new(0.2, 0.3, -0.1));
     let moving = Direction::turning(vector, rate, 10.0 * problem.seconds()).unwrap();
     let Direction::Moving(centre) = moving.clone() else { panic!("it moves") };
@@ -64,7 +66,9 @@ fn programs(
 ) -> usize {
     let mut random = Random(17);
     let mut seen = 0;
-    for (problem, model) in chains().step_by(every).chain(chains().step_by(20).take(3).flat_map(past_moving))
+    for (problem, model) in chains()
+        .step_by(every)
+        .chain(chains().step_by(20).take(3).flat_map(|(problem, _)| past_moving(problem)))
     {
         let limits = LimitRows::of(&problem, &model);
         let iterate = trajectory(&mut random, &model);
@@ -194,7 +198,8 @@ fn the_slopes_of_a_program_are_its_derivatives() {
             values(STEP, &mut plus);
             values(-STEP, &mut minus);
             for (c, (plus, minus)) in plus.terminal.iter().zip(&minus.terminal).enumerate() {
-                // The terminal error's own derivative by the attitude is left out (`model.terminal`).
+                // The terminal error's own derivative by the attitude is left out
+                // (`model.terminal`).
                 if (model.zeta()..model.zeta() + 3).contains(&i) {
                     continue;
                 }
@@ -224,7 +229,8 @@ fn the_slopes_of_a_program_are_its_derivatives() {
 /// Step of second differences.
 const WIDE: f64 = 3e-4;
 
-/// `λ·step + z·c` and the cost of a stage, with one unknown moved; but for the duration's own equation.
+/// `λ·step + z·c` and the cost of a stage, with one unknown moved; but for the duration's own
+/// equation.
 fn lagrangian(
     program: &ChainProgram,
     point: &Point,
@@ -303,8 +309,8 @@ fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
     assert!(worst > 0.0);
 }
 
-/// From its one start, the interior point and Newton on the rows that it tells: costs of theory.md, from another program, on the same
-/// grid, and without limits the costates of the shooting.
+/// From its one start, the interior point and Newton on the rows that it tells: costs of theory.md,
+/// from another program, on the same grid, and without limits the costates of the shooting.
 #[test]
 fn the_reference_costs_are_met_and_multipliers_are_costates() {
     let references = [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)];
@@ -350,8 +356,8 @@ fn improved(chain: &Chain, polish: Option<&ScpOptions>) -> Attempt {
     InteriorPoint { chain, tuning: &Tuning::default(), polish }.improve(start, &budget)
 }
 
-/// Fuel by the norm of the torque, on 50 steps: of another program on the same grid (CasADi and IPOPT), and as SCP has it, whose slopes
-/// of the kinks are those of the rows here.
+/// Fuel by the norm of the torque, on 50 steps: of another program on the same grid (CasADi and
+/// IPOPT), and as SCP has it, whose slopes of the kinks are those of the rows here.
 #[test]
 fn fuel_by_the_norm_is_that_of_other_programs() {
     let about = |axis: [f64; 3], degrees: f64| {

@@ -1,5 +1,6 @@
-//! Random everyday maneuvers: three sizes of spacecraft, four wheels, from rest to rest by 25° to 170°, in least time, with limits of the
-//! rates, past cones, and with least effort in a given time. One start each, about the fixed axis.
+//! Random everyday maneuvers: three sizes of spacecraft, four wheels, from rest to rest by 25° to
+//! 170°, in least time, with limits of the rates, past cones, and with least effort in a given
+//! time. One start each, about the fixed axis.
 
 use super::method::InteriorPoint;
 use super::tuning::Tuning;
@@ -112,7 +113,8 @@ fn solved(problem: &Problem, kind: Kind) -> Attempt {
 /// Maneuvers of each kind.
 const CASES: usize = 8;
 
-/// Each from its one start, to round-off: 2,792 of 2,800 in a count of another implementation, in 13 to 21 iterations to 1e-8.
+/// Each from its one start, to round-off: 2,792 of 2,800 in a count of another implementation, in
+/// 13 to 21 iterations to 1e-8.
 #[test]
 fn everyday_maneuvers_are_solved_from_one_start() {
     for kind in [Kind::Time, Kind::Rate, Kind::Cone, Kind::Effort] {
@@ -201,8 +203,8 @@ fn no_turn_takes_no_effort() {
     assert!(attempt.converged() && attempt.cost.abs() < 1e-12, "{:?} {:e}", attempt.outcome, attempt.cost);
 }
 
-/// One to three steps, which may be too long for the body to be turned by at all, end in a plan or in none; wheels that are full at the
-/// start in a plan or in what is lacking.
+/// One to three steps, which may be too long for the body to be turned by at all, end in a plan or
+/// in none; wheels that are full at the start in a plan or in what is lacking.
 #[test]
 fn few_steps_and_full_wheels_end_in_a_plan_or_in_a_reason() {
     for kind in [Kind::Time, Kind::Rate, Kind::Cone, Kind::Effort] {

@@ -1,5 +1,5 @@
-//! The interior point as a method: it improves a candidate, from its path and from its inputs if it has
-//! them, to an optimum within all limits.
+//! The interior point as a method: it improves a candidate, from its path and from its inputs if it
+//! has them, to an optimum within all limits.
 
 use super::chain::ChainProgram;
 use super::iteration::{End, Run, Solver};
@@ -28,8 +28,8 @@ use nalgebra::DVector;
 pub(crate) struct InteriorPoint<'a> {
     pub chain: &'a Chain,
     pub tuning: &'a Tuning,
-    /// Settings of the final Newton iteration on the active set, which needs a cost that is strictly
-    /// convex within the active rows. `None` skips it.
+    /// Settings of the final Newton iteration on the active set, which needs a cost that is
+    /// strictly convex within the active rows. `None` skips it.
     pub polish: Option<&'a ScpOptions>,
 }
 
@@ -88,8 +88,8 @@ impl Method for InteriorPoint<'_> {
 }
 
 impl InteriorPoint<'_> {
-    /// Returns the iterate of a candidate. A candidate without inputs gets inputs that follow its path,
-    /// in a duration in which they are within the limits.
+    /// Returns the iterate of a candidate. A candidate without inputs gets inputs that follow its
+    /// path, in a duration in which they are within the limits.
     pub(super) fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         let Chain { model, rows } = self.chain;
         let sought = candidate.inputs.is_empty() && model.duration.is_some();
@@ -186,8 +186,9 @@ impl InteriorPoint<'_> {
     }
 }
 
-/// Prepares the solution of a maneuver from the path about its fixed axis, and hands over what solves it, in
-/// the same space every time, and returns the iterations. For benchmarks and counts of allocations.
+/// Prepares the solution of a maneuver from the path about its fixed axis, and hands over what
+/// solves it, in the same space every time, and returns the iterations. For benchmarks and counts
+/// of allocations.
 #[doc(hidden)]
 pub fn with_cold_solve<T>(problem: &Problem, work: impl FnOnce(&mut dyn FnMut() -> usize) -> T) -> T {
     let (steps, objective) = (problem.steps, &problem.objective);

@@ -1,11 +1,13 @@
 //! Programs of stages that the interior point solves, and their values and derivatives.
 //!
 //! ```text
-//! min Σ f_k(x_k, u_k) + f(x_N)     x_0 = start(y) ,  x_{k+1} = step_k(x_k, u_k) ,  c_k(x_k, u_k) ≤ 0 ,  e(x_N) = 0
+//! min Σ f_k(x_k, u_k) + f(x_N)
+//! x_0 = start(y) ,  x_{k+1} = step_k(x_k, u_k) ,  c_k(x_k, u_k) ≤ 0 ,  e(x_N) = 0
 //! ```
 //!
-//! States live on a manifold and are stored in coordinates of their own; derivatives are with respect to increments in the tangent
-//! space at each state. The unknowns of a stage are ordered `z = (u, x)`. All matrices are dense, columns one after the other.
+//! States live on a manifold and are stored in coordinates of their own; derivatives are with
+//! respect to increments in the tangent space at each state. The unknowns of a stage are ordered `z
+//! = (u, x)`. All matrices are dense, columns one after the other.
 
 /// How a row is met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -211,23 +213,24 @@ pub(crate) trait Program {
     /// Returns the sizes of the program.
     fn shape(&self) -> &Shape;
 
-    /// Computes the values at a point, without allocating; returns `false` if a value does not exist.
+    /// Computes the values at a point, without allocating; returns `false` if a value does not
+    /// exist.
     fn values(&self, at: &Point, out: &mut Values) -> bool;
 
-    /// Computes values and derivatives at a point, with second derivatives of steps, rows and terminal
-    /// equations weighted by `duals`; returns `false` if a value does not exist. Elements that are
-    /// always the same may be left as they are.
+    /// Computes values and derivatives at a point, with second derivatives of steps, rows and
+    /// terminal equations weighted by `duals`; returns `false` if a value does not exist. Elements
+    /// that are always the same may be left as they are.
     fn derivatives(&self, at: &Point, duals: &Duals, out: &mut Derivatives) -> bool;
 
     /// Moves `at` by a part of an increment.
     fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point);
 
-    /// Returns the largest part of an increment from a point, at most 1, within which the derivatives are
-    /// trusted.
+    /// Returns the largest part of an increment from a point, at most 1, within which the
+    /// derivatives are trusted.
     fn longest(&self, at: &Point, by: &Increment) -> f64;
 
-    /// Tells the program the barrier term for which it is evaluated from now on: rows with corners are
-    /// rounded by it.
+    /// Tells the program the barrier term for which it is evaluated from now on, or the mean
+    /// complementarity while that is larger: rows with corners are rounded by it.
     fn at_barrier(&self, _barrier: f64) {}
 
     /// Writes the price of a unit of error of each terminal equation.

@@ -1,10 +1,12 @@
 //! The linear system of one Newton step, by a Riccati recursion with borders.
 //!
 //! ```text
-//! min Σ ½ zᵀHz + h·z      dx⁺ = [B A] dz + d ,   E dx_N + e = D dν ,   dx_0 = G dy          z = (u, x)
+//! min Σ ½ zᵀHz + h·z ,     z = (u, x)
+//! dx⁺ = [B A] dz + d ,     E dx_N + e = D dν ,     dx_0 = G dy
 //! ```
 //!
-//! `H` has the rows' part `CᵀΣC` in it. Backward, with the columns `c`: 0, the main one, and one for each terminal equation,
+//! `H` has the rows' part `CᵀΣC` in it. Backward, with the columns `c`: 0, the main one, and one
+//! for each terminal equation,
 //!
 //! ```text
 //! P_N = H_N + EᵀρE ,   p_N⁰ = h_N + Eᵀρe ,   p_N^j = E_j
@@ -19,12 +21,12 @@
 //! −N ω + gᵀdy = −(M_{·0} + e) ,     GᵀP_0G dy + g ω = −(Gᵀλ_0 + g⁰) ,      dν = ω/(1 − ρD)
 //! ```
 //!
-//! The inertia is right where all `U` exist, `N` is positive and so is what is left for `dy`. The term `ρ` changes no solution;
-//! it makes the blocks `H_uu` positive where the program is convex on the terminal manifold alone. Forward:
-//! `du = −U⁻¹(W dx + Σ l^c θ_c)`, `dλ = P dx + Σ p^c θ_c`.
+//! The inertia is right where all `U` exist, `N` is positive and so is what is left for `dy`. The
+//! term `ρ` changes no solution; it makes the blocks `H_uu` positive where the program is convex on
+//! the terminal manifold alone. Forward: `du = −U⁻¹(W dx + Σ l^c θ_c)`, `dλ = P dx + Σ p^c θ_c`.
 //!
-//! A further right-hand side costs a pass of vectors. Domahidi et al. 2012, Frison 2016 for the recursion; the borders are the
-//! Schur complement of what couples all stages.
+//! A further right-hand side costs a pass of vectors. Domahidi et al. 2012, Frison 2016 for the
+//! recursion; the borders are the Schur complement of what couples all stages.
 
 use super::program::{Derivatives, Increment, Shape};
 
@@ -85,7 +87,8 @@ pub(crate) struct Riccati {
     stages: usize,
     terminal: usize,
     starts: usize,
-    /// `n` and `m` as they are padded, and those with the columns of the terminal equations after `n`.
+    /// `n` and `m` as they are padded, and those with the columns of the terminal equations after
+    /// `n`.
     wide_n: usize,
     wide_m: usize,
     width: usize,
@@ -103,8 +106,8 @@ pub(crate) struct Riccati {
     solved: Vec<f64>,
     reduced: Vec<f64>,
     yields: Vec<Yield>,
-    /// Space: `[B A]` with dense rows below it, the same times `P` and `Σ`, and `[P, p^1 …]`, as columns of blocks, each row after row;
-    /// the Hessian with the terminal columns, and vectors.
+    /// Space: `[B A]` with dense rows below it, the same times `P` and `Σ`, and `[P, p^1 …]`, as
+    /// columns of blocks, each row after row; the Hessian with the terminal columns, and vectors.
     rows: usize,
     left: Vec<Lanes>,
     right: Vec<Lanes>,
@@ -116,7 +119,8 @@ pub(crate) struct Riccati {
     dy: Vec<f64>,
 }
 
-/// Least share of the largest diagonal element of `N` that is added to it: where a terminal equation follows from others.
+/// Least share of the largest diagonal element of `N` that is added to it: where a terminal
+/// equation follows from others.
 const DEPENDENT: f64 = 1e-14;
 
 impl Riccati {
@@ -200,7 +204,8 @@ impl Riccati {
         self.close(at)
     }
 
-    /// Writes the Hessian of a stage with all that depends on its unknowns: rows, the states after it, and the terminal columns.
+    /// Writes the Hessian of a stage with all that depends on its unknowns: rows, the states after
+    /// it, and the terminal columns.
     fn gather(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken, stage: usize) {
         let (n, m, width) = (self.n, self.m, self.width);
         let (z, wide) = (n + m, self.wide_m + self.wide_n);
@@ -382,7 +387,8 @@ impl Riccati {
         cholesky(&mut self.reduced, starts)
     }
 
-    /// Solves for a right-hand side: increments of the point and of the multipliers of its equations.
+    /// Solves for a right-hand side: increments of the point and of the multipliers of its
+    /// equations.
     pub fn solve(
         &mut self,
         at: &Derivatives,
@@ -551,7 +557,8 @@ fn backward(u: &[f64], b: &mut [f64]) {
     }
 }
 
-/// The upper factor of a matrix whose upper triangle is given, in its place; `false` where it is not positive.
+/// The upper factor of a matrix whose upper triangle is given, in its place; `false` where it is
+/// not positive.
 fn cholesky(matrix: &mut [f64], size: usize) -> bool {
     for i in 0..size {
         for j in 0..=i {

@@ -1,4 +1,5 @@
-//! The interior point on programs whose optima are known, and its linear algebra against dense matrices.
+//! The interior point on programs whose optima are known, and its linear algebra against dense
+//! matrices.
 
 use super::iteration::{End, Solver};
 use super::program::*;
@@ -18,7 +19,8 @@ impl Random {
     }
 }
 
-/// A mass on a line, `p⁺ = p + hv + ½h²u`, `v⁺ = v + hu`, that comes to rest at `p = 1` by inputs within ±1, on `steps` steps of `T/steps`.
+/// A mass on a line, `p⁺ = p + hv + ½h²u`, `v⁺ = v + hu`, that comes to rest at `p = 1` by inputs
+/// within ±1, on `steps` steps of `T/steps`.
 struct Line {
     shape: Shape,
     steps: usize,
@@ -187,7 +189,8 @@ fn a_limit_of_the_speed_is_kept() {
     assert!(run.violation < 1e-9 && run.miss < 1e-11, "{run:?}");
 }
 
-/// `½ Σ h u²` with `Σ h u = 0`, `Σ h u (T − t) = 1`: the inverse of `2 h Σ τ²`, with `τ` from the middle of each step to that of all.
+/// `½ Σ h u²` with `Σ h u = 0`, `Σ h u (T − t) = 1`: the inverse of `2 h Σ τ²`, with `τ` from the
+/// middle of each step to that of all.
 #[test]
 fn the_least_effort_of_a_double_integrator_is_found_at_once() {
     let (steps, duration) = (30, 2.5);
@@ -253,7 +256,8 @@ impl Program for Broken {
     }
 }
 
-/// Nothing of what is not a number comes through: neither a point, nor a gradient at the first point or later.
+/// Nothing of what is not a number comes through: neither a point, nor a gradient at the first
+/// point or later.
 #[test]
 fn what_is_not_a_number_is_no_plan() {
     let line = Line::new(20, None, None, true);
@@ -331,7 +335,8 @@ fn random(random: &mut Random, bend: f64) -> (Shape, Derivatives, Vec<f64>, Righ
     (shape, at, sigma, right, yields)
 }
 
-/// The matrix of the whole system, unknowns `dy, dx_k, du_k, dλ_k, dν`, symmetric, and its right-hand side.
+/// The matrix of the whole system, unknowns `dy, dx_k, du_k, dλ_k, dν`, symmetric, and its
+/// right-hand side.
 fn dense(
     shape: &Shape,
     at: &Derivatives,
@@ -459,8 +464,8 @@ fn the_recursion_solves_the_whole_system() {
     }
 }
 
-/// Where a factorisation exists the whole matrix has as many negative eigenvalues as equations; where that is so it exists, if
-/// `ρ` is large.
+/// Where a factorisation exists the whole matrix has as many negative eigenvalues as equations;
+/// where that is so it exists, if `ρ` is large.
 #[test]
 fn the_recursion_tells_the_inertia() {
     let mut numbers = Random(11);

@@ -1,7 +1,8 @@
 //! Every number of the interior point that the theory does not give.
 
-/// Settings of the interior-point method. The first cost is of order one to ten, and rows are relative
-/// to their limits. Barrier terms are stated for a hundred stages and scale with the length of a step.
+/// Settings of the interior-point method. The first cost is of order one to ten, and rows are
+/// relative to their limits. Barrier terms are stated for a hundred stages and scale with the
+/// length of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Tuning {
     /// Iterations after which the method gives up.
@@ -12,27 +13,32 @@ pub(crate) struct Tuning {
     /// Residual of all conditions at which the method has converged: a smaller one is nearer to
     /// round-off and takes an iteration or two more.
     pub tolerance: f64,
-    /// First barrier term: a larger one takes more iterations and keeps farther from bounds that the first path crosses.
+    /// First barrier term: a larger one takes more iterations and keeps farther from bounds that
+    /// the first path crosses.
     pub first: f64,
     /// Last barrier term: the cost exceeds the optimum by this for each active row.
     pub last: f64,
-    /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does not
-    /// outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of optima.
+    /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does
+    /// not outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of
+    /// optima.
     pub tail: f64,
     /// The mean complementarity at which the tail may begin.
     pub tail_mean: f64,
-    /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated rows, too large.
+    /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated
+    /// rows, too large.
     pub slack: f64,
     /// Residual, in barrier terms, at which the tail decreases the barrier term.
     pub lowered_at: f64,
     /// Factor and power of the decrease in the tail: the smaller of the two results is used.
     pub lowered: (f64, f64),
-    /// Part of the way to a bound that a step may go: this, or one minus the barrier term if larger.
+    /// Part of the way to a bound that a step may go: this, or one minus the barrier term if
+    /// larger.
     pub to_boundary: f64,
     /// Price of a unit of violation of an elastic row: it must exceed every multiplier, or rows are
     /// violated although a feasible point exists.
     pub price: f64,
-    /// Price of a unit of a terminal error, times the price that the program reports for its own scale.
+    /// Price of a unit of a terminal error, times the price that the program reports for its own
+    /// scale.
     pub terminal_price: f64,
     /// What both prices are multiplied by where a violation or a terminal error remains, and how often.
     pub dearer: f64,
@@ -40,12 +46,16 @@ pub(crate) struct Tuning {
     /// Weight of the terminal equations in the Hessian. It changes no step and makes blocks positive
     /// that are positive on the terminal manifold only.
     pub rho: f64,
-    /// Proximal term of rows that are equations: a larger one conditions better and converges slower.
+    /// Proximal term of rows that are equations: a larger one conditions better and converges
+    /// slower.
     pub proximal: f64,
     /// Shifts of the Hessian where its inertia is wrong.
     pub shift: Shift,
-    /// First shift after a line search that failed, and its growth.
-    pub shift_of_search: (f64, f64),
+    /// Shifts of the Hessian after a line search that failed.
+    pub shift_of_search: ShiftOfSearch,
+    /// Least barrier term that the affine step may propose, as a part of `tail`: a smaller one
+    /// enters the tail with products that are farther from it.
+    pub proposed: f64,
     /// Shortest part of an affine step from which second-order products are computed.
     pub corrected_from: f64,
     /// Largest second-order product, in mean complementarities.
@@ -54,8 +64,8 @@ pub(crate) struct Tuning {
     pub second_order: usize,
     /// Halvings of a step in the line search.
     pub halvings: usize,
-    /// Iterations at the last barrier term without a decrease of the residual by a tenth, after which
-    /// the method gives up.
+    /// Iterations at the last barrier term without a decrease of the residual by a tenth, after
+    /// which the method gives up.
     pub patience: usize,
     /// Residual of stationarity and complementarity with which a run that cannot go on is a solution, as along faces of optima
     /// and valleys of saddles: a larger one accepts poorer ones, which the residual in the plan shows.
@@ -65,21 +75,29 @@ pub(crate) struct Tuning {
     /// Residual of the equations that such a solution has at most, and the Newton steps that may take it there.
     pub round_off: f64,
     pub settling: usize,
-    /// Factor by which the infeasibility may increase in one step, from where it is one or more: a larger
-    /// one accepts steps out of the domain of the derivatives.
+    /// Factor by which the infeasibility may increase in one step, from where it is one or more: a
+    /// larger one accepts steps out of the domain of the derivatives, a factor of ten costs
+    /// everyday maneuvers up to a fifth more iterations.
     pub more_infeasible: f64,
+    /// Infeasibility, as a part of itself or of one, up to which a step is judged by its cost
+    /// alone.
+    pub judged_by_cost: f64,
+    /// Factor by which the residual must decrease in an iteration that counts as a gain.
+    pub gain: f64,
     /// Factor within which multipliers stay of the barrier term divided by the slack.
     pub kept: f64,
-    /// Part of the predicted decrease that a step must reach (Armijo): a larger one refuses more steps.
+    /// Part of the predicted decrease that a step must reach (Armijo): a larger one refuses more
+    /// steps.
     pub armijo: f64,
     /// Relative decrease of the infeasibility that the filter requires.
     pub less_infeasible: f64,
     /// Decrease of the barrier cost, per unit of infeasibility, that the filter requires.
     pub less_costly: f64,
-    /// Exponents of slope and infeasibility in the switching condition: with a larger first one fewer
-    /// steps are judged by the cost alone.
+    /// Exponents of slope and infeasibility in the switching condition: with a larger first one
+    /// fewer steps are judged by the cost alone.
     pub switch: (f64, f64),
-    /// Infeasibility up to which a step of the tail needs no decrease: a larger one accepts more steps.
+    /// Infeasibility up to which a step of the tail needs no decrease: a larger one accepts more
+    /// steps.
     pub feasible: f64,
     /// Relative increase of the barrier cost that such a step may cause: at least its round-off.
     pub level: f64,
@@ -107,22 +125,25 @@ pub(crate) struct Tuning {
 pub(crate) struct OfProgram {
     /// The cost at the first point: a larger one makes the first barrier term smaller beside it.
     pub cost: f64,
-    /// Largest turn of an attitude in one iteration \[rad\]: derivatives hold for less than about this.
+    /// Largest turn of an attitude in one iteration \[rad\]: derivatives hold for less than about
+    /// this.
     pub longest_turn: f64,
     /// Factors by which the duration may decrease and increase in one iteration.
     pub longest_stretch: [f64; 2],
-    /// Difference between what a set is counted to burn at the first point and the norm of its inputs, as a
-    /// part of their limit.
+    /// Difference between what a set is counted to burn at the first point and the norm of its
+    /// inputs, as a part of their limit.
     pub spare: f64,
-    /// Part of what a set is counted to burn that one iteration may remove, less than one: a larger one
-    /// leaves the domain in which the row of the norm is nearly linear.
+    /// Part of what a set is counted to burn that one iteration may remove, less than one: a larger
+    /// one leaves the domain in which the row of the norm is nearly linear.
     pub to_nothing: f64,
     /// Multiplier of a cone below which its second derivatives are left out.
     pub felt: f64,
     /// Factor on a duration in which a path is just within the limits: one leaves no slack.
     pub room: f64,
-    /// Step of the central differences of a cone's gradient by the logarithm of the duration, where a
-    /// direction moves: its truncation and round-off slow the last iterations.
+    /// Least size of a maneuver, in its units, by which errors at its end are measured.
+    pub least_size: f64,
+    /// Step of the central differences of a cone's gradient by the logarithm of the duration, where
+    /// a direction moves: its truncation and round-off slow the last iterations.
     pub difference: f64,
 }
 
@@ -136,6 +157,7 @@ impl Default for OfProgram {
             to_nothing: 0.6,
             felt: 1e-9,
             room: 1.1,
+            least_size: 1e-12,
             difference: 1e-5,
         }
     }
@@ -154,6 +176,21 @@ pub(crate) struct Shift {
     pub decay: f64,
     /// Largest shift: beyond it the method stalls.
     pub largest: f64,
+}
+
+/// Shifts of the Hessian after a line search that failed: a larger one gives shorter, safer steps.
+#[derive(Clone, Debug)]
+pub(crate) struct ShiftOfSearch {
+    /// The first one.
+    pub first: f64,
+    /// Growth where the next search fails too.
+    pub growth: f64,
+    /// Factor on the last shift that the inertia needed: the shift is at least this.
+    pub over: f64,
+    /// Factor on the shift after a step that was taken.
+    pub decay: f64,
+    /// The shift below which it is dropped.
+    pub least: f64,
 }
 
 impl Default for Tuning {
@@ -177,17 +214,20 @@ impl Default for Tuning {
             rho: 1e3,
             proximal: 1e-8,
             shift: Shift { first: 1e-4, growth_first: 100.0, growth: 8.0, decay: 1.0 / 3.0, largest: 1e10 },
-            shift_of_search: (1e-3, 10.0),
+            shift_of_search: ShiftOfSearch { first: 1e-3, growth: 10.0, over: 4.0, decay: 0.1, least: 5e-7 },
+            proposed: 0.1,
+            judged_by_cost: 1e-4,
+            gain: 0.9,
             corrected_from: 0.1,
             corrected_to: 10.0,
             second_order: 3,
             halvings: 12,
             patience: 40,
-            acceptable: 1e-5,
+            acceptable: 1e-6,
             acceptable_patience: 15,
             round_off: 1e-13,
             settling: 12,
-            more_infeasible: 10.0,
+            more_infeasible: 1e3,
             kept: 1e10,
             armijo: 1e-4,
             less_infeasible: 1e-5,

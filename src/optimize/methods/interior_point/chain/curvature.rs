@@ -32,7 +32,8 @@ pub(super) fn congruent(space: &mut Space, n: usize, curvature: &mut [f64]) {
 }
 
 impl ChainProgram<'_> {
-    /// Second derivatives of the turn of the reference frame, which knows the duration.
+    /// Adds the second derivatives of the turn of the reference frame, which depends on the
+    /// duration.
     pub(super) fn bend_frame(
         &self,
         k: usize,
@@ -53,7 +54,7 @@ impl ChainProgram<'_> {
         space.phi[duration * n + duration] -= mu.dot(&seen);
     }
 
-    /// Second derivatives of the drift, weighed with the costate after it, and of the arc.
+    /// Adds the second derivatives of the drift, weighted by the costate after it, and of the arc.
     pub(super) fn bend_drift(
         &self,
         k: usize,
@@ -112,7 +113,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Second derivatives of a cone by attitude, arc and duration.
+    /// Adds the second derivatives of a cone by attitude, arc and duration.
     pub(super) fn bend_cone(
         &self,
         cone: &Cone,
@@ -155,7 +156,8 @@ impl ChainProgram<'_> {
         space.phi[duration * n + duration] += (plus.by_duration - minus.by_duration) * by;
     }
 
-    /// Second derivatives of the kick, weighed with the costate after it and with `own` of the physical momentum.
+    /// Adds the second derivatives of the kick, weighted by the costate after it and by `own` of
+    /// the physical momentum.
     pub(super) fn bend_kick(
         &self,
         stage: &Stage,

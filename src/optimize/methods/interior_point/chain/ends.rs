@@ -6,7 +6,7 @@ use crate::lie;
 use crate::{Matrix3, Vector3};
 
 impl ChainProgram<'_> {
-    /// The terminal error.
+    /// Writes the terminal error.
     pub(super) fn terminal(&self, at: &Point, out: &mut [f64]) {
         let (model, c) = (self.model, self.shape.coordinates);
         let last = &at.states[(model.steps + 1) * c..][..c];
@@ -30,14 +30,14 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// The cost of time.
+    /// Returns the cost of time.
     pub(super) fn time(&self, at: &Point) -> f64 {
         let c = self.shape.coordinates;
         let stretch = at.states[(self.model.steps + 2) * c - self.before - 1];
         self.scale * self.model.time_price * stretch
     }
 
-    /// Start, end and the cost of time.
+    /// Writes the derivatives of start, end and the cost of time.
     pub(super) fn ends(&self, at: &Point, duals: &Duals, out: &mut Derivatives) {
         let Shape { n, coordinates: c, .. } = self.shape;
         let model = self.model;

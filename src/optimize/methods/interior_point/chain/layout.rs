@@ -5,7 +5,7 @@ use super::{Bound, Lane, Norm, Row};
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::rows::{LimitRows, What};
 
-/// The rows of a stage, and what they depend on.
+/// Appends the rows of a stage, with the unknowns that they depend on.
 pub(super) fn describe(
     model: &Model,
     limits: &LimitRows,
@@ -97,7 +97,7 @@ pub(super) fn describe(
     shape.end_stage();
 }
 
-/// The sets of inputs whose fuel is counted by the norm of what they give.
+/// Returns the sets of inputs whose fuel is counted by the norm of their sum.
 pub(super) fn norms(model: &Model, limits: &LimitRows, first: usize) -> Vec<Norm> {
     let mut norms: Vec<Norm> = Vec::new();
     for row in &limits.rows {

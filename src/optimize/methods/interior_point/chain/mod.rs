@@ -1,29 +1,36 @@
-//! The chain of a maneuver (`scp/model`) with the rows of its limits (`scp/rows`) as a program of stages.
+//! The chain of a maneuver (`scp/model`) with the rows of its limits (`scp/rows`) as a program of
+//! stages.
 //!
-//! States are those **before** the kick of their node, so that a stage has all that its inputs act on:
+//! States are those **before** the kick of their node, so that a stage has all that its inputs act
+//! on:
 //!
 //! ```text
-//! x_0 = start ,    y = x + κ_k (M(R) + B u) ,   x⁺ = drift(y) ,    at the last node the kick alone,  e(x_{N+1}) = 0
+//! x_0 = start ,    y = x + κ_k (M(R) + B u) ,   x⁺ = drift(y)
+//! at the last node the kick alone ,  e(x_{N+1}) = 0
 //! ```
 //!
-//! With `Y = [κB, I + κG]` of the kick and `D` of the drift, `[B A] = D Y`. The attitude's rows of `D` are those of the defect's own
-//! tangent space: turned by `E = exp S(δ)`, `δ` the attitude's defect, since `log(R⁺ᵀ R F exp ξ) = δ + E ξ` to first order. With
-//! `λ⁺ = Dᵀλ + Σ z ∂c/∂y`, the costate between kick and drift,
+//! With `Y = [κB, I + κG]` of the kick and `D` of the drift, `[B A] = D Y`. The attitude's rows of
+//! `D` are those of the defect's own tangent space: turned by `E = exp S(δ)`, `δ` the attitude's
+//! defect, since `log(R⁺ᵀ R F exp ξ) = δ + E ξ` to first order. With `λ⁺ = Dᵀλ + Σ z ∂c/∂y`, the
+//! costate between kick and drift,
 //!
 //! ```text
 //! ∂²(λ·x⁺ + Σ z c) = Yᵀ Φ Y + ∂²(κ λ⁺·(M + Bu)) ,   Φ = ∂²(λ·drift + Σ z c) by y
 //! ```
 //!
-//! `Φ` is the symmetric part of the drift's own derivative of costates along the group (`discrete/step/gyrostat`; a body without wheels
-//! is a gyrostat whose wheels stand). A row of the mean rate on an arc, `w·log F`, adds `q = J_r⁻ᵀ(log F) w` to what the drift's turn is
-//! weighed with there.
+//! `Φ` is the symmetric part of the drift's own derivative of costates along the group
+//! (`discrete/step/gyrostat`; a body without wheels is a gyrostat whose wheels stand). A row of the
+//! mean rate on an arc, `w·log F`, adds `q = J_r⁻ᵀ(log F) w` to what the drift's turn is weighed
+//! with there.
 //!
 //! # What differs from the rows of SCP?
 //!
-//! A cone is one row on every closed arc, at its highest point, in the place of rows of nodes and of arcs that come and go. An input
-//! whose fuel is counted by its size is two, one to each side, and a set whose fuel is counted by the norm of what it gives has one more. Inputs are in units of their limits, and where their changes are
-//! limited the last ones are part of the state. Multipliers are told in the terms of SCP's rows ([`ChainProgram::found`]), and costates
-//! are those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
+//! A cone is one row on every closed arc, at its highest point, in the place of rows of nodes and
+//! of arcs that come and go. An input whose fuel is counted by its size is two, one to each side,
+//! and a set whose fuel is counted by the norm of what it gives has one more. Inputs are in units
+//! of their limits, and where their changes are limited the last ones are part of the state.
+//! Multipliers are told in the terms of SCP's rows ([`ChainProgram::found`]), and costates are
+//! those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
 
 mod curvature;
 mod ends;
@@ -45,8 +52,9 @@ use crate::{Matrix3, Vector3};
 use space::Space;
 use std::cell::{Cell, RefCell};
 
-/// The duration's increment is one of `s^POWER`, in which the limits of inputs are linear: `s ← s (1 + POWER ζ)^(1/POWER)`. A first
-/// derivative `f'` by `ln s` is one by ζ too, and a second one becomes `f'' − POWER f'`.
+/// The duration's increment is one of `s^POWER`, in which the limits of inputs are linear: `s ← s
+/// (1 + POWER ζ)^(1/POWER)`. A first derivative `f'` by `ln s` is one by ζ too, and a second one
+/// becomes `f'' − POWER f'`.
 const POWER: f64 = 2.0;
 
 /// An input as the program sees it: a chain's input, in units of its limit, or one side of it.
@@ -56,13 +64,15 @@ struct Lane {
     factor: f64,
 }
 
-/// What counts how much a set of inputs burns that is counted by the norm of what it gives: an input `σ` more,
+/// A set of inputs whose fuel is counted by the norm of its force or torque. An additional input
+/// `σ` bounds that norm from above,
 ///
 /// ```text
 /// |B u| ≤ limit σ :     ½ ((|B u|²/limit² + ε²)/σ − σ) ≤ 0 ,   cost κ c limit σ/s
 /// ```
 ///
-/// with `ε²` the barrier term: without it the row has a corner where nothing burns, and Newton's steps run away there.
+/// with `ε²` the barrier term, or the mean complementarity while that is larger. Without `ε` the
+/// row has a corner at zero, where Newton's steps diverge.
 #[derive(Clone, Copy, Debug)]
 struct Norm {
     forces: bool,
@@ -82,7 +92,7 @@ enum Bound {
     Change,
     /// A side of an input that burns: not less than nothing.
     Side(usize),
-    /// What a set gives, by what it burns.
+    /// The norm of a set, at most what its input `σ` counts.
     Norm(usize),
 }
 
@@ -118,7 +128,7 @@ pub(crate) struct ChainProgram<'a> {
 }
 
 impl<'a> ChainProgram<'a> {
-    /// The program of a chain, which is to be solved from a path of about the size of `start`.
+    /// Builds the program of a chain, scaled for a first point of about the size of `start`.
     pub fn of(model: &'a Model, limits: &'a LimitRows, start: &Iterate, tuning: &Tuning) -> Self {
         let mut units = vec![0.0f64; model.m];
         let mut sides = vec![(false, false); model.m];
@@ -187,8 +197,8 @@ impl<'a> ChainProgram<'a> {
         program
     }
 
-    /// The duration, as a multiple of the stated one, in which a path with the inputs that it asks for is well within the limits that
-    /// grow with it.
+    /// Returns the duration, as a multiple of the stated one, in which a path is well within the
+    /// limits that grow with the duration.
     pub fn fitting(&self, at: &Point) -> Option<f64> {
         let mut values = Values::of(&self.shape);
         if !(self.values(at, &mut values) && values.are_finite()) {
@@ -213,10 +223,11 @@ impl<'a> ChainProgram<'a> {
         (needed > 0.0).then_some(self.tuning.room * needed)
     }
 
-    /// Prices of the terminal equations, for a maneuver of the size of `start`.
+    /// Sets the prices of the terminal equations for a maneuver of the size of `start`.
     fn prices(&mut self, start: &Iterate) {
         let first = start.states[0].attitude;
-        let largest = |of: &dyn Fn(&ChainState) -> f64| start.states.iter().map(of).fold(1e-12, f64::max);
+        let least = self.tuning.least_size;
+        let largest = |of: &dyn Fn(&ChainState) -> f64| start.states.iter().map(of).fold(least, f64::max);
         let turned = largest(&|state| lie::minus(&state.attitude, &first).norm());
         let momentum = largest(&|state| state.momentum.norm());
         let moved = largest(&|state| (state.position - start.states[0].position).norm());
@@ -233,7 +244,7 @@ impl<'a> ChainProgram<'a> {
         }
     }
 
-    /// What a set gives, as a part of its limit: the sum of its axes, fixed to it.
+    /// Returns the force or torque of a set as a part of its limit, in the axes of the set.
     fn burnt(&self, norm: &Norm, inputs: &[f64]) -> Vector3 {
         let (axes, first) = self.model.channel(norm.forces);
         let given: Vector3 = axes.iter().zip(&inputs[first..]).map(|(axis, u)| axis * *u).sum();

@@ -10,7 +10,7 @@ use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
 impl ChainProgram<'_> {
-    /// The point of an iterate.
+    /// Writes the point of an iterate.
     pub fn point(&self, iterate: &Iterate, out: &mut Point) {
         let (model, c) = (self.model, self.shape.coordinates);
         for stage in 0..=model.steps + 1 {
@@ -70,7 +70,7 @@ impl ChainProgram<'_> {
         put(&[state.stretch]);
     }
 
-    /// The state at coordinates.
+    /// Returns the state at coordinates.
     fn read(&self, from: &[f64]) -> ChainState {
         let body = if self.model.zeta() == 6 { 6 } else { 0 };
         let vector = |at: usize| Vector3::from_column_slice(&from[at..at + 3]);
@@ -85,7 +85,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// What was found, as SCP knows it: states after their kicks, inputs, costates, and multipliers of the chain's rows.
+    /// Returns a point as SCP has it: states after their kicks, inputs, costates, and multipliers of
+    /// the chain's rows.
     pub fn found(&self, at: &Point, duals: &Duals) -> (Iterate, Multipliers) {
         let Shape { n, m, coordinates: c, .. } = self.shape;
         let model = self.model;
@@ -121,7 +122,8 @@ impl ChainProgram<'_> {
         (Iterate { states, inputs }, Multipliers { costates, terminal, rows })
     }
 
-    /// The slope of each kink: the price less the multiplier of its side, or what the row of a norm pulls by.
+    /// Writes the slope of each kink: the price minus the multiplier of its side, or the derivative
+    /// of a norm times its multiplier.
     fn kinks(&self, at: &Point, inputs: &[Vec<f64>], stretch: f64, duals: &Duals, rows: &mut [f64]) {
         for (row, multiplier) in self.rows.iter().zip(&duals.rows) {
             let limit = &self.limits.rows[row.row];
@@ -148,7 +150,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Gives the multipliers of arcs whose highest point is at an end to the rows of the node there.
+    /// Gives the multipliers of arcs whose highest point is at an end to the rows of the node
+    /// there.
     fn to_nodes(&self, at: &Point, rows: &mut [f64]) {
         for row in &self.rows {
             let limit = &self.limits.rows[row.row];

@@ -19,7 +19,8 @@ struct Here<'a> {
     stage: &'a Stage,
 }
 
-/// How a kick changes with the pose: the gradient of what acts from outside, and the same with inputs that turn against the momenta.
+/// How a kick changes with the pose: the gradient of what acts from outside, and the same with
+/// inputs that turn against the momenta.
 struct Kick {
     gradient: Blocks,
     turned: Blocks,
@@ -51,8 +52,8 @@ impl Bent<'_> {
     }
 }
 
-/// Sums over the rows of a stage of multiplier times gradient: by the physical rate at the node, by the arc `log F`, by the attitude and
-/// by the duration after the kick.
+/// Sums over the rows of a stage of multiplier times gradient: by the physical rate at the node, by
+/// the arc `log F`, by the attitude and by the duration after the kick.
 #[derive(Default)]
 struct Sums {
     node: Vector3,
@@ -180,8 +181,8 @@ impl ChainProgram<'_> {
         Kick { gradient, turned, bent }
     }
 
-    /// Writes the columns of `D`, the derivative of the drift, with the attitude's rows in the defect's tangent space, and the derivative
-    /// of the arc `log F`.
+    /// Writes the columns of `D`, the derivative of the drift, with the attitude's rows in the
+    /// defect's tangent space, and the derivative of the arc `log F`.
     fn drift(&self, k: usize, stage: &Stage, frame: &Matrix3, space: &mut Space) {
         let (model, n) = (self.model, self.shape.n);
         let (zeta, pi) = (model.zeta(), model.pi());
@@ -237,7 +238,7 @@ impl ChainProgram<'_> {
         space.arc_by_z = arc_by_z;
     }
 
-    /// The step after a node; none after the last.
+    /// Returns the step after a node, zero after the last.
     pub(super) fn step_of(&self, k: usize) -> f64 {
         if k < self.model.steps { self.model.dynamics.grid.step(k) } else { 0.0 }
     }
@@ -292,7 +293,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes the slopes of the rows of a stage and what they add to the second derivatives; returns what they add to the gradient.
+    /// Writes the slopes of the rows of a stage and what they add to the second derivatives;
+    /// returns what they add to the gradient.
     fn rows(&self, here: &Here, duals: &Duals, space: &mut Space, out: &mut Derivatives) -> Sums {
         let (model, z) = (self.model, self.shape.z());
         let duration = model.duration.map(|duration| self.shape.m + duration);
@@ -329,7 +331,7 @@ impl ChainProgram<'_> {
         sums
     }
 
-    /// Limits of inputs and wheels.
+    /// Writes the slopes of a limit of inputs or wheels, and adds its curvature.
     fn input_limit(&self, here: &Here, what: &What, row: &Bent, (out, curvature): (&mut [f64], &mut [f64])) {
         let (model, m, z) = (self.model, self.shape.m, self.shape.z());
         let (stage, multiplier, power) = (here.stage, row.multiplier, row.power);
@@ -404,7 +406,8 @@ impl ChainProgram<'_> {
         bend_limit(curvature, z, row.duration, multiplier * power * of_limit);
     }
 
-    /// What a set gives, by what it burns. The row is convex, so that its second derivatives are taken where those of others are not.
+    /// Writes the slopes of the row of a norm. The row is convex, so its second derivatives belong
+    /// to the Hessian that Gauss–Newton keeps.
     fn burning(
         &self,
         here: &Here,
@@ -445,7 +448,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Limits of the rate at a node or on an arc.
+    /// Writes the slopes of a limit of the rate at a node or on an arc, and adds its curvature.
     fn rate_limit(
         &self,
         here: &Here,
@@ -526,7 +529,7 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// A cone, whose value is returned; `None` where it does not act.
+    /// Writes the slopes of a cone and returns its value, `None` where it is not active.
     fn cone(
         &self,
         here: &Here,
@@ -575,7 +578,7 @@ impl ChainProgram<'_> {
         out.hessians[corner] -= POWER * out.gradients[k * z + place];
     }
 
-    /// Gradient and Hessian of the cost of the inputs of a stage.
+    /// Adds gradient and Hessian of the cost of the inputs of a stage.
     fn costs(&self, at: &Point, k: usize, stage: &Stage, space: &Space, out: &mut Derivatives) {
         let (model, m, z) = (self.model, self.shape.m, self.shape.z());
         let gradient = &mut out.gradients[k * z..][..z];

@@ -37,7 +37,8 @@ pub(super) struct Stage {
 }
 
 impl ChainProgram<'_> {
-    /// The values of stage k. The inputs of the chain and the wheels after the kick are left in `space`.
+    /// Returns the values of stage k. The inputs of the chain and the wheels after the kick are left in
+    /// `space`.
     pub(super) fn stage(&self, at: &Point, k: usize, space: &mut Space) -> Option<Stage> {
         let Shape { m, coordinates: c, .. } = self.shape;
         let model = self.model;
@@ -132,7 +133,7 @@ impl ChainProgram<'_> {
         Some(stage)
     }
 
-    /// The value of a row of the program at its stage.
+    /// Returns the value of a row at its stage.
     pub(super) fn value(&self, row: &Row, k: usize, at: &Point, stage: &Stage, space: &Space) -> f64 {
         let Shape { m, coordinates: c, .. } = self.shape;
         let model = self.model;
@@ -179,13 +180,13 @@ impl ChainProgram<'_> {
         self.cone_in(cone, k, stage, stage.stretch)
     }
 
-    /// A cone's row in another duration.
+    /// Returns a cone's row in another duration.
     pub(super) fn cone_in(&self, cone: &Cone, k: usize, stage: &Stage, stretch: f64) -> Option<ConeAt> {
         let arc = cone.is_of_arc().then_some(&stage.arc);
         cone.met(self.model, k, (&stage.pose.attitude, stretch), arc, true)
     }
 
-    /// A cone's row, with its second derivatives if these are asked for.
+    /// Returns a cone's row, with its second derivatives if `bent`.
     pub(super) fn cone_bent(
         &self,
         cone: &Cone,
@@ -206,12 +207,12 @@ impl ChainProgram<'_> {
         cone.value(self.model, k, (&stage.pose.attitude, stage.stretch), arc)
     }
 
-    /// Angular velocity at the node, or the mean one of the arc.
+    /// Returns the angular velocity at the node, or the mean one of the arc.
     pub(super) fn rate(&self, arc: bool, k: usize, stage: &Stage) -> Vector3 {
         if arc { stage.arc / self.model.dynamics.grid.step(k) } else { stage.rate }
     }
 
-    /// The cost of the inputs of a stage.
+    /// Returns the cost of the inputs of a stage.
     pub(super) fn cost(&self, k: usize, at: &Point, stage: &Stage, space: &Space) -> f64 {
         let (model, m) = (self.model, self.shape.m);
         if k < model.first_input() {
@@ -233,7 +234,7 @@ impl ChainProgram<'_> {
         cost * self.scale
     }
 
-    /// What the end of stage k is off the state after it.
+    /// Writes the defect of stage k: its end minus the state after it.
     pub(super) fn defect(&self, k: usize, at: &Point, stage: &Stage, space: &Space, out: &mut [f64]) {
         let (model, c) = (self.model, self.shape.coordinates);
         let next = &at.states[(k + 1) * c..][..c];

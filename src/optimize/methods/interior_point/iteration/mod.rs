@@ -1,9 +1,11 @@
 //! The primal–dual interior point on programs of stages.
 //!
-//! Rows have slacks, elastic ones a violation `t` with a price `π` as well, and so has each terminal equation, in both directions:
+//! Rows have slacks, elastic ones a violation `t` with a price `π` as well, and so has each
+//! terminal equation, in both directions:
 //!
 //! ```text
-//! c − t + s = 0 ,   s z = μ ,   t (π − z) = μ            e − t⁺ + t⁻ = 0 ,   t⁺(π − ν) = μ ,   t⁻(π + ν) = μ
+//! c − t + s = 0 ,      s z = μ ,         t (π − z) = μ
+//! e − t⁺ + t⁻ = 0 ,    t⁺(π − ν) = μ ,   t⁻(π + ν) = μ
 //! ```
 //!
 //! Newton, with slacks and violations eliminated:
@@ -14,24 +16,28 @@
 //! D = t⁺/(π − ν) + t⁻/(π + ν) ,   E dx + e − μ/(π − ν) + μ/(π + ν) = D dν
 //! ```
 //!
-//! The right-hand side is the gradient of the Lagrangian at the present multipliers: it vanishes at the end, so that round-off of the
-//! factors does not bound what is reached.
+//! The right-hand side is the gradient of the Lagrangian at the present multipliers: it vanishes at
+//! the end, so that round-off of the factors does not bound what is reached.
 //!
 //! An iteration:
 //!
 //! 1. Evaluate, and look whether the conditions hold.
-//! 2. Factor the exact Hessian. Where its inertia is wrong, without the second derivatives of steps and rows (Gauss–Newton) while
-//!    `μ` is large, and with a shift where that fails too or `μ` is small.
-//! 3. Before the tail, an affine step (`μ = 0`) tells the next barrier term and the products of second order (Mehrotra 1992). In the
-//!    tail the term is lowered whenever the conditions at the present one hold roughly (Fiacco and McCormick).
-//! 4. A step stays within its bounds, and is taken where a filter of infeasibility and barrier cost lets it (Wächter and Biegler 2006), if
-//!    need be corrected to second order or shortened. Where no part of it is let, the Hessian is shifted.
+//! 2. Factor the exact Hessian. Where its inertia is wrong, without the second derivatives of steps
+//!    and rows (Gauss–Newton) while `μ` is large, and with a shift where that fails too or `μ` is
+//!    small.
+//! 3. Before the tail, an affine step (`μ = 0`) tells the next barrier term and the products of
+//!    second order (Mehrotra 1992). In the tail the term is lowered whenever the conditions at the
+//!    present one hold roughly (Fiacco and McCormick).
+//! 4. A step stays within its bounds, and is taken where a filter of infeasibility and barrier cost
+//!    lets it (Wächter and Biegler 2006), if need be corrected to second order or shortened. Where
+//!    no part of it is let, the Hessian is shifted.
 //!
 //! # Why a primal–dual method with a hand-over?
 //!
-//! Mehrotra's rule halves the iterations, and to the very end it lets `μ` outrun the residual. Exact second derivatives with
-//! Gauss–Newton as the way out of a wrong inertia take half the iterations of a shift on paths that cross cones. In the tail
-//! Gauss–Newton has no curvature along faces of optima, which least time with more inputs than axes has, and creeps.
+//! Mehrotra's rule halves the iterations, and to the very end it lets `μ` outrun the residual.
+//! Exact second derivatives with Gauss–Newton as the way out of a wrong inertia take half the
+//! iterations of a shift on paths that cross cones. In the tail Gauss–Newton has no curvature along
+//! faces of optima, which least time with more inputs than axes has, and creeps.
 mod search;
 mod settle;
 mod step;
@@ -72,7 +78,8 @@ pub(crate) struct Run {
     /// The largest violation of an elastic row, and of a terminal equation.
     pub violation: f64,
     pub miss: f64,
-    /// Whether the last factors were those of the exact Hessian: then the point is a strict minimum for its barrier term.
+    /// Whether the last factors were those of the exact Hessian: then the point is a strict minimum
+    /// for its barrier term.
     pub exact: bool,
 }
 
@@ -172,7 +179,8 @@ impl Solver {
         }
     }
 
-    /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and `duals`.
+    /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and
+    /// `duals`.
     pub fn run(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
         let shape = program.shape();
         let weight = 100.0 / shape.stages as f64;
@@ -243,7 +251,7 @@ impl Solver {
             }
             if at_last {
                 let error = residuals.dual.max(residuals.primal).max(residuals.off);
-                state.idle = if error < 0.9 * state.best_at_last { 0 } else { state.idle + 1 };
+                state.idle = if error < tuning.gain * state.best_at_last { 0 } else { state.idle + 1 };
                 state.best_at_last = state.best_at_last.min(error);
                 let acceptable = state.best <= tuning.acceptable;
                 let patience = if acceptable { tuning.acceptable_patience } else { tuning.patience };
@@ -402,7 +410,8 @@ impl Solver {
         }
     }
 
-    /// Computes and takes one step; returns `false` if no step can be found or the watch ends the run.
+    /// Computes and takes one step; returns `false` if no step can be found or the watch ends the
+    /// run.
     fn iterate(
         &mut self,
         program: &impl Program,
@@ -450,7 +459,7 @@ impl Solver {
             let (primal, dual) = self.to_boundary(shape, tuning, 1.0);
             let after = self.mean_after(shape, tuning, primal, dual);
             let share = (after / mean).clamp(0.0, 1.0).powi(3);
-            let least = 0.1 * tuning.tail * weight;
+            let least = tuning.proposed * tuning.tail * weight;
             state.barrier = (share * mean).max(least).max(tuning.last * weight);
             if primal.min(dual) > tuning.corrected_from {
                 self.second_order_products(shape, tuning.corrected_to * mean.max(0.0));
@@ -459,13 +468,14 @@ impl Solver {
         }
         self.direction(shape, state.barrier);
         if !self.search(program, tuning, state, watch) {
-            let (first, growth) = tuning.shift_of_search;
-            state.least_shift = first.max(4.0 * state.shift).max(growth * state.least_shift);
+            let of_search = &tuning.shift_of_search;
+            let over = of_search.over * state.shift;
+            state.least_shift = of_search.first.max(over).max(of_search.growth * state.least_shift);
             self.filter.clear();
             return state.least_shift <= tuning.shift.largest;
         }
-        state.least_shift *= 0.1;
-        if state.least_shift < 0.5 * tuning.shift_of_search.0 * 1e-3 {
+        state.least_shift *= tuning.shift_of_search.decay;
+        if state.least_shift < tuning.shift_of_search.least {
             state.least_shift = 0.0;
         }
         true

@@ -7,7 +7,8 @@ use super::{Solver, State};
 use crate::optimize::methods::method::Watch;
 
 impl Solver {
-    /// Returns infeasibility and barrier cost of `values`, with the slacks after `part` of the step.
+    /// Returns infeasibility and barrier cost of `values`, with the slacks after `part` of the
+    /// step.
     fn measure(
         &self,
         shape: &Shape,
@@ -90,8 +91,8 @@ impl Solver {
         self.filter.iter().all(|(known, known_cost)| infeasible <= *known || cost <= *known_cost)
     }
 
-    /// Takes the step or a part of it that the filter accepts; returns `false` if it accepts none or the
-    /// watch ends the run.
+    /// Takes the step or a part of it that the filter accepts; returns `false` if it accepts none
+    /// or the watch ends the run.
     pub(super) fn search(
         &mut self,
         program: &impl Program,
@@ -118,7 +119,7 @@ impl Solver {
             return false;
         }
         let round_off = 10.0 * f64::EPSILON * cost.abs().max(1.0);
-        let small = 1e-4 * infeasible.max(1.0);
+        let small = tuning.judged_by_cost * infeasible.max(1.0);
         let mut longest = primal;
         for halving in 0..=tuning.halvings {
             if watch.stopped() {

@@ -145,8 +145,8 @@ impl Solver {
         }
     }
 
-    /// Returns the largest parts of the primal and the dual step that leave `1 − part` of every distance
-    /// to a bound.
+    /// Returns the largest parts of the primal and the dual step that leave `1 − part` of every
+    /// distance to a bound.
     pub(super) fn to_boundary(&self, shape: &Shape, tuning: &Tuning, part: f64) -> (f64, f64) {
         let (mut primal, mut dual) = (1.0f64, 1.0f64);
         let limit = |least: &mut f64, value: f64, change: f64| {

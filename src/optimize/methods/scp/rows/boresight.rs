@@ -85,7 +85,7 @@ impl BoresightArc {
         } else if slope(high) >= 0.0 {
             high
         } else {
-            ((first * angle).atan2(-second) / angle).clamp(low, high)
+            ((first * angle).atan2(-second) / angle).max(low).min(high)
         }
     }
 
