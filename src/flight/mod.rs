@@ -82,8 +82,8 @@ impl<'a> Flight<'a> {
     /// Largest turn, with the angle of nutation, in a part of a step \[rad\].
     const PART: f64 = 0.04;
 
-    /// The turn and nutation of a step \[rad\] below which the method of fourth order suffices: its error is
-    /// of the fifth power, some 1e-13 for each step.
+    /// The turn and nutation of a step \[rad\] below which the method of fourth order suffices: its
+    /// error is of the fifth power, some 1e-13 for each step.
     const SLOW: f64 = 8e-3;
 
     /// The scaled difference below which two ends belong to one motion.

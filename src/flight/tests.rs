@@ -56,8 +56,8 @@ fn the_flow_is_that_of_the_witness() {
     }
 }
 
-/// The momentum of wheels makes a body nutate ten times as fast as it turns, and the flow is that of
-/// the witness all the same. The rate of the nutation is that of the linear equations.
+/// The momentum of wheels makes a body nutate ten times as fast as it turns, and the flow still
+/// agrees with the witness. The linear equations give the rate of the nutation.
 #[test]
 fn a_body_that_nutates_is_followed() {
     let mut random = Random(43);

@@ -262,7 +262,8 @@ mod tests {
                     assert_eq!(found.angle, arc.angle(&boresight, &target, found.part));
                     let beyond =
                         (room(found.part) - sampled) * if which == Extreme::Nearest { 1.0 } else { -1.0 };
-                    // Points lie at most 2e-5 rad from the extreme of an angle that may pass the centre.
+                    // Points lie at most 2e-5 rad from the extreme of an angle that may pass the
+                    // centre.
                     let told = format!("{growth} {turn:?} {aside} {which:?}: {beyond:e}");
                     assert!(beyond < 1e-9 && beyond > -3e-5, "{told}");
                 }

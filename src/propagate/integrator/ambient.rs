@@ -121,9 +121,9 @@ impl Ambient {
     }
 
     /// Writes the sizes to which errors are relative, one for each number: 1 for attitudes, and
-    /// otherwise the norm of the quantity or its change over the step, whichever is larger. A change
-    /// that no step resolves counts only up to [`MOST_TURNED`] and [`MOST_MOVED`], because any error
-    /// is small relative to a change without bound.
+    /// otherwise the norm of the quantity or its change over the step, whichever is larger. A
+    /// change that no step resolves counts only up to [`MOST_TURNED`] and [`MOST_MOVED`], because
+    /// any error is small relative to a change without bound.
     pub fn scales(&self, change: &[f64], out: &mut [f64]) {
         let h = self.course.loads.step;
         let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);

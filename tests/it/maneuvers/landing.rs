@@ -35,8 +35,8 @@ fn planned(problem: &Problem, settings: &Settings) -> Plan {
     plan(problem, settings, None, &mut Silent).unwrap()
 }
 
-/// A wheel that holds 20 N·m·s makes the body nutate by 0.2 rad/s: the flow by which a plan lands follows that, on the steps that are
-/// chosen and on 120.
+/// A wheel that holds 20 N·m·s makes the body nutate by 0.2 rad/s: the flow by which a plan lands
+/// follows that, on the steps that are chosen and on 120.
 #[test]
 fn a_plan_lands_while_the_body_nutates() {
     let loaded = spec::from_str(crate::files::BIASED, "biased", Format::Toml, &[]).unwrap();
@@ -48,7 +48,8 @@ fn a_plan_lands_while_the_body_nutates() {
     }
 }
 
-/// By Euler's equations in a quaternion under the held inputs, which share nothing with planner, correction or witnesses.
+/// Integrates Euler's equations in a quaternion under the held inputs, which share nothing with
+/// planner, correction or witnesses.
 #[test]
 fn the_true_motion_of_a_plan_that_lands_meets_the_end() {
     for name in ON_EQUAL_STEPS {
