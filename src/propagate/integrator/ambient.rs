@@ -17,7 +17,7 @@ use crate::{Matrix3, Vector3, lie};
 const TURNING: usize = 12;
 const MOVING: usize = 18;
 
-/// Largest norm of the difference of two rotations, those by 180° from one another: √8.
+/// The largest norm of the difference of two rotations: √8, if they are 180° apart.
 const ROTATION_CHANGE: f64 = 2.0 * std::f64::consts::SQRT_2;
 
 /// Largest gain of momentum over a step that errors are relative to, in turns of the body over that
