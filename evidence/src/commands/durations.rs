@@ -1,6 +1,6 @@
-//! The durations that are advised for infeasible slews: 200 random bodies and rotations from
-//! rest to rest, each under a torque box, a norm, a box with a rate limit, limited torque rates, or
-//! four wheels that hold little, in a third of the duration that is proved too short.
+//! The durations that are advised for infeasible slews, 200 random bodies and rotations. The slews
+//! are from rest to rest under a torque box, a norm, a box with a rate limit, limited torque rates,
+//! or four wheels that hold little. Their duration is a third of the one that is proved too short.
 //!
 //! `cargo run --release -p evidence -- durations [CASES]`. Each slew is planned in the duration
 //! that the proof of its infeasibility advises; the law is that a plan exists. The duration is then
