@@ -170,7 +170,8 @@ fn steps_of_the_integrators_allocate_nothing() {
     assert_eq!(allocations(|| reduced.step(&Vector3::new(0.3, 0.5, 1.0)).unwrap()), 0);
 }
 
-/// An interior point solves again in the space of its first solution: least time and effort with wheels, rate limits and a cone.
+/// An interior point solves again in the space of its first solution: least time and effort with
+/// wheels, rate limits and a cone.
 #[test]
 fn an_interior_point_allocates_nothing() {
     let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 0.8, 1.2)).unwrap(), mass: None };

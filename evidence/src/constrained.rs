@@ -9,10 +9,10 @@ use crate::Random;
 
 /// Returns the case `seed`: a body with moments in 0.3–1.3, a rest-to-rest slew by 30–170° in unit
 /// time, and limits of every torque axis of 60–95 % of the largest component of the unconstrained
-/// torque. It has `cones` keep-out cones (one or two by chance if `None`) of 3–12°. The unconstrained path of
-/// a random boresight crosses each cone somewhere in its middle half, usually off its axis. Neither
-/// end is inside a cone; cones for which that fails a hundred times are left out. `None` if the
-/// unconstrained slew was not found.
+/// torque. It has `cones` keep-out cones (one or two by chance if `None`) of 3–12°. The
+/// unconstrained path of a random boresight crosses each cone somewhere in its middle half, usually
+/// off its axis. Neither end is inside a cone; cones for which that fails a hundred times are left
+/// out. `None` if the unconstrained slew was not found.
 pub fn case(seed: u64, cones: Option<usize>) -> Option<Problem> {
     let mut random = Random::new(seed.wrapping_mul(0x1234_5677) + 99);
     let moments = loop {

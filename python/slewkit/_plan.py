@@ -25,11 +25,13 @@ Array = NDArray[np.float64]
 class Plan:
     """A plan; SI units, body and reference axes as stated for each quantity.
 
-    The attitude ``R`` maps body components to components in the reference frame, which is inertial unless the environment
-    turns it. Arrays of nodes have ``N + 1`` rows, for ``N`` steps. Arrays of inputs (``input``, ``torque``, ``force``) have
-    ``N + 1`` rows for Lie–Verlet. They have ``N`` rows for Lie–Euler and for inputs that switch, held over steps;
-    ``input_time`` has the time from which each row acts. ``held_input`` has what acts over each step in every case. Arrays are made on first use, and belong to the caller: a change of an
-    array does not change what the plan saves or reports.
+    The attitude ``R`` maps body components to components in the reference frame, which is inertial
+    unless the environment turns it. Arrays of nodes have ``N + 1`` rows, for ``N`` steps. Arrays of
+    inputs (``input``, ``torque``, ``force``) have ``N + 1`` rows for Lie–Verlet. They have ``N``
+    rows for Lie–Euler and for inputs that switch, held over steps; ``input_time`` has the time from
+    which each row acts. ``held_input`` has what acts over each step in every case. Arrays are made
+    on first use, and belong to the caller: a change of an array does not change what the plan saves
+    or reports.
 
     :func:`slewkit.plan` and :func:`slewkit.load` make plans. It can be pickled.
     """
@@ -250,14 +252,16 @@ class Plan:
 
     @property
     def inputs_are_held(self) -> bool:
-        """Whether a row of inputs is held over the step that begins at its time: of inputs that switch. Minimum time or fuel on equal
-        steps, as with cones, rate limits or wheels, has its rows at nodes, as least effort has."""
+        """Whether a row of inputs is held over the step that begins at its time: of inputs that
+        switch. Minimum time or fuel on equal steps, as with cones, rate limits or wheels, has its
+        rows at nodes, as least effort has."""
         return self._planned.first_input[1]
 
     @cached_property
     def held_input(self) -> Array:
-        """Inputs that act over each step, shape (N, inputs): the mean of the rows of ``input`` at its two nodes for Lie–Verlet, and the
-        row of the step otherwise. Under these the body moves as planned."""
+        """Inputs that act over each step, shape (N, inputs): the mean of the rows of ``input`` at
+        its two nodes for Lie–Verlet, and the row of the step otherwise. Under these the body moves
+        as planned."""
         rows = self.input
         return rows.copy() if len(rows) < len(self.time) else 0.5 * (rows[:-1] + rows[1:])
 

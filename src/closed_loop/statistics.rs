@@ -52,9 +52,9 @@ pub fn quantile(sorted: &[f64], level: f64) -> f64 {
 pub struct Sampled {
     /// Number of cases.
     pub cases: usize,
-    /// Their mean `[ζ; δΩ]`, rad and rad/s.
+    /// The mean `[ζ; δΩ]` of the cases, rad and rad/s.
     pub mean: Vector6,
-    /// Their covariance.
+    /// The covariance of `[ζ; δΩ]`.
     pub covariance: Matrix6,
     /// The least and the largest eigenvalue of the sampled covariance over the linear one, in the
     /// directions that have one: 1 where the motion is linear enough.

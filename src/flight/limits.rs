@@ -41,7 +41,8 @@ impl<'a> Excess<'a> {
         }
     }
 
-    /// Compares a piece of `step` \[s\] from `time` with the cones, between two attitudes, body → inertial.
+    /// Compares a piece of `step` \[s\] from `time` with the cones, between two attitudes, body →
+    /// inertial.
     pub(super) fn piece(&mut self, time: f64, step: f64, before: &Matrix3, after: &Matrix3) {
         let arc = Arc { start: *before, turn: lie::minus(after, before) };
         let travel = arc.turn.norm();

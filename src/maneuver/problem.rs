@@ -226,7 +226,7 @@ pub enum ProblemError {
     /// Alternatives cannot be used.
     #[error("\"{name}\": {error}")]
     Alternatives {
-        /// Their name.
+        /// The name of the alternatives.
         name: String,
         /// The reason.
         error: AlternativesError,
@@ -576,7 +576,7 @@ impl Problem {
         Self { duration: self.duration.lasting(duration), ..self }
     }
 
-    /// Asks for the best duration up to `longest` \[s\].
+    /// Requests the best duration up to `longest` \[s\].
     ///
     /// From rest to rest more time never costs more, and the plan uses all of it. If the body
     /// moves at an end, the plan may use less.

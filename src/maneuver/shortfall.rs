@@ -12,7 +12,8 @@ use std::fmt;
 pub enum Shortfall {
     /// The nearest iterate of SCP violates limits, constraints or the end.
     Violated {
-        /// The iterations or subproblems after which the limit of iterations came, where it came first.
+        /// The iterations or subproblems after which the limit of iterations came, where it came
+        /// first.
         cut_short_after: Option<usize>,
         /// The remaining violations.
         violations: Vec<Violation>,

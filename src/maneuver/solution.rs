@@ -263,10 +263,11 @@ pub struct InteriorWork {
     pub iterations: usize,
     /// Solves of all starts on all grids.
     pub starts: usize,
-    /// The last barrier term μ, scaled: each row's slack times its multiplier. 0 where Newton on the active rows
-    /// finished the plan.
+    /// The last barrier term μ, scaled: each row's slack times its multiplier. 0 where Newton on
+    /// the active rows finished the plan.
     pub mu: f64,
-    /// What a plan near this one may cost less by complementarity, relative: the barrier term of all rows over the cost.
+    /// What a plan near this one may cost less by complementarity, relative: the barrier term of
+    /// all rows over the cost.
     pub gap: f64,
 }
 
@@ -459,7 +460,8 @@ pub struct Solution {
     pub ladder: Vec<RungReport>,
     /// The work of SCP, if it ran: subproblems, iterations and time of the cone solver.
     pub convex: Option<ConvexWork>,
-    /// The work of the interior point, and how near its plan is to the optimum of its grid, if it found the plan.
+    /// The work of the interior point, and how near its plan is to the optimum of its grid, if it
+    /// found the plan.
     pub interior: Option<InteriorWork>,
     /// The active limits and constraints: name, times \[s\] and multipliers of each.
     pub active: Vec<ActiveConstraint>,

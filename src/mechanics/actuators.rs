@@ -225,7 +225,7 @@ impl ActuatorSet {
         self.rank().0 == 3 && (!self.limits.one_sided || cone::is_whole_space(&self.units()))
     }
 
-    /// Returns whether the inputs within their limits have with every output its opposite.
+    /// Returns whether the inputs can produce the opposite of every output that they can produce.
     pub fn reaches_both_senses(&self) -> bool {
         !self.limits.one_sided || cone::is_subspace(&self.units())
     }
@@ -263,11 +263,11 @@ pub struct Wheels {
 /// The quantity that a limit of the actuators bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitKind {
-    /// [`Limits::size`].
+    /// The size of each input, [`Limits::size`].
     Size,
-    /// [`Limits::norm`].
+    /// The norm of all inputs, [`Limits::norm`].
     Norm,
-    /// [`Limits::rate`].
+    /// The rate of change of each input, [`Limits::rate`].
     Rate,
     /// [`Wheels::momentum_limit`].
     WheelMomentum,

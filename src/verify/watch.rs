@@ -25,19 +25,19 @@ impl<'a> Watch<'a> {
         self.stopped
     }
 
-    /// One that only sees what is noted.
+    /// Creates a watch that reads the flag and never asks the caller.
     pub(super) fn of(stopped: &'a AtomicBool) -> Self {
         Self { stopped, ask: None }
     }
 
-    /// Asks now.
+    /// Asks the caller now whether to stop.
     pub(super) fn ask(&self) {
         if self.ask.is_some_and(|stop| stop()) {
             self.stopped.store(true, Ordering::Relaxed);
         }
     }
 
-    /// Asks now and then.
+    /// Asks the caller at some of the steps whether to stop.
     ///
     /// # Errors
     /// [`WitnessError::Stopped`].

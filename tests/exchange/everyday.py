@@ -381,10 +381,13 @@ def main():
                 words = [asked.evidence, "everyday", kind, str(number), str(asked.seed)]
                 spec = json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
                 rows.append(compared(spec, folder, asked))
-                print(f"  {kind} {number}: " + ", ".join(
-                    f"{name} {rows[-1][name][0]:.8g} in {rows[-1][name][1]:.2f} s" for name in ("slew",
-                        "direct", "expanded")
-                ) + ("; compared on more steps: {:.8g}, {:.8g}".format(*rows[-1]["pair"]) if "fine" in rows[-1] else ""), flush=True)
+                last = rows[-1]
+                costs = ", ".join(
+                    f"{name} {last[name][0]:.8g} in {last[name][1]:.2f} s"
+                    for name in ("slew", "direct", "expanded")
+                )
+                fine = "; compared on more steps: {:.8g}, {:.8g}".format(*last["pair"]) if "fine" in last else ""
+                print(f"  {kind} {number}: {costs}{fine}", flush=True)
             told(kind, rows)
 
 

@@ -83,7 +83,8 @@ def power(value):
 def two_lines(orbit, number="99991", day=324.5):
     n, e, i, node, perigee, anomaly, drag = orbit
     one = checked(f"1 {number:>5}U 20001A   26{day:012.8f}  .00000000  00000-0 {power(drag)} 0  999")
-    two = checked(f"2 {number:>5} {i:8.4f} {node:8.4f} {round(e * 1e7):07} {perigee:8.4f} {anomaly:8.4f} {n:11.8f}    1")
+    angles = f"{i:8.4f} {node:8.4f} {round(e * 1e7):07} {perigee:8.4f} {anomaly:8.4f}"
+    two = checked(f"2 {number:>5} {angles} {n:11.8f}    1")
     assert len(one) == len(two) == 69, (one, two)
     return one, two
 

@@ -1,5 +1,6 @@
-//! The part of the crate `evidence` that these tests use. Its sources are included: as a dependency,
-//! `evidence` would delay the unit tests of the library, because it needs the finished library.
+//! The part of the crate `evidence` that these tests use. Its sources are included: as a
+//! dependency, `evidence` would delay the unit tests of the library, because it needs the finished
+//! library.
 
 #![allow(dead_code, reason = "the sources have more than these tests use")]
 

@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Equatorial radius of the Earth of WGS 84 \[m\].
 pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
-/// Its flattening.
+/// The flattening of the Earth.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 
 /// The rotation rate of the Earth relative to the stars \[rad/s\].

@@ -14,13 +14,13 @@ pub struct MeanElements {
     pub mean_motion: f64,
     /// The eccentricity, at least 0 and below 1.
     pub eccentricity: f64,
-    /// \[deg\]
+    /// The inclination \[deg\].
     pub inclination_deg: f64,
     /// Right ascension of the ascending node \[deg\].
     pub raan_deg: f64,
-    /// \[deg\]
+    /// The argument of perigee \[deg\].
     pub argument_of_perigee_deg: f64,
-    /// \[deg\]
+    /// The mean anomaly \[deg\].
     pub mean_anomaly_deg: f64,
     /// B*, per radius of the Earth.
     pub drag: f64,

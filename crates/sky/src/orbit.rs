@@ -13,7 +13,7 @@ use thiserror::Error;
 
 /// Gravitational parameter of the Earth \[m³/s²\].
 const MU: f64 = 3.986_004_418e14;
-/// Its second zonal harmonic.
+/// The second zonal harmonic of the Earth.
 const J2: f64 = 1.082_626_68e-3;
 
 /// The largest difference between the epoch of a state and the epoch of the maneuver \[s\]. After

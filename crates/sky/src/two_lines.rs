@@ -29,7 +29,7 @@ pub enum TwoLinesError {
     Number {
         /// 1 or 2.
         line: usize,
-        /// Its first sign.
+        /// The first character of the line.
         found: char,
     },
     /// The last digit of a line is not its checksum.

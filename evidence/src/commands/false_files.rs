@@ -44,11 +44,11 @@ const FAULTS: [Fault; 9] = [
 
 /// The verdict on a file.
 enum Verdict {
-    /// Why.
+    /// The file is refused, for this reason.
     Refused(String),
-    /// The finding against it.
+    /// The file is read, with this finding against it.
     Told(String),
-    /// And what is not judged.
+    /// The file agrees with the maneuver, except for these keys, which are not judged.
     Agrees(Vec<String>),
 }
 

@@ -1,7 +1,7 @@
-//! A duration that suffices: that of a turn about a fixed axis within the limits, from rest to
-//! rest.
+//! A duration that suffices: the duration of a turn about a fixed axis within the limits, from rest
+//! to rest.
 //!
-//! On the way `R = R_0 exp(θ S(e))` the inputs give, and wheels hold,
+//! The inputs give, and wheels hold, on the way `R = R_0 exp(θ S(e))`
 //!
 //! ```text
 //! u = W (Je θ̈ + e×Je θ̇²)                        without wheels
@@ -198,7 +198,8 @@ impl<'a> Turn<'a> {
     /// constraint is in the way.
     fn duration(&self) -> Option<f64> {
         let at_rest = self.acceleration(0.0);
-        // At most as fast as with the acceleration at rest, and with its slope, all the way.
+        // The turn is at most as fast as with the acceleration at rest, and with its slope, all the
+        // way.
         let quickest = self
             .fastest
             .min((self.angle * at_rest).sqrt())
@@ -229,7 +230,7 @@ impl<'a> Turn<'a> {
         }
         if let Some(norm) = limits.norm {
             let [first, second, third] = self.torque;
-            // What bends the way is normal to what speeds the body up.
+            // The torque that bends the way is normal to the torque that speeds the body up.
             let left = (norm * norm - (rate * rate * third).powi(2)).max(0.0).sqrt() - rate * second;
             most = most.min(left / first);
         }
@@ -276,7 +277,7 @@ impl<'a> Turn<'a> {
             let arc = Arc { start, turn: lie::minus(&end, &start) };
             self.problem.constraints.iter().all(|constraint| {
                 let Rule::Pointing(pointing) = &constraint.rule else { return true };
-                // At the ends, which keep the cone, there is no more room than they have.
+                // The ends keep the cone, and no more room is required there than they have.
                 let ends = piece == 0 || piece + 1 == POINTS;
                 pointing.pairs().all(|(boresight, direction)| {
                     let target = on_arc(direction, time, step, &frame_rate);

@@ -52,7 +52,7 @@ pub enum TrackError {
     Vanishes,
 }
 
-/// Most pieces of a track: a million hours of ten seconds each would fill the memory before.
+/// The largest number of pieces of a track, so that a long span does not fill the memory.
 const MOST_PIECES: f64 = 1e6;
 
 impl Track {

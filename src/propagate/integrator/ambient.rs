@@ -17,7 +17,7 @@ use crate::{Matrix3, Vector3, lie};
 const TURNING: usize = 12;
 const MOVING: usize = 18;
 
-/// Largest norm of the difference of two rotations, those by 180° from one another: √8.
+/// The largest norm of the difference of two rotations: √8, if they are 180° apart.
 const ROTATION_CHANGE: f64 = 2.0 * std::f64::consts::SQRT_2;
 
 /// Largest gain of momentum over a step that errors are relative to, in turns of the body over that
@@ -121,9 +121,9 @@ impl Ambient {
     }
 
     /// Writes the sizes to which errors are relative, one for each number: 1 for attitudes, and
-    /// otherwise the norm of the quantity or its change over the step, whichever is larger. A change
-    /// that no step resolves counts only up to [`MOST_TURNED`] and [`MOST_MOVED`], because any error
-    /// is small relative to a change without bound.
+    /// otherwise the norm of the quantity or its change over the step, whichever is larger. A
+    /// change that no step resolves counts only up to [`MOST_TURNED`] and [`MOST_MOVED`], because
+    /// any error is small relative to a change without bound.
     pub fn scales(&self, change: &[f64], out: &mut [f64]) {
         let h = self.course.loads.step;
         let farthest = self.course.state.poses().iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);

@@ -108,8 +108,9 @@ fn more_time_never_costs_more_fuel_and_a_price_of_time_finds_its_trade() {
 
 #[test]
 fn moves_along_a_bend_are_corrected_and_few() {
-    // A pendulum's field bends the dynamics along a move: what a move takes away of the duration the defects that it ends
-    // with give back. Without corrections of second order moves shrink, and the way takes ten times as many.
+    // A pendulum's field bends the dynamics along a move: the defects at the end of a move give
+    // back the duration that the move takes away. Without corrections of second order moves shrink,
+    // and the iteration needs ten times as many moves.
     let field = UniformGravity::new(MASS, 9.81, Vector3::z(), Vector3::new(0.02, 0.1, 0.1)).unwrap();
     let start = State::at_rest(lie::exp(&Vector3::new(0.3, 0.2, 0.1)));
     let end = State::at_rest(start.attitude * lie::exp(&Vector3::new(0.9, 0.1, 0.2)));

@@ -77,7 +77,7 @@ fn cases() -> Vec<(&'static str, Problem, f64)> {
 /// Returns the fuel on equal steps, also if no constraint is active.
 fn fuel(problem: &Problem) -> f64 {
     let plan = solved(&problem.clone().planned_by(Method::InteriorPoint));
-    // The extremal that it stands for is told where every sign is right.
+    // The extremal that the plan stands for is reported if every sign is right.
     assert!(plan.solution.switching.is_none_or(|told| told.gap <= GAP * told.continuous_cost));
     let work = plan.solution.interior.expect("planned by the interior point");
     assert!(work.starts > 0 && work.iterations > 0 && work.gap < 1e-8, "{work:?}");

@@ -48,7 +48,8 @@ fn a_plan_lands_while_the_body_nutates() {
     }
 }
 
-/// By Euler's equations in a quaternion under the held inputs, which share nothing with planner, correction or witnesses.
+/// Integrates Euler's equations in a quaternion under the held inputs, which share nothing with
+/// planner, correction or witnesses.
 #[test]
 fn the_true_motion_of_a_plan_that_lands_meets_the_end() {
     for name in ON_EQUAL_STEPS {

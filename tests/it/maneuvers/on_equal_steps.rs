@@ -1,5 +1,5 @@
-//! `method = "interior_point"` for maneuvers that the shooting can solve: equal optima on equal steps, by
-//! another method.
+//! `method = "interior_point"` for maneuvers that the shooting can solve: equal optima on equal
+//! steps, by another method.
 
 use super::minimum_time::{CUBE, body, solved, torques};
 use super::shortest::turn;

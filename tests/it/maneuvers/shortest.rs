@@ -143,8 +143,9 @@ fn on_twice_the_steps_they_are_off_by_a_quarter() {
     }
 }
 
-/// The scheme's error falls to a sixteenth on four times the steps, more or less by where switches are between nodes: the plan of the fine
-/// grid is that of the arcs, and not a dearer one beside it.
+/// The scheme's error falls to a sixteenth on four times the steps, more or less by where switches
+/// are between nodes. The plan of the fine grid is the plan of the arcs, and not a costlier one
+/// near it.
 #[test]
 fn plans_of_fine_grids_are_those_of_their_arcs() {
     let slowly = Limits {
@@ -234,7 +235,7 @@ fn a_limit_that_does_not_act_leaves_the_arcs_of_the_turn_without_it() {
         }
         let tight = within(0.9);
         assert!(tight.solution.cost > alone.solution.cost * (1.0 + 1e-4), "{}", tight.solution.cost);
-        // On equal steps, and never beyond the limit.
+        // The plan is on equal steps, and never beyond the limit.
         assert!(
             tight.solution.method == Method::InteriorPoint
                 && peak(&tight) <= 0.9 * peak(&alone) * (1.0 + 1e-9)

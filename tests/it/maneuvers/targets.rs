@@ -268,7 +268,8 @@ fn a_boresight_stays_within_an_angle_of_the_limb() {
 #[test]
 fn a_limb_that_grows_is_no_wider_within_a_step() {
     let text = "format = 1\nepoch = \"2026-11-21T07:25:00 UTC\"\n[orbit]\nsemi_major_axis_m = 7531578.947368422\n\
-        eccentricity = 0.05\ninclination_deg = 98.43\nraan_deg = 247.7\nargument_of_perigee_deg = 88\ntrue_anomaly_deg = 40\n\
+        eccentricity = 0.05\ninclination_deg = 98.43\nraan_deg = 247.7\nargument_of_perigee_deg = 88\n\
+        true_anomaly_deg = 40\n\
         [body]\ninertia_kg_m2 = [[120, 4, -3], [4, 100, 2], [-3, 2, 80]]\n\
         [start]\npoint = { boresight_body = [0, 0, 1], at = \"nadir\" }\n\
         second = { axis_body = [1, 0, 0], at = \"along_track\" }\n\
@@ -283,7 +284,8 @@ fn a_limb_that_grows_is_no_wider_within_a_step() {
     assert!((found.solution.cost / 0.143476 - 1.0).abs() < 1e-3, "{}", found.solution.cost);
 }
 
-/// A body that ends at rest on a target that moves: its attitude moves with the duration, its rate does not.
+/// A body that ends at rest on a target that moves: its attitude moves with the duration, its rate
+/// does not.
 #[test]
 fn a_target_that_moves_is_met_at_rest_at_the_best_time() {
     let given = &reference("targets/q04")["problem"];

@@ -27,9 +27,9 @@ use std::ops::RangeInclusive;
 /// Versions of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AemVersion {
-    /// 504.0-B-1, for older programs.
+    /// Version 1.0 of 504.0-B-1, for older programs.
     One,
-    /// 504.0-B-2.
+    /// Version 2.0 of 504.0-B-2.
     Two,
 }
 

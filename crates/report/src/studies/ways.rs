@@ -5,9 +5,9 @@
 //!   times is in it;
 //! - **switching times**: the method of a plan: arcs at the limits on steps that end where inputs
 //!   switch;
-//! - **interior_point**: the interior point on equal steps with inputs at the nodes, and with the duration as an unknown
-//!   if it is free. It is the method for maneuvers with constraints, and the method of
-//!   `method = "scp"`.
+//! - **interior_point**: the interior point on equal steps with inputs at the nodes, and with the
+//!   duration as an unknown if it is free. It is the method for maneuvers with constraints, and the
+//!   method of `method = "scp"`.
 //!
 //! The three discretise differently, so that durations agree but for the square of the step, where
 //! they find the same extremal: each is a local minimum of its own search.

@@ -17,7 +17,7 @@ use std::io::Write;
 /// A quantity of a row.
 #[derive(Clone, Debug, PartialEq)]
 struct Field {
-    /// The body that it is of.
+    /// The index of the body to which the quantity belongs.
     body: Option<usize>,
     /// Key of the quantity in JSON.
     key: String,

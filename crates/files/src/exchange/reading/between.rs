@@ -38,9 +38,9 @@ impl Between {
 /// Rows of one block, the last of them perhaps the first of the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// Its first row.
+    /// The first row of the block.
     pub first: usize,
-    /// Its last one.
+    /// The last row of the block.
     pub last: usize,
     /// The interpolation between its rows.
     pub between: Between,

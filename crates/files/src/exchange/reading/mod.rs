@@ -131,12 +131,12 @@ pub struct AttitudeTold {
     pub body_frame: Option<String>,
 }
 
-/// Reads the attitude of a moment, `seconds` after `epoch`: of an APM its one, which must be of
-/// that moment; of all others what they say of the motion between their rows. Tables count from the
-/// epoch. `name` stands for the file in messages.
+/// Reads the attitude of a moment, `seconds` after `epoch`. An APM has one attitude, which must
+/// belong to that moment. In all other files the attitude is interpolated as the file declares.
+/// Times of tables count from the epoch. `name` stands for the file in messages.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line; a moment that the file does not have.
+/// Returns the first fault with its line, or a moment that the file does not have.
 pub fn read_attitude_at(
     input: impl Read,
     name: &str,
