@@ -280,7 +280,7 @@ fn verify_reaches_nothing_of_the_optimiser_by_any_detour() {
 }
 
 /// Types of the optimiser whose methods are still spread over files, a piece of the theory in each.
-const SPREAD: [&str; 2] = ["Dynamics", "Extremal"];
+const SPREAD: [&str; 1] = ["Extremal"];
 
 /// Returns the types to which a file gives inherent methods, not methods of a trait.
 fn types_with_methods(words: &[String]) -> BTreeSet<String> {

@@ -226,7 +226,8 @@ fn a_duration_is_sought_where_a_body_moves_through_a_field() {
     flight.start.velocity = Vector3::new(0.1, 0.8, -0.2);
     flight.end.velocity = Vector3::new(-0.3, 0.6, 0.1);
     let pull = SecondOrderGravity::new(0.8, MASS, &flight.body.inertia).unwrap();
-    let flight = flight.with_steps(FEW).with_environment(pull).with_duration(Duration::SOUGHT);
+    // On fewer steps discrete motions pass by the center of the field as no body does.
+    let flight = flight.with_steps(STEPS).with_environment(pull).with_duration(Duration::SOUGHT);
     let fuel = Fuel { time_price: Some(2.0), ..Fuel::default() };
     is_cheapest_in_its_duration(&flight.clone().with_objective(Objective::Fuel(fuel)), 2.0);
     let mut unlimited = flight.clone().with_objective(effort(1.0));

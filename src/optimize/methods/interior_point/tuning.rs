@@ -136,6 +136,9 @@ pub(crate) struct OfProgram {
     /// Part of what a set is counted to burn that one iteration may remove, less than one: a larger
     /// one leaves the domain in which the row of the norm is nearly linear.
     pub to_nothing: f64,
+    /// The square of the length by which a norm in the cost of fuel is rounded at nothing, over the barrier term: a smaller one
+    /// costs less beside the optimum and bends more.
+    pub rounding: f64,
     /// Multiplier of a cone below which its second derivatives are left out.
     pub felt: f64,
     /// Factor on a duration in which a path is just within the limits: one leaves no slack.
@@ -155,6 +158,7 @@ impl Default for OfProgram {
             longest_stretch: [0.5, 3.0],
             spare: 0.1,
             to_nothing: 0.6,
+            rounding: 0.01,
             felt: 1e-9,
             room: 1.1,
             least_size: 1e-12,

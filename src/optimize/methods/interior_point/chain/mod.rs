@@ -339,7 +339,7 @@ impl Program for ChainProgram<'_> {
     }
 
     fn at_barrier(&self, barrier: f64) {
-        self.round.set(barrier);
+        self.round.set(self.tuning.rounding * barrier);
     }
 
     fn longest(&self, at: &Point, by: &Increment) -> f64 {
