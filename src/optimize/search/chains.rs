@@ -19,6 +19,7 @@ use super::coarse::chain_steps;
 use super::detour::detours;
 use super::found::{Found, cheapest_first, same};
 use super::ladder::{Ask, Search};
+use super::landed::can_be_flown;
 use super::paths;
 use super::transfer::transfer;
 use crate::Vector3;
@@ -164,7 +165,7 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
         }
         let start = transfer([coarse, &fine], &plan.candidate);
         let next = optimised_near(search, &fine, start);
-        if !next.converged() {
+        if !next.converged() || !can_be_flown(search, &next) {
             rivals.push(plan.clone());
             found.keep(next);
             continue;

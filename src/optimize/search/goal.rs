@@ -5,7 +5,7 @@ use super::asked::held_to_all;
 use super::found::Found;
 use super::ladder::Search;
 use super::landed::{can_be_flown, landed_with_goal};
-use crate::maneuver::problem::{Motion, State};
+use crate::maneuver::problem::State;
 use crate::maneuver::solution::{Landing, Solution};
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::Attempt;
@@ -68,8 +68,7 @@ pub(super) fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<
     let mut found = search.climb();
     let mut plans = found.take_plans();
     let requested = |plan: &Attempt| plan.candidate.steps() == search.problem.steps;
-    let moves = search.problem.motion == Motion::RigidBody && !search.problem.environment.is_free();
-    let flies = |plan: &Attempt| requested(plan) && (!moves || can_be_flown(search, plan));
+    let flies = |plan: &Attempt| requested(plan) && can_be_flown(search, plan);
     if let Some(flown) = plans.iter().position(flies) {
         let first = plans.remove(flown);
         plans.insert(0, first);

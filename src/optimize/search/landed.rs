@@ -1,10 +1,9 @@
 //! The plan that is written, made to land (`optimize::landing`), by the method that found it.
 
 use super::ladder::Search;
-use super::record;
-use crate::maneuver::problem::Problem;
+use super::record::{self, Recorded};
+use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::Method as Road;
-use crate::maneuver::solution::Trajectory;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
@@ -95,7 +94,7 @@ fn recorded<const N: usize>(
     goal: &Goal,
     chain: &Chain,
     attempt: &Attempt,
-) -> Option<(Problem, Trajectory)> {
+) -> Option<(Problem, Recorded)> {
     let (problem, steps) = (search.problem, attempt.candidate.steps());
     let duration = problem.seconds() * attempt.candidate.grid.duration();
     let planned = problem.clone().lasting(duration);
@@ -106,18 +105,22 @@ fn recorded<const N: usize>(
     };
     let bvp = BoundaryValueProblem::<N>::new(&planned, steps);
     let found = record::chain(&planned, &bvp, &of_duration, &given.candidate).ok()?;
-    Some((planned, found.trajectory))
+    Some((planned, found))
 }
 
 /// Largest scaled miss of the true motion at the end of a plan: beyond it the plan is none of this body.
 const FAR: f64 = 1.0;
 
-/// Returns whether the true motion of a plan with a goal ends near its discrete one. On few steps a discrete motion may pass by the center
-/// of a field, which costs little and which no body does.
+/// Returns whether the inputs of a plan with a goal, replayed from the start, meet the end, and whether the true motion ends near it. On few
+/// steps a discrete motion may pass by the center of a field, which costs little and which no body does.
 pub(super) fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bool {
-    let Some(goal) = search.ask.goal.as_ref() else { return true };
+    let passes = search.problem.motion == Motion::RigidBody && !search.problem.environment.is_free();
+    let Some(goal) = search.ask.goal.as_ref().filter(|_| passes) else { return true };
     let chain = search.chain(attempt.candidate.steps());
-    recorded(search, goal, &chain, attempt).is_some_and(|(planned, plan)| left(&planned, &plan) <= FAR)
+    recorded(search, goal, &chain, attempt).is_some_and(|(planned, found)| {
+        found.terminal.largest() <= search.context.settings.tolerance
+            && left(&planned, &found.trajectory) <= FAR
+    })
 }
 
 /// Makes a plan of a chain with a goal land, whose duration may be sought.
@@ -129,6 +132,7 @@ pub(super) fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attem
     let aim = Aim::asked(search.problem, search.context.settings).filter(|_| search.ask.lands)?;
     let (problem, steps) = (search.problem, search.problem.steps);
     let mut chain = Chain::with_goal(problem, steps, goal);
-    let record = |chain: &Chain, attempt: &Attempt| Some(recorded(search, goal, chain, attempt)?.1);
+    let record =
+        |chain: &Chain, attempt: &Attempt| Some(recorded(search, goal, chain, attempt)?.1.trajectory);
     land_chain(aim, &mut chain, found.clone(), record, |chain, attempt| again(search, chain, attempt, None))
 }

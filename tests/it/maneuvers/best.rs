@@ -280,15 +280,6 @@ fn with_two_torques_or_uneven_weights_the_answer_is_a_minimum_and_as_cheap_as_an
         ),
     ];
     for (case, (problem, known)) in cases.iter().enumerate() {
-        if let Ok(to) = std::env::var("DUMP") {
-            std::fs::write(
-                format!("{to}/best{case}.json"),
-                slewkit_files::spec::SpecDocument::new(problem, &slewkit::maneuver::Settings::discrete())
-                    .unwrap()
-                    .to_string(),
-            )
-            .unwrap();
-        }
         let solution = answer(problem);
         assert_eq!(solution.outcome, Outcome::Converged, "case {case}");
         assert_eq!(solution.optimality.second_order(), SecondOrder::Minimum, "case {case}");

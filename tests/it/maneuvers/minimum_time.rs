@@ -25,17 +25,6 @@ pub fn at(turn: [f64; 3], rate: [f64; 3]) -> State {
 
 pub fn solved(problem: &Problem) -> Plan {
     let found = plan(problem, &Settings::discrete(), None, &mut Silent).unwrap();
-    if let Ok(to) = std::env::var("DUMP") {
-        if found.status != Status::Solved {
-            std::fs::write(
-                format!("{to}/{:?}.json", std::thread::current().name().unwrap_or("x"))
-                    .replace("::", "_")
-                    .replace('"', ""),
-                slewkit_files::spec::SpecDocument::new(problem, &Settings::discrete()).unwrap().to_string(),
-            )
-            .unwrap();
-        }
-    }
     let failed = found.verification.iter().flat_map(|found| &found.checks).filter(|check| !check.passed);
     assert_eq!(
         found.status,

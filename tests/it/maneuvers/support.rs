@@ -33,17 +33,6 @@ pub fn rest_to_rest(degrees: f64) -> Problem {
 /// Returns a solve that must converge.
 pub fn solved(problem: &Problem) -> Solution {
     let solution = solve(problem, &Settings::discrete(), None, &mut Silent).unwrap();
-    if let Ok(to) = std::env::var("DUMP") {
-        if solution.outcome != Outcome::Converged {
-            std::fs::write(
-                format!("{to}/{:?}.json", std::thread::current().name().unwrap_or("x"))
-                    .replace("::", "_")
-                    .replace('"', ""),
-                slewkit_files::spec::SpecDocument::new(problem, &Settings::discrete()).unwrap().to_string(),
-            )
-            .unwrap();
-        }
-    }
     assert_eq!(solution.outcome, Outcome::Converged, "{:?}", solution.ladder);
     assert!(solution.terminal.largest() <= 1e-12);
     solution

@@ -46,22 +46,40 @@ impl Method for InteriorPoint<'_> {
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
         let most = self.tuning.for_each.saturating_mul(budget.iterations);
-        let run = self.run(&program, &mut solver, most, &budget.watch);
+        let mut run = self.run(&program, &mut solver, most, &budget.watch);
         if !run.dual.is_finite() {
             let stopped = (budget.watch.interrupt)().filter(|_| run.end == End::Stopped);
             return unsolved(candidate, stopped.unwrap_or(Outcome::Stalled));
         }
         let (mut iterate, mut multipliers) = program.found(&solver.point, &solver.duals);
+        // Along motions that are not stable the inputs replayed from the start miss the end by what round-off grows to.
+        for _ in 0..self.tuning.replays {
+            let Ok(replayed) = iterate.replayed(model) else { break };
+            let missed = replayed.states.last().map_or(0.0, |last| model.terminal_error(last).amax());
+            if run.end != End::Converged || missed <= self.tuning.round_off {
+                break;
+            }
+            program.point(&replayed, &mut solver.point);
+            let mut again = Run { end: End::Stalled, ..run };
+            solver.correct(&program, self.tuning, run.barrier, &mut again);
+            if again.end != End::Converged {
+                break;
+            }
+            run = again;
+            (iterate, multipliers) = program.found(&solver.point, &solver.duals);
+        }
         let (excess, tuning) = (run.violation.max(run.miss), self.tuning);
         let kept = excess <= tuning.violated.max(tuning.tolerance);
         let outcome = match run.end {
             End::Converged if kept => Outcome::Converged,
             End::Converged | End::Stalled => Outcome::Stalled,
             End::NotFinite => Outcome::NotFinite,
+            // At its own limit the method gives up, and the user's limit has nothing to do with it.
+            End::Iterations if most >= tuning.iterations => Outcome::Stalled,
             End::Iterations => Outcome::IterationLimit,
             End::Stopped => (budget.watch.interrupt)().unwrap_or(Outcome::Interrupted),
         };
-        let shortfall = (outcome != Outcome::Converged).then(|| self.lacking(&iterate, &run));
+        let shortfall = (outcome != Outcome::Converged).then(|| self.lacking(&iterate, &run, outcome));
         let mut residual = run.primal.max(excess);
         let mut stationarity = run.dual.max(run.primal).max(run.complementarity);
         let residuals = vec![f64::NAN, run.dual.max(residual)];
@@ -168,7 +186,7 @@ impl InteriorPoint<'_> {
     }
 
     /// Returns the violated limits by name.
-    fn lacking(&self, iterate: &Iterate, run: &Run) -> Shortfall {
+    fn lacking(&self, iterate: &Iterate, run: &Run, outcome: Outcome) -> Shortfall {
         let Chain { model, rows } = self.chain;
         let worst = iterate.evaluate(model, rows, Watch::NONE).map(|at| at.violations());
         let worst = worst.unwrap_or_else(|_| vec![0.0; rows.groups.len()]);
@@ -179,7 +197,7 @@ impl InteriorPoint<'_> {
             excess: if group.is_angle { Excess::Angle(*violation) } else { Excess::Share(*violation) },
         });
         Shortfall::Violated {
-            cut_short_after: (run.end == End::Iterations).then_some(run.iterations),
+            cut_short_after: (outcome == Outcome::IterationLimit).then_some(run.iterations),
             violations: violations.collect(),
             reaches_end: run.primal.max(run.miss) <= self.tuning.violated,
         }

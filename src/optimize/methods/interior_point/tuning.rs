@@ -75,6 +75,8 @@ pub(crate) struct Tuning {
     /// Residual of the equations that such a solution has at most, and the Newton steps that may take it there.
     pub round_off: f64,
     pub settling: usize,
+    /// Corrections of inputs that, replayed from the start, miss the end.
+    pub replays: usize,
     /// Factor by which the infeasibility may increase in one step, from where it is one or more: a
     /// larger one accepts steps out of the domain of the derivatives, a factor of ten costs
     /// everyday maneuvers up to a fifth more iterations.
@@ -158,7 +160,7 @@ impl Default for OfProgram {
             longest_stretch: [0.5, 3.0],
             spare: 0.1,
             to_nothing: 0.6,
-            rounding: 0.01,
+            rounding: 1e-4,
             felt: 1e-9,
             room: 1.1,
             least_size: 1e-12,
@@ -200,7 +202,7 @@ pub(crate) struct ShiftOfSearch {
 impl Default for Tuning {
     fn default() -> Self {
         Self {
-            iterations: 250,
+            iterations: 240,
             for_each: 4,
             tolerance: 1e-11,
             first: 0.1,
@@ -231,6 +233,7 @@ impl Default for Tuning {
             acceptable_patience: 15,
             round_off: 1e-13,
             settling: 12,
+            replays: 2,
             more_infeasible: 1e3,
             kept: 1e10,
             armijo: 1e-4,

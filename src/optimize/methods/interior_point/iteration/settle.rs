@@ -50,12 +50,23 @@ impl Solver {
     /// Returns to the best point of a run that cannot go on, as along the valley of a saddle, and makes its equations hold to round-off by
     /// Newton steps with a Hessian that is positive. The point is a solution where its other residuals stay small.
     pub(super) fn settle(&mut self, program: &impl Program, tuning: &Tuning, barrier: f64, run: &mut Run) {
-        let shape = program.shape();
         std::mem::swap(&mut self.point, &mut self.saved.point);
         std::mem::swap(&mut self.duals, &mut self.saved.duals);
         std::mem::swap(&mut self.slacks, &mut self.saved.slacks);
         std::mem::swap(&mut self.violations, &mut self.saved.violations);
         std::mem::swap(&mut self.misses, &mut self.saved.misses);
+        self.correct(program, tuning, barrier, run);
+    }
+
+    /// Makes the equations at the present point hold to round-off by Newton steps with a Hessian that is positive.
+    pub(in super::super) fn correct(
+        &mut self,
+        program: &impl Program,
+        tuning: &Tuning,
+        barrier: f64,
+        run: &mut Run,
+    ) {
+        let shape = program.shape();
         program.at_barrier(barrier);
         for step in 0..=tuning.settling {
             if !program.derivatives(&self.point, &self.duals, &mut self.at) {
