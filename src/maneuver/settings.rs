@@ -7,17 +7,17 @@ use thiserror::Error;
 /// The choice of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Shooting, followed by the other attempts where it fails. Where something is constrained:
-    /// sequential convex programming, then polish.
+    /// Shooting where it is possible, then the interior point. Where more than the inputs is limited,
+    /// or time or fuel is the cost: the interior point.
     #[default]
     Auto,
     /// Shooting on the costates. Limits on the inputs alone go through the saturated control law.
     Shooting,
-    /// Sequential convex programming, then polish on the active set: on equal steps, also where
-    /// inputs could switch between them.
+    /// Sequential convex programming, then polish on the active set: least effort in a given
+    /// duration, on equal steps, to compare.
     Scp,
-    /// An interior point on the group, with all limits as they are: on equal steps, as
-    /// [`Method::Scp`].
+    /// An interior point on the group, with all limits as they are: on equal steps, also where
+    /// inputs could switch between them.
     InteriorPoint,
 }
 
@@ -120,7 +120,8 @@ pub struct Settings {
     pub continuous_tolerance: Option<f64>,
     /// Wall-clock limit of the whole plan. Default: none. The best iterate is kept.
     pub time_limit: Option<Duration>,
-    /// Iteration limit of one Newton run, and of the subproblems of one run of SCP. Default 60.
+    /// Iteration limit of one Newton run, and of the subproblems of one run of SCP; the interior
+    /// point may take four times as many. Default 60.
     pub max_iterations: usize,
     /// Whether the extremal and its rivals are tested to second order, and the recorded conditions
     /// of first order with them. Default: yes. Without, an extremal counts whatever it is, a saddle

@@ -10,7 +10,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shortfall {
-    /// The nearest iterate of SCP violates limits, constraints or the end.
+    /// The nearest iterate violates limits, constraints or the end.
     Violated {
         /// The iterations or subproblems after which the limit of iterations came, where it came
         /// first.
@@ -200,7 +200,7 @@ impl fmt::Display for Shortfall {
     }
 }
 
-/// Describes the remaining violations at the last iterate of SCP.
+/// Describes the remaining violations at the last iterate.
 fn violated(cut_short_after: Option<usize>, violations: &[Violation], reaches_end: bool) -> String {
     let cut = cut_short_after
         .map(|iterations| format!("the iteration limit ended the search, after {iterations} iterations"));

@@ -425,7 +425,7 @@ pub enum Sense {
 pub struct Solution {
     /// The outcome of the solve.
     pub outcome: Outcome,
-    /// The method of the result: shooting, or sequential convex programming with polish.
+    /// The method of the result: shooting, the interior point, or sequential convex programming.
     pub method: Method,
     /// The discretisation.
     pub scheme: Scheme,
@@ -583,7 +583,7 @@ impl Solution {
     ///   requested
     /// - the duration that was found, if it was free
     /// - the attitude at the end, if it was free
-    /// - equal steps if SCP has planned it, or the steps of arcs if no constraint is active
+    /// - equal steps if the interior point has planned it, or the steps of arcs if no constraint is active
     pub fn on_grid(&self, problem: &Problem) -> Problem {
         let steps = if self.steps > 0 { self.steps } else { problem.steps };
         let problem = if self.turns.is_empty() { problem } else { &problem.in_turns(&self.turns_flown()) };

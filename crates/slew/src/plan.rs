@@ -213,7 +213,11 @@ fn guess(path: &Path, problem: &Problem, console: &mut Console) -> Result<Guess,
             if !problem.is_constrained() {
                 let reason = "attitudes give a path as a guess, which only maneuvers with limits use: this \
                     one has no limits";
-                console.warn("W0141", reason, "give a plan file as the guess; or set solver.method=scp");
+                console.warn(
+                    "W0141",
+                    reason,
+                    "give a plan file as the guess; or set solver.method=interior_point",
+                );
             }
             let quaternion = read_attitudes(input, &path.to_string_lossy())?.evenly();
             return Ok(Guess { quaternion, ..Guess::default() });

@@ -8,7 +8,7 @@ pub enum Stepping {
     /// The steps of its formulation.
     #[default]
     Formulated,
-    /// Equal ones, by SCP, also where inputs could switch between them.
+    /// Equal ones, also where inputs could switch between them.
     Equal,
     /// The steps of its arcs: no constraint is active.
     Arcs,
@@ -17,7 +17,7 @@ pub enum Stepping {
 /// The discrete problem that a maneuver is planned as.
 ///
 /// ```text
-///                      what the shooting takes        more: cones, rates, wheels; SCP asked for
+///                      what the shooting takes        more: cones, rates, wheels; equal steps
 /// effort, T given      Extremal                       Extremal
 /// effort, T sought     OverDurations                  Chain
 /// time, fuel           Switching                      Chain
@@ -34,7 +34,7 @@ pub enum Stepping {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Formulation {
     /// Least effort in a duration that is known: an extremal of the discrete action, by shooting,
-    /// or within limits by SCP.
+    /// or within limits by the interior point.
     Extremal,
     /// Least effort in a free duration: extremals of given durations, until the mean of their
     /// Hamiltonians vanishes.
@@ -43,7 +43,7 @@ pub enum Formulation {
     /// arcs, and steps that end where inputs switch.
     Switching,
     /// Minimum time or fuel, or least effort in a free duration, as a chain of equal steps: by
-    /// SCP, with the duration as a state.
+    /// The chain of equal steps, with the duration as a state.
     Chain,
 }
 

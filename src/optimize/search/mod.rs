@@ -71,7 +71,7 @@ pub enum PlanError {
     #[error(transparent)]
     Settings(#[from] SettingsError),
     /// The shooting cannot take what limits the maneuver.
-    #[error("the shooting cannot plan this maneuver: {reason}; use method = \"scp\" or \"auto\"")]
+    #[error("the shooting cannot plan this maneuver: {reason}; use method = \"interior_point\" or \"auto\"")]
     NotForShooting {
         /// What it cannot take.
         reason: Obstacle,

@@ -190,6 +190,9 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     if let (Method::Shooting, Some(solver)) = (settings.method, &solver) {
         constraint::refuse_shooting(&problem, solver);
     }
+    if let (Method::Scp, Some(solver)) = (settings.method, &solver) {
+        constraint::refuse_scp(&problem, solver);
+    }
     match problem.check() {
         Ok(()) => {}
         // All of them at once.

@@ -249,11 +249,19 @@ pub(crate) fn refuse_shooting(problem: &Problem, solver: &Section) {
         "a limit of the rate of inputs".into()
     } else if let Some(obstacle) = shooting_obstacle(problem) {
         let reason = format!("method = \"shooting\" is not possible here: {obstacle}");
-        solver.error("E0066", "method", reason, "write method = \"auto\" or \"scp\"");
+        solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
         return;
     } else {
         return;
     };
     let reason = format!("method = \"shooting\" supports limits of the inputs, not {what}");
-    solver.error("E0066", "method", reason, "write method = \"auto\" or \"scp\"");
+    solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
+}
+
+/// Refuses a maneuver that SCP does not plan.
+pub(crate) fn refuse_scp(problem: &Problem, solver: &Section) {
+    if problem.objective.switches() || problem.duration.known().is_none() {
+        let reason = "method = \"scp\" plans least effort in a given duration only";
+        solver.error("E0066", "method", reason, "write method = \"auto\" or \"interior_point\"");
+    }
 }

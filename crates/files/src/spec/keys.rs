@@ -799,9 +799,9 @@ tables! {
     }
 
     static SOLVER[exclusive: &[&["continuous_tolerance_deg", "continuous_tolerance_rad"]]] {
-        /// The solver: shooting on the costates, sequential convex programming, or an interior
-        /// point within all limits. Default: auto, which uses the second if the maneuver has
-        /// constraints.
+        /// The solver: shooting on the costates, an interior point within all limits, or, for least
+        /// effort in a given duration, sequential convex programming (scp). Default: auto, which
+        /// shoots where that is possible and uses the interior point otherwise.
         "method": Choice(&["auto", "shooting", "scp", "interior_point"], &[]);
         /// The number of attempts before an answer counts as the best: quick, default, or
         /// thorough with two hundred starts.
@@ -822,8 +822,8 @@ tables! {
         "continuous_tolerance_rad": Number(q::TOLERANCE_RAD);
         /// Limit on the wall-clock time of the plan. Default: none.
         "time_limit_s": Number(q::DURATION);
-        /// Iteration limit of one Newton run, and of the subproblems of one convex run. Default:
-        /// 60.
+        /// Iteration limit of one Newton run, and of the subproblems of one run of scp; the
+        /// interior point may take four times as many. Default: 60.
         "max_iterations": Count(1, 1_000_000);
         /// Whether the extremal and its rivals are tested to second order. With skipped the
         /// result may be a saddle, and the plan reports that it was not tested. Default: tested.

@@ -33,7 +33,7 @@ differ, or a witness rejects a plan; otherwise the codes of `slew plan`. A missi
 change the exit code.
 
 If inputs switch (minimum time or fuel), slew compares the smoothed law, switching times, and for minimum
-time the convex iteration, on one number of steps; then the objectives.
+time the interior point, on one number of steps; then the objectives.
 
 The objectives (`--objectives`): plans of least time, fuel and effort, each measured by all three.
 Weights and prices come from the spec. Effort and fuel use the duration of the spec or of its price of
