@@ -396,7 +396,10 @@ fn what_the_shooting_cannot_take_is_refused_with_the_way_out() {
         ] {
             assert!(matches!(error, PlanError::NotForShooting { .. }));
             let message = error.to_string();
-            assert!(message.contains(word) && message.contains("method = \"scp\" or \"auto\""), "{message}");
+            assert!(
+                message.contains(word) && message.contains("method = \"interior_point\" or \"auto\""),
+                "{message}"
+            );
         }
     }
 }

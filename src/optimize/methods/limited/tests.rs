@@ -9,7 +9,7 @@ use crate::flight::{Flight, Held};
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::{Problem, State};
-use crate::maneuver::settings::{Settings, Target};
+use crate::maneuver::settings::{Settings, Target, Thoroughness};
 use crate::maneuver::switching::Structure;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::{Body, Inertia};
@@ -346,7 +346,9 @@ fn least_fuel_of_flights_and_wheels_does_not_depend_on_the_grid() {
 fn a_flight_by_forces_that_have_time_to_spare_lasts_as_long_as_its_turn() {
     let mut alone = turn(120.0, Vector3::new(1.0, 2.0, 3.0), cone()).with_steps(60);
     alone.constraints.clear();
-    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    // How long the search for arcs may take is no part of what is shown here.
+    let search = Thoroughness::Thorough;
+    let settings = Settings { target: Target::Discrete, search, ..Settings::default() };
     let lasts = |problem: &Problem| {
         let found = crate::optimize::search::solve(problem, &settings, None, &mut Silent).unwrap();
         found.switching.unwrap()
