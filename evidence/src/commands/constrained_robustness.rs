@@ -17,8 +17,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let folder = words.take();
     words.end()?;
     let settings = Settings::default();
-    let (mut times, mut cone_time) = (Vec::new(), 0.0);
-    let (mut winner, mut all) = (Vec::new(), Vec::new());
+    let (mut times, mut winner, mut starts) = (Vec::new(), Vec::new(), Vec::new());
     let mut tally = BTreeMap::<&str, usize>::new();
     let mut worst = f64::INFINITY;
     let (mut unsolved, mut by_torque) = (0, 0);
@@ -32,10 +31,9 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         let solution = &found.solution;
         times.push(solution.solve_time);
         *tally.entry(found.status.name()).or_default() += 1;
-        if let Some(convex) = &solution.convex {
-            winner.push(convex.subproblems);
-            all.push(convex.all_subproblems);
-            cone_time += convex.cone_seconds;
+        if let Some(interior) = &solution.interior {
+            winner.push(interior.iterations);
+            starts.push(interior.starts);
         }
         if found.status == Status::Solved {
             let margins = found.verification.iter().flat_map(|verification| &verification.margins);
@@ -53,7 +51,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         unsolved += 1;
         excess.extend(solution.shortest.map(|shortest| 100.0 * (shortest / problem.seconds() - 1.0)));
         by_torque += usize::from(without != Status::Solved);
-        for rung in solution.ladder.iter().filter(|rung| matches!(rung.rung, Rung::Scp | Rung::Polish)) {
+        for rung in solution.ladder.iter().filter(|rung| rung.rung == Rung::InteriorPoint) {
             let left = rung.residuals.last().copied().unwrap_or(f64::NAN);
             println!(
                 "    {} {}: {:?} after {}, {left:.1e}",
@@ -83,12 +81,11 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         );
     }
     println!(
-        "subproblems: of the winning seed median {}, 95 % {}",
+        "iterations of the winning start: median {}, 95 % {}",
         at(&mut winner, 0.5),
         at(&mut winner, 0.95)
     );
-    println!("             of all seeds median {}, 95 % {}", at(&mut all, 0.5), at(&mut all, 0.95));
+    println!("solves of all starts: median {}, 95 % {}", at(&mut starts, 0.5), at(&mut starts, 0.95));
     println!("solve time: median {:.1} ms, 95 % {:.1} ms, worst {:.1} ms", time(0.5), time(0.95), time(1.0));
-    println!("inside the cone solver: {:.0} %", 100.0 * cone_time / times.iter().sum::<f64>());
     Ok(())
 }
