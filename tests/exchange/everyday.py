@@ -74,7 +74,7 @@ class Maneuver:
         self.rate, self.cones = np.full(3, np.inf), []
         for rule in spec.get("constraint", []):
             if rule["kind"] == "rate_limit":
-                self.rate = np.array(rule["limit_rad_s"]) * self.time
+                self.rate = np.array(rule["angular_velocity_limit_rad_s"]) * self.time
                 continue
             assert rule["kind"] == "keep_out" and not rule.get("margin_rad"), f"not read here: {rule}"
             for axis in rule["boresight_body"]:
