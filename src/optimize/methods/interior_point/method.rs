@@ -61,7 +61,7 @@ impl Method for InteriorPoint<'_> {
             }
             program.point(&replayed, &mut solver.point);
             let mut again = Run { end: End::Stalled, ..run };
-            solver.correct(&program, self.tuning, run.barrier, &mut again);
+            solver.correct(&program, self.tuning, run.barrier, &mut again, &budget.watch);
             if again.end != End::Converged {
                 break;
             }

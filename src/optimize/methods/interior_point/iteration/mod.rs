@@ -288,7 +288,7 @@ impl Solver {
             }
         }
         if matches!(run.end, End::Stalled | End::Iterations) && state.best <= tuning.acceptable {
-            self.settle(program, tuning, last, &mut run);
+            self.settle(program, tuning, last, &mut run, watch);
         }
         run.violation = self.violations.iter().fold(0.0, |worst, value| nan_max(worst, *value));
         run.miss = self.at.values.terminal.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));

@@ -4,6 +4,7 @@ use super::{End, Run, Solver, nan_max};
 use crate::optimize::methods::interior_point::program::{Duals, Point, Program, Shape};
 use crate::optimize::methods::interior_point::riccati::Taken;
 use crate::optimize::methods::interior_point::tuning::Tuning;
+use crate::optimize::methods::method::Watch;
 
 /// A point with all that belongs to it.
 pub(super) struct Saved {
@@ -49,13 +50,20 @@ impl Saved {
 impl Solver {
     /// Returns to the best point of a run that cannot go on, as along the valley of a saddle, and makes its equations hold to round-off by
     /// Newton steps with a Hessian that is positive. The point is a solution where its other residuals stay small.
-    pub(super) fn settle(&mut self, program: &impl Program, tuning: &Tuning, barrier: f64, run: &mut Run) {
+    pub(super) fn settle(
+        &mut self,
+        program: &impl Program,
+        tuning: &Tuning,
+        barrier: f64,
+        run: &mut Run,
+        watch: &Watch,
+    ) {
         std::mem::swap(&mut self.point, &mut self.saved.point);
         std::mem::swap(&mut self.duals, &mut self.saved.duals);
         std::mem::swap(&mut self.slacks, &mut self.saved.slacks);
         std::mem::swap(&mut self.violations, &mut self.saved.violations);
         std::mem::swap(&mut self.misses, &mut self.saved.misses);
-        self.correct(program, tuning, barrier, run);
+        self.correct(program, tuning, barrier, run, watch);
     }
 
     /// Makes the equations at the present point hold to round-off by Newton steps with a Hessian that is positive.
@@ -65,11 +73,12 @@ impl Solver {
         tuning: &Tuning,
         barrier: f64,
         run: &mut Run,
+        watch: &Watch,
     ) {
         let shape = program.shape();
         program.at_barrier(barrier);
         for step in 0..=tuning.settling {
-            if !program.derivatives(&self.point, &self.duals, &mut self.at) {
+            if watch.stopped() || !program.derivatives(&self.point, &self.duals, &mut self.at) {
                 return;
             }
             self.gradients(shape);
