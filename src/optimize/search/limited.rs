@@ -14,8 +14,8 @@ use crate::optimize::methods::limited::structure::{self, Between};
 /// by less.
 const OF_THE_PLAN: f64 = 1e-2;
 
-/// Steps of the flow that the search for arcs may take by default, half a second of a processor
-/// (`cargo run --release -p evidence -- limited_arcs`): fewer find fewer arcs. A thorough search has no such limit.
+/// Steps of the flow that the search for arcs may take by default: time against arcs that are not found
+/// (`cargo run --release -p evidence -- limited_arcs`). A thorough search has no such limit.
 const FLOW_STEPS: usize = 200_000;
 
 /// Returns the plan with the arcs that it leads to, where these satisfy the maximum principle, and the same plan otherwise.

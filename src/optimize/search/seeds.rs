@@ -1,7 +1,7 @@
 //! Paths from which maneuvers within limits are solved: turns about a fixed axis and coasts, bent to several sides.
 //!
-//! The interior point ends in an optimum near its first path, so the paths need variety. A turn about a fixed axis is often a saddle,
-//! and where several optima lie about it, one bend of half a radian leads to each (`cargo run --release -p evidence -- guard`).
+//! The interior point ends in an optimum near its first path, so the paths need variety: a turn about a fixed axis is often a saddle,
+//! and several optima may lie about it. `cargo run --release -p evidence -- guard` counts what the paths lead to.
 
 use super::ladder::Search;
 use super::{paths, starts};
@@ -16,7 +16,8 @@ use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::scp::road::path;
 use std::f64::consts::{PI, TAU};
 
-/// How far a path is bent to either side \[rad\]: half of it misses optima, twice of it finds no others.
+/// How far a path is bent to either side \[rad\]: of a path that is bent less the optimum is that of the straight one, and one that is
+/// bent more crosses more cones.
 const BEND: f64 = 0.5;
 
 /// Sides to which a path is bent, evenly about its axis.
