@@ -121,6 +121,11 @@ pub struct Ends {
     attitude: Matrix3,
     /// The rate of the end as time passes, axes of the reference frame \[rad/s\].
     turning: Vector3,
+    /// The rate of the attitude without roll against the reference frame, axes of that
+    /// \[rad/s\].
+    carried: Vector3,
+    /// The rate of the reference frame, axes of itself \[rad/s\].
+    frame_rate: Vector3,
     /// Angular velocity of the body there, and how fast that changes, same axes \[rad/s\],
     /// \[rad/s²\]: as the end turns, or none.
     rate: Vector3,
@@ -235,10 +240,17 @@ impl Aim {
             }
         };
         let first = seen(&self.at);
-        let (attitude, turning, acceleration, within) = match &self.roll {
+        let (attitude, turning, acceleration, carried, within) = match &self.roll {
             Roll::Free => {
                 let d = &first.direction;
-                (onto(start, &self.boresight, d), d.cross(&first.rate), d.cross(&first.acceleration), PI)
+                let (turning, acceleration) = (d.cross(&first.rate), d.cross(&first.acceleration));
+                let passing = first.rate - frame_rate.cross(d);
+                // The shortest rotation from `from` to `d` turns about `d` too as `d` moves on.
+                let from = start * self.boresight;
+                let about = -from.cross(d).dot(&passing) / (1.0 + from.dot(d));
+                let about = if about.is_finite() { about } else { 0.0 };
+                let carried = d.cross(&passing) + d * about;
+                (onto(start, &self.boresight, d), turning, acceleration, carried, PI)
             }
             Roll::Towards { axis, at, within } => {
                 let second = seen(at);
@@ -250,15 +262,15 @@ impl Aim {
                     return Err(AimError::Undefined { time, degrees });
                 }
                 let frame = AlignedFrame::of([&self.boresight, axis], [&first, &second]);
-                (frame.attitude, frame.rate, frame.acceleration, *within)
+                (frame.attitude, frame.rate, frame.acceleration, frame.rate - frame_rate, *within)
             }
         };
         let (rate, acceleration) = match self.rate {
             AimRate::Matched => (turning, acceleration),
             AimRate::Zero => (Vector3::zeros(), Vector3::zeros()),
         };
-        let (boresight, roll_rate) = (self.boresight, self.roll_rate);
-        Ok(Ends { boresight, attitude, turning, rate, acceleration, within, roll_rate })
+        let (boresight, roll_rate, frame_rate) = (self.boresight, self.roll_rate, *frame_rate);
+        Ok(Ends { boresight, attitude, turning, carried, frame_rate, rate, acceleration, within, roll_rate })
     }
 }
 
@@ -292,6 +304,13 @@ impl Ends {
     /// Returns the derivative of a state by its roll: `(ζ, δΩ)` per \[rad\], body axes.
     pub fn along_roll(&self, rate: &Vector3) -> (Vector3, Vector3) {
         (self.boresight, rate.cross(&self.boresight))
+    }
+
+    /// Returns the derivative of the end at a roll by the time: `(ζ, δΩ)` per \[s\], body axes.
+    pub(crate) fn at_roll_along_time(&self, roll: f64) -> (Vector3, Vector3) {
+        let (attitude, _) = self.at(roll);
+        let change = self.acceleration - (self.frame_rate + self.carried).cross(&self.rate);
+        (attitude.tr_mul(&self.carried), attitude.tr_mul(&change))
     }
 
     /// Returns the derivative of the end in `attitude` by the time, up to a roll: `(ζ, δΩ)` per

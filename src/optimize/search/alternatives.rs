@@ -9,7 +9,7 @@
 //! First schedules are that of the maneuver without the sets, and every set all along.
 
 use super::halt::Halt;
-use super::{Guess, Observer, PlanError, solve as planned};
+use super::{Guess, Observer, PlanError, without_arcs};
 use crate::lie;
 use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
 use crate::maneuver::problem::{Problem, ProblemError};
@@ -79,6 +79,10 @@ impl InTurns<'_> {
         let (mut best, mut failed): (Option<Solution>, Option<Solution>) = (None, None);
         for schedule in first {
             let found = self.improved(schedule, &free)?;
+            if found.outcome == Outcome::Converged && found.cost <= free.cost * (1.0 + GAINED) {
+                // Nothing costs less than without the sets.
+                return Ok(found);
+            }
             if found.outcome != Outcome::Converged {
                 failed = failed.or(Some(found));
             } else if best.as_ref().is_none_or(|best| found.cost < best.cost * (1.0 - GAINED)) {
@@ -118,7 +122,7 @@ impl InTurns<'_> {
         let takes_one = problem.duration.known().is_some() && problem.aim().is_none() && !problem.switches();
         let own = from.filter(|_| takes_one).map(|from| Guess::of(from, &problem));
         let guess = own.as_ref().or(self.guess);
-        let found = match planned(&problem, &settings, guess, self.observer) {
+        let found = match without_arcs(&problem, &settings, guess, self.observer) {
             // The schedule and not the maneuver is at odds with an end.
             Err(PlanError::Problem(ProblemError::Violated { .. })) => {
                 return Ok(Solution::unsolved(&problem, self.settings.tolerance));

@@ -105,14 +105,16 @@ pub(super) fn relaxed_paths<const N: usize>(
     seeds
 }
 
-/// Solves once from a seed.
+/// Solves once from a seed, unless something asks to stop.
 pub(super) fn descend<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     chain: &Chain,
     seed: Candidate,
 ) {
-    found.keep(optimised(search, chain, seed));
+    if !search.stopped() {
+        found.keep(optimised(search, chain, seed));
+    }
 }
 
 /// Improves a candidate by SCP if the settings request it, else by the interior point: roughly on a coarse grid whose plans are only
@@ -139,9 +141,12 @@ fn improved<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate, 
     if search.context.settings.method == settings::Method::Scp {
         return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
     }
-    // Newton on the active set needs a cost that is strictly convex within the active rows.
-    let polish = Some(options).filter(|options| is_fine && options.polish && search.ask.goal.is_none());
-    search.context.attempt(Rung::InteriorPoint, &InteriorPoint { chain, tuning: &tuning, polish }, from)
+    let family = search.ask.family;
+    // Newton on the active set needs a cost that is strictly convex within the active rows, and a given end.
+    let polished = is_fine && options.polish && search.ask.goal.is_none() && family.is_none();
+    let polish = Some(options).filter(|_| polished);
+    let method = InteriorPoint { chain, tuning: &tuning, polish, family };
+    search.context.attempt(Rung::InteriorPoint, &method, from)
 }
 
 /// Solves the cheapest coarse plans again on the requested grid and puts them first, the cheapest of all at the head. If a solve does
@@ -182,7 +187,7 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
 }
 
 /// Keeps the first of all plans with the same cost; `plans` are sorted by cost.
-fn distinct(plans: Vec<Attempt>) -> Vec<Attempt> {
+pub(super) fn distinct(plans: Vec<Attempt>) -> Vec<Attempt> {
     let mut kept = Vec::<Attempt>::new();
     for plan in plans {
         if kept.last().is_none_or(|last| plan.cost > last.cost + ONE * last.cost.abs()) {

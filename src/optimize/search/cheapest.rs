@@ -233,7 +233,7 @@ fn of_dimension<const N: usize>(
     let coarse = search.chain(chain_steps(stated));
     let mut paths = resampled(&coarse, objective.name(), quick);
     if !stated.ends_in_any_attitude() {
-        let turns = seeds::of(&search, coarse.model.steps);
+        let turns = seeds::of(&search, coarse.model.steps, context.settings.search);
         if objective.fuel().is_some() && stated.is_free_turn() {
             paths.extend(effort_paths(&search, &turns));
         }
@@ -286,7 +286,7 @@ fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidat
 }
 
 /// About how long a turn about a fixed axis takes, or a flight along a line where that is longer \[s\].
-fn about(problem: &Problem) -> f64 {
+pub(super) fn about(problem: &Problem) -> f64 {
     let lasting = |way: &Vector3, least: f64, speeds: &Vector3, inertia: f64, set: &ActuatorSet| {
         let way_there = 2.0 * (way.norm().max(least) * inertia / given(set, way)).sqrt();
         way_there + speeds.norm() * inertia / given(set, speeds)

@@ -36,7 +36,6 @@
 
 use super::halt::Halt;
 use super::illinois::Illinois;
-use super::transversality::slope_of_motion;
 use super::{Observer, PlanError};
 use crate::maneuver::objective::{Objective, effort};
 use crate::maneuver::problem::{Motion, Problem};
@@ -113,7 +112,7 @@ pub(super) fn solve(
                 return Ok(None);
             }
         }
-        let slope = price + effort_slope(problem, duration, &solution) + slope_of_motion(&given, &solution);
+        let slope = price + effort_slope(problem, duration, &solution);
         let known = Known { duration, solution, slope, stationarity: 0.0 };
         if shortest.as_ref().is_none_or(|shortest| duration < shortest.duration) {
             shortest = Some(known.clone());

@@ -1,20 +1,25 @@
 //! An end on a target, and when it is come to.
 //!
-//! In a duration that is known, and to a target that stands, the end is the best over the roll (`rolls`). Where the duration is sought and
-//! the target moves: at a price of time the end moves with the duration, and so does the derivative of the least cost
-//! (`duration`, `transversality`); in least time T is the first time at which the quickest plan to the end *at that time* takes no
-//! longer, a root of `T*(T) − T`, looked for from below, since the target may come nearer and go away again.
+//! The interior point finds the best ends (`free_end`): the roll about the boresight is an unknown of its Newton steps, and so is the
+//! time where the duration is sought and the target moves. The maneuver to the end that is found is then solved as any to a given end,
+//! with all its starts and senses.
+//!
+//! Inputs that switch under limits of their own alone have their plan in continuous time. Its best roll differs from that of the chain
+//! of equal steps by the square of the step, and is found from there by parabolas through least costs (`rolls`). To a target that moves
+//! the arrival T is then the first time at which the quickest plan to the end *at that time* takes no longer, a root of `T*(T) − T`.
 
+use super::free_end::{self, FreeEnd, Reached};
 use super::halt::Halt;
 use super::illinois::Illinois;
-use super::rolls::{EXPLORED, REFINED, Rolls};
-use super::{Observer, PlanError, duration, solve};
-use crate::Matrix3;
+use super::rolls::Rolls;
+use super::{Observer, PlanError, without_arcs};
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, ProblemError};
-use crate::maneuver::settings::{Settings, Target, Thoroughness};
+use crate::maneuver::settings::{Settings, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution};
+use crate::optimize::landing::{MET, left};
+use crate::{Matrix3, Vector3};
 use std::time::Instant;
 
 /// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is followed from there.
@@ -29,6 +34,13 @@ const STANDS: f64 = -1.0;
 /// Most times that are looked at.
 const MOST_TIMES: usize = 40;
 
+/// Where the times to look at begin, as a part of the time in which the chain of equal steps comes to the target: that differs from the
+/// time of inputs that switch by less.
+const BEFORE: f64 = 0.98;
+
+/// Relative difference of costs on the chain's grid up to which two ends may change places in continuous time.
+const CLOSE: f64 = 0.02;
+
 /// Solves a maneuver that ends on a target.
 pub(super) fn solve_to(
     problem: &Problem,
@@ -36,114 +48,192 @@ pub(super) fn solve_to(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
-    let began = Instant::now();
-    let searched = match problem.duration.known() {
-        Some(duration) => in_time(problem, aim, duration, settings, observer),
-        None if !aim.moves(&problem.environment.frame_rate()) => {
-            in_time(problem, aim, 0.0, settings, observer)
-        }
-        None if problem.objective == Objective::Time => quickest(problem, aim, settings, observer),
-        None => at_best_duration(problem, aim, settings, observer),
+    let mut search = OnTarget { problem, aim, settings, began: Instant::now(), observer };
+    let moves = aim.moves(&problem.environment.frame_rate());
+    let searched = match (problem.duration.known(), problem.duration.at_most()) {
+        (Some(duration), _) => search.in_time(duration),
+        (None, _) if !moves => search.in_time(0.0),
+        (None, Some(longest)) => search.up_to(longest),
+        (None, None) => search.moving(),
     };
-    let solution = match searched {
-        Ok(solution) => solution,
-        Err(Halt::Stopped(solution)) => *solution,
-        Err(Halt::Refused(error)) => return Err(error),
-    };
-    Ok(Solution { solve_time: began.elapsed().as_secs_f64(), ..solution })
-}
-
-/// The ends of a maneuver at a time.
-fn ends_at(problem: &Problem, aim: &Aim, time: f64) -> Result<Ends, Halt> {
-    let ends = problem.ends_on(aim, time);
-    Ok(ends.map_err(|error| PlanError::from(ProblemError::from(error)))?)
-}
-
-/// The plan to the best of the ends of one time.
-fn in_time(
-    problem: &Problem,
-    aim: &Aim,
-    time: f64,
-    settings: &Settings,
-    observer: &mut dyn Observer,
-) -> Result<Solution, Halt> {
-    let ends = ends_at(problem, aim, time)?;
-    let mut rolls = Rolls::new(problem, ends, settings, observer);
-    let minima = rolls.minima(problem.steps.min(EXPLORED))?;
-    rolls.planned(minima, settings)
-}
-
-/// Least effort at a price of time or up to a longest duration, to a target that moves.
-fn at_best_duration(
-    problem: &Problem,
-    aim: &Aim,
-    settings: &Settings,
-    observer: &mut dyn Observer,
-) -> Result<Solution, Halt> {
-    let discrete = Settings { target: Target::Discrete, ..settings.clone() };
-    let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
-        solve_to(problem, aim, settings, observer)
-    };
-    // How long it may take is guessed from where the target is at first.
-    let likely = problem.facing(&ends_at(problem, aim, 0.0)?, 0.0);
-    let likely = Problem { end_condition: problem.end_condition.clone(), ..likely };
-    let found = duration::solve(&likely, &discrete, observer, &mut given)?;
-    let Some(best) = found.trajectory.time.last().copied() else { return Ok(found) };
-    if found.outcome != Outcome::Converged || settings.target == Target::Discrete {
-        return Ok(found);
+    let took = search.began.elapsed().as_secs_f64();
+    match searched {
+        Ok(solution) => Ok(Solution { solve_time: took, ..solution }),
+        Err(Halt::Stopped(solution)) => Ok(Solution { solve_time: took, ..*solution }),
+        Err(Halt::Refused(error)) => Err(error),
     }
-    let priced = problem.objective.time_price() * best;
-    let mut landed = in_time(&problem.clone().lasting(best), aim, best, settings, observer)?;
-    let stationarity = landed.optimality.stationarity.max(found.optimality.stationarity);
-    landed.pay_for_time(priced);
-    landed.optimality.stationarity = stationarity;
-    Ok(landed)
 }
 
-/// Least time to a target that moves.
-fn quickest(
-    problem: &Problem,
-    aim: &Aim,
-    settings: &Settings,
-    observer: &mut dyn Observer,
-) -> Result<Solution, Halt> {
-    let began = Instant::now();
-    let remaining = || settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
-    let quick = Settings { search: Thoroughness::Quick, ..settings.clone() };
-    // The attitude at the best roll moves with the time, and little: after the first time it is followed.
-    let mut best: Option<Matrix3> = None;
-    let mut last: Option<Solution> = None;
-    let mut seen: Vec<Late> = Vec::new();
-    let mut late = |time: f64, observer: &mut dyn Observer| -> Result<Option<f64>, Halt> {
-        let settings = Settings { time_limit: remaining(), ..quick.clone() };
-        let ends = ends_at(problem, aim, time)?;
-        let mut rolls = Rolls::new(problem, ends, &settings, observer);
-        let steps = problem.steps.min(EXPLORED);
-        let found = match best.map(|attitude| ends.nearest(&attitude)) {
-            None => rolls.minima(steps)?.into_iter().next(),
-            Some(near) => match rolls.at(near, steps, None)? {
-                Some(near) => Some(rolls.lowest(near, REFINED, steps)?),
-                None => rolls.minima(steps)?.into_iter().next(),
-            },
+/// A search for the best end on a target.
+struct OnTarget<'a> {
+    problem: &'a Problem,
+    aim: &'a Aim,
+    settings: &'a Settings,
+    began: Instant,
+    observer: &'a mut dyn Observer,
+}
+
+impl OnTarget<'_> {
+    /// Returns the ends at a time.
+    fn ends_at(&self, time: f64) -> Result<Ends, PlanError> {
+        let ends = self.problem.ends_on(self.aim, time);
+        ends.map_err(|error| ProblemError::from(error).into())
+    }
+
+    /// Returns the settings with the time that is left.
+    fn settings(&self) -> Settings {
+        let left = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
+        Settings { time_limit: left, ..self.settings.clone() }
+    }
+
+    /// Returns the best ends that the interior point finds on the steps of `problem`.
+    fn free_end(&mut self, problem: &Problem, ends: &Ends) -> FreeEnd {
+        free_end::found(problem, (self.aim, ends), &self.settings(), self.observer)
+    }
+
+    /// Returns the plan to the best of the ends of one time.
+    fn in_time(&mut self, time: f64) -> Result<Solution, Halt> {
+        let ends = self.ends_at(time)?;
+        if !ends.has_roll() {
+            return self.plan(&self.problem.facing(&ends, 0.0));
+        }
+        let (mut problem, mut before): (_, Option<Solution>) = (self.problem.clone(), None);
+        loop {
+            let FreeEnd { reached, .. } = self.free_end(&problem, &ends);
+            let by_arcs = problem.switches() && problem.start.angular_velocity == Vector3::zeros();
+            let reached = if by_arcs { self.by_arcs(&problem, &ends, reached)? } else { reached };
+            let roll = reached.first().map_or(0.0, |best| ends.nearest(&best.attitude));
+            let found = self.plan(&problem.facing(&ends, roll))?;
+            // Steps that are chosen are those of the plan at the best roll so far.
+            let again = before.is_none()
+                && problem.chooses_steps
+                && found.outcome == Outcome::Converged
+                && found.steps != problem.steps;
+            if again {
+                problem = problem.with_steps(found.steps);
+                before = Some(found);
+                continue;
+            }
+            let lands = |plan: &Solution| {
+                let flown = plan.on_grid(self.problem);
+                plan.outcome == Outcome::Converged && left(&flown, &plan.trajectory) <= MET
+            };
+            // A plan to nearly the same roll may land where this one does not.
+            let kept = before.take_if(|before| lands(before) && !lands(&found));
+            let chosen = found.chosen.or(before.and_then(|before| before.chosen));
+            return Ok(with_rivals(kept.unwrap_or(Solution { chosen, ..found }), &reached));
+        }
+    }
+
+    /// Solves the maneuver to a given end.
+    fn plan(&mut self, given: &Problem) -> Result<Solution, Halt> {
+        Ok(without_arcs(given, &self.settings(), None, self.observer)?)
+    }
+
+    /// Returns ends as the arcs of continuous time have them, the cheapest first.
+    fn by_arcs(
+        &mut self,
+        problem: &Problem,
+        ends: &Ends,
+        mut reached: Vec<Reached>,
+    ) -> Result<Vec<Reached>, Halt> {
+        let settings = self.settings();
+        let mut rolls = Rolls::new(problem, *ends, &settings, self.observer);
+        let best = reached.first().map_or(f64::NAN, |best| best.rival.cost);
+        for end in reached.iter_mut().filter(|end| end.rival.cost <= best * (1.0 + CLOSE)) {
+            if let Some(best) = rolls.lowest(ends.nearest(&end.attitude))? {
+                end.attitude = ends.at(best.roll).0;
+                end.rival.cost = best.solution.cost;
+            }
+        }
+        reached.sort_by(|a, b| a.rival.cost.total_cmp(&b.rival.cost));
+        Ok(reached)
+    }
+
+    /// Returns the plan up to a longest duration: the better of all the time and the best duration.
+    fn up_to(&mut self, longest: f64) -> Result<Solution, Halt> {
+        let price = self.problem.objective.given_time_price().unwrap_or(0.0);
+        let priced = |time_price| {
+            self.problem.clone().with_objective(self.problem.objective.with_time_price(time_price))
         };
-        let Some(found) = found else {
-            last = rolls.unsolved.take().map(|solution| *solution);
-            return Ok(None);
+        let all = priced(None).lasting(longest);
+        let mut all = OnTarget { problem: &all, observer: self.observer, ..*self }.in_time(longest)?;
+        all.pay_for_time(price * longest);
+        let sought = priced(Some(price));
+        let sought = OnTarget { problem: &sought, observer: self.observer, ..*self }.moving()?;
+        let is_plan = |solution: &Solution| solution.outcome == Outcome::Converged;
+        let within = sought.trajectory.time.last().is_some_and(|duration| *duration <= longest);
+        let cheaper = is_plan(&sought) && within && !(is_plan(&all) && all.cost <= sought.cost);
+        Ok(if cheaper { sought } else { all })
+    }
+
+    /// Returns the plan to a target that moves, in the best duration.
+    fn moving(&mut self) -> Result<Solution, Halt> {
+        let ends = self.ends_at(0.0)?;
+        let FreeEnd { reached, stopped } = self.free_end(self.problem, &ends);
+        let Some(best) = reached.first() else {
+            let unsolved = Solution::unsolved(self.problem, self.settings.tolerance);
+            return Ok(Solution { outcome: stopped.unwrap_or(Outcome::Stalled), ..unsolved });
         };
-        best = Some(ends.at(found.roll).0);
-        let delay = takes(problem, &found.solution) - time;
-        seen.push([time, delay]);
-        Ok(Some(delay))
-    };
-    let Some([from, to]) = first_reached(&mut |time| late(time, observer))? else {
-        let unsolved = last.unwrap_or_else(|| Solution::unsolved(problem, settings.tolerance));
-        return Ok(Solution { outcome: Outcome::Stalled, infeasible: None, ..unsolved });
-    };
-    let time = root(from, to, NEAR, &mut |time| late(time, observer))?;
-    let settings = Settings { time_limit: remaining(), ..settings.clone() };
-    let attitude = best.unwrap_or(problem.end.attitude);
-    let meeting = problem.meeting(aim, &attitude, time, slope_near(&seen)).map_err(ProblemError::from);
-    Ok(solve(&meeting.map_err(PlanError::from)?, &settings, None, observer)?)
+        let found = match self.problem.objective {
+            Objective::Time if self.problem.switches() => self.quickest(best)?,
+            Objective::Time => self.meeting(best.time, &best.attitude, STANDS)?,
+            _ => self.in_best_time(best)?,
+        };
+        Ok(with_rivals(found, &reached))
+    }
+
+    /// Returns the plan of effort or fuel to where the target is at the best time.
+    fn in_best_time(&mut self, best: &Reached) -> Result<Solution, Halt> {
+        let ends = self.ends_at(best.time)?;
+        let priced = self.problem.objective.time_price() * best.time;
+        let given = self.problem.facing(&ends, ends.nearest(&best.attitude)).lasting(best.time);
+        let mut found = self.plan(&given)?;
+        found.pay_for_time(priced);
+        Ok(found)
+    }
+
+    /// Returns the plan that meets the target, where that is at `time` at first; `slope` is that of how late a plan is.
+    fn meeting(&mut self, time: f64, attitude: &Matrix3, slope: f64) -> Result<Solution, Halt> {
+        let meeting = self.problem.meeting(self.aim, attitude, time, slope).map_err(ProblemError::from);
+        self.plan(&meeting.map_err(PlanError::from)?)
+    }
+
+    /// Returns the quickest plan of inputs that switch, from that of the chain of equal steps.
+    fn quickest(&mut self, best: &Reached) -> Result<Solution, Halt> {
+        let mut attitude = best.attitude;
+        let mut seen: Vec<Late> = Vec::new();
+        let mut late = |time: f64| -> Result<Option<f64>, Halt> {
+            let ends = self.ends_at(time)?;
+            let quick = Settings { search: Thoroughness::Quick, ..self.settings() };
+            let found =
+                Rolls::new(self.problem, ends, &quick, self.observer).lowest(ends.nearest(&attitude))?;
+            let Some(found) = found else { return Ok(None) };
+            attitude = ends.at(found.roll).0;
+            let delay = takes(self.problem, &found.solution) - time;
+            seen.push([time, delay]);
+            Ok(Some(delay))
+        };
+        let mut bracket = None;
+        for first in [BEFORE * best.time, 0.0] {
+            bracket = first_reached(first, &mut late)?;
+            if bracket.is_some() {
+                break;
+            }
+        }
+        let time = match bracket {
+            Some([from, to]) => root(from, to, NEAR, &mut late)?,
+            None => best.time,
+        };
+        self.meeting(time, &attitude, slope_near(&seen))
+    }
+}
+
+/// Returns a plan with the other ends beside it that were found.
+fn with_rivals(mut found: Solution, reached: &[Reached]) -> Solution {
+    found.rivals.extend(reached.iter().skip(1).map(|end| end.rival.clone()));
+    found.rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    found
 }
 
 /// How long a plan takes \[s\]: that of inputs that switch in continuous time, which does not depend on the grid.
@@ -157,11 +247,13 @@ fn takes(problem: &Problem, solution: &Solution) -> f64 {
 /// A time, and how late a plan is that is to end then \[s\].
 type Late = [f64; 2];
 
-/// The first interval at whose start a plan takes longer than there is time and at whose end it does not, with how late it is
-/// at either.
-fn first_reached(late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>) -> Result<Option<[Late; 2]>, Halt> {
-    let mut time = 0.0;
-    let Some(mut delay) = late(time)? else { return Ok(None) };
+/// The first interval from `time` on at whose start a plan takes longer than there is time and at whose end it does not, with how late
+/// it is at either; none where it is not late at first.
+fn first_reached(
+    mut time: f64,
+    late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,
+) -> Result<Option<[Late; 2]>, Halt> {
+    let Some(mut delay) = late(time)?.filter(|delay| *delay > 0.0) else { return Ok(None) };
     for _ in 0..MOST_TIMES {
         // By the time that the plan would take the target is elsewhere.
         let next = time + delay;

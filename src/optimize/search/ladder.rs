@@ -13,6 +13,7 @@ use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Trajectory;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::methods::interior_point::chain::family::Family;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::Chain;
@@ -37,6 +38,8 @@ pub(super) struct Ask<'a> {
     pub paths: &'a [Candidate],
     /// Whether what is written is made to land.
     pub lands: bool,
+    /// The ends, where the end is one of a family.
+    pub family: Option<&'a Family>,
 }
 
 impl Ask<'_> {
@@ -50,6 +53,7 @@ impl Ask<'_> {
             goal: None,
             paths: &[],
             lands: false,
+            family: None,
             ..self.clone()
         }
     }
@@ -67,6 +71,7 @@ impl Ask<'_> {
             goal,
             paths: &[],
             lands: false,
+            family: None,
         }
     }
 }

@@ -4,6 +4,7 @@ use super::ladder::Search;
 use super::record::{self, Recorded};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::Method as Road;
+use crate::maneuver::solution::Outcome;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
@@ -75,7 +76,16 @@ fn again<const N: usize>(
         match (candidate.provenance.method, options) {
             (Road::Scp, Some(options)) => ConvexIteration { chain, options }.improve(candidate, budget),
             (_, polish) => {
-                InteriorPoint { chain, tuning: &Tuning::default(), polish }.improve(candidate, budget)
+                // The target has moved by little: from close by at first, then from farther away.
+                let mut last = Attempt::failed(candidate.clone(), Outcome::Stalled);
+                for tuning in &[Tuning::close(), Tuning::near(), Tuning::default()] {
+                    last = InteriorPoint { chain, tuning, polish, family: None }
+                        .improve(candidate.clone(), budget);
+                    if last.converged() {
+                        break;
+                    }
+                }
+                last
             }
         }
     });
@@ -115,7 +125,9 @@ const FAR: f64 = 1.0;
 /// steps a discrete motion may pass by the center of a field, which costs little and which no body does.
 pub(super) fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bool {
     let passes = search.problem.motion == Motion::RigidBody && !search.problem.environment.is_free();
-    let Some(goal) = search.ask.goal.as_ref().filter(|_| passes) else { return true };
+    // An end of a family is none of the maneuver's.
+    let checked = passes && search.ask.family.is_none();
+    let Some(goal) = search.ask.goal.as_ref().filter(|_| checked) else { return true };
     let chain = search.chain(attempt.candidate.steps());
     recorded(search, goal, &chain, attempt).is_some_and(|(planned, found)| {
         found.terminal.largest() <= search.context.settings.tolerance

@@ -1,7 +1,7 @@
 //! The arcs of a plan that more than limits of the torques shapes: what that of the chain on equal steps is in continuous time.
 
 use super::context::Context;
-use crate::maneuver::problem::Problem;
+use crate::maneuver::problem::{Formulation, Problem};
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
@@ -22,8 +22,10 @@ const FLOW_STEPS: usize = 200_000;
 pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution) -> Solution {
     // Up to a longest duration it is the chain that knows whether all of it is used.
     let converged = plan.outcome == Outcome::Converged && problem.duration.at_most().is_none();
-    if converged && plan.switching.is_none() {
-        plan.switching = arcs_of(problem, context, &plan);
+    let given = plan.on_grid(problem);
+    if converged && plan.switching.is_none() && Formulation::of(&given) == Formulation::Chain {
+        plan.switching = arcs_of(&given, context, &plan);
+        plan.solve_time += context.began.elapsed().as_secs_f64();
     }
     plan
 }

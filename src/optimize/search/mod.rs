@@ -17,6 +17,7 @@ mod duration;
 mod effort;
 mod ends;
 mod found;
+mod free_end;
 mod given_duration;
 mod goal;
 mod guess;
@@ -39,7 +40,6 @@ mod starts;
 mod steps;
 mod switching;
 mod transfer;
-mod transversality;
 mod way;
 
 pub use context::{Control, Observer, Progress, Silent};
@@ -59,6 +59,7 @@ use context::Context;
 use found::Found;
 use given_duration::{polished, search_of, searched, with_duration_found};
 use ladder::Ask;
+use std::time::Instant;
 use thiserror::Error;
 
 /// Why a plan was not attempted.
@@ -213,6 +214,7 @@ pub fn polish(
         goal: None,
         paths: &[],
         lands: false,
+        family: None,
     };
     Ok(match problem.motion {
         Motion::Attitude => polished(&search_of::<6>(problem, &context, ask)),
@@ -264,6 +266,20 @@ pub(crate) fn warm(
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error.
 pub fn solve(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+) -> Result<Solution, PlanError> {
+    let began = Instant::now();
+    let found = without_arcs(problem, settings, guess, observer)?;
+    let left = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
+    let settings = Settings { time_limit: left, ..settings.clone() };
+    Ok(limited::with_arcs(problem, &Context::new(&settings, observer), found))
+}
+
+/// Solves a maneuver, and leaves what it is in continuous time for its best plan.
+fn without_arcs(
     problem: &Problem,
     settings: &Settings,
     guess: Option<&Guess>,
@@ -341,14 +357,14 @@ fn solve_on(
             check_for_chain(problem, settings, guess)?;
             let context = Context::new(settings, observer);
             let found = cheapest::solve(problem, &context, &Trajectory::default());
-            Ok(limited::with_arcs(problem, &context, found))
+            Ok(found)
         }
     }
 }
 
 /// Most steps on which equal steps are tried unasked: SCP takes seconds on two hundred of them, in proportion more on more, and memory
 /// that is told of no plan of arcs (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
-const MOST_EQUAL_STEPS: usize = 1_000;
+const MOST_EQUAL_STEPS: usize = 10_000;
 
 /// The plan of arcs or, where there is none or it is dearer than its certificate and the grid account for, that of SCP on equal steps, if
 /// that is cheaper: where inputs are singular no arcs that the grid can hold may be near, and a first path may lead nowhere.
@@ -359,6 +375,9 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
         if found.trajectory.time.is_empty() { found.shortest.is_some() } else { !switching::is_dear(&found) };
     let settings = context.settings;
     let asked = settings.method == Method::Auto && settings.search != Thoroughness::Quick;
+    // The natural motion of a body that moves at an end may turn it by more than a way round, which extremals rarely follow.
+    let rests = [&problem.start, &problem.end].iter().all(|end| end.angular_velocity == Vector3::zeros());
+    let settled = settled && rests;
     let may = asked && problem.shortest_pulse().is_none() && problem.steps <= MOST_EQUAL_STEPS;
     if settled || !may || context.interrupt().is_some() {
         return found;
@@ -416,6 +435,7 @@ fn in_given_duration(
             goal: None,
             paths: &[],
             lands: context.lands(),
+            family: None,
         },
     ))
 }
@@ -468,6 +488,7 @@ pub fn solve_convex(
         goal: None,
         paths: &[],
         lands: false,
+        family: None,
     };
     Ok(searched(problem, &context, ask))
 }

@@ -26,8 +26,12 @@ const SIDES: usize = 6;
 /// A turn by more than this may be longer than the other way round \[rad\].
 const NEARLY_HALF: f64 = 150.0 / 180.0 * PI;
 
-/// Returns paths on a grid of `steps` steps, the likeliest first.
-pub(super) fn of<const N: usize>(search: &Search<N>, steps: usize) -> Vec<Candidate> {
+/// Returns paths on a grid of `steps` steps, the likeliest first, as many as a search takes that is so thorough.
+pub(super) fn of<const N: usize>(
+    search: &Search<N>,
+    steps: usize,
+    thoroughness: Thoroughness,
+) -> Vec<Candidate> {
     let bvp = BoundaryValueProblem::<N>::new(search.problem, steps);
     let rests =
         [&search.problem.start, &search.problem.end].map(|end| end.angular_velocity == Vector3::zeros());
@@ -38,14 +42,14 @@ pub(super) fn of<const N: usize>(search: &Search<N>, steps: usize) -> Vec<Candid
     if moves && let Ok(coasts) = paths::coasting(&bvp, &turns) {
         found.extend(coasts);
     }
-    let thorough = search.context.settings.search == Thoroughness::Thorough;
+    let thorough = thoroughness == Thoroughness::Thorough;
     for (index, turn) in turns.iter().enumerate() {
         let rotation = paths::rotation(&bvp, *turn);
         let name = starts::name_of(*turn);
         found.push(paths::smooth(&bvp, name.clone(), &rotation, paths::straight));
         // Of two ways that are about as long both are bent, and all where the search is to be thorough.
         let is_bent = index == 0 || thorough || index == 1 && nearly_half;
-        let bends = if is_bent && search.context.settings.search != Thoroughness::Quick { SIDES } else { 0 };
+        let bends = if is_bent && thoroughness != Thoroughness::Quick { SIDES } else { 0 };
         for (side, bend) in sides(&rotation).into_iter().enumerate().take(bends) {
             let name = format!("{name}, bent {}", side + 1);
             found.push(paths::smooth(&bvp, name, &rotation, |t| bend * (PI * t).sin()));

@@ -35,6 +35,9 @@ const RESERVE: f64 = 1.1;
 /// Most steps that are chosen: more are taken where they are given. A plan on these takes seconds.
 const MOST: usize = 20_000;
 
+/// The same of plans whose error falls with the step alone: one of a thousandth takes many more steps than one of a hundredth.
+const MOST_OF_FIRST_ORDER: usize = 1_000;
+
 /// Solves a maneuver on as many steps as it needs, from [`Problem::steps`] upwards.
 pub(super) fn chosen(
     problem: &Problem,
@@ -84,6 +87,7 @@ pub(super) fn chosen(
             break;
         }
         best = Some(found);
+        let first_order = estimate.as_ref().is_some_and(|estimate| estimate.order < 2.0);
         let for_cost = estimate.filter(|estimate| estimate.error > COST);
         let for_cost = for_cost.map(|Estimate { error, order }| {
             (steps as f64 * (error / COST).powf(order.recip()) * RESERVE).ceil() as usize
@@ -91,10 +95,11 @@ pub(super) fn chosen(
         // More steps that bring the end no nearer never will.
         let for_landing = (!lands && nearer).then_some(2 * steps);
         let Some(next) = for_cost.into_iter().chain(for_landing).max() else { break };
-        if steps >= MOST {
+        let most = if first_order { MOST_OF_FIRST_ORDER.max(problem.steps) } else { MOST };
+        if steps >= most {
             break;
         }
-        steps = next.min(MOST);
+        steps = next.min(most);
     }
     let mut solution = match best {
         Some(solution) => solution,

@@ -2,10 +2,13 @@
 //! differences.
 
 use super::chain::ChainProgram;
+use super::chain::family::Family;
 use super::method::InteriorPoint;
 use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
 use super::tuning::Tuning;
+use crate::maneuver::aim::Aim;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
+use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
@@ -72,7 +75,7 @@ fn programs(
     {
         let limits = LimitRows::of(&problem, &model);
         let iterate = trajectory(&mut random, &model);
-        let program = ChainProgram::of(&model, &limits, &iterate, &Tuning::default());
+        let program = ChainProgram::of(&model, &limits, None, &iterate, &Tuning::default());
         let shape = program.shape();
         let mut point = Point::of(shape);
         program.point(&iterate, &mut point);
@@ -309,6 +312,91 @@ fn the_curvature_of_a_program_is_the_derivative_of_its_gradient() {
     assert!(worst > 0.0);
 }
 
+/// The ends of a maneuver on targets that move: with a free roll, near a second direction with and
+/// without matched rates, and in a given duration.
+fn families(problem: &Problem) -> Vec<Family> {
+    let seconds = problem.seconds();
+    let moving = |vector: Vector3, rate: f64| {
+        let rate = Vector3::new(0.2, 0.5, -0.4) * (rate / seconds);
+        Direction::turning(vector, rate, 10.0 * seconds).unwrap()
+    };
+    let first = || moving(Vector3::new(0.6, -0.64, 0.48), 1.0);
+    let aim = || Aim::new(Vector3::new(0.0, 0.6, 0.8), first()).spinning(0.3 / seconds);
+    let second = moving(Vector3::new(0.0, 0.6, 0.8), -0.7);
+    let banded = Aim::new(Vector3::x(), first()).with_roll_towards(Vector3::z(), second, 1.0);
+    let from = lie::exp(&Vector3::new(0.3, -0.2, 0.4));
+    let sought = problem.clone().with_duration(Duration::SOUGHT);
+    let of = |problem: &Problem, aim: Aim| Family::of(problem, &aim, &from).unwrap();
+    vec![
+        of(&sought, aim()),
+        of(&sought, aim().at_rest()),
+        of(&sought, banded.clone()),
+        of(&sought, banded.at_rest()),
+        of(problem, aim()),
+    ]
+}
+
+/// First and second derivatives of the terminal equations of families at one of their ends, by
+/// central differences.
+#[test]
+fn ends_of_families_have_the_derivatives_of_their_equations() {
+    let mut random = Random(5);
+    let mut seen = 0;
+    for (problem, model) in chains().filter(|(_, model)| model.given().len() >= 6).step_by(3) {
+        for family in families(&problem) {
+            let limits = LimitRows::of(&problem, &model);
+            let mut iterate = trajectory(&mut random, &model);
+            let mut tuning = Tuning::default();
+            tuning.program.difference = 1e-4;
+            let of = |iterate: &Iterate| {
+                let program = ChainProgram::of(&model, &limits, Some(&family), iterate, &tuning);
+                let mut point = Point::of(program.shape());
+                program.point(iterate, &mut point);
+                (program, point)
+            };
+            // The end nearest to the path.
+            let (program, point) = of(&iterate);
+            iterate.states[model.steps].attitude = program.end_at(&point);
+            let (program, point) = of(&iterate);
+            let shape = program.shape();
+            let mut duals = Duals::of(shape);
+            duals.terminal.iter_mut().for_each(|value| *value = random.uniform());
+            let mut at = Derivatives::of(shape);
+            assert!(program.derivatives(&point, &duals, &mut at));
+            let n = shape.n;
+            let values = |moves: [(usize, f64); 2]| {
+                let mut by = Increment::of(shape);
+                moves.iter().for_each(|(i, by_i)| by.states[shape.stages * n + i] += by_i);
+                let (mut there, mut values) = (Point::of(shape), Values::of(shape));
+                program.moved(&point, &by, 1.0, &mut there);
+                assert!(program.values(&there, &mut values));
+                values.terminal
+            };
+            let weighed = |moves| -> f64 {
+                values(moves).iter().zip(&duals.terminal).map(|(error, nu)| error * nu).sum()
+            };
+            for i in 0..n {
+                let [plus, minus] = [STEP, -STEP].map(|by| values([(i, by), (i, 0.0)]));
+                for (c, (plus, minus)) in plus.iter().zip(&minus).enumerate() {
+                    let (found, known) = ((plus - minus) / (2.0 * STEP), at.terminal_slopes[c * n + i]);
+                    assert!((found - known).abs() < CLOSE, "end {c} {i}: {found} {known}");
+                }
+                for j in 0..=i {
+                    let corner = |x: f64, y: f64| weighed([(i, x * WIDE), (j, y * WIDE)]);
+                    let sum = corner(1.0, 1.0) - corner(1.0, -1.0) - corner(-1.0, 1.0) + corner(-1.0, -1.0);
+                    let (found, known) = (sum / (4.0 * WIDE * WIDE), at.last_curvature[i * n + j]);
+                    assert!(
+                        (found - known).abs() < 30.0 * CLOSE_TO_SECOND * (1.0 + known.abs()),
+                        "{i} {j}: {found} {known}"
+                    );
+                }
+            }
+            seen += 1;
+        }
+    }
+    assert!(seen > 40, "{seen}");
+}
+
 /// From its one start, the interior point and Newton on the rows that it tells: costs of theory.md,
 /// from another program, on the same grid, and without limits the costates of the shooting.
 #[test]
@@ -324,7 +412,7 @@ fn the_reference_costs_are_met_and_multipliers_are_costates() {
         let solved = |polish| {
             let poses = straight(&chain.model).into_iter();
             let start = path("short", &chain.model.dynamics.grid, poses);
-            InteriorPoint { chain: &chain, tuning: &tuning, polish }.improve(start, &budget)
+            InteriorPoint { chain: &chain, tuning: &tuning, polish, family: None }.improve(start, &budget)
         };
         let [plain, polished] = [None, Some(&options)].map(solved);
         assert!(plain.converged() && polished.converged());
@@ -353,7 +441,7 @@ fn the_reference_costs_are_met_and_multipliers_are_costates() {
 fn improved(chain: &Chain, polish: Option<&ScpOptions>) -> Attempt {
     let start = path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter());
     let budget = Budget { iterations: 250, watch: Watch::NONE };
-    InteriorPoint { chain, tuning: &Tuning::default(), polish }.improve(start, &budget)
+    InteriorPoint { chain, tuning: &Tuning::default(), polish, family: None }.improve(start, &budget)
 }
 
 /// Fuel by the norm of the torque, on 50 steps: of another program on the same grid (CasADi and

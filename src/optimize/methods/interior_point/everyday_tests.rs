@@ -101,13 +101,14 @@ fn short(chain: &Chain) -> Candidate {
 
 /// What the method starts from on that path.
 pub(super) fn start_of(chain: &Chain, tuning: &Tuning) -> Iterate {
-    InteriorPoint { chain, tuning, polish: None }.start(&short(chain), &Watch::NONE)
+    InteriorPoint { chain, tuning, polish: None, family: None }.start(&short(chain), &Watch::NONE)
 }
 
 fn solved(problem: &Problem, kind: Kind) -> Attempt {
     let chain = chain_of(problem, kind);
     let budget = Budget { iterations: 200, watch: Watch::NONE };
-    InteriorPoint { chain: &chain, tuning: &Tuning::default(), polish: None }.improve(short(&chain), &budget)
+    InteriorPoint { chain: &chain, tuning: &Tuning::default(), polish: None, family: None }
+        .improve(short(&chain), &budget)
 }
 
 /// Maneuvers of each kind.

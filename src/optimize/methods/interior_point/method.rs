@@ -2,6 +2,7 @@
 //! has them, to an optimum within all limits.
 
 use super::chain::ChainProgram;
+use super::chain::family::Family;
 use super::iteration::{End, Run, Solver};
 use super::program::Program;
 use super::tuning::Tuning;
@@ -31,6 +32,8 @@ pub(crate) struct InteriorPoint<'a> {
     /// Settings of the final Newton iteration on the active set, which needs a cost that is
     /// strictly convex within the active rows. `None` skips it.
     pub polish: Option<&'a ScpOptions>,
+    /// The ends, where the end is one of a family instead of that of the chain.
+    pub family: Option<&'a Family>,
 }
 
 impl Method for InteriorPoint<'_> {
@@ -42,7 +45,7 @@ impl Method for InteriorPoint<'_> {
         if let Some(nothing) = self.costs_nothing(&candidate, &start) {
             return nothing;
         }
-        let program = ChainProgram::of(model, rows, &start, self.tuning);
+        let program = ChainProgram::of(model, rows, self.family, &start, self.tuning);
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
         let most = self.tuning.for_each.saturating_mul(budget.iterations);
@@ -54,7 +57,10 @@ impl Method for InteriorPoint<'_> {
         let (mut iterate, mut multipliers) = program.found(&solver.point, &solver.duals);
         // Along motions that are not stable the inputs replayed from the start miss the end by what round-off grows to.
         for _ in 0..self.tuning.replays {
-            let Ok(replayed) = iterate.replayed(model) else { break };
+            // An end of a family is none of the chain's.
+            let Some(replayed) = iterate.replayed(model).ok().filter(|_| self.family.is_none()) else {
+                break;
+            };
             let missed = replayed.states.last().map_or(0.0, |last| model.terminal_error(last).amax());
             if run.end != End::Converged || missed <= self.tuning.round_off {
                 break;
@@ -172,7 +178,7 @@ impl InteriorPoint<'_> {
         let mut stretch = candidate.grid.duration();
         for _ in 0..self.tuning.fitted {
             let along = first_iterate::along(model, &LimitRows::default(), &poses, stretch, watch);
-            let program = ChainProgram::of(model, rows, &along, self.tuning);
+            let program = ChainProgram::of(model, rows, None, &along, self.tuning);
             let mut point = super::program::Point::of(program.shape());
             program.point(&along, &mut point);
             let next = program.fitting(&point)?;
@@ -224,8 +230,9 @@ pub fn with_cold_solve<T>(problem: &Problem, work: impl FnOnce(&mut dyn FnMut() 
         Pose { position: Vector3::zeros(), attitude }
     };
     let path = path("short", &model.dynamics.grid, (0..=steps).map(pose));
-    let start = InteriorPoint { chain: &chain, tuning: &tuning, polish: None }.start(&path, &Watch::NONE);
-    let program = ChainProgram::of(model, &chain.rows, &start, &tuning);
+    let start = InteriorPoint { chain: &chain, tuning: &tuning, polish: None, family: None }
+        .start(&path, &Watch::NONE);
+    let program = ChainProgram::of(model, &chain.rows, None, &start, &tuning);
     let mut solver = Solver::of(program.shape());
     program.point(&start, &mut solver.point);
     let first = solver.point.clone();

@@ -99,7 +99,7 @@ fn timed(problem: &crate::maneuver::problem::Problem, kind: Kind, steps: usize, 
     let chain = chain_of(&problem, kind);
     let (model, rows) = (&chain.model, &chain.rows);
     let start = start_of(&chain, tuning);
-    let program = ChainProgram::of(model, rows, &start, tuning);
+    let program = ChainProgram::of(model, rows, None, &start, tuning);
     let shape = program.shape();
     let timed = Timed { program: &program, spent: Cell::default() };
     let mut solver = Solver::of(shape);

@@ -261,6 +261,11 @@ impl Tuning {
         Self { first: 1e-4, slack: 1e-3, ..Self::default() }
     }
 
+    /// Returns the settings for a start beside an optimum on the same grid, as towards a target that has moved by little.
+    pub fn close() -> Self {
+        Self { first: 1e-6, slack: 1e-5, ..Self::default() }
+    }
+
     /// Returns the settings for comparing optima on a coarse grid.
     pub fn roughly() -> Self {
         Self { tolerance: 1e-6, acceptable: 1e-3, last: 1e-7, raises: 1, ..Self::default() }

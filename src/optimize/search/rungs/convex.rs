@@ -108,7 +108,7 @@ fn from_bent<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &
     if search.problem.ends_in_any_attitude() {
         return;
     }
-    for path in seeds::of(search, coarse.model.steps) {
+    for path in seeds::of(search, coarse.model.steps, search.context.settings.search) {
         for seed in detours(search.problem, path) {
             if search.stopped() {
                 return;

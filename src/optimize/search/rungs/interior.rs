@@ -22,9 +22,7 @@ impl<const N: usize> Climb<N> for Interior {
         let coarse = search.chain(chain_steps(search.problem));
         for path in search.ask.paths {
             for seed in detours(search.problem, path.clone()) {
-                if !search.stopped() {
-                    descend(search, found, &coarse, seed);
-                }
+                descend(search, found, &coarse, seed);
             }
         }
         carry(search, found, &coarse);

@@ -1,7 +1,7 @@
 //! Which rows a program has, and what each depends on.
 
 use super::super::program::{RowKind, Shape};
-use super::{Bound, Lane, Norm, Row};
+use super::{Bound, Lane, NO_ROW, Norm, Row};
 use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::rows::{LimitRows, What};
 
@@ -94,7 +94,14 @@ pub(super) fn describe(
         shape.row(RowKind::Hard, of_input(input).chain(duration).chain([before]));
         rows.push(Row { bound: Bound::Change, row });
     }
-    shape.end_stage();
+}
+
+/// Appends the rows that hold the roll of the end within its band.
+pub(super) fn hold_roll(roll: usize, shape: &mut Shape, rows: &mut Vec<Row>) {
+    for side in [1.0, -1.0] {
+        shape.row(RowKind::Hard, [shape.m + roll]);
+        rows.push(Row { bound: Bound::Roll(side), row: NO_ROW });
+    }
 }
 
 /// Returns the sets of inputs whose fuel is counted by the norm of their sum.

@@ -34,6 +34,7 @@
 
 mod curvature;
 mod ends;
+pub(crate) mod family;
 mod layout;
 mod point;
 mod slopes;
@@ -49,6 +50,7 @@ use crate::optimize::methods::scp::iterate::Iterate;
 use crate::optimize::methods::scp::model::{ChainState, Model};
 use crate::optimize::methods::scp::rows::{LimitRows, What};
 use crate::{Matrix3, Vector3};
+use family::Family;
 use space::Space;
 use std::cell::{Cell, RefCell};
 
@@ -94,14 +96,19 @@ enum Bound {
     Side(usize),
     /// The norm of a set, at most what its input `σ` counts.
     Norm(usize),
+    /// The roll of the end to one side, within the band that is allowed.
+    Roll(f64),
 }
 
-/// A row of the program: what it bounds, and the chain's row that it stands for.
+/// A row of the program: what it bounds, and the chain's row that it stands for, if any.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     bound: Bound,
     row: usize,
 }
+
+/// In place of a chain's row where a row stands for none.
+const NO_ROW: usize = usize::MAX;
 
 /// The program.
 pub(crate) struct ChainProgram<'a> {
@@ -117,6 +124,9 @@ pub(crate) struct ChainProgram<'a> {
     units: Vec<f64>,
     /// Numbers of the state that hold the inputs before.
     before: usize,
+    /// The ends, where the end is not given, and where their roll stands in a tangent vector.
+    family: Option<&'a Family>,
+    roll: Option<usize>,
     /// Components of the terminal error that are given.
     given: Vec<usize>,
     /// A cost of the program is this times that of the chain.
@@ -128,8 +138,15 @@ pub(crate) struct ChainProgram<'a> {
 }
 
 impl<'a> ChainProgram<'a> {
-    /// Builds the program of a chain, scaled for a first point of about the size of `start`.
-    pub fn of(model: &'a Model, limits: &'a LimitRows, start: &Iterate, tuning: &Tuning) -> Self {
+    /// Builds the program of a chain, scaled for a first point of about the size of `start`, to the end
+    /// of the chain or to one of a family.
+    pub fn of(
+        model: &'a Model,
+        limits: &'a LimitRows,
+        family: Option<&'a Family>,
+        start: &Iterate,
+        tuning: &Tuning,
+    ) -> Self {
         let mut units = vec![0.0f64; model.m];
         let mut sides = vec![(false, false); model.m];
         for row in &limits.rows {
@@ -161,17 +178,23 @@ impl<'a> ChainProgram<'a> {
         let norms = layout::norms(model, limits, lanes.len());
         let changes = limits.rows.iter().any(|row| matches!(row.what, What::InputRate { .. }));
         let before = if changes { model.m } else { 0 };
-        let n = model.n + before;
+        let roll = family.filter(|family| family.has_roll()).map(|_| model.n + before);
+        let free = usize::from(roll.is_some());
+        let n = model.n + before + free;
         let fixed = if model.zeta() == 6 { 6 } else { 0 } + 9 + 3 + model.wheels + 1;
         let given = model.given();
         let mut shape = Shape {
             terminal: given.len(),
-            starts: usize::from(model.duration.is_some()),
-            ..Shape::new(n, lanes.len() + norms.len(), fixed + before, model.steps + 1)
+            starts: usize::from(model.duration.is_some()) + free,
+            ..Shape::new(n, lanes.len() + norms.len(), fixed + before + free, model.steps + 1)
         };
         let (mut rows, space) = (Vec::new(), Space::of(&shape, model.m));
         for stage in 0..=model.steps {
             layout::describe(model, limits, (&lanes, &norms), stage, &mut shape, &mut rows);
+            if let Some(roll) = roll.filter(|_| stage == model.steps && family.is_some_and(Family::is_band)) {
+                layout::hold_roll(roll, &mut shape, &mut rows);
+            }
+            shape.end_stage();
         }
         let mut program = Self {
             model,
@@ -183,6 +206,8 @@ impl<'a> ChainProgram<'a> {
             rows,
             units,
             before,
+            family,
+            roll,
             scale: 1.0,
             prices: vec![1.0; given.len()],
             given,
@@ -208,7 +233,7 @@ impl<'a> ChainProgram<'a> {
         let s = at.states[zeta + 12 + self.model.wheels];
         let mut needed = 0.0f64;
         for (row, c) in self.rows.iter().zip(&values.rows) {
-            let what = &self.limits.rows[row.row].what;
+            let Some(what) = self.what_of(row) else { continue };
             let growth = what.growth();
             if growth == 0 || matches!(row.bound, Bound::Change) {
                 continue;
@@ -242,6 +267,16 @@ impl<'a> ChainProgram<'a> {
             };
             *price = (1.0 / size).max(1.0);
         }
+    }
+
+    /// Returns what a row of the chain bounds, if the row is one of the chain.
+    fn what_of(&self, row: &Row) -> Option<&What> {
+        self.limits.rows.get(row.row).map(|row| &row.what)
+    }
+
+    /// Returns where the inputs before stand among the coordinates of a state.
+    fn held(&self) -> usize {
+        self.model.zeta() + 13 + self.model.wheels
     }
 
     /// Returns the force or torque of a set as a part of its limit, in the axes of the set.
@@ -283,7 +318,7 @@ impl Program for ChainProgram<'_> {
             self.defect(k, at, &stage, space, &mut out.values.defects[k * n..][..n]);
             for row in self.shape.rows_of(k) {
                 // Cones tell theirs with their slopes.
-                if !matches!(self.limits.rows[self.rows[row].row].what, What::Cone(_)) {
+                if !matches!(self.what_of(&self.rows[row]), Some(What::Cone(_))) {
                     out.values.rows[row] = self.value(&self.rows[row], k, at, &stage, space);
                 }
             }
@@ -293,8 +328,7 @@ impl Program for ChainProgram<'_> {
             self.slopes(at, k, &stage, duals, space, out);
         }
         self.terminal(at, &mut out.values.terminal);
-        self.ends(at, duals, out);
-        true
+        self.ends(at, duals, out)
     }
 
     fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point) {
@@ -319,6 +353,9 @@ impl Program for ChainProgram<'_> {
             to[place] = from[place] * model.duration.map_or(1.0, grown);
             for i in 0..self.before {
                 to[place + 1 + i] = from[place + 1 + i] + part * z[model.n + i];
+            }
+            if let Some(roll) = self.roll {
+                to[c - 1] = from[c - 1] + part * z[roll];
             }
         }
         // The start is what its duration makes of it.

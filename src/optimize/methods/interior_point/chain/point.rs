@@ -13,6 +13,11 @@ impl ChainProgram<'_> {
     /// Writes the point of an iterate.
     pub fn point(&self, iterate: &Iterate, out: &mut Point) {
         let (model, c) = (self.model, self.shape.coordinates);
+        if self.roll.is_some() {
+            let end = &iterate.states[model.steps];
+            let roll = self.nearest_roll(iterate.stretch(), &end.attitude);
+            out.states.chunks_exact_mut(c).for_each(|state| state[c - 1] = roll);
+        }
         for stage in 0..=model.steps + 1 {
             let after = stage == model.steps + 1;
             let node = stage.min(model.steps);
@@ -26,7 +31,7 @@ impl ChainProgram<'_> {
             };
             self.write(&state, &mut out.states[stage * c..][..c]);
             if self.before > 0 {
-                let before = &mut out.states[(stage + 1) * c - self.before..][..self.before];
+                let before = &mut out.states[stage * c + self.held()..][..self.before];
                 before.fill(0.0);
                 if stage > 0 {
                     let inputs = &iterate.inputs[stage - 1];
@@ -113,7 +118,7 @@ impl ChainProgram<'_> {
             let multiplier = duals.rows[index] * by;
             match row.bound {
                 Bound::Row | Bound::Change => rows[row.row] += multiplier,
-                Bound::Side(_) | Bound::Norm(_) => {}
+                Bound::Side(_) | Bound::Norm(_) | Bound::Roll(_) => {}
             }
         }
         self.kinks(at, &inputs, states[0].stretch, duals, &mut rows);
@@ -126,7 +131,7 @@ impl ChainProgram<'_> {
     /// of a norm times its multiplier.
     fn kinks(&self, at: &Point, inputs: &[Vec<f64>], stretch: f64, duals: &Duals, rows: &mut [f64]) {
         for (row, multiplier) in self.rows.iter().zip(&duals.rows) {
-            let limit = &self.limits.rows[row.row];
+            let Some(limit) = self.limits.rows.get(row.row) else { continue };
             if let Bound::Norm(index) = row.bound {
                 let norm = &self.norms[index];
                 let sigma = at.inputs[limit.stage * self.shape.m + norm.place];
@@ -154,7 +159,7 @@ impl ChainProgram<'_> {
     /// there.
     fn to_nodes(&self, at: &Point, rows: &mut [f64]) {
         for row in &self.rows {
-            let limit = &self.limits.rows[row.row];
+            let Some(limit) = self.limits.rows.get(row.row) else { continue };
             let What::Cone(cone) = &limit.what else { continue };
             if !cone.is_of_arc() || rows[row.row] == 0.0 {
                 continue;

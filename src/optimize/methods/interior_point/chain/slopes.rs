@@ -259,6 +259,9 @@ impl ChainProgram<'_> {
                 steps[place * n + self.model.n + lane.input] += lane.factor / self.units[lane.input];
             }
         }
+        if let Some(roll) = self.roll {
+            steps[(self.shape.m + roll) * n + roll] = 1.0;
+        }
     }
 
     /// Writes the derivative of the physical rate at the node.
@@ -303,8 +306,12 @@ impl ChainProgram<'_> {
         let mut sums = Sums::default();
         for index in self.shape.rows_of(here.k) {
             let row = &self.rows[index];
-            let what = &self.limits.rows[row.row].what;
             let slopes = self.shape.slopes_of(index);
+            if let (Bound::Roll(side), Some(family)) = (row.bound, self.family) {
+                out.slopes[slopes].fill(side / family.within());
+                continue;
+            }
+            let what = &self.limits.rows[row.row].what;
             let bent = Bent {
                 multiplier: duals.rows[index],
                 power: f64::from(what.growth()),

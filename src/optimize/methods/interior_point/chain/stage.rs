@@ -137,6 +137,9 @@ impl ChainProgram<'_> {
     pub(super) fn value(&self, row: &Row, k: usize, at: &Point, stage: &Stage, space: &Space) -> f64 {
         let Shape { m, coordinates: c, .. } = self.shape;
         let model = self.model;
+        if let (Bound::Roll(side), Some(family)) = (row.bound, self.family) {
+            return side * at.states[(k + 1) * c - 1] / family.within() - 1.0;
+        }
         let what = &self.limits.rows[row.row].what;
         if let Bound::Side(lane) = row.bound {
             return -at.inputs[k * m + lane];
@@ -152,7 +155,7 @@ impl ChainProgram<'_> {
         match what {
             What::InputSize { input, sign, limit } => sign * space.inputs[*input] / limit - s * s,
             What::InputRate { input, sign, limit } => {
-                let before = at.states[(k + 1) * c - self.before + input] * self.units[*input];
+                let before = at.states[k * c + self.held() + input] * self.units[*input];
                 sign * (space.inputs[*input] - before) / limit - s * s * s
             }
             What::InputNorm { forces, limit } => {
@@ -255,7 +258,10 @@ impl ChainProgram<'_> {
             out[duration] = (stage.stretch / next[zeta + 12 + model.wheels]).ln();
         }
         for input in 0..self.before {
-            out[model.n + input] = space.inputs[input] / self.units[input] - next[c - self.before + input];
+            out[model.n + input] = space.inputs[input] / self.units[input] - next[self.held() + input];
+        }
+        if let Some(roll) = self.roll {
+            out[roll] = at.states[(k + 1) * c - 1] - next[c - 1];
         }
     }
 }

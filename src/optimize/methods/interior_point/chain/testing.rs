@@ -2,6 +2,7 @@
 
 use super::super::program::{Increment, Point, Program, Shape, Values};
 use super::ChainProgram;
+use crate::Matrix3;
 use crate::optimize::methods::scp::rows::What;
 
 impl ChainProgram<'_> {
@@ -18,6 +19,13 @@ impl ChainProgram<'_> {
     /// What a row bounds.
     pub fn what(&self, row: usize) -> &What {
         &self.limits.rows[self.rows[row].row].what
+    }
+
+    /// The attitude of the end of a family at the duration and roll of a point.
+    pub fn end_at(&self, at: &Point) -> Matrix3 {
+        let last = &at.states[self.shape.stages * self.shape.coordinates..];
+        let stretch = last[self.model.zeta() + 12 + self.model.wheels];
+        self.end(stretch, last[self.shape.coordinates - 1]).unwrap().attitude
     }
 
     /// Counts no more fuel than what is burnt.

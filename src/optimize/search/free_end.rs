@@ -1,0 +1,202 @@
+//! The best ends of a maneuver on a target: the roll, and the time where the target moves, are unknowns of the interior point
+//! ([`crate::optimize::methods::interior_point::chain`]).
+//!
+//! A plan that the interior point finds so is stationary in roll and time, as its terminal equations have these unknowns. Least costs
+//! over the roll have several minima: paths are therefore tried to three rolls, each with its bends and detours. One solve from each
+//! path finds a cheaper end than a solve to each of 24 given rolls (`cargo run --release -p evidence -- rolls`).
+
+use super::asked::{goes_round_as_asked, way};
+use super::chains::{carry, descend, distinct};
+use super::cheapest::about;
+use super::coarse::chain_steps;
+use super::context::Context;
+use super::detour::detours;
+use super::duration;
+use super::found::{Found, cheapest_first};
+use super::given_duration::search_of;
+use super::ladder::{Ask, Search};
+use super::{Observer, seeds};
+use crate::Matrix3;
+use crate::maneuver::aim::{Aim, Ends};
+use crate::maneuver::constraint::{Constraint, Rule};
+use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::{Motion, Problem};
+use crate::maneuver::settings::{Method, Settings, Target, Thoroughness};
+use crate::maneuver::solution::{Outcome, Rival};
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
+use crate::optimize::methods::interior_point::chain::family::Family;
+use crate::optimize::methods::interior_point::tuning::Tuning;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::methods::scp::model::Goal;
+use crate::optimize::methods::scp::road::{Chain, path};
+
+/// Rolls to which paths are tried, as parts of what is free to either side: where the roll is free these are 120° apart, and a path
+/// to a band ends inside of it.
+const ROLLS: [f64; 3] = [0.0, 2.0 / 3.0, -2.0 / 3.0];
+
+/// An end that a plan has found, and what the plan costs.
+#[derive(Clone, Debug)]
+pub(super) struct Reached {
+    /// When the plan arrives \[s\].
+    pub time: f64,
+    /// The attitude at its end.
+    pub attitude: Matrix3,
+    /// The plan as a rival of another.
+    pub rival: Rival,
+}
+
+/// What a search for ends comes to: the ends, the cheapest first, and why it was stopped.
+pub(super) struct FreeEnd {
+    pub reached: Vec<Reached>,
+    pub stopped: Option<Outcome>,
+}
+
+/// Finds the ends of least cost on `aim`, on the steps of `problem`; rolls are looked for about those of `ends`.
+pub(super) fn found(
+    problem: &Problem,
+    (aim, ends): (&Aim, &Ends),
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> FreeEnd {
+    // Ends are compared by their discrete optima; the plan to the best one lands.
+    let settings = Settings {
+        target: Target::Discrete,
+        test_second_order: false,
+        method: Method::InteriorPoint,
+        ..settings.clone()
+    };
+    let context = Context::new(&settings, observer);
+    let reached = match problem.motion {
+        Motion::Attitude => of_dimension::<6>(problem, (aim, ends), &context),
+        Motion::RigidBody => of_dimension::<12>(problem, (aim, ends), &context),
+    };
+    FreeEnd { reached, stopped: context.interrupt() }
+}
+
+/// Finds the ends in the tangent dimension of the motion.
+fn of_dimension<const N: usize>(
+    problem: &Problem,
+    (aim, ends): (&Aim, &Ends),
+    context: &Context,
+) -> Vec<Reached> {
+    let rolls = if ends.has_roll() { &ROLLS[..] } else { &ROLLS[..1] };
+    let (stated, goal) = stated(&problem.facing(ends, 0.0));
+    let faced: Vec<Problem> = rolls.iter().map(|part| stated.facing(ends, part * ends.within())).collect();
+    let Some(family) = Family::of(problem, aim, &faced[0].end.attitude) else { return Vec::new() };
+    let ask = Ask { family: Some(&family), ..Ask::of_goal(goal, context.settings) };
+    let search = search_of::<N>(&faced[0], context, ask.clone());
+    let steps = faced.iter().map(chain_steps).max().unwrap_or(problem.steps);
+    let coarse = search.chain(steps);
+    let mut found = Found::default();
+    // Other rolls lead to other optima as bends do: the paths to them are not bent.
+    let bends = |index: usize| match context.settings.search {
+        Thoroughness::Default if index > 0 => Thoroughness::Quick,
+        asked => asked,
+    };
+    let paths = faced.iter().enumerate().flat_map(|(index, faced)| {
+        let own = search.of(faced, ask.clone());
+        seeds::of(&own, steps, bends(index))
+    });
+    if faced[0].constraints.iter().any(is_cone) {
+        for path in past_cones(&search, &coarse, paths) {
+            descend(&search, &mut found, &coarse, path);
+        }
+    } else {
+        paths.for_each(|path| descend(&search, &mut found, &coarse, path));
+    }
+    carry(&search, &mut found, &coarse);
+    let told = |plan: Attempt| reached(problem, aim, &search, plan);
+    let mut reached: Vec<_> = found.take_plans().into_iter().filter_map(told).collect();
+    // What goes the other way round is told where nothing goes as asked, and a coarse plan has another cost.
+    let rank = |end: &(Kind, Reached)| (!end.0.as_asked, !end.0.fine);
+    reached.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.1.rival.cost.total_cmp(&b.1.rival.cost)));
+    if reached.first().is_none_or(|(kind, _)| !kind.fine) {
+        return Vec::new();
+    }
+    reached.into_iter().map(|(_, end)| end).collect()
+}
+
+/// Returns whether a constraint is a cone.
+fn is_cone(constraint: &Constraint) -> bool {
+    matches!(constraint.rule, Rule::Pointing(_))
+}
+
+/// Returns the paths of the optima without cones, with their detours past the cones. Where the cheapest of all keeps the cones as it is,
+/// nothing costs less, and it is the only path.
+fn past_cones<const N: usize>(
+    search: &Search<N>,
+    coarse: &Chain,
+    paths: impl Iterator<Item = Candidate>,
+) -> Vec<Candidate> {
+    let mut relaxed = search.problem.clone();
+    relaxed.constraints.retain(|constraint| !is_cone(constraint));
+    let without = search.of(&relaxed, search.ask.clone());
+    let (chain, mut found) = (without.chain(coarse.model.steps), Found::default());
+    paths.for_each(|path| descend(&without, &mut found, &chain, path));
+    found.reorder(|plans| distinct(cheapest_first(plans)));
+    let grid = &coarse.model.dynamics.grid;
+    let along = |plan: &Attempt| {
+        let candidate = &plan.candidate;
+        path(&candidate.provenance.start, grid, candidate.states.iter().map(Point::pose))
+    };
+    let least = Tuning::roughly().tolerance;
+    let keeps =
+        |plan: &Attempt| coarse.worst_violation(&plan.candidate).is_some_and(|violation| violation <= least);
+    match found.plans() {
+        [best, ..] if keeps(best) => vec![along(best)],
+        plans => plans.iter().flat_map(|plan| detours(search.problem, along(plan))).collect(),
+    }
+}
+
+/// What kind of plan leads to an end: on the requested grid, and the way round that is asked for.
+struct Kind {
+    fine: bool,
+    as_asked: bool,
+}
+
+/// States a duration for a maneuver that seeks one, and effort as its cost, and returns what is minimised instead.
+fn stated(given: &Problem) -> (Problem, Option<Goal>) {
+    let objective = &given.objective;
+    let goal = Goal { objective: objective.clone() };
+    match given.duration.known() {
+        known if objective.switches() => {
+            let duration = known.unwrap_or_else(|| about(given));
+            let effort = Objective::default();
+            (Problem { objective: effort, ..given.clone().with_duration(duration) }, Some(goal))
+        }
+        Some(_) => (given.clone(), None),
+        None => {
+            let longest = given.duration.at_most().unwrap_or(f64::INFINITY);
+            let duration = duration::about_a_fixed_axis(given, objective.time_price()).min(longest);
+            let effort = objective.with_time_price(None);
+            (given.clone().with_duration(duration).with_objective(effort), Some(goal))
+        }
+    }
+}
+
+/// Returns where a plan ends, and its kind.
+fn reached<const N: usize>(
+    problem: &Problem,
+    aim: &Aim,
+    search: &Search<N>,
+    plan: Attempt,
+) -> Option<(Kind, Reached)> {
+    let candidate = &plan.candidate;
+    let stated = search.problem.seconds();
+    let time = problem.duration.known().unwrap_or(stated * candidate.grid.duration());
+    let attitude = candidate.states.last()?.attitude.value;
+    let ends = problem.ends_on(aim, time).ok()?;
+    let faced = search.problem.facing(&ends, ends.nearest(&attitude));
+    let own = search.of(&faced, search.ask.clone());
+    let cost = match &search.ask.goal {
+        None => plan.cost * search.fine.dynamics.units.cost,
+        Some(_) => search.chain(candidate.steps()).price(candidate),
+    };
+    let told = way(&own, candidate);
+    let start = format!("roll {:+.1} deg", ends.nearest(&attitude).to_degrees());
+    let rival = Rival::new(&start, told.sense, cost, told.turned_deg);
+    let kind =
+        Kind { fine: candidate.steps() == problem.steps, as_asked: goes_round_as_asked(&own, candidate) };
+    Some((kind, Reached { time, attitude, rival }))
+}
