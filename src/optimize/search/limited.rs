@@ -22,8 +22,9 @@ const FLOW_STEPS: usize = 200_000;
 pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution) -> Solution {
     // Up to a longest duration it is the chain that knows whether all of it is used.
     let converged = plan.outcome == Outcome::Converged && problem.duration.at_most().is_none();
-    let given = plan.on_grid(problem);
-    if converged && plan.switching.is_none() && Formulation::of(&given) == Formulation::Chain {
+    let formulation = Formulation::of(&problem.clone().planned_by(context.settings.method));
+    if converged && plan.switching.is_none() && formulation == Formulation::Chain {
+        let given = plan.on_grid(problem);
         plan.switching = arcs_of(&given, context, &plan);
         plan.solve_time += context.began.elapsed().as_secs_f64();
     }

@@ -59,6 +59,7 @@ use context::Context;
 use found::Found;
 use given_duration::{polished, search_of, searched, with_duration_found};
 use ladder::Ask;
+use std::f64::consts::PI;
 use std::time::Instant;
 use thiserror::Error;
 
@@ -375,11 +376,12 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
         if found.trajectory.time.is_empty() { found.shortest.is_some() } else { !switching::is_dear(&found) };
     let settings = context.settings;
     let asked = settings.method == Method::Auto && settings.search != Thoroughness::Quick;
-    // The natural motion of a body that moves at an end may turn it by more than a way round, which extremals rarely follow.
-    let rests = [&problem.start, &problem.end].iter().all(|end| end.angular_velocity == Vector3::zeros());
-    let settled = settled && rests;
+    // Where the motion without inputs turns the body by more than half a turn, there are ways round that smoothed extremals rarely find.
+    let fastest =
+        [&problem.start, &problem.end].map(|end| end.angular_velocity.norm()).into_iter().fold(0.0, f64::max);
+    let spins = fastest * found.trajectory.time.last().copied().unwrap_or(0.0) > PI;
     let may = asked && problem.shortest_pulse().is_none() && problem.steps <= MOST_EQUAL_STEPS;
-    if settled || !may || context.interrupt().is_some() {
+    if settled && !spins || !may || context.interrupt().is_some() {
         return found;
     }
     let tried = found.ladder.clone();
@@ -387,7 +389,9 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
         cheapest::solve(&problem.clone().planned_by(Method::InteriorPoint), context, &found.trajectory);
     // What was stopped is told as such, with its best iterate.
     let stopped = context.interrupt().is_some() && !converged(&found);
-    let better = stopped || converged(&other) && !(converged(&found) && found.cost <= other.cost);
+    // Arcs are dearer on their grid than in continuous time: what is another plan is cheaper by more.
+    let least = if settled { found.cost * (1.0 - switching::OF_THE_GRID) } else { found.cost };
+    let better = stopped || converged(&other) && !(converged(&found) && least <= other.cost);
     let mut chosen = if better { other } else { Solution { solve_time: other.solve_time, ..found } };
     chosen.ladder.splice(0..0, tried);
     chosen

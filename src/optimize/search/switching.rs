@@ -37,7 +37,7 @@ const SAME: f64 = 1e-14;
 const DISTINCT: f64 = 1e-6;
 
 /// A plan of arcs on the grid costs more than its extremal by this part at most, as a rule: what `O(h²)` is on some ten steps an arc.
-const OF_THE_GRID: f64 = 1e-3;
+pub(super) const OF_THE_GRID: f64 = 1e-3;
 
 /// Multiples of the shortest duration that are tried for one of least fuel.
 const STRETCHES: [f64; 3] = [1.02, 1.1, 1.5];

@@ -21,7 +21,7 @@
 use super::constraint::Limit;
 use super::state::{CHANGES, Change, DISTURBANCE, MOST_RAMPS, MOST_WHEELS, Numbers, PLAIN, State, at};
 use crate::maneuver::duration::Duration;
-use crate::maneuver::problem::{self as planned, Motion, Problem, Stepping};
+use crate::maneuver::problem::{self as planned, Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, AxisFrame, LimitKind};
 use crate::mechanics::environment::{Environment, Pose};
 use crate::numerics::tableau::EIGHTH;
@@ -186,8 +186,7 @@ impl Maneuver {
             limits.size.is_some() && limits.norm.is_none() && !(ramps && problem.objective.fuel().is_some())
         };
         // What limits of the torques alone shape has arcs of its own (`switching`).
-        let shaped =
-            !problem.is_free_turn() || problem.has_shaping_limits() || problem.stepping == Stepping::Equal;
+        let shaped = !problem.is_free_turn() || problem.has_shaping_limits();
         let frame_rate = problem.environment.frame_rate();
         let wheels = problem.actuation.wheels.as_ref();
         let taken = problem.objective.switches()
