@@ -55,7 +55,7 @@ fn longer<const N: usize>(search: &Search<N>, shortest: Option<f64>) -> Option<f
         .find(|longer| !search.stopped() && found(longer))
 }
 
-/// Whether SCP finds a plan on the coarse grid that goes round as asked.
+/// Whether a plan is found on the coarse grid that goes round as asked.
 fn finds_any<const N: usize>(search: &Search<N>) -> bool {
     let mut found = Found::default();
     let coarse = Chain::new(search.problem, chain_steps(search.problem));

@@ -115,7 +115,7 @@ pub(super) fn descend<const N: usize>(
     found.keep(optimised(search, chain, seed));
 }
 
-/// Improves a candidate by SCP if the settings request it, else by the interior point: roughly on a coarse grid whose plans are only
+/// Improves a candidate by the interior point, or by SCP where the settings request it: roughly on a coarse grid whose plans are only
 /// compared.
 pub(super) fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
     let is_fine = chain.model.steps == search.problem.steps;
@@ -130,18 +130,16 @@ pub(super) fn optimised_near<const N: usize>(search: &Search<N>, chain: &Chain, 
 
 /// Improves a candidate with these settings of the interior point.
 fn improved<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate, tuning: Tuning) -> Attempt {
-    let is_fine = chain.model.steps == search.problem.steps;
-    let options = if is_fine {
-        &search.ask.last
-    } else {
-        &ScpOptions::default().within(search.context.settings.max_iterations)
-    };
-    if search.context.settings.method == settings::Method::Scp {
+    // What has a goal, as a duration that is sought for advice, SCP does not plan.
+    if search.context.settings.method == settings::Method::Scp && search.ask.goal.is_none() {
+        let options = if chain.model.steps == search.problem.steps {
+            &search.ask.last
+        } else {
+            &ScpOptions::default().within(search.context.settings.max_iterations)
+        };
         return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
     }
-    // Newton on the active set needs a cost that is strictly convex within the active rows.
-    let polish = Some(options).filter(|options| is_fine && options.polish && search.ask.goal.is_none());
-    search.context.attempt(Rung::InteriorPoint, &InteriorPoint { chain, tuning: &tuning, polish }, from)
+    search.context.attempt(Rung::InteriorPoint, &InteriorPoint { chain, tuning: &tuning }, from)
 }
 
 /// Solves the cheapest coarse plans again on the requested grid and puts them first, the cheapest of all at the head. If a solve does

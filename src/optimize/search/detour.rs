@@ -1,4 +1,4 @@
-//! Paths around cones: seeds for SCP, which only finds its way locally.
+//! Paths around cones: seeds for what only finds its way locally.
 //!
 //! A path whose boresight crosses a keep-out cone is turned aside over the crossing, to either side; one
 //! that leaves a keep-in cone is pulled back into it node by node, and one that is to be on a cone is pulled onto it.

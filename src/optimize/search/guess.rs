@@ -9,7 +9,7 @@ use crate::optimize::methods::scp::model::Model;
 use crate::optimize::methods::scp::road::path;
 use crate::{Vector3, lie};
 
-/// A neighbour's plan to begin from: its costates for the shooting, its path for SCP.
+/// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guess {
     /// As [`Solution::costates_0`] gives them, SI units; empty where there is a path alone.

@@ -10,7 +10,6 @@ use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::{Attempt, Method, Swept};
-use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::model::Goal;
 use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
 use nalgebra::{DVector, SVector};
@@ -32,9 +31,8 @@ pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> O
     let record = |chain: &Chain, attempt: &Attempt| {
         Some(record::chain(search.problem, &search.fine, chain, &attempt.candidate).ok()?.trajectory)
     };
-    let options = search.ask.last.polish.then_some(&search.ask.last);
     land_chain(Aim::of(search.problem), &mut chain, attempt.clone(), record, |chain, attempt| {
-        again(search, chain, attempt, options)
+        again(search, chain, attempt)
     })
 }
 
@@ -59,25 +57,16 @@ fn costate_landed<const N: usize>(
 
 /// Solves again on a chain with a slightly different target, by the method that found the plan.
 ///
-/// Newton on the active set goes first where effort is the cost. Where several plans have the least cost the interior point finds their
-/// centre, which moves continuously with the target.
-fn again<const N: usize>(
-    search: &Search<N>,
-    chain: &Chain,
-    attempt: &Attempt,
-    options: Option<&ScpOptions>,
-) -> Option<Attempt> {
-    let candidate = attempt.candidate.clone();
+/// Where several plans have the least cost the interior point finds their centre, which moves continuously with the target.
+fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt) -> Option<Attempt> {
+    let candidate = &attempt.candidate;
     let next = search.context.within(|budget| {
-        if let Some(near) = options.and_then(|options| chain.polished(&candidate, options, budget)) {
-            return near;
+        if candidate.provenance.method == Road::Scp {
+            return ConvexIteration { chain, options: &search.ask.last }.improve(candidate.clone(), budget);
         }
-        match (candidate.provenance.method, options) {
-            (Road::Scp, Some(options)) => ConvexIteration { chain, options }.improve(candidate, budget),
-            (_, polish) => {
-                InteriorPoint { chain, tuning: &Tuning::default(), polish }.improve(candidate, budget)
-            }
-        }
+        let from = |tuning| InteriorPoint { chain, tuning: &tuning }.improve(candidate.clone(), budget);
+        let near = from(Tuning::near());
+        if near.converged() { near } else { from(Tuning::default()) }
     });
     let provenance = attempt.candidate.provenance.clone();
     next.converged().then(|| Attempt {
@@ -134,5 +123,5 @@ pub(super) fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attem
     let mut chain = Chain::with_goal(problem, steps, goal);
     let record =
         |chain: &Chain, attempt: &Attempt| Some(recorded(search, goal, chain, attempt)?.1.trajectory);
-    land_chain(aim, &mut chain, found.clone(), record, |chain, attempt| again(search, chain, attempt, None))
+    land_chain(aim, &mut chain, found.clone(), record, |chain, attempt| again(search, chain, attempt))
 }

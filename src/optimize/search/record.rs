@@ -16,6 +16,7 @@ use crate::optimize::methods::method::Swept;
 use crate::optimize::methods::scp::model::costate_blocks;
 use crate::optimize::methods::scp::model::step;
 use crate::optimize::methods::scp::road::{Chain, iterate};
+use crate::optimize::methods::scp::rows::{LimitRows, What};
 use nalgebra::SVector;
 
 /// A recorded candidate.
@@ -104,16 +105,12 @@ pub(crate) fn chain<const N: usize>(
 }
 
 /// Where the rows of each limit act.
-fn active(
-    problem: &Problem,
-    rows: &crate::optimize::methods::scp::rows::LimitRows,
-    multipliers: &[f64],
-) -> Vec<ActiveConstraint> {
+fn active(problem: &Problem, rows: &LimitRows, multipliers: &[f64]) -> Vec<ActiveConstraint> {
     let of_group = |group: usize| {
         let acting = rows.rows.iter().zip(multipliers);
         let acting = acting.filter(move |(row, multiplier)| {
             let pulls = if row.what.is_equation() { **multiplier != 0.0 } else { **multiplier > 0.0 };
-            row.group == group && !row.what.is_kink() && pulls
+            row.group == group && !matches!(row.what, What::Push { .. }) && pulls
         });
         acting.map(|(row, multiplier)| (row.stage as f64 * problem.step(), *multiplier)).unzip()
     };

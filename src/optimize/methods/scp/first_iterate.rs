@@ -84,8 +84,7 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
             What::InputSize { input, limit, .. } => {
                 inputs[input] = inputs[input].clamp(-limit * squared, limit * squared)
             }
-            // What has a kink and no other side.
-            What::Burn { input, one_sided: true, .. } => inputs[input] = inputs[input].max(0.0),
+            What::Push { input, .. } => inputs[input] = inputs[input].max(0.0),
             What::InputNorm { forces, limit } => {
                 let limit = limit * squared;
                 let (axes, first) = model.channel(forces);

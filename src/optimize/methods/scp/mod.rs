@@ -250,19 +250,14 @@ impl<'a> Scp<'a> {
         Tried { step, candidate, ratio }
     }
 
-    /// Accuracy asked of the next subproblem. Where Newton ends what effort begins the first moves need not be more exact
-    /// than they are long; inputs that switch, and durations, are told apart by less.
+    /// Accuracy asked of the next subproblem. Where Newton ends the digits the first moves need not be more exact than they
+    /// are long.
     fn accuracy(&self) -> f64 {
         let least = self.options.cone_tolerance;
-        if !self.options.polish || !self.is_of_effort() {
+        if !self.options.polish {
             return least;
         }
         (ACCURACY.0 * self.length).min(ACCURACY.1).max(least)
-    }
-
-    /// Whether effort alone is minimised, in a given duration.
-    fn is_of_effort(&self) -> bool {
-        self.at.model.duration.is_none() && self.at.limits.kinks.is_empty()
     }
 
     /// Slacks and defects above this count as violated.
@@ -331,7 +326,7 @@ impl<'a> Scp<'a> {
         let (options, watch) = (self.options, self.watch);
         let told = if settled {
             Told::Settled
-        } else if self.length > SMALL && self.is_of_effort() {
+        } else if self.length > SMALL {
             Told::Vaguely
         } else {
             Told::Roughly
@@ -363,7 +358,7 @@ impl<'a> Scp<'a> {
     }
 }
 
-/// The largest rotation of a node in a move \[rad\], or change of the duration.
+/// The largest rotation of a node in a move \[rad\].
 fn longest(model: &Model, step: &Move) -> f64 {
     step.states.iter().map(|z| state::length(model, z)).fold(0.0, f64::max)
 }

@@ -4,7 +4,6 @@
 use super::curvature::Multipliers;
 use super::iterate::Iterate;
 use super::model::{ChainState, Goal, Model};
-use super::polish::{Told, polish};
 use super::rows::LimitRows;
 use super::{Convex, ScpOptions, first_iterate, run};
 use crate::maneuver::grid::Grid;
@@ -99,19 +98,6 @@ impl Chain {
             *multiplier *= grown * scale;
         }
         Attempt { candidate, ..found }
-    }
-
-    /// Improves a candidate that is near an optimum by Newton on the active set; `None` where that does not settle.
-    pub fn polished(&self, candidate: &Candidate, options: &ScpOptions, budget: &Budget) -> Option<Attempt> {
-        let Self { model, rows } = self;
-        let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
-        let found = polish(model, rows, &iterate, &multipliers, options, Told::Roughly, &budget.watch)?;
-        let residuals = vec![f64::NAN, found.residual];
-        let report = Report { outcome: Outcome::Converged, iterations: found.iterations, residuals };
-        let candidate = with_iterate(candidate.clone(), found.iterate, found.multipliers);
-        let (cost, residual) = (found.cost, found.residual);
-        let barrier = Some([0.0; 2]);
-        Some(Attempt { cost, residual, stationarity: residual, barrier, ..Attempt::of(candidate, report) })
     }
 
     /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.

@@ -59,8 +59,6 @@ pub(super) const LIKELY: f64 = 1e-4;
 /// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
 /// makes a terminal condition follow from the others, and vanishes from the solution.
 pub(super) const PROXIMAL: f64 = 1e-11;
-/// Least length of what is burnt, as a part of its limit, whose change of direction is told from a change of length.
-pub(super) const BURNT: f64 = 1e-6;
 /// Step of the differences: states and inputs are of order one.
 pub(super) const STEP: f64 = 1e-5;
 
@@ -73,8 +71,6 @@ pub(super) const MET: f64 = 1e-9;
 /// Elimination takes the cube of the unknowns of each stage; beyond this many operations it is left out.
 pub(super) const MOST_WORK: f64 = 1e11;
 
-/// Change of `ln s` that counts as much as a turn by a radian.
-pub(super) const STRETCHED: f64 = 0.5;
 /// What the stated duration costs where time is all that counts.
 pub(super) const TIME_PRICE: f64 = 100.0;
 /// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian takes a few units.

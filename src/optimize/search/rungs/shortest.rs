@@ -12,8 +12,8 @@ use crate::optimize::search::goal::{Cheapest, cheapest};
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::transfer::Interpolant;
 
-/// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a way that
-/// the seeds have missed.
+/// Solves from the plan of the shortest duration that is found: a plan that is quicker than the maneuver asks for is on a way
+/// that the seeds have missed.
 pub(super) struct Shortest;
 
 impl<const N: usize> Climb<N> for Shortest {

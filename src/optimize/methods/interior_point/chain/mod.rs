@@ -131,15 +131,16 @@ impl<'a> ChainProgram<'a> {
     /// Builds the program of a chain, scaled for a first point of about the size of `start`.
     pub fn of(model: &'a Model, limits: &'a LimitRows, start: &Iterate, tuning: &Tuning) -> Self {
         let mut units = vec![0.0f64; model.m];
-        let mut sides = vec![(false, false); model.m];
+        let mut split = vec![false; model.m];
         for row in &limits.rows {
             match row.what {
                 What::InputSize { input, limit, .. } => units[input] = limit,
-                What::Burn { input, limit, one_sided } => {
+                What::Push { input, limit } => units[input] = limit,
+                What::Burn { input, limit } => {
                     if limit.is_finite() {
                         units[input] = limit;
                     }
-                    sides[input] = (true, one_sided);
+                    split[input] = true;
                 }
                 _ => {}
             }
@@ -154,7 +155,7 @@ impl<'a> ChainProgram<'a> {
         let mut lanes = Vec::new();
         for (input, unit) in units.iter().enumerate() {
             lanes.push(Lane { input, factor: *unit });
-            if let (true, false) = sides[input] {
+            if split[input] {
                 lanes.push(Lane { input, factor: -unit });
             }
         }

@@ -172,7 +172,7 @@ impl ChainProgram<'_> {
                 let equation = what.is_equation();
                 self.cone_value(cone, k, stage).unwrap_or(if equation { 0.0 } else { -1.0 })
             }
-            What::Burn { .. } | What::BurnOfNorm { .. } => -1.0,
+            What::Push { .. } | What::Burn { .. } | What::BurnOfNorm { .. } => -1.0,
         }
     }
 

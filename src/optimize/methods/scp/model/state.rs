@@ -5,7 +5,6 @@ use crate::lie;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
 use crate::optimize::discrete::step::{Costate, Point};
-use crate::optimize::methods::scp::tuning::STRETCHED;
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
@@ -106,10 +105,9 @@ pub(super) fn momenta(model: &Model, state: &ChainState) -> DVector<f64> {
     momenta
 }
 
-/// Length of a move of one state: its rotation \[rad\], or the change of the duration in the same measure.
+/// Length of a move of one state: its rotation \[rad\].
 pub fn length(model: &Model, z: &DVector<f64>) -> f64 {
-    let turn = z.rows(model.zeta(), 3).norm();
-    model.duration.map_or(turn, |duration| turn.max(z[duration].abs() / STRETCHED))
+    z.rows(model.zeta(), 3).norm()
 }
 
 /// A costate of the chain as the planner orders it.
