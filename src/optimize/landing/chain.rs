@@ -1,4 +1,4 @@
-//! Landing a plan of the chain: Newton on the active set, warm from what the correction before left, towards the shifted
+//! Landing a plan of the chain: solved again, warm from what the correction before left, towards the shifted
 //! target and within constraints that are drawn in.
 
 use super::{Aim, Next};
