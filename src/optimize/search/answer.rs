@@ -17,6 +17,8 @@ use crate::maneuver::solution::{
     ConvexWork, InteriorWork, Landing, Optimality, Outcome, Rival, Rung, Solution, Trajectory,
 };
 use crate::numerics::parallel;
+use crate::optimize::chain::second_order::descents;
+use crate::optimize::chain::{Chain, iterate, multipliers};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::second_order;
 use crate::optimize::discrete::step::StepError;
@@ -24,8 +26,6 @@ use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Watch};
-use crate::optimize::methods::scp::road::{Chain, iterate, multipliers};
-use crate::optimize::methods::scp::second_order::descents;
 use crate::optimize::methods::shooting::newton::outcome_of;
 
 /// Steps from which a second thread takes less time than waking it.

@@ -28,6 +28,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
 use crate::maneuver::solution::{Rung, Trajectory};
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::{Candidate, Provenance};
 use crate::optimize::discrete::step::{Dynamics, Point};
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
@@ -35,7 +36,7 @@ use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
+use crate::optimize::methods::scp::method::ConvexIteration;
 
 /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the fine grid, and how many are.
 const CLOSE: f64 = 0.02;

@@ -8,9 +8,9 @@ use crate::lie;
 use crate::maneuver::constraint::{Direction, Pointing, Rule, Side, angle_between};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
-use crate::optimize::methods::scp::road::path;
 use crate::optimize::search::transfer::Interpolant;
 
 /// Room kept to a cone's edge beyond its half angle \[rad\].

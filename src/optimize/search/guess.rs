@@ -4,9 +4,9 @@ use super::starts::GUESS;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Solution;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::road::path;
 use crate::{Vector3, lie};
 
 /// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.

@@ -11,11 +11,11 @@ use super::starts::wanted_turns;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Trajectory;
+use crate::optimize::chain::Chain;
+use crate::optimize::chain::model::Goal;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::Chain;
 
 /// What a search may do, and what it begins from.
 #[derive(Clone)]

@@ -4,14 +4,15 @@ use super::ladder::Search;
 use super::record::{self, Recorded};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::Method as Road;
+use crate::optimize::chain::Chain;
+use crate::optimize::chain::model::Goal;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::{Attempt, Method, Swept};
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
+use crate::optimize::methods::scp::method::ConvexIteration;
 use nalgebra::{DVector, SVector};
 
 /// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.

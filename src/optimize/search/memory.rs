@@ -22,8 +22,8 @@ use crate::maneuver::problem::{Formulation, Problem};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::{Motion, Rule};
 use crate::mechanics::actuators::{ActuatorSet, LimitKind};
+use crate::optimize::chain::rows::{LimitRow, RowValue};
 use crate::optimize::discrete::control_law;
-use crate::optimize::methods::scp::rows::{LimitRow, RowValue};
 use crate::optimize::methods::scp::subproblem::BALL;
 
 /// The program itself, its threads and small grids \[bytes\].

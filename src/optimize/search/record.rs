@@ -8,15 +8,15 @@ use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::{ActiveConstraint, TerminalError, Trajectory};
 use crate::mechanics::actuators::LimitKind;
+use crate::optimize::chain::model::costate_blocks;
+use crate::optimize::chain::model::step;
+use crate::optimize::chain::rows::{LimitRows, What};
+use crate::optimize::chain::{Chain, iterate};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::control_law::ControlLaw;
 use crate::optimize::discrete::step::{Costate, Dynamics, Point, StepError};
 use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
 use crate::optimize::methods::method::Swept;
-use crate::optimize::methods::scp::model::costate_blocks;
-use crate::optimize::methods::scp::model::step;
-use crate::optimize::methods::scp::road::{Chain, iterate};
-use crate::optimize::methods::scp::rows::{LimitRows, What};
 use nalgebra::SVector;
 
 /// A recorded candidate.

@@ -14,11 +14,11 @@ use super::found::Found;
 use super::ladder::Search;
 use super::shots::shoot_fine;
 use crate::maneuver::solution::{Outcome, Rung};
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::road::path;
 
 /// The same on the requested grid.
 const FINE_TOLERANCE: f64 = 1e-14;

@@ -37,16 +37,17 @@
 //! while the stabilised one takes as long as the subproblem that tells better.
 
 use super::ScpOptions;
-use super::curvature::Multipliers;
-use super::iterate::{Evaluated, Iterate};
-use super::kkt::Kkt;
-use super::model::Model;
-use super::rows::{LimitRow, LimitRows, RowValue};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::iterate::{Evaluated, Iterate};
+use crate::optimize::chain::kkt::Kkt;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::model::state;
+use crate::optimize::chain::rows::{LimitRow, LimitRows, RowValue};
+use crate::optimize::chain::tuning::PROXIMAL;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::model::state;
 use crate::optimize::methods::scp::tuning::*;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;

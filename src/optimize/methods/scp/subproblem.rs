@@ -16,19 +16,19 @@
 //!
 //! # What does the convex iteration solve?
 //!
-//! `scp/model.rs` writes the maneuver as a chain of stages with the planner's own discrete step, so a point without defects
-//! is a variational trajectory. `scp/rows.rs` writes every limit as a half space or a ball, relative to the limit. The
+//! `optimize/chain/model` writes the maneuver as a chain of stages with the planner's own discrete step, so a point without defects
+//! is a variational trajectory. `optimize/chain/rows` writes every limit as a half space or a ball, relative to the limit. The
 //! subproblem has a trust region on the rotation of each node, which is an angle and needs no chart, and is always feasible:
 //! one scalar leaves a share of all defects standing (the virtual control), one slack per constraint leaves its worst
 //! violation standing. Limits of the inputs are never relaxed.
 
-use super::curvature::Multipliers;
-use super::iterate::Evaluated;
-use super::model::Model;
-use super::rows::{LimitRows, RowValue};
 use crate::maneuver::objective;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::parallel;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::iterate::Evaluated;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::rows::{LimitRows, RowValue};
 use crate::optimize::convex::cone::{
     Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason, Work,
 };
@@ -350,7 +350,7 @@ impl<'a> Subproblem<'a> {
     }
 
     fn write_half_spaces(&self, layout: &ProgramLayout, at: &Evaluated, writer: &mut Writer) {
-        let zeros = (DVector::zeros(layout.n), DVector::zeros(layout.m));
+        let zeros = DVector::zeros(layout.n);
         for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
             if row.what.is_ball() {
                 continue;
@@ -359,11 +359,8 @@ impl<'a> Subproblem<'a> {
                 RowValue::Half { c, state, inputs, next } => {
                     (*c, state.as_ref(), inputs.as_ref(), next.as_ref())
                 }
-                // An idle arc keeps its place in the pattern.
-                _ => {
-                    let (by_state, by_inputs) = row.what.depends(self.model);
-                    (-1.0, by_state.then_some(&zeros.0), by_inputs.then_some(&zeros.1), None)
-                }
+                // A cone that does not act keeps its place in the pattern.
+                _ => (-1.0, Some(&zeros), None, None),
             };
             let place = writer.row(-c);
             writer.places[index] = place;

@@ -2,9 +2,9 @@
 
 use crate::maneuver::objective::Objective;
 use crate::maneuver::solution::Outcome;
+use crate::optimize::chain::model::Goal;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::step::Point;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::path;
 use crate::optimize::search::chains::{carry, descend, unlimited_paths};
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::found::Found;

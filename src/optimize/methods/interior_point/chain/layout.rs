@@ -2,8 +2,8 @@
 
 use super::super::program::{RowKind, Shape};
 use super::{Bound, Lane, Norm, Row};
-use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::rows::{LimitRows, What};
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::rows::{LimitRows, What};
 
 /// Appends the rows of a stage, with the unknowns that they depend on.
 pub(super) fn describe(

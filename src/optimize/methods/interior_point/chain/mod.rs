@@ -1,4 +1,4 @@
-//! The chain of a maneuver (`scp/model`) with the rows of its limits (`scp/rows`) as a program of
+//! The chain of a maneuver (`optimize/chain/model`) with the rows of its limits (`optimize/chain/rows`) as a program of
 //! stages.
 //!
 //! States are those **before** the kick of their node, so that a stage has all that its inputs act
@@ -23,13 +23,13 @@
 //! mean rate on an arc, `w·log F`, adds `q = J_r⁻ᵀ(log F) w` to what the drift's turn is weighed
 //! with there.
 //!
-//! # What differs from the rows of SCP?
+//! # What differs from the rows of the chain?
 //!
 //! A cone is one row on every closed arc, at its highest point, in the place of rows of nodes and
 //! of arcs that come and go. An input whose fuel is counted by its size is two, one to each side,
 //! and a set whose fuel is counted by the norm of what it gives has one more. Inputs are in units
 //! of their limits, and where their changes are limited the last ones are part of the state.
-//! Multipliers are told in the terms of SCP's rows ([`ChainProgram::found`]), and costates are
+//! Multipliers are told in the terms of the chain's rows ([`ChainProgram::found`]), and costates are
 //! those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
 
 mod curvature;
@@ -45,9 +45,9 @@ mod testing;
 use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
 use super::tuning::{OfProgram, Tuning};
 use crate::lie;
-use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::{ChainState, Model};
-use crate::optimize::methods::scp::rows::{LimitRows, What};
+use crate::optimize::chain::iterate::Iterate;
+use crate::optimize::chain::model::{ChainState, Model};
+use crate::optimize::chain::rows::{LimitRows, What};
 use crate::{Matrix3, Vector3};
 use space::Space;
 use std::cell::{Cell, RefCell};

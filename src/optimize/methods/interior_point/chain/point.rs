@@ -1,11 +1,11 @@
-//! From an iterate of the chain to a point of the program, and back to what SCP knows.
+//! From an iterate of the chain to a point of the program, and back to what the chain knows.
 
 use super::super::program::{Duals, Point, Shape};
 use super::ChainProgram;
-use crate::optimize::methods::scp::Multipliers;
-use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::{ChainState, step};
-use crate::optimize::methods::scp::rows::What;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::iterate::Iterate;
+use crate::optimize::chain::model::{ChainState, step};
+use crate::optimize::chain::rows::What;
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 

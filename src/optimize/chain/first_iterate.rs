@@ -6,8 +6,8 @@ use super::rows::{LimitRows, What};
 use crate::Vector3;
 use crate::lie::vee;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::model::{state, step};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::model::{state, step};
 use nalgebra::{DMatrix, DVector};
 
 /// The iterate that follows `poses` (one per node, scaled) in `stretch` times the stated duration, as far as inputs within

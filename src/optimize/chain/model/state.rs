@@ -75,7 +75,7 @@ pub fn difference(model: &Model, a: &ChainState, b: &ChainState) -> DVector<f64>
     out
 }
 
-/// `state ⊕ z`.
+/// `state ⊕ z`, in the same duration.
 pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState {
     let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
     let mut out = state.clone();
@@ -87,9 +87,6 @@ pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState 
     out.momentum += part(model.pi());
     if model.wheels > 0 {
         out.wheels += z.rows(6, model.wheels);
-    }
-    if let Some(duration) = model.duration {
-        out.stretch *= z[duration].exp();
     }
     out
 }

@@ -19,15 +19,16 @@
 //! are the smaller the finer the grid: from where the convex iteration has settled the term may therefore be as large as ten
 //! over the largest of them.
 
-use super::curvature::{Multipliers, blocks};
+use super::Multipliers;
+use super::curvature::blocks;
 use super::iterate::Evaluated;
 use super::model::Model;
 use super::rows::LimitRows;
-use crate::optimize::methods::scp::tuning::PROXIMAL;
+use crate::optimize::chain::tuning::PROXIMAL;
 use nalgebra::DMatrix;
 
 /// The matrix, and where its unknowns stand.
-pub(super) struct Kkt {
+pub(crate) struct Kkt {
     pub layout: KktLayout,
     /// Elements (row, column, value), to be added up.
     pub entries: Vec<(usize, usize, f64)>,
@@ -35,7 +36,7 @@ pub(super) struct Kkt {
 
 /// Where each unknown of a stage stands: costate, inputs, multipliers of its acting rows, state.
 #[derive(Default)]
-pub(super) struct KktLayout {
+pub(crate) struct KktLayout {
     pub costate: Vec<usize>,
     pub inputs: Vec<usize>,
     pub states: Vec<usize>,

@@ -5,7 +5,7 @@ use super::RowValue;
 use super::boresight::{Bend, BoresightArc};
 use crate::maneuver::constraint::{Direction, During, Pointing, Rule, Side, angle_between, on_arc};
 use crate::maneuver::problem::{Problem, State};
-use crate::optimize::methods::scp::model::step;
+use crate::optimize::chain::model::step;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DVector, Matrix3xX};
 
@@ -138,11 +138,6 @@ impl What {
         )
     }
 
-    /// Whether it knows nothing of the state.
-    pub fn is_of_inputs(&self) -> bool {
-        self.input().is_some() || matches!(self, Self::InputNorm { .. })
-    }
-
     /// Whether it is an equation.
     pub fn is_equation(&self) -> bool {
         matches!(self, Self::Cone(Cone { on: Some(_), .. }))
@@ -151,22 +146,6 @@ impl What {
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
-    }
-
-    /// Whether it depends on (state, inputs of its stage).
-    pub fn depends(&self, model: &Model) -> (bool, bool) {
-        let lag = model.lag(1) > 0.0;
-        match self {
-            Self::InputSize { .. }
-            | Self::InputNorm { .. }
-            | Self::InputRate { .. }
-            | Self::Push { .. }
-            | Self::Burn { .. }
-            | Self::BurnOfNorm { .. } => (false, true),
-            Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag),
-            Self::Cone(_) => (true, false),
-            Self::Wheel { .. } => (true, lag),
-        }
     }
 
     /// The row at a place of stage `stage`.

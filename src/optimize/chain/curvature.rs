@@ -20,28 +20,18 @@
 //! The Newton matrix decides how fast the iteration converges, not where. Residuals and gradients are exact; second
 //! derivatives of rows and of wheels are central differences of those gradients, good to nine digits. Written out they would be pages of formulas for one iteration less. Steps are another matter: their
 //! differences took most of the time that Newton takes on a flight with body-fixed thrust, and what inputs that turn add to
-//! the planner's own `H_k` is one 3×3 matrix (`scp/curvature`).
+//! the planner's own `H_k` is one 3×3 matrix (`chain/curvature`).
 
+use super::Multipliers;
 use super::iterate::Evaluated;
 use super::model::{ChainState, Model, costate_blocks};
-use super::rows::{Place, RowValue};
+use super::rows::{Place, RowValue, What};
 use crate::lie::hat;
+use crate::optimize::chain::model::{state, step};
+use crate::optimize::chain::tuning::STEP;
 use crate::optimize::discrete::step::StepError;
-use crate::optimize::methods::scp::model::{state, step};
-use crate::optimize::methods::scp::tuning::STEP;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SMatrix, SVector};
-
-/// Multipliers of everything.
-#[derive(Clone, Debug)]
-pub(crate) struct Multipliers {
-    /// `λ_{−1} … λ_{N−1}`: of the opening and of every step.
-    pub costates: Vec<DVector<f64>>,
-    /// `η` of the terminal conditions.
-    pub terminal: DVector<f64>,
-    /// `ν ≥ 0` of the rows.
-    pub rows: Vec<f64>,
-}
 
 /// Second derivatives of one stage's part of the Lagrangian.
 #[derive(Clone, Debug)]
@@ -123,7 +113,7 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
         block.next = by_turning_inputs(at, multipliers, stage);
     }
     if !acting.is_empty() {
-        let of_inputs = acting.iter().all(|index| limits.rows[*index].what.is_of_inputs());
+        let of_inputs = acting.iter().all(|index| matches!(limits.rows[*index].what, What::InputNorm { .. }));
         if !of_inputs {
             let by_state = differences(n + m, n, |column, by| of_rows(&along(column, by), inputs))?;
             spread += by_state.rows(0, n);
@@ -244,18 +234,5 @@ impl<'a> Arrived<'a> {
             };
         }
         (slope, bend)
-    }
-}
-
-/// The nearest positive semidefinite matrix to the symmetric part; zero where it cannot be found.
-pub(crate) fn convexified(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let symmetric = 0.5 * (matrix + matrix.transpose());
-    let count = symmetric.nrows();
-    match nalgebra::SymmetricEigen::try_new(symmetric, f64::EPSILON, 1000) {
-        Some(eigen) => {
-            let values = eigen.eigenvalues.map(|value| value.max(0.0));
-            &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose()
-        }
-        None => DMatrix::zeros(count, count),
     }
 }
