@@ -11,18 +11,23 @@
 //! and wall times otherwise. Costs are in seconds, or in N²·m²·s. FILE gets a line for each plan:
 //! kind, seed, number, verdict, cost, seconds.
 //!
+//! Beside the plans it times the interior point by itself, cold, from the path about the fixed axis:
+//! the median of its iterations to round-off, and of the wall time of an iteration divided by the
+//! steps.
+//!
 //! If `--bench` is missing (as when `cargo test` calls it), one maneuver of least effort is
 //! planned.
 
 use evidence::everyday::{KINDS, STEPS, maneuver};
 use evidence::process::Watch;
 use evidence::words::{Misuse, Words};
-use slewkit::maneuver::Settings;
+use slewkit::maneuver::{Problem, Settings};
+use slewkit::optimize::with_cold_solve;
 use slewkit::plan::{Silent, Status, plan};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The options of the command line.
 struct Asked {
@@ -74,14 +79,15 @@ fn run(asked: &Asked) -> Result<(), Box<dyn Error>> {
     let mut written = String::new();
     println!("everyday maneuvers, {STEPS} steps, seed {}, {} of each kind", asked.seed, asked.cases);
     println!(
-        "{:<8}{:>14}{:>12}{:>10}{:>10}{:>14}",
-        "kind", "solved", "median s", "99 % s", "worst s", "mean cost"
+        "{:<8}{:>14}{:>12}{:>10}{:>10}{:>14}{:>12}{:>10}",
+        "kind", "solved", "median s", "99 % s", "worst s", "mean cost", "iterations", "us/step"
     );
     for (name, kind) in KINDS {
         if !(asked.kinds.is_empty() || asked.kinds.iter().any(|kind| kind == name)) {
             continue;
         }
         let (mut seconds, mut costs) = (Vec::new(), Vec::new());
+        let (mut iterations, mut micros) = (Vec::new(), Vec::new());
         for number in 0..asked.cases {
             let problem = maneuver(kind, asked.seed, number);
             let settings = Settings { time_limit: asked.limit, ..Settings::default() };
@@ -92,6 +98,10 @@ fn run(asked: &Asked) -> Result<(), Box<dyn Error>> {
             let (status, cost) = (found.status, found.solution.cost);
             if status == Status::Solved {
                 costs.push(cost);
+                let duration = found.solution.trajectory.time.last().copied().unwrap_or(f64::NAN);
+                let (count, took) = cold(&problem.with_duration(duration));
+                iterations.push(count);
+                micros.push(took);
             } else {
                 println!("  {name} {number}: {}", status.name());
             }
@@ -99,17 +109,43 @@ fn run(asked: &Asked) -> Result<(), Box<dyn Error>> {
         }
         let solved = format!("{} of {}", costs.len(), asked.cases);
         seconds.sort_by(f64::total_cmp);
+        [&mut iterations, &mut micros].into_iter().for_each(|values| values.sort_by(f64::total_cmp));
         // The least that so large a part does not exceed.
-        let at = |part: f64| {
-            let rank = (part * seconds.len() as f64).ceil() as usize;
-            seconds.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
+        let of = |values: &[f64], part: f64| {
+            let rank = (part * values.len() as f64).ceil() as usize;
+            values.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
         };
+        let at = |part: f64| of(&seconds, part);
         let mean = (costs.iter().map(|cost| cost.ln()).sum::<f64>() / costs.len() as f64).exp();
-        println!("{name:<8}{solved:>14}{:>12.3}{:>10.3}{:>10.3}{mean:>14.6e}", at(0.5), at(0.99), at(1.0));
+        let [count, took] = [&iterations, &micros].map(|values| of(values, 0.5));
+        println!(
+            "{name:<8}{solved:>14}{:>12.3}{:>10.3}{:>10.3}{mean:>14.6e}{count:>12.0}{took:>10.2}",
+            at(0.5),
+            at(0.99),
+            at(1.0)
+        );
     }
     println!("mean costs are geometric");
     if let Some(file) = &asked.costs {
         std::fs::write(file, written).map_err(|error| format!("{file}: {error}"))?;
     }
     Ok(())
+}
+
+/// Solves of which the fastest counts.
+const RUNS: usize = 5;
+
+/// Returns the iterations of the interior point from its one start, and the microseconds of an
+/// iteration for each step.
+fn cold(problem: &Problem) -> (f64, f64) {
+    with_cold_solve(problem, |solve| {
+        let mut best = (f64::NAN, f64::INFINITY);
+        for _ in 0..RUNS {
+            let began = Instant::now();
+            let iterations = solve().max(1) as f64;
+            let each = 1e6 * began.elapsed().as_secs_f64() / iterations / problem.steps as f64;
+            best = (iterations, best.1.min(each));
+        }
+        best
+    })
 }

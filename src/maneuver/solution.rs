@@ -263,8 +263,7 @@ pub struct InteriorWork {
     pub iterations: usize,
     /// Solves of all starts on all grids.
     pub starts: usize,
-    /// The last barrier term μ, scaled: each row's slack times its multiplier. 0 where Newton on
-    /// the active rows finished the plan.
+    /// The last barrier term μ, scaled: each row's slack times its multiplier.
     pub mu: f64,
     /// What a plan near this one may cost less by complementarity, relative: the barrier term of
     /// all rows over the cost.

@@ -1,5 +1,6 @@
 //! The optimiser: the discrete problem, the methods that improve a candidate of it, and the search.
 
+mod chain;
 mod convex;
 pub mod discrete;
 mod landing;

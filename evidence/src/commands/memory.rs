@@ -2,14 +2,15 @@
 //!
 //! `cargo run --release -p evidence -- memory [STEPS…]`, 1,000 and 10,000 by default, on
 //! Linux. A process of its own makes each plan of the table and reports its peak. `likely` is
-//! compared with a plan of the user, `most` with the convex iteration to its own end on the
-//! requested grid, which `slew compare` runs.
+//! compared with a plan of the user, and `most` of SCP with the convex iteration to its own end on
+//! the requested grid, which `slew compare` runs.
 //!
 //! Ends with 1 where a plan takes more than the larger figure, or the smaller figure is more than
 //! three times what it takes.
 
 use evidence::process::peak_memory;
 use evidence::words::{Misuse, Words};
+use slewkit::maneuver::Method;
 use slewkit::plan::{PeakMemory, Silent, plan};
 use slewkit_files::spec::{Override, read};
 use slewkit_report::studies::methods::compare;
@@ -17,7 +18,7 @@ use std::env;
 use std::process::Command;
 
 /// Maneuvers of `problems/`, and what is set in them.
-const CASES: [(&str, &[&str]); 12] = [
+const CASES: [(&str, &[&str]); 14] = [
     ("xte_20s", &[]),
     ("moving_ends", &[]),
     ("dumbbell_transfer", &[]),
@@ -30,6 +31,8 @@ const CASES: [(&str, &[&str]); 12] = [
     ("keep_out_small", &[]),
     ("wheels_pyramid", &[]),
     ("body_thrusters", &["actuators.force_limit_n=1000", "actuators.torque_limit_n_m=1000"]),
+    ("limited_rate", &["solver.method=scp"]),
+    ("wheels_pyramid", &["solver.method=scp"]),
 ];
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
@@ -46,7 +49,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     }
     let grids: Vec<usize> = words.numbers("number of steps")?;
     let grids = if grids.is_empty() { vec![1_000, 10_000] } else { grids };
-    println!("{:<22} {:>8} {:>9} {:>9} {:>9} {:>9}   MB", "", "steps", "likely", "taken", "most", "convex");
+    println!("{:<48} {:>8} {:>9} {:>9} {:>9} {:>9}   MB", "", "steps", "likely", "taken", "most", "convex");
     let mut wrong = 0;
     for steps in grids {
         for (case, (name, set)) in CASES.iter().enumerate() {
@@ -58,13 +61,13 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
                 Ok(String::from_utf8(output.stdout)?.trim().parse()?)
             };
             let planned = peak("plan")?;
-            // Where nothing is limited there is nothing to iterate on, and beyond some thousand
-            // steps it takes minutes.
-            let convex = if most > likely && steps <= 2_000 { Some(peak("compare")?) } else { None };
+            // Beyond some thousand steps it takes minutes.
+            let scp = settings.method == Method::Scp;
+            let convex = if scp && steps <= 2_000 { Some(peak("compare")?) } else { None };
             let shown = |bytes: f64| format!("{:.1}", bytes / 1e6);
             println!(
-                "{:<22} {steps:>8} {:>9} {:>9} {:>9} {:>9}",
-                format!("{name}{}", if set.is_empty() { "" } else { " limited" }),
+                "{:<48} {steps:>8} {:>9} {:>9} {:>9} {:>9}",
+                format!("{name} {}", set.first().unwrap_or(&"")),
                 shown(likely),
                 shown(planned),
                 shown(most),

@@ -1,12 +1,12 @@
-//! Landing a plan of the chain: Newton on the active set, warm from what the correction before left, towards the shifted
+//! Landing a plan of the chain: solved again, warm from what the correction before left, towards the shifted
 //! target and within constraints that are drawn in.
 
 use super::{Aim, Next};
 use crate::maneuver::problem::State;
 use crate::maneuver::solution::{Landing, Trajectory};
+use crate::optimize::chain::Chain;
+use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::road::Chain;
-use crate::optimize::methods::scp::rows::LimitRows;
 
 /// A plan of the chain that lands as well as corrections could make it.
 pub(crate) struct Landed {

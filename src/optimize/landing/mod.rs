@@ -17,7 +17,7 @@
 //! discrete motion too, where plans are not to land.
 //!
 //! Each formulation has the warm solve that its unknowns give it: the shooting a Newton step on the first costate
-//! (`shooting`), the chain Newton on the active set (`chain`), arcs Newton on costates and lengths (`search::switching`).
+//! (`shooting`), the chain its own method from near the plan (`chain`), arcs Newton on costates and lengths (`search::switching`).
 
 mod chain;
 mod shooting;

@@ -10,7 +10,7 @@ use crate::maneuver::infeasible;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::numerics::figures::rounded_up;
-use crate::optimize::methods::scp::road::Chain;
+use crate::optimize::chain::Chain;
 
 /// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a guess is hard to find.
 const STRETCHES: [f64; 8] = [1.0, 1.01, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0];
@@ -55,7 +55,7 @@ fn longer<const N: usize>(search: &Search<N>, shortest: Option<f64>) -> Option<f
         .find(|longer| !search.stopped() && found(longer))
 }
 
-/// Whether SCP finds a plan on the coarse grid that goes round as asked.
+/// Whether a plan is found on the coarse grid that goes round as asked.
 fn finds_any<const N: usize>(search: &Search<N>) -> bool {
     let mut found = Found::default();
     let coarse = Chain::new(search.problem, chain_steps(search.problem));

@@ -17,6 +17,8 @@ use crate::maneuver::solution::{
     ConvexWork, InteriorWork, Landing, Optimality, Outcome, Rival, Rung, Solution, Trajectory,
 };
 use crate::numerics::parallel;
+use crate::optimize::chain::second_order::descents;
+use crate::optimize::chain::{Chain, iterate, multipliers};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::second_order;
 use crate::optimize::discrete::step::StepError;
@@ -24,8 +26,6 @@ use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Watch};
-use crate::optimize::methods::scp::road::{Chain, iterate, multipliers};
-use crate::optimize::methods::scp::second_order::descents;
 use crate::optimize::methods::shooting::newton::outcome_of;
 
 /// Steps from which a second thread takes less time than waking it.
@@ -53,7 +53,7 @@ pub(super) fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>)
 /// The best of what was found, or the nearest miss, with its rivals.
 fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
     let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
-    // SCP has ranked what it found from its own seeds: its winner is on the requested grid, its rivals are not.
+    // What is found on chains is ranked already: the winner is on the requested grid, its rivals are not.
     let ranked = |plan: &Attempt| plan.candidate.provenance.method.is_on_equal_steps();
     let elsewhere = |plan: &Attempt| plan.candidate.steps() != search.problem.steps;
     let own = !search.is_free() || found.is_guessed() || found.plans().iter().any(elsewhere);
@@ -137,8 +137,7 @@ pub(super) fn write_aimed<const N: usize>(
     if candidate.steps() != search.problem.steps {
         return;
     }
-    let scp = provenance.method.is_on_equal_steps();
-    let chain = scp.then(|| {
+    let chain = provenance.method.is_on_equal_steps().then(|| {
         let mut chain = search.chain_of_given_duration(candidate.steps());
         if let Some(target) = target {
             chain.model.aim(target);
@@ -242,7 +241,7 @@ fn recorded<const N: usize>(
     (recorded, Some(optimality))
 }
 
-/// The shooting's word on an answer of SCP, started from its duals: whether it is an extremal, and of which
+/// The shooting's word on an answer on the chain, started from its duals: whether it is an extremal, and of which
 /// second order. Where its terminal error is above the tolerance, the shooting's own answer.
 pub(super) fn confirm<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
     if solution.outcome != Outcome::Converged || search.stopped() {

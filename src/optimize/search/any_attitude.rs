@@ -16,9 +16,9 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::environment::Pose;
 use crate::numerics::random::Stream;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::road::path;
 use crate::{Matrix3, Vector3};
 
 /// The paces `a`: along the optimum of equal weights, faster at first, slower at first.

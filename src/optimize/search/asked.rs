@@ -18,11 +18,11 @@ use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Sense, Solution};
+use crate::optimize::chain::body_rates;
+use crate::optimize::chain::model::Model;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::road::body_rates;
 use std::f64::consts::TAU;
 
 /// An extremal of one grid that ends so near its target on another \[rad\] goes the same way there.

@@ -28,6 +28,7 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
 use crate::maneuver::solution::{Rung, Trajectory};
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::{Candidate, Provenance};
 use crate::optimize::discrete::step::{Dynamics, Point};
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
@@ -35,7 +36,7 @@ use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::road::{Chain, ConvexIteration, path};
+use crate::optimize::methods::scp::method::ConvexIteration;
 
 /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the fine grid, and how many are.
 const CLOSE: f64 = 0.02;
@@ -117,7 +118,7 @@ pub(super) fn descend<const N: usize>(
     }
 }
 
-/// Improves a candidate by SCP if the settings request it, else by the interior point: roughly on a coarse grid whose plans are only
+/// Improves a candidate by the interior point, or by SCP where the settings request it: roughly on a coarse grid whose plans are only
 /// compared.
 pub(super) fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
     let is_fine = chain.model.steps == search.problem.steps;
@@ -132,20 +133,16 @@ pub(super) fn optimised_near<const N: usize>(search: &Search<N>, chain: &Chain, 
 
 /// Improves a candidate with these settings of the interior point.
 fn improved<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate, tuning: Tuning) -> Attempt {
-    let is_fine = chain.model.steps == search.problem.steps;
-    let options = if is_fine {
-        &search.ask.last
-    } else {
-        &ScpOptions::default().within(search.context.settings.max_iterations)
-    };
-    if search.context.settings.method == settings::Method::Scp {
+    // What has a goal, as a duration that is sought for advice, SCP does not plan.
+    if search.context.settings.method == settings::Method::Scp && search.ask.goal.is_none() {
+        let options = if chain.model.steps == search.problem.steps {
+            &search.ask.last
+        } else {
+            &ScpOptions::default().within(search.context.settings.max_iterations)
+        };
         return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
     }
-    let family = search.ask.family;
-    // Newton on the active set needs a cost that is strictly convex within the active rows, and a given end.
-    let polished = is_fine && options.polish && search.ask.goal.is_none() && family.is_none();
-    let polish = Some(options).filter(|_| polished);
-    let method = InteriorPoint { chain, tuning: &tuning, polish, family };
+    let method = InteriorPoint { chain, tuning: &tuning, family: search.ask.family };
     search.context.attempt(Rung::InteriorPoint, &method, from)
 }
 

@@ -11,7 +11,7 @@
 //!
 //! # How is the duration an unknown?
 //!
-//! It is a state of the chain that every step leaves as it is (`optimize/methods/scp/model`). All else is in the units that go with the
+//! It is a state of the chain that every step leaves as it is (`optimize/chain/model`). All else is in the units that go with the
 //! duration. A step of a free body then does not depend on it; ends, fields and limits do, and grow as `s`, `s²` and `s³`.
 //!
 //! # From which paths?
@@ -40,9 +40,9 @@ use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
+use crate::optimize::chain::model::Goal;
+use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::{Chain, path};
 
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
 /// sought.

@@ -34,8 +34,8 @@ const FEW_STEPS: usize = 400;
 const SHOOTING_UNEVEN: CoarseRule = CoarseRule { fewest: 64, ..SHOOTING_FREE };
 /// The rate that a field may give a body, in units of that of its oscillations: twice, as a pendulum that falls from above.
 const SWING: f64 = 2.0;
-/// For SCP: enough for the angle per step and for cones between the nodes.
-const SCP: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
+/// For a chain: enough for the angle per step and for cones between the nodes.
+const CHAIN: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
 
 /// Steps of the grid to search on, for a way that turns by `angle` \[rad\]: enough for its fastest moment, or the
 /// requested grid where that is hardly finer.
@@ -63,10 +63,10 @@ fn field_rate(problem: &Problem, at: &State) -> f64 {
     (stiffness / problem.body.inertia.mean()).sqrt()
 }
 
-/// Steps of the coarse grid of SCP.
+/// Steps of the coarse grid of a chain.
 pub(super) fn chain_steps(problem: &Problem) -> usize {
     let angle = lie::minus(&problem.end.attitude, &problem.start.attitude).norm();
-    coarse_steps(problem, angle, &SCP)
+    coarse_steps(problem, angle, &CHAIN)
 }
 
 /// Steps of the grid that descents with widened authority begin on, where the search goes on on the grid of `coarse`.

@@ -1,4 +1,4 @@
-//! Paths around cones: seeds for SCP, which only finds its way locally.
+//! Paths around cones: seeds for what only finds its way locally.
 //!
 //! A path whose boresight crosses a keep-out cone is turned aside over the crossing, to either side; one
 //! that leaves a keep-in cone is pulled back into it node by node, and one that is to be on a cone is pulled onto it.
@@ -8,9 +8,9 @@ use crate::lie;
 use crate::maneuver::constraint::{Direction, Pointing, Rule, Side, angle_between};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
-use crate::optimize::methods::scp::road::path;
 use crate::optimize::search::transfer::Interpolant;
 
 /// Room kept to a cone's edge beyond its half angle \[rad\].

@@ -96,7 +96,7 @@ pub(super) fn solve(
     let mut shortest: Option<Known> = None;
     let mut at = |duration: f64| -> Result<Option<Known>, Halt> {
         let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
-        // The shooting alone: what it cannot do within the limits is too short, and SCP would search for long.
+        // The shooting alone: what it cannot do within the limits is too short, and the interior point would search for long.
         let settings = Settings { time_limit: remaining, method: Method::Shooting, ..settings.clone() };
         let given = problem.clone().lasting(duration);
         if given.check().is_err() {

@@ -6,7 +6,7 @@ use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Solution};
 use crate::optimize::methods::method::Attempt;
 
-/// Costs of one optimum of SCP differ by less, relative.
+/// Costs of one optimum of a chain differ by less, relative.
 pub(super) const SAME_COST: f64 = 1e-9;
 
 /// What is known so far. A rung reads what the ones below it have left, and adds to it.

@@ -23,13 +23,13 @@ use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::{Method, Settings, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rival};
+use crate::optimize::chain::model::Goal;
+use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::interior_point::chain::family::Family;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::{Chain, path};
 
 /// Rolls to which paths are tried, as parts of what is free to either side: where the roll is free these are 120° apart, and a path
 /// to a band ends inside of it.

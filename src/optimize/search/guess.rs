@@ -4,12 +4,12 @@ use super::starts::GUESS;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Solution;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::road::path;
 use crate::{Vector3, lie};
 
-/// A neighbour's plan to begin from: its costates for the shooting, its path for SCP.
+/// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guess {
     /// As [`Solution::costates_0`] gives them, SI units; empty where there is a path alone.

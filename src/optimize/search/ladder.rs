@@ -11,28 +11,28 @@ use super::starts::wanted_turns;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Trajectory;
+use crate::optimize::chain::Chain;
+use crate::optimize::chain::model::Goal;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::interior_point::chain::family::Family;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::Chain;
 
 /// What a search may do, and what it begins from.
 #[derive(Clone)]
 pub(super) struct Ask<'a> {
     /// Whether the shooting may be tried.
     pub shooting: bool,
-    /// Whether SCP may be.
+    /// Whether the interior point may be, or SCP where the settings request it.
     pub convex: bool,
     pub guess: Option<&'a Guess>,
-    /// A trajectory on the requested grid that SCP follows, instead of all other paths.
+    /// A trajectory on the requested grid to begin from, instead of all other paths.
     pub along: Option<&'a Trajectory>,
     /// How SCP ends on the requested grid.
     pub last: ScpOptions,
     /// Whether a maneuver for which no plan is found is told the duration for which there is one.
     pub advise: bool,
-    /// What SCP minimises in place of the effort (`cheapest`).
+    /// What is minimised in place of the effort (`cheapest`).
     pub goal: Option<Goal>,
     /// The paths that it begins from for a goal.
     pub paths: &'a [Candidate],
@@ -58,7 +58,7 @@ impl Ask<'_> {
         }
     }
 
-    /// SCP alone, for a goal or the effort, from its own seeds.
+    /// The chain alone, for a goal or the effort, from its own seeds.
     pub fn of_goal(goal: Option<Goal>, settings: &Settings) -> Self {
         let last = ScpOptions::default().within(settings.max_iterations);
         Self {

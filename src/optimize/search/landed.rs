@@ -5,15 +5,15 @@ use super::record::{self, Recorded};
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::Outcome;
+use crate::optimize::chain::Chain;
+use crate::optimize::chain::model::Goal;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::{Attempt, Method, Swept};
-use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::{Chain, ConvexIteration};
+use crate::optimize::methods::scp::method::ConvexIteration;
 use nalgebra::{DVector, SVector};
 
 /// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.
@@ -33,9 +33,8 @@ pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> O
     let record = |chain: &Chain, attempt: &Attempt| {
         Some(record::chain(search.problem, &search.fine, chain, &attempt.candidate).ok()?.trajectory)
     };
-    let options = search.ask.last.polish.then_some(&search.ask.last);
     land_chain(Aim::of(search.problem), &mut chain, attempt.clone(), record, |chain, attempt| {
-        again(search, chain, attempt, options)
+        again(search, chain, attempt)
     })
 }
 
@@ -60,34 +59,22 @@ fn costate_landed<const N: usize>(
 
 /// Solves again on a chain with a slightly different target, by the method that found the plan.
 ///
-/// Newton on the active set goes first where effort is the cost. Where several plans have the least cost the interior point finds their
-/// centre, which moves continuously with the target.
-fn again<const N: usize>(
-    search: &Search<N>,
-    chain: &Chain,
-    attempt: &Attempt,
-    options: Option<&ScpOptions>,
-) -> Option<Attempt> {
-    let candidate = attempt.candidate.clone();
+/// Where several plans have the least cost the interior point finds their centre, which moves continuously with the target.
+fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt) -> Option<Attempt> {
+    let candidate = &attempt.candidate;
     let next = search.context.within(|budget| {
-        if let Some(near) = options.and_then(|options| chain.polished(&candidate, options, budget)) {
-            return near;
+        if candidate.provenance.method == Road::Scp {
+            return ConvexIteration { chain, options: &search.ask.last }.improve(candidate.clone(), budget);
         }
-        match (candidate.provenance.method, options) {
-            (Road::Scp, Some(options)) => ConvexIteration { chain, options }.improve(candidate, budget),
-            (_, polish) => {
-                // The target has moved by little: from close by at first, then from farther away.
-                let mut last = Attempt::failed(candidate.clone(), Outcome::Stalled);
-                for tuning in &[Tuning::close(), Tuning::near(), Tuning::default()] {
-                    last = InteriorPoint { chain, tuning, polish, family: None }
-                        .improve(candidate.clone(), budget);
-                    if last.converged() {
-                        break;
-                    }
-                }
-                last
+        // The target has moved by little: from close by at first, then from farther away.
+        let mut last = Attempt::failed(candidate.clone(), Outcome::Stalled);
+        for tuning in &[Tuning::close(), Tuning::near(), Tuning::default()] {
+            last = InteriorPoint { chain, tuning, family: None }.improve(candidate.clone(), budget);
+            if last.converged() {
+                break;
             }
         }
+        last
     });
     let provenance = attempt.candidate.provenance.clone();
     next.converged().then(|| Attempt {
@@ -146,5 +133,5 @@ pub(super) fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attem
     let mut chain = Chain::with_goal(problem, steps, goal);
     let record =
         |chain: &Chain, attempt: &Attempt| Some(recorded(search, goal, chain, attempt)?.1.trajectory);
-    land_chain(aim, &mut chain, found.clone(), record, |chain, attempt| again(search, chain, attempt, None))
+    land_chain(aim, &mut chain, found.clone(), record, |chain, attempt| again(search, chain, attempt))
 }

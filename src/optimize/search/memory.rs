@@ -1,32 +1,35 @@
 //! What a solve will hold in memory, told before it begins.
 //!
-//! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much again. Where
-//! limits or constraints act, Newton on the active set also holds its band matrix, and the convex iteration its cone
-//! program with the factors: so much for each unknown and for each row of a stage. The coefficients are measured
-//! (`cargo run --release -p evidence -- memory`), chosen so that no plan there takes more.
+//! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much again. The interior point
+//! also holds its workspace, in proportion to the square of the unknowns of a stage, and after it the test of the second
+//! order the matrix of the conditions with its blocks. SCP holds the band matrix of Newton on the active set, or its cone
+//! program with the factors.
 //!
 //! # How does a plan know what memory it takes?
 //!
-//! By a measured rule (`optimize/search/memory.rs`): so many bytes a step, for each unknown and each row of a limit where the convex
-//! road may be taken. `slew check` tells two figures, because Newton on the active set takes a fraction of what the convex
-//! iteration takes, and which of them finds the way on a fine grid is known afterwards only. A plan of which even the smaller
-//! does not fit into what the system gives (free memory, its group, `ulimit -v`) is refused with 6 and the steps that would
-//! fit; one of which the larger does not is warned of. `cargo run --release -p evidence -- memory` holds both against what
-//! plans take. An allocation that fails all the same ends with 6 as well: the standard library aborts, and the handler of
+//! Of the interior point by counting what its parts allocate for a step, of all else by a measured rule: so many bytes a
+//! step, for each unknown and each row of a limit. `slew check` tells two figures where the shooting may be followed by the
+//! interior point, and for SCP, of which Newton takes a fraction of what the convex iteration takes. A plan of which even the
+//! smaller does not fit into what the system gives (free memory, its group, `ulimit -v`) is refused with 6 and the steps that
+//! would fit; one of which the larger does not is warned of. `cargo run --release -p evidence -- memory` holds both against
+//! what plans take. An allocation that fails all the same ends with 6 as well: the standard library aborts, and the handler of
 //! that signal ends with our code. That the words are the library's ("memory allocation of … bytes failed") is the price of
 //! having no unsafe code; where a system promises more than it has, its killer comes first, which is what the estimate is
 //! for.
 
 use crate::maneuver::objective::Fuel;
-use crate::maneuver::problem::Problem;
+use crate::maneuver::problem::{Formulation, Problem};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::{Motion, Rule};
 use crate::mechanics::actuators::{ActuatorSet, LimitKind};
+use crate::optimize::chain::rows::{LimitRow, RowValue};
 use crate::optimize::discrete::control_law;
 use crate::optimize::methods::scp::subproblem::BALL;
 
 /// The program itself, its threads and small grids \[bytes\].
 const BASE: f64 = 12e6;
+/// The same of a search on the chain, with its coarse grids.
+const CHAIN_BASE: f64 = 17e6;
 /// Of each step, by what moves.
 const NODE: f64 = 200.0;
 const NODE_WITH_POSITION: f64 = 650.0;
@@ -35,12 +38,24 @@ const NEWTON: [f64; 2] = [1300.0, 900.0];
 /// The same in the cone program and its factors.
 const CONVEX: [f64; 2] = [5000.0, 3000.0];
 
+/// A number \[bytes\], and an element of a matrix with its two places.
+const NUMBER: f64 = 8.0;
+const ELEMENT: f64 = 24.0;
+/// Numbers that the interior point holds for each unknown of a stage and for each row: points, multipliers, residuals, slacks,
+/// steps, and the best of each.
+const OF_UNKNOWN: f64 = 15.0;
+const OF_ROW: f64 = 24.0;
+/// Numbers of a stage that do not go with its size: the attitude, three times, and what a step allocates.
+const OF_STAGE: f64 = 80.0;
+/// What a growing list has set aside, as a multiple of what is in it, on the mean.
+const GROWN: f64 = 1.33;
+
 /// Peak memory of a plan \[bytes\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeakMemory {
     /// What it takes as a rule.
     pub likely: f64,
-    /// What it may take, where the convex iteration has to find the way on the requested grid, and not Newton.
+    /// What it may take, where the shooting or Newton on the active set does not find the plan alone.
     pub most: f64,
 }
 
@@ -49,24 +64,33 @@ impl PeakMemory {
     pub fn of(problem: &Problem, settings: &Settings) -> Self {
         let steps = problem.steps as f64;
         let moves = problem.motion == Motion::RigidBody;
-        let plain = BASE + steps * if moves { NODE_WITH_POSITION } else { NODE };
-        let shooting = !settings.method.is_on_equal_steps() && control_law::obstacle(problem).is_none();
-        let convex = settings.method == Method::Auto && problem.is_constrained() || !shooting;
-        if problem.clone().planned_by(settings.method).switches() || !convex {
+        let nodes = steps * if moves { NODE_WITH_POSITION } else { NODE };
+        let plain = BASE + nodes;
+        let formulation = Formulation::of(&problem.clone().planned_by(settings.method));
+        let shooting = formulation != Formulation::Chain
+            && !settings.method.is_on_equal_steps()
+            && control_law::obstacle(problem).is_none();
+        let rescued = settings.method == Method::Auto && problem.is_constrained();
+        if formulation == Formulation::Switching || shooting && !rescued {
             return Self { likely: plain, most: plain };
         }
-        let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
-        let unknowns = if moves { 12 } else { 6 + wheels } + problem.actuation.count();
-        let of = |[by_unknown, by_row]: [f64; 2]| {
-            plain + steps * (by_unknown * unknowns as f64 + by_row * rows(problem) as f64)
-        };
-        Self { likely: if shooting { plain } else { of(NEWTON) }, most: of(CONVEX) }
+        if settings.method == Method::Scp {
+            let of = |[by_unknown, by_row]: [f64; 2]| {
+                let unknowns = state(problem) + problem.actuation.count() as f64;
+                let rows = limits(problem, BALL) + constraints(problem, BALL);
+                plain + steps * (by_unknown * unknowns + by_row * rows)
+            };
+            return Self { likely: of(NEWTON), most: of(CONVEX) };
+        }
+        let chain = CHAIN_BASE + nodes + steps * of_interior_point(problem, formulation);
+        Self { likely: if shooting { plain } else { chain }, most: chain }
     }
 
     /// Steps of a maneuver that likely fit into `room` \[bytes\], in two digits; `None` where not even a few do.
     pub fn steps_within(problem: &Problem, settings: &Settings, room: f64) -> Option<usize> {
-        let per_step = (Self::of(problem, settings).likely - BASE) / problem.steps as f64;
-        let steps = ((room - BASE) / per_step).floor();
+        let base = Self::of(&Problem { steps: 0, ..problem.clone() }, settings).likely;
+        let per_step = (Self::of(problem, settings).likely - base) / problem.steps as f64;
+        let steps = ((room - base) / per_step).floor();
         if steps < Problem::MIN_STEPS as f64 {
             return None;
         }
@@ -75,31 +99,85 @@ impl PeakMemory {
     }
 }
 
-/// Rows of all limits of one step.
-fn rows(problem: &Problem) -> usize {
+/// What the interior point allocates for a step \[bytes\]: the chain with its rows, and the larger of the workspace and of the
+/// matrix for the test of the second order, which comes after it where effort is the cost.
+fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
+    let (inputs, given) = (problem.actuation.count() as f64, state(problem));
+    let changes = problem.actuation.limits().any(|limit| limit.kind == LimitKind::Rate);
+    let is_effort = !problem.objective.switches();
+    let sought = formulation == Formulation::Chain && problem.objective.counts_time();
+    let n = given + f64::from(sought) + if changes { inputs } else { 0.0 };
+    let m = inputs + burning(problem).map(lanes).sum::<usize>() as f64;
+    let (z, ends) = (n + m, if problem.motion == Motion::RigidBody { 12.0 } else { 8.0 });
+    let (limits, constraints) = (limits(problem, 1), constraints(problem, 1));
+    let rows = limits + constraints;
+    // Two Hessians and a step; P, W and U; vectors.
+    let solver = NUMBER * (2.0 * z * z + n * z + (n + m) * (n + ends) + m * m + OF_UNKNOWN * z + OF_STAGE)
+        // Slopes with their places: a limit depends on few unknowns, a constraint on all.
+        + NUMBER * OF_ROW * rows + (NUMBER + 2.0) * (3.0 * limits + z * constraints);
+    let row = (size_of::<LimitRow>() + size_of::<RowValue>()) as f64 + NUMBER * (given + inputs);
+    let chain = NUMBER * (given * (given + inputs + 3.0) + 3.0 * inputs + OF_STAGE) + row * rows;
+    let (n, m) = (given, inputs);
+    // Of the rows of a stage about as many act as there are inputs.
+    let elements = 3.0 * n * n + 4.0 * n * m + m * m + 2.0 * n + 2.0 * m * (n + m);
+    let blocks = 2.0 * (2.0 * n + 2.0 * m).powi(2);
+    let tested = if is_effort { GROWN * ELEMENT * elements + NUMBER * blocks } else { 0.0 };
+    chain + solver.max(tested)
+}
+
+/// Numbers of a state in a given duration.
+fn state(problem: &Problem) -> f64 {
+    let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
+    if problem.motion == Motion::RigidBody { 12.0 } else { 6.0 + wheels as f64 }
+}
+
+/// Rows of the limits of actuators at one step, of which a ball takes so many.
+fn limits(problem: &Problem, ball: usize) -> f64 {
     let of_limits = problem.actuation.limits().map(|limit| match limit.kind {
-        LimitKind::Norm => BALL,
+        LimitKind::Norm => ball,
         _ => 2 * limit.bounds.iter().filter(|bound| bound.is_finite()).count(),
     });
-    // Each at the node and on the arc.
+    // What burns is not less than nothing, to each side.
+    let of_fuel = burning(problem).map(|set| set.count() + lanes(set));
+    of_limits.chain(of_fuel).sum::<usize>() as f64
+}
+
+/// Rows of the constraints of one step, at the node and on the arc, of which a ball takes so many.
+fn constraints(problem: &Problem, ball: usize) -> f64 {
     let of_constraints = problem.constraints.iter().map(|constraint| match &constraint.rule {
-        Rule::RateNorm(_) => 2 * BALL,
+        Rule::RateNorm(_) => 2 * ball,
         Rule::RateAxes(_) => 12,
         Rule::Pointing(pointing) => 2 * pointing.pairs().count(),
     });
-    // What has a kink in the cost, once for each side of it.
-    let of_kinks = |set: &ActuatorSet| if Fuel::is_of_norm(set) { BALL } else { 2 * set.count() };
+    of_constraints.sum::<usize>() as f64
+}
+
+/// The sets whose fuel is counted.
+fn burning(problem: &Problem) -> impl Iterator<Item = &ActuatorSet> {
     let torque = Some(&problem.actuation.torque).filter(|_| problem.actuation.thrusters.is_none());
     let burning = [torque, problem.actuation.force.as_ref()];
-    let burning = burning.into_iter().flatten().filter(|_| problem.objective.fuel().is_some());
-    of_limits.chain(of_constraints).chain(burning.map(of_kinks)).sum()
+    burning.into_iter().flatten().filter(|_| problem.objective.fuel().is_some())
+}
+
+/// Inputs that the interior point adds to a set whose fuel is counted: its norm, or the other side of each.
+fn lanes(set: &ActuatorSet) -> usize {
+    if Fuel::is_of_norm(set) {
+        1
+    } else if set.limits().one_sided {
+        0
+    } else {
+        set.count()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::actuators::AxisFrame;
+    use crate::maneuver::constraint::{Constraint, Direction, Pointing, Side};
+    use crate::maneuver::objective::Objective;
+    use crate::mechanics::actuators::{Actuation, AxisFrame, Limits, Wheels};
     use crate::testing::{Random, attitude_only, moving_ends};
+    use crate::{Duration, Vector3};
 
     #[test]
     fn the_steps_that_are_said_to_fit_do_and_not_many_more_would() {
@@ -111,5 +189,52 @@ mod tests {
             assert!(of(steps) <= room && of(1.11 * steps) > room, "{steps} steps in {room} bytes");
         }
         assert_eq!(PeakMemory::steps_within(&problem, &settings, BASE), None);
+    }
+
+    /// Peak resident memory of the program on Linux, as the growth from 2,000 to 6,000 steps of the plans of `problems/` that
+    /// are named, each over the steps between.
+    #[test]
+    fn the_interior_point_is_said_to_take_what_it_takes() {
+        let plain = || attitude_only(moving_ends(&mut Random(1), AxisFrame::Body));
+        let ruled = |rule: Rule| plain().with_constraint(Constraint { name: "limit".into(), rule });
+        let torques = |limits: Limits| {
+            let set = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+            plain().with_actuation(Actuation::torques(set)).with_objective(Objective::default())
+        };
+        let sized = |count: usize| Limits { size: Some(vec![1.0; count]), ..Limits::default() };
+        let wheeled = |count: usize| {
+            let axes = (0..count).map(|index| Vector3::new(1.0, index as f64, 1.0).normalize()).collect();
+            let set = ActuatorSet::new(axes, AxisFrame::Body).unwrap().with_limits(sized(count)).unwrap();
+            let mut actuation = Actuation::torques(set);
+            actuation.wheels = Some(Wheels { momentum: vec![0.0; count], momentum_limit: vec![1.0; count] });
+            plain().with_actuation(actuation).with_objective(Objective::default())
+        };
+        let cone =
+            Pointing::new(Side::KeepOut, vec![Vector3::x()], vec![Direction::Fixed(Vector3::z())], 0.2);
+        let fastest =
+            |problem: Problem| problem.with_objective(Objective::Time).with_duration(Duration::SOUGHT);
+        let rate = Constraint { name: "rate".into(), rule: Rule::RateNorm(1.0) };
+        let rates = Limits { rate: Some(vec![1.0; 3]), ..sized(3) };
+        let cases = [
+            ("limited_rate", ruled(Rule::RateNorm(1.0)), 12_801.0),
+            ("limited_rate_axes", ruled(Rule::RateAxes(Vector3::repeat(1.0))), 17_579.0),
+            ("limited_torque_rate", torques(rates), 17_120.0),
+            ("keep_out_small", ruled(Rule::Pointing(cone)), 12_041.0),
+            ("wheels_pyramid", wheeled(4), 31_030.0),
+            ("shortest_rate", fastest(torques(sized(3)).with_constraint(rate)), 10_455.0),
+            ("minimum_fuel_wheels", wheeled(3).with_objective(Objective::Fuel(Fuel::default())), 17_205.0),
+        ];
+        for (name, problem, measured) in cases {
+            let of = |steps: usize| PeakMemory::of(&problem.clone().with_steps(steps), &Settings::default());
+            let [from, to] = [2_000, 6_000].map(of);
+            assert_eq!(from.likely, from.most, "{name}");
+            let said = (to.likely - from.likely) / 4_000.0;
+            assert!((1.0..1.5).contains(&(said / measured)), "{name}: {said:.0} of {measured:.0}");
+        }
+        // A cone program takes several times as much.
+        let settings = Settings { method: Method::Scp, ..Settings::default() };
+        let [interior, convex] = [Settings::default(), settings]
+            .map(|settings| PeakMemory::of(&ruled(Rule::RateNorm(1.0)).with_steps(6_000), &settings).most);
+        assert!(convex > 3.0 * interior, "{convex} {interior}");
     }
 }

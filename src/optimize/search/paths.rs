@@ -30,11 +30,11 @@ use crate::lie;
 use crate::maneuver::settings::Method;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::{Point, StepError};
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
-use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::road::path;
 use nalgebra::SVector;
 use std::f64::consts::{PI, TAU};
 

@@ -8,14 +8,15 @@ use crate::maneuver::objective::Weighted;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::solution::{ActiveConstraint, TerminalError, Trajectory};
 use crate::mechanics::actuators::LimitKind;
+use crate::optimize::chain::model::costate_blocks;
+use crate::optimize::chain::model::step;
+use crate::optimize::chain::rows::{LimitRows, What};
+use crate::optimize::chain::{Chain, iterate};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::control_law::ControlLaw;
 use crate::optimize::discrete::step::{Costate, Dynamics, Point, StepError};
 use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
 use crate::optimize::methods::method::Swept;
-use crate::optimize::methods::scp::model::costate_blocks;
-use crate::optimize::methods::scp::model::step;
-use crate::optimize::methods::scp::road::{Chain, iterate};
 use nalgebra::SVector;
 
 /// A recorded candidate.
@@ -104,16 +105,12 @@ pub(crate) fn chain<const N: usize>(
 }
 
 /// Where the rows of each limit act.
-fn active(
-    problem: &Problem,
-    rows: &crate::optimize::methods::scp::rows::LimitRows,
-    multipliers: &[f64],
-) -> Vec<ActiveConstraint> {
+fn active(problem: &Problem, rows: &LimitRows, multipliers: &[f64]) -> Vec<ActiveConstraint> {
     let of_group = |group: usize| {
         let acting = rows.rows.iter().zip(multipliers);
         let acting = acting.filter(move |(row, multiplier)| {
             let pulls = if row.what.is_equation() { **multiplier != 0.0 } else { **multiplier > 0.0 };
-            row.group == group && !row.what.is_kink() && pulls
+            row.group == group && !matches!(row.what, What::Push { .. }) && pulls
         });
         acting.map(|(row, multiplier)| (row.stage as f64 * problem.step(), *multiplier)).unzip()
     };

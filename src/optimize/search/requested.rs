@@ -3,9 +3,9 @@
 //! # How is the best way found?
 //!
 //! On the requested grid an extremal may satisfy all conditions at its nodes and still not be reached from λ₋₁, because
-//! round-off of the costates grows along the way. Then the nodes are the plan: SCP takes their path, which is optimal already,
+//! round-off of the costates grows along the way. Then the nodes are the plan: the chain takes their path, which is optimal already,
 //! and writes states, inputs and multipliers of every step. Where the Newton stalls because the last of the authority leaves
-//! the problem nearly singular, SCP goes on from the path of the minimum.
+//! the problem nearly singular, the interior point goes on from the path of the minimum.
 
 use super::authority::WIDENED;
 use super::chains::optimised_near;
@@ -14,11 +14,11 @@ use super::found::Found;
 use super::ladder::Search;
 use super::shots::shoot_fine;
 use crate::maneuver::solution::{Outcome, Rung};
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::lifted::LiftedNewton;
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::methods::scp::road::path;
 
 /// The same on the requested grid.
 const FINE_TOLERANCE: f64 = 1e-14;
@@ -55,13 +55,13 @@ pub(super) fn descend_on_requested_grid<const N: usize>(
             replay(search, found, &lifted.candidate);
         }
     } else if !all {
-        // What is singular without the last of the authority stops a Newton on all nodes, and SCP by its trust region not.
+        // What is singular without the last of the authority stops a Newton on all nodes, and the interior point not.
         replay(search, found, &minimum.candidate);
     }
 }
 
 /// An extremal of the requested grid that the shooting cannot follow from its start, where round-off of the costates
-/// grows along the way: as a plan of SCP, which holds the states of all nodes. Or what SCP makes of a path.
+/// grows along the way: as a plan of the chain, which holds the states of all nodes. Or what is made of a path there.
 fn replay<const N: usize>(search: &Search<N>, found: &mut Found<N>, nodes: &Candidate) {
     if search.ask.convex && !search.stopped() {
         let chain = search.chain(search.problem.steps);

@@ -10,10 +10,10 @@ use crate::maneuver::constraint::Rule;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
-use crate::optimize::methods::scp::road::path;
 use std::f64::consts::{PI, TAU};
 
 /// How far a path is bent to either side \[rad\]: of a path that is bent less the optimum is that of the straight one, and one that is

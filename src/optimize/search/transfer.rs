@@ -3,12 +3,12 @@
 use crate::Vector3;
 use crate::lie;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::iterate::Iterate;
+use crate::optimize::chain::model::ChainState;
+use crate::optimize::chain::rows::LimitRows;
+use crate::optimize::chain::{Chain, iterate, multipliers, with_iterate};
+use crate::optimize::chain::{Multipliers, first_iterate};
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::ChainState;
-use crate::optimize::methods::scp::road::{Chain, iterate, multipliers, with_iterate};
-use crate::optimize::methods::scp::rows::LimitRows;
-use crate::optimize::methods::scp::{Multipliers, first_iterate};
 use nalgebra::DVector;
 
 /// A candidate on the second of two grids from an optimum on the first.

@@ -1,4 +1,4 @@
-//! The chain as a program: against the matrices of SCP's model and rows, and against central
+//! The chain as a program: against the matrices of the chain's model and rows, and against central
 //! differences.
 
 use super::chain::ChainProgram;
@@ -13,14 +13,16 @@ use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use crate::mechanics::body::{Body, Inertia};
+use crate::optimize::chain::iterate::Iterate;
+use crate::optimize::chain::model::goal::with_goal;
+use crate::optimize::chain::model::{Goal, Model, step};
+use crate::optimize::chain::rows::{LimitRows, Place, RowValue, What};
+use crate::optimize::chain::tests::{chains, random_inputs, reference_slew, shot, straight, stretch};
+use crate::optimize::chain::{Chain, path};
+use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::goal::with_goal;
-use crate::optimize::methods::scp::model::{Goal, Model, step};
-use crate::optimize::methods::scp::road::{Chain, path};
-use crate::optimize::methods::scp::rows::{LimitRows, Place, RowValue, What};
-use crate::optimize::methods::scp::tests::{chains, random_inputs, reference_slew, shot, straight, stretch};
+use crate::optimize::methods::scp::method::ConvexIteration;
 use crate::testing::Random;
 use crate::{Matrix3, Vector3, lie};
 
@@ -92,7 +94,7 @@ fn programs(
     seen
 }
 
-/// A program's states are those of SCP's steps, its rows and its cost those of SCP.
+/// A program's states are those of the chain's steps, its rows and its cost those of the chain.
 #[test]
 fn a_program_has_the_values_of_the_chain() {
     let seen = programs(1, |program, model, limits, iterate, _, _| {
@@ -122,7 +124,7 @@ fn a_program_has_the_values_of_the_chain() {
             }
         }
         assert!(met > 0);
-        let (there, multipliers) = program.found(&point, &Duals::of(shape));
+        let (there, multipliers) = program.found(&point, &Duals::of(shape), &values.rows);
         assert_eq!(multipliers.rows.len(), limits.rows.len());
         for (known, found) in iterate.states.iter().zip(&there.states) {
             assert!((known.attitude - found.attitude).amax() < 1e-13);
@@ -397,8 +399,9 @@ fn ends_of_families_have_the_derivatives_of_their_equations() {
     assert!(seen > 40, "{seen}");
 }
 
-/// From its one start, the interior point and Newton on the rows that it tells: costs of theory.md,
-/// from another program, on the same grid, and without limits the costates of the shooting.
+/// From its one start: costs of theory.md, from another program, on the same grid; without limits
+/// the costates of the shooting. Within limits the rows that act and the costates are those that
+/// Newton on the active set finds.
 #[test]
 fn the_reference_costs_are_met_and_multipliers_are_costates() {
     let references = [(None, 16.389987441935), (Some(0.75), 16.718658565135), (Some(0.65), 18.0852435685)];
@@ -406,46 +409,66 @@ fn the_reference_costs_are_met_and_multipliers_are_costates() {
         let problem = reference_slew(share);
         let chain = Chain::new(&problem, problem.steps);
         let unit = chain.model.dynamics.units.cost;
-        let budget = Budget { iterations: 200, watch: Watch::NONE };
-        let options = ScpOptions::default();
-        let tuning = Tuning::default();
-        let solved = |polish| {
-            let poses = straight(&chain.model).into_iter();
-            let start = path("short", &chain.model.dynamics.grid, poses);
-            InteriorPoint { chain: &chain, tuning: &tuning, polish, family: None }.improve(start, &budget)
-        };
-        let [plain, polished] = [None, Some(&options)].map(solved);
-        assert!(plain.converged() && polished.converged());
-        // Above the optimum by the barrier term of each row that acts.
-        let above = plain.cost * unit / cost - 1.0;
-        assert!(above.abs() < 1e-8, "{share:?} {above:.1e}");
-        assert!((polished.cost * unit / cost - 1.0).abs() < 1e-10, "{share:?} {}", polished.cost * unit);
-        assert!(polished.stationarity < 1e-12, "{share:?} {:.1e}", polished.stationarity);
-        let scale = polished.candidate.costates.iter().map(|costate| costate.amax()).fold(0.0, f64::max);
-        let pairs = plain.candidate.costates.iter().zip(&polished.candidate.costates);
+        let found = improved(&chain);
+        let above = found.cost * unit / cost - 1.0;
+        assert!(found.converged() && above.abs() < 1e-10, "{share:?} {above:.1e}");
+        assert!(found.stationarity < 1e-11, "{share:?} {:.1e}", found.stationarity);
+        let newton = ConvexIteration { chain: &chain, options: &ScpOptions::default() };
+        let newton = newton.improve(short(&chain), &BUDGET).candidate;
+        let scale = newton.costates.iter().map(|costate| costate.amax()).fold(0.0, f64::max);
+        let pairs = found.candidate.costates.iter().zip(&newton.costates);
         let off = pairs.map(|(a, b)| (a - b).amax()).fold(0.0, f64::max) / scale;
-        assert!(off < 1e-6, "{share:?} costates are off by {off:.1e}");
+        assert!(off < 1e-8, "{share:?} costates are off by {off:.1e}");
+        let [ours, theirs] = [&found.candidate, &newton].map(|candidate| {
+            candidate.multipliers.1.iter().map(|multiplier| *multiplier > 0.0).collect::<Vec<_>>()
+        });
+        assert_eq!(ours, theirs, "{share:?}");
+        assert_eq!(ours.iter().any(|acts| *acts), share.is_some());
         if share.is_none() {
             let solution = shot(&problem);
             let units = chain.model.dynamics.units.costate::<6>();
-            for (row, dual) in polished.candidate.costates[1..].iter().enumerate() {
+            for (row, dual) in found.candidate.costates[1..].iter().enumerate() {
                 let shot = &solution.trajectory.costates[6 * row..][..6];
                 let off = (0..6).map(|i| (shot[i] / units[i] - dual[i]).abs()).fold(0.0, f64::max);
-                assert!(off < 1e-11, "row {row}: {off:.1e}");
+                assert!(off < 1e-11 * scale, "row {row}: {off:.1e} of {scale}");
             }
         }
     }
 }
 
-/// The rest of a maneuver that is started along the path about the fixed axis.
-fn improved(chain: &Chain, polish: Option<&ScpOptions>) -> Attempt {
-    let start = path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter());
-    let budget = Budget { iterations: 250, watch: Watch::NONE };
-    InteriorPoint { chain, tuning: &Tuning::default(), polish, family: None }.improve(start, &budget)
+const BUDGET: Budget = Budget { iterations: 250, watch: Watch::NONE };
+
+/// The path about the fixed axis.
+fn short(chain: &Chain) -> Candidate {
+    path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter())
+}
+
+/// What the interior point makes of that path.
+fn improved(chain: &Chain) -> Attempt {
+    InteriorPoint { chain, tuning: &Tuning::default(), family: None }.improve(short(chain), &BUDGET)
+}
+
+/// Only rows that act have a multiplier.
+#[test]
+fn a_plan_of_least_time_tells_the_rows_that_act() {
+    let problem = reference_slew(Some(0.65));
+    let chain = Chain::with_goal(&problem, problem.steps, &Goal { objective: Objective::Time });
+    let found = improved(&chain);
+    assert!(found.converged());
+    let at = chain.iterate(&found.candidate, &Watch::NONE);
+    let at = at.evaluate(&chain.model, &chain.rows, Watch::NONE).unwrap();
+    let mut acting = 0;
+    for (value, multiplier) in at.rows.iter().zip(&found.candidate.multipliers.1) {
+        let slack = -value.violation();
+        assert!(*multiplier == 0.0 || slack < 1e-5, "a row with a slack of {slack:.1e} acts");
+        acting += usize::from(*multiplier > 0.0);
+    }
+    // On every step at least one torque is at a limit, and none at both.
+    assert!((problem.steps..=3 * problem.steps).contains(&acting), "{acting}");
 }
 
 /// Fuel by the norm of the torque, on 50 steps: of another program on the same grid (CasADi and
-/// IPOPT), and as SCP has it, whose slopes of the kinks are those of the rows here.
+/// IPOPT).
 #[test]
 fn fuel_by_the_norm_is_that_of_other_programs() {
     let about = |axis: [f64; 3], degrees: f64| {
@@ -479,7 +502,7 @@ fn fuel_by_the_norm_is_that_of_other_programs() {
     for (problem, expected) in cases {
         let goal = Goal { objective: problem.objective.clone() };
         let alone = Chain::with_goal(&problem, problem.steps, &goal);
-        let found = improved(&alone, None);
+        let found = improved(&alone);
         assert!(found.converged(), "{:?} {:.1e} {:.1e}", found.outcome, found.residual, found.stationarity);
         let price = alone.price(&found.candidate);
         assert!((price / expected - 1.0).abs() < 1e-5, "{price} {expected}");

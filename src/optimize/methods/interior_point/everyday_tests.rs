@@ -11,18 +11,17 @@ use crate::maneuver::settings;
 use crate::maneuver::solution::Outcome;
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::body::{Body, Inertia};
+use crate::optimize::chain::model::Goal;
+use crate::optimize::chain::tests::straight;
+use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
-use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::{Chain, path};
-use crate::optimize::methods::scp::tests::straight;
 use crate::optimize::search;
 use crate::testing::Random;
 use crate::{Matrix3, Vector3, lie};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Kind {
+enum Kind {
     Time,
     Rate,
     Cone,
@@ -30,7 +29,7 @@ pub(super) enum Kind {
 }
 
 /// A maneuver, as a problem with a stated duration that fits it.
-pub(super) fn everyday(random: &mut Random, kind: Kind) -> Problem {
+fn everyday(random: &mut Random, kind: Kind) -> Problem {
     let mut draw = |from: f64, to: f64| from + (to - from) * 0.5 * (random.uniform() + 1.0);
     let (j, torque, momentum) =
         [(0.12, 4e-3, 0.02), (40.0, 0.1, 2.0), (900.0, 0.6, 25.0)][draw(0.0, 3.0) as usize % 3];
@@ -85,7 +84,7 @@ pub(super) fn everyday(random: &mut Random, kind: Kind) -> Problem {
 }
 
 /// The chain of a maneuver on its own number of steps.
-pub(super) fn chain_of(problem: &Problem, kind: Kind) -> Chain {
+fn chain_of(problem: &Problem, kind: Kind) -> Chain {
     let steps = problem.steps;
     if kind == Kind::Effort {
         Chain::new(problem, steps)
@@ -99,16 +98,10 @@ fn short(chain: &Chain) -> Candidate {
     path("short", &chain.model.dynamics.grid, straight(&chain.model).into_iter())
 }
 
-/// What the method starts from on that path.
-pub(super) fn start_of(chain: &Chain, tuning: &Tuning) -> Iterate {
-    InteriorPoint { chain, tuning, polish: None, family: None }.start(&short(chain), &Watch::NONE)
-}
-
 fn solved(problem: &Problem, kind: Kind) -> Attempt {
     let chain = chain_of(problem, kind);
     let budget = Budget { iterations: 200, watch: Watch::NONE };
-    InteriorPoint { chain: &chain, tuning: &Tuning::default(), polish: None, family: None }
-        .improve(short(&chain), &budget)
+    InteriorPoint { chain: &chain, tuning: &Tuning::default(), family: None }.improve(short(&chain), &budget)
 }
 
 /// Maneuvers of each kind.

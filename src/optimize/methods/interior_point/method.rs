@@ -11,17 +11,16 @@ use crate::maneuver::settings;
 use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
 use crate::maneuver::solution::Outcome;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::first_iterate;
+use crate::optimize::chain::iterate::Iterate;
+use crate::optimize::chain::model::Goal;
+use crate::optimize::chain::rows::LimitRows;
+use crate::optimize::chain::{Chain, path, with_iterate};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
-use crate::optimize::methods::scp::first_iterate;
-use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::polish::{Told, polish};
-use crate::optimize::methods::scp::road::{Chain, path, with_iterate};
-use crate::optimize::methods::scp::rows::LimitRows;
-use crate::optimize::methods::scp::{Multipliers, ScpOptions};
 use crate::{Vector3, lie};
 use nalgebra::DVector;
 
@@ -29,9 +28,6 @@ use nalgebra::DVector;
 pub(crate) struct InteriorPoint<'a> {
     pub chain: &'a Chain,
     pub tuning: &'a Tuning,
-    /// Settings of the final Newton iteration on the active set, which needs a cost that is
-    /// strictly convex within the active rows. `None` skips it.
-    pub polish: Option<&'a ScpOptions>,
     /// The ends, where the end is one of a family instead of that of the chain.
     pub family: Option<&'a Family>,
 }
@@ -54,7 +50,8 @@ impl Method for InteriorPoint<'_> {
             let stopped = (budget.watch.interrupt)().filter(|_| run.end == End::Stopped);
             return unsolved(candidate, stopped.unwrap_or(Outcome::Stalled));
         }
-        let (mut iterate, mut multipliers) = program.found(&solver.point, &solver.duals);
+        let found = |solver: &Solver| program.found(&solver.point, &solver.duals, &solver.at.values.rows);
+        let (mut iterate, mut multipliers) = found(&solver);
         // Along motions that are not stable the inputs replayed from the start miss the end by what round-off grows to.
         for _ in 0..self.tuning.replays {
             // An end of a family is none of the chain's.
@@ -72,7 +69,7 @@ impl Method for InteriorPoint<'_> {
                 break;
             }
             run = again;
-            (iterate, multipliers) = program.found(&solver.point, &solver.duals);
+            (iterate, multipliers) = found(&solver);
         }
         let (excess, tuning) = (run.violation.max(run.miss), self.tuning);
         let kept = excess <= tuning.violated.max(tuning.tolerance);
@@ -86,23 +83,13 @@ impl Method for InteriorPoint<'_> {
             End::Stopped => (budget.watch.interrupt)().unwrap_or(Outcome::Interrupted),
         };
         let shortfall = (outcome != Outcome::Converged).then(|| self.lacking(&iterate, &run, outcome));
-        let mut residual = run.primal.max(excess);
-        let mut stationarity = run.dual.max(run.primal).max(run.complementarity);
+        let residual = run.primal.max(excess);
+        let stationarity = run.dual.max(run.primal).max(run.complementarity);
         let residuals = vec![f64::NAN, run.dual.max(residual)];
         let pairs = program.shape().rows() + 2 * program.shape().terminal;
         let scaled = solver.at.values.cost.abs();
-        let mut barrier = [run.barrier, pairs as f64 * run.barrier / scaled.max(f64::MIN_POSITIVE)];
-        let mut cost = if outcome == Outcome::Converged { iterate.cost(model) } else { f64::NAN };
-        let polished = self.polish.filter(|_| outcome == Outcome::Converged).and_then(|options| {
-            polish(model, rows, &iterate, &multipliers, options, Told::Roughly, &budget.watch)
-        });
-        if let Some(polished) =
-            polished.filter(|polished| (polished.cost - cost).abs() <= tuning.near * cost.abs())
-        {
-            (iterate, multipliers, cost) = (polished.iterate, polished.multipliers, polished.cost);
-            (residual, stationarity) = (polished.residual, polished.residual);
-            barrier = [0.0; 2];
-        }
+        let barrier = [run.barrier, pairs as f64 * run.barrier / scaled.max(f64::MIN_POSITIVE)];
+        let cost = if outcome == Outcome::Converged { iterate.cost(model) } else { f64::NAN };
         let mut candidate = with_iterate(candidate, iterate, multipliers);
         candidate.provenance.method = settings::Method::InteriorPoint;
         let report = Report { outcome, iterations: run.iterations, residuals };
@@ -114,7 +101,7 @@ impl Method for InteriorPoint<'_> {
 impl InteriorPoint<'_> {
     /// Returns the iterate of a candidate. A candidate without inputs gets inputs that follow its
     /// path, in a duration in which they are within the limits.
-    pub(super) fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
+    fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         let Chain { model, rows } = self.chain;
         let sought = candidate.inputs.is_empty() && model.duration.is_some();
         let stretch = sought.then(|| self.fitting(candidate, watch)).flatten();
@@ -230,8 +217,7 @@ pub fn with_cold_solve<T>(problem: &Problem, work: impl FnOnce(&mut dyn FnMut() 
         Pose { position: Vector3::zeros(), attitude }
     };
     let path = path("short", &model.dynamics.grid, (0..=steps).map(pose));
-    let start = InteriorPoint { chain: &chain, tuning: &tuning, polish: None, family: None }
-        .start(&path, &Watch::NONE);
+    let start = InteriorPoint { chain: &chain, tuning: &tuning, family: None }.start(&path, &Watch::NONE);
     let program = ChainProgram::of(model, &chain.rows, None, &start, &tuning);
     let mut solver = Solver::of(program.shape());
     program.point(&start, &mut solver.point);

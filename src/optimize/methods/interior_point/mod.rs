@@ -18,5 +18,3 @@ mod chain_tests;
 mod everyday_tests;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod timing_tests;

@@ -109,8 +109,6 @@ pub(crate) struct Tuning {
     pub large: f64,
     /// Violation or terminal error, relative or in radians, above which a solution is not accepted.
     pub violated: f64,
-    /// Relative change of the cost up to which Newton on the active set is at the same optimum.
-    pub near: f64,
     /// Factor on the inputs that the first path needs: a smaller one starts nearer the middle of
     /// their limits and farther from the path.
     pub centred: f64,
@@ -245,7 +243,6 @@ impl Default for Tuning {
             filter: 64,
             large: 100.0,
             violated: 1e-8,
-            near: 1e-6,
             centred: 0.5,
             fitted: 3,
             close: 0.05,

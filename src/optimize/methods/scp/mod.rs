@@ -1,6 +1,7 @@
 //! Sequential convex programming (SCP) on the group.
 //!
-//! Around an iterate the chain of stages ([`model`]) and all limits ([`rows`]) are linear in tangent
+//! It plans least effort in a given duration, as the alternative that a plan of the interior point can be compared with. Around
+//! an iterate the chain of stages and all limits ([`crate::optimize::chain`]) are linear in tangent
 //! vectors, the cost is quadratic: a cone program ([`subproblem`]), with a trust region on the rotation
 //! of each node, a virtual control and slacks that keep it feasible. Its solution moves the iterate by
 //! the group's exponential. A move that gives less than it promises, since the dynamics bend along it, is corrected to second
@@ -8,31 +9,23 @@
 //! ([`polish`]): a converged point is a variational trajectory to round-off, and its multipliers are
 //! costates.
 
-mod curvature;
-pub(crate) mod first_iterate;
-pub(crate) mod iterate;
-mod kkt;
-pub(crate) mod model;
+pub(crate) mod method;
 pub(crate) mod polish;
-pub(crate) mod road;
-pub(crate) mod rows;
-pub(crate) mod second_order;
 pub(crate) mod subproblem;
 mod tuning;
 
 use crate::maneuver::solution::Outcome;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::curvature::blocks;
+use crate::optimize::chain::iterate::{Evaluated, Iterate};
+use crate::optimize::chain::model::{Model, state};
+use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::methods::PROMISED;
 use crate::optimize::methods::driver::{self, Iteration};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::model::state;
 use crate::optimize::methods::scp::tuning::*;
-pub(crate) use curvature::Multipliers;
-use curvature::{blocks, convexified};
-use iterate::{Evaluated, Iterate};
-use model::Model;
 use nalgebra::{DMatrix, DVector};
 use polish::{Polished, Told, polish};
-use rows::LimitRows;
 use subproblem::{Failure, Move, Subproblem, Weights};
 
 /// What the iteration may do.
@@ -250,19 +243,14 @@ impl<'a> Scp<'a> {
         Tried { step, candidate, ratio }
     }
 
-    /// Accuracy asked of the next subproblem. Where Newton ends what effort begins the first moves need not be more exact
-    /// than they are long; inputs that switch, and durations, are told apart by less.
+    /// Accuracy asked of the next subproblem. Where Newton ends the digits the first moves need not be more exact than they
+    /// are long.
     fn accuracy(&self) -> f64 {
         let least = self.options.cone_tolerance;
-        if !self.options.polish || !self.is_of_effort() {
+        if !self.options.polish {
             return least;
         }
         (ACCURACY.0 * self.length).min(ACCURACY.1).max(least)
-    }
-
-    /// Whether effort alone is minimised, in a given duration.
-    fn is_of_effort(&self) -> bool {
-        self.at.model.duration.is_none() && self.at.limits.kinks.is_empty()
     }
 
     /// Slacks and defects above this count as violated.
@@ -331,7 +319,7 @@ impl<'a> Scp<'a> {
         let (options, watch) = (self.options, self.watch);
         let told = if settled {
             Told::Settled
-        } else if self.length > SMALL && self.is_of_effort() {
+        } else if self.length > SMALL {
             Told::Vaguely
         } else {
             Told::Roughly
@@ -363,10 +351,23 @@ impl<'a> Scp<'a> {
     }
 }
 
-/// The largest rotation of a node in a move \[rad\], or change of the duration.
+/// The largest rotation of a node in a move \[rad\].
 fn longest(model: &Model, step: &Move) -> f64 {
     step.states.iter().map(|z| state::length(model, z)).fold(0.0, f64::max)
 }
 
+/// The nearest positive semidefinite matrix to the symmetric part; zero where it cannot be found.
+fn convexified(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let symmetric = 0.5 * (matrix + matrix.transpose());
+    let count = symmetric.nrows();
+    match nalgebra::SymmetricEigen::try_new(symmetric, f64::EPSILON, 1000) {
+        Some(eigen) => {
+            let values = eigen.eigenvalues.map(|value| value.max(0.0));
+            &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose()
+        }
+        None => DMatrix::zeros(count, count),
+    }
+}
+
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -24,9 +24,6 @@
 //!
 //! An equation, as of a boresight that is held on a cone, acts always, and its multiplier has either sign.
 //!
-//! A kink `p |v|` of the cost (`rows`) is met in the same way: it holds `v = 0` where `|ν + ρ v| ≤ p`, with ν as unknown, and
-//! elsewhere its slope is known, `ν = p v/|v|`.
-//!
 //! # Why Newton at the end, and not the cone solver to the last digit?
 //!
 //! The convex iteration converges linearly (a factor of about 0.37 on the reference slew), because the subproblem keeps only
@@ -37,20 +34,20 @@
 //!
 //! Subproblems on the way to that are solved no more exactly than the move before them was long. After a move that was not
 //! small plain Newton alone is tried: it ends what is near within a handful of iterations and fails elsewhere within a dozen,
-//! while the stabilised one takes as long as the subproblem that tells better. Where inputs switch or a duration is sought
-//! both stay as they were: what acts there is told apart by less.
+//! while the stabilised one takes as long as the subproblem that tells better.
 
 use super::ScpOptions;
-use super::curvature::Multipliers;
-use super::iterate::{Evaluated, Iterate};
-use super::kkt::Kkt;
-use super::model::Model;
-use super::rows::{LimitRow, LimitRows, RowValue, size};
 use crate::maneuver::solution::Outcome;
 use crate::numerics::banded::Banded;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::iterate::{Evaluated, Iterate};
+use crate::optimize::chain::kkt::Kkt;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::model::state;
+use crate::optimize::chain::rows::{LimitRow, LimitRows, RowValue};
+use crate::optimize::chain::tuning::PROXIMAL;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::model::state;
 use crate::optimize::methods::scp::tuning::*;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
@@ -150,10 +147,8 @@ struct Newton<'a> {
 impl<'a> Newton<'a> {
     fn new(at: Evaluated<'a>, mut multipliers: Multipliers, tolerance: f64, stabilised: Stabilised) -> Self {
         let plain = stabilised == Stabilised::Not;
-        let mut active = if plain { active(&at, &multipliers) } else { likely(&at, &multipliers) };
-        multipliers.drop_idle(&at, &active);
-        let rho = largest_multiplier(&multipliers).max(1e-3);
-        multipliers.settle_kinks(&at, &mut active, rho);
+        let active = if plain { active(&at, &multipliers) } else { likely(&at, &multipliers) };
+        multipliers.drop_idle(&active);
         let residuals = Residuals::of(&at, &multipliers);
         let size = residuals.largest(&at, &multipliers, &active);
         let best = polished(&at, &multipliers, size, 0);
@@ -194,8 +189,7 @@ impl<'a> Newton<'a> {
         let plain = self.stabilised == Stabilised::Not;
         let rho = if plain { rho } else { 1.0 / self.proximal };
         self.active = acting(&self.at, &self.multipliers, rho);
-        self.multipliers.drop_idle(&self.at, &self.active);
-        self.multipliers.settle_kinks(&self.at, &mut self.active, rho);
+        self.multipliers.drop_idle(&self.active);
         self.residuals = Residuals::of(&self.at, &self.multipliers);
         self.size = self.residuals.largest(&self.at, &self.multipliers, &self.active);
         let better = self.size < 0.5 * self.best.residual;
@@ -255,34 +249,11 @@ pub(super) fn as_it_is(at: &Evaluated, multipliers: &Multipliers) -> Option<Poli
 
 impl Multipliers {
     /// Zero for rows that do not act.
-    fn drop_idle(&mut self, at: &Evaluated, active: &[bool]) {
-        for ((multiplier, active), row) in self.rows.iter_mut().zip(active).zip(&at.limits.rows) {
-            if !active && !row.what.is_kink() {
+    fn drop_idle(&mut self, active: &[bool]) {
+        for (multiplier, active) in self.rows.iter_mut().zip(active) {
+            if !active {
                 *multiplier = 0.0;
             }
-        }
-    }
-
-    /// Tells which kinks hold what is burnt at 0, and gives the others the slope that they have.
-    fn settle_kinks(&mut self, at: &Evaluated, active: &mut [bool], rho: f64) {
-        for kink in &at.limits.kinks {
-            let v: Vec<f64> = kink.rows.clone().map(|row| at.rows[row].kinked()).collect();
-            let slope = &mut self.rows[kink.rows.clone()];
-            let pull: Vec<f64> = slope.iter().zip(&v).map(|(slope, v)| slope + rho * v).collect();
-            let holds = kink.holds(&pull);
-            active[kink.rows.clone()].fill(holds);
-            if holds {
-                continue;
-            }
-            let along = if kink.one_sided {
-                &[1.0][..]
-            } else if size(&v) > BURNT {
-                &v
-            } else {
-                &pull
-            };
-            let length = size(along);
-            slope.iter_mut().zip(along).for_each(|(slope, part)| *slope = kink.price * part / length);
         }
     }
 
@@ -347,8 +318,7 @@ impl Residuals {
             }
             let u = DVector::from_column_slice(&at.iterate.inputs[stage]);
             let costate = &multipliers.costates[stage];
-            let weight = model.effort_weight(stage, at.iterate.states[stage].stretch);
-            &model.weight * u * weight + at.input_slope(stage).tr_mul(costate)
+            &model.weight * u * model.kick_weight(stage) + at.input_slope(stage).tr_mul(costate)
         };
         let by_state = |stage: usize| {
             let carried = match at.steps.get(stage) {
@@ -359,13 +329,6 @@ impl Residuals {
         };
         let mut inputs: Vec<_> = (0..=model.steps).map(by_inputs).collect();
         let mut states: Vec<_> = (0..=model.steps).map(by_state).collect();
-        if let Some(duration) = model.duration {
-            let opened = at.opening.by_duration.dot(&multipliers.costates[0]);
-            states[0][duration] += opened + model.time_price * at.iterate.stretch();
-            for (stage, state) in states.iter_mut().enumerate() {
-                state[duration] += f64::from(model.effort_power) * at.iterate.effort(model, stage);
-            }
-        }
         for ((row, value), multiplier) in at.limits.rows.iter().zip(&at.rows).zip(&multipliers.rows) {
             let [state, by_inputs, next] = value.slopes();
             if *multiplier == 0.0 {
@@ -399,22 +362,6 @@ impl Residuals {
             let pull = if row.what.is_equation() { 0.0 } else { -multiplier / self.scale };
             largest = largest.max(if *active { c.abs() } else { *c }).max(pull);
         }
-        for kink in &at.limits.kinks {
-            let v = kink.rows.clone().map(|row| at.rows[row].kinked());
-            let slope = &multipliers.rows[kink.rows.clone()];
-            let lacking: Vec<f64> = if active[kink.rows.start] {
-                let beyond = if kink.holds(slope) { 0.0 } else { size(slope) - kink.price };
-                largest = largest.max(beyond / self.scale);
-                v.collect()
-            } else {
-                // What is burnt against its slope, or beside it.
-                let along: Vec<f64> = slope.iter().map(|part| part / size(slope)).collect();
-                let v: Vec<f64> = v.collect();
-                let forward = v.iter().zip(&along).map(|(v, part)| v * part).sum::<f64>().max(0.0);
-                v.iter().zip(&along).map(|(v, part)| v - forward * part).collect()
-            };
-            largest = largest.max(size(&lacking));
-        }
         largest
     }
 }
@@ -437,9 +384,8 @@ fn direction(
     }
     put(layout.terminal, &at.terminal);
     for (place, value) in layout.rows.iter().zip(&at.rows) {
-        let lacking = if let RowValue::Half { c, .. } = value { *c } else { value.kinked() };
-        if let Some(place) = place {
-            right[*place] = -lacking;
+        if let (Some(place), RowValue::Half { c, .. }) = (place, value) {
+            right[*place] = -c;
         }
     }
     let half = entries

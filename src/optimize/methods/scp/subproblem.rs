@@ -10,35 +10,31 @@
 //!            rows: c + ∂c·δ ≤ σ_g ,           |v + ∂v·δ| ≤ 1 + σ_g ,       |c + ∂c·δ| ≤ σ_g of an equation
 //! ```
 //!
-//! and, where the duration `s` is sought, with `w s δ` in the cost, `δ` the change of its logarithm, bounded as rotations
-//! are, and with the slope of `y_0` by it. A kink `p |v|` of the cost is `p τ` with a variable `τ ≥ |v + ∂v·δ|`; what pushes
-//! to one side costs `p ∂v·δ` under `v + ∂v·δ ≥ 0`.
-//!
 //! `D` is the size of all defects. The virtual control `−t d_k` has one scalar: with `t = 1`, nothing
 //! moved and the slacks at the violations, the subproblem is always feasible. `P_k` is the convex part
 //! of the Lagrangian's second derivatives. The duals of the equations are `−λ_k`, those of the rows `ν`.
 //!
 //! # What does the convex iteration solve?
 //!
-//! `scp/model.rs` writes the maneuver as a chain of stages with the planner's own discrete step, so a point without defects
-//! is a variational trajectory. `scp/rows.rs` writes every limit as a half space or a ball, relative to the limit. The
+//! `optimize/chain/model` writes the maneuver as a chain of stages with the planner's own discrete step, so a point without defects
+//! is a variational trajectory. `optimize/chain/rows` writes every limit as a half space or a ball, relative to the limit. The
 //! subproblem has a trust region on the rotation of each node, which is an angle and needs no chart, and is always feasible:
 //! one scalar leaves a share of all defects standing (the virtual control), one slack per constraint leaves its worst
 //! violation standing. Limits of the inputs are never relaxed.
 
-use super::curvature::Multipliers;
-use super::iterate::Evaluated;
-use super::model::Model;
-use super::rows::{Kink, LimitRows, RowValue};
 use crate::maneuver::objective;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::parallel;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::iterate::Evaluated;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::rows::{LimitRows, RowValue};
 use crate::optimize::convex::cone::{
     Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason, Work,
 };
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::tuning::{LARGE, STRETCHED};
+use crate::optimize::methods::scp::tuning::LARGE;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -100,8 +96,6 @@ struct ProgramLayout {
     m: usize,
     left: usize,
     slack: Vec<Option<usize>>,
-    /// What bounds |v| of each kink from above; none where that is one-sided.
-    kink: Vec<Option<usize>>,
     count: usize,
 }
 
@@ -110,15 +104,14 @@ impl ProgramLayout {
         let (n, m) = (model.n, model.m);
         let left = (model.steps + 1) * (n + m);
         let mut count = left + 1;
-        let mut taken = |wanted: bool| {
-            wanted.then(|| {
+        let slack = rows.groups.iter().map(|group| {
+            (!group.hard).then(|| {
                 count += 1;
                 count - 1
             })
-        };
-        let slack = rows.groups.iter().map(|group| taken(!group.hard)).collect();
-        let kink = rows.kinks.iter().map(|kink| taken(!kink.one_sided)).collect();
-        Self { n, m, left, slack, kink, count }
+        });
+        let slack = slack.collect();
+        Self { n, m, left, slack, count }
     }
 
     fn state(&self, stage: usize) -> usize {
@@ -257,16 +250,6 @@ impl<'a> Subproblem<'a> {
                 best.multipliers.rows[row] = optimum.z[*place] - optimum.z[place + 1];
             }
         }
-        for kink in &self.rows.kinks {
-            let first = places[kink.rows.start];
-            for (component, row) in kink.rows.clone().enumerate() {
-                best.multipliers.rows[row] = match (kink.one_sided, kink.rows.len()) {
-                    (true, _) => kink.price - optimum.z[first],
-                    (false, 1) => optimum.z[first] - optimum.z[first + 1],
-                    (false, _) => -optimum.z[first + component],
-                };
-            }
-        }
         best.predicted = best.promised(at, curvature, weights);
         Ok(best)
     }
@@ -312,18 +295,10 @@ impl<'a> Subproblem<'a> {
         };
         for (stage, curvature) in curvature.iter().enumerate() {
             upper(layout.state(stage), curvature);
-            let stretch = at.iterate.states[stage].stretch;
-            upper(layout.inputs(stage), &model.input_weight(stage, stretch));
+            upper(layout.inputs(stage), &model.input_weight(stage));
             let inputs = DVector::from_column_slice(&at.iterate.inputs[stage]);
-            let slope = &model.weight * inputs * model.effort_weight(stage, stretch);
+            let slope = &model.weight * inputs * model.kick_weight(stage);
             linear[layout.inputs(stage)..][..layout.m].copy_from_slice(slope.as_slice());
-            if let Some(duration) = model.duration {
-                linear[layout.state(stage) + duration] =
-                    f64::from(model.effort_power) * at.iterate.effort(model, stage);
-            }
-        }
-        if let Some(duration) = model.duration {
-            linear[layout.state(0) + duration] += model.time_price * at.iterate.stretch();
         }
         linear[layout.left] = weights.defect * at.infeasibility();
         for (slot, weight) in layout.slack.iter().zip(&weights.violation) {
@@ -331,20 +306,10 @@ impl<'a> Subproblem<'a> {
                 linear[*slot] = *weight;
             }
         }
-        for (kink, bound) in self.rows.kinks.iter().zip(&layout.kink) {
-            match bound {
-                Some(bound) => linear[*bound] = kink.price,
-                None => {
-                    for (column, slope) in kink_slopes(layout, self.rows, at, kink.rows.start) {
-                        linear[column] += kink.price * slope;
-                    }
-                }
-            }
-        }
         let mut writer = Writer { places: vec![0; self.rows.rows.len()], ..Writer::default() };
         self.write_chain(layout, at, after, &mut writer);
         let equations = writer.bound.len();
-        self.write_half_spaces(layout, at, weights.radius, &mut writer);
+        self.write_half_spaces(layout, at, &mut writer);
         let inequalities = writer.bound.len() - equations;
         self.write_balls(layout, at, weights.radius, &mut writer);
         let Writer { entries, bound, places } = writer;
@@ -374,8 +339,6 @@ impl<'a> Subproblem<'a> {
                 }
                 if stage > 0 {
                     writer.put_all(row, layout.state(stage - 1), at.steps[stage - 1].a.row(i).iter(), -1.0);
-                } else if let Some(duration) = model.duration {
-                    writer.put(row, layout.state(0) + duration, -at.opening.by_duration[i]);
                 }
             }
         }
@@ -386,21 +349,18 @@ impl<'a> Subproblem<'a> {
         }
     }
 
-    fn write_half_spaces(&self, layout: &ProgramLayout, at: &Evaluated, radius: f64, writer: &mut Writer) {
-        let zeros = (DVector::zeros(layout.n), DVector::zeros(layout.m));
+    fn write_half_spaces(&self, layout: &ProgramLayout, at: &Evaluated, writer: &mut Writer) {
+        let zeros = DVector::zeros(layout.n);
         for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
-            if row.what.is_ball() || row.what.is_kink() {
+            if row.what.is_ball() {
                 continue;
             }
             let (c, state, inputs, next) = match value {
                 RowValue::Half { c, state, inputs, next } => {
                     (*c, state.as_ref(), inputs.as_ref(), next.as_ref())
                 }
-                // An idle arc keeps its place in the pattern.
-                _ => {
-                    let (by_state, by_inputs) = row.what.depends(self.model);
-                    (-1.0, by_state.then_some(&zeros.0), by_inputs.then_some(&zeros.1), None)
-                }
+                // A cone that does not act keeps its place in the pattern.
+                _ => (-1.0, Some(&zeros), None, None),
             };
             let place = writer.row(-c);
             writer.places[index] = place;
@@ -424,22 +384,6 @@ impl<'a> Subproblem<'a> {
                 writer.slack(other, layout.slack[row.group]);
             }
         }
-        for (kink, bound) in self.rows.kinks.iter().zip(&layout.kink).filter(|(kink, _)| kink.rows.len() == 1)
-        {
-            let row = kink.rows.start;
-            let v = at.rows[row].kinked();
-            let signs = if kink.one_sided { &[-1.0][..] } else { &[1.0, -1.0] };
-            for (index, sign) in signs.iter().enumerate() {
-                let place = writer.row(-sign * v);
-                if index == 0 {
-                    writer.places[row] = place;
-                }
-                for (column, slope) in kink_slopes(layout, self.rows, at, row) {
-                    writer.put(place, column, sign * slope);
-                }
-                writer.slack(place, *bound);
-            }
-        }
         let place = writer.row(0.0);
         writer.slack(place, Some(layout.left));
         let place = writer.row(1.0);
@@ -447,10 +391,6 @@ impl<'a> Subproblem<'a> {
         for slack in layout.slack.iter().flatten() {
             let place = writer.row(0.0);
             writer.slack(place, Some(*slack));
-        }
-        for (duration, sign) in self.model.duration.into_iter().flat_map(|at| [(at, 1.0), (at, -1.0)]) {
-            let place = writer.row(radius * STRETCHED);
-            writer.put(place, layout.state(0) + duration, sign);
         }
     }
 
@@ -469,18 +409,6 @@ impl<'a> Subproblem<'a> {
                 }
             }
         }
-        for (kink, bound) in self.rows.kinks.iter().zip(&layout.kink).filter(|(kink, _)| kink.rows.len() > 1)
-        {
-            let top = writer.row(0.0);
-            writer.slack(top, *bound);
-            for row in kink.rows.clone() {
-                let place = writer.row(at.rows[row].kinked());
-                writer.places[row] = place;
-                for (column, slope) in kink_slopes(layout, self.rows, at, row) {
-                    writer.put(place, column, -slope);
-                }
-            }
-        }
         for stage in 0..=self.model.steps {
             writer.row(radius);
             for i in 0..3 {
@@ -491,29 +419,6 @@ impl<'a> Subproblem<'a> {
     }
 }
 
-/// Derivatives of a kink's row: columns and values.
-fn kink_slopes<'a>(
-    layout: &ProgramLayout,
-    rows: &LimitRows,
-    at: &'a Evaluated,
-    row: usize,
-) -> impl Iterator<Item = (usize, f64)> + 'a {
-    let stage = rows.rows[row].stage;
-    let only = rows.rows[row].what.input();
-    let (by_state, by_inputs) = (layout.state(stage), layout.inputs(stage));
-    let (state, inputs) = match &at.rows[row] {
-        RowValue::Kink { state, inputs, .. } => (state.as_ref(), Some(inputs)),
-        _ => (None, None),
-    };
-    let duration = at.model.duration;
-    let of_state = state.zip(duration).map(move |(slope, at)| (by_state + at, slope[at]));
-    let of_inputs = inputs.into_iter().flat_map(move |slope| {
-        let all = slope.iter().enumerate().filter(move |(input, _)| only.is_none_or(|only| only == *input));
-        all.map(move |(input, value)| (by_inputs + input, *value))
-    });
-    of_state.into_iter().chain(of_inputs)
-}
-
 impl Move {
     /// Decrease of the merit function that the subproblem promises, its curvature included.
     fn promised(&self, at: &Evaluated, curvature: &[DMatrix<f64>], weights: &Weights) -> f64 {
@@ -521,12 +426,7 @@ impl Move {
         let moved = |stage: usize| {
             let inputs = at.iterate.inputs[stage].iter().zip(self.inputs[stage].iter());
             let u: Vec<f64> = inputs.map(|(u, du)| u + du).collect();
-            let stretched = model.duration.map_or(0.0, |duration| {
-                f64::from(model.effort_power) * at.iterate.effort(model, stage) * self.states[stage][duration]
-            });
-            model.effort_weight(stage, at.iterate.states[stage].stretch)
-                * objective::effort(&model.weight, &u)
-                + stretched
+            model.kick_weight(stage) * objective::effort(&model.weight, &u)
         };
         let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();
         let bend: f64 = self.states.iter().zip(curvature).map(|(z, p)| 0.5 * z.dot(&(p * z))).sum();
@@ -537,23 +437,6 @@ impl Move {
             .zip(violations.iter().zip(&self.slacks))
             .map(|(weight, (before, after))| weight * (before - after))
             .sum();
-        let time = model.duration.map_or(0.0, |duration| {
-            model.time_price * at.iterate.stretch() * (1.0 + self.states[0][duration])
-        });
-        let burnt: f64 = at.limits.kinks.iter().map(|kink| kink.cost(&self.kinked(at, kink))).sum();
-        at.cost - moved - time - burnt - bend
-            + weights.defect * (1.0 - self.left) * at.infeasibility()
-            + relief
-    }
-
-    /// `v + ∂v·δ` of a kink.
-    fn kinked(&self, at: &Evaluated, kink: &Kink) -> Vec<f64> {
-        let moved = |row: usize| {
-            let RowValue::Kink { v, state, inputs } = &at.rows[row] else { return 0.0 };
-            let stage = at.limits.rows[row].stage;
-            let by_state = state.as_ref().map_or(0.0, |slope| slope.dot(&self.states[stage]));
-            v + by_state + inputs.dot(&self.inputs[stage])
-        };
-        kink.rows.clone().map(moved).collect()
+        at.cost - moved - bend + weights.defect * (1.0 - self.left) * at.infeasibility() + relief
     }
 }

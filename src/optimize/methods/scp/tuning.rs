@@ -1,6 +1,6 @@
 //! Every number of the convex iteration and of its polish that the theory does not give, by what it decides.
 //!
-//! Costs are of order ten (`model/goal`), rotations in radians, residuals and violations relative. What the numbers trade is counted
+//! Costs are of order ten, rotations in radians, residuals and violations relative. What the numbers trade is counted
 //! by `cargo run --release -p evidence -- families` (whether a plan under constraints is found, and its cost), and in time by
 //! `cargo bench -p benches --bench constrained`.
 
@@ -56,26 +56,3 @@ pub(super) const IDLE: [usize; 2] = [12, 25];
 pub(super) const LOST: f64 = 100.0;
 /// Share of the largest multiplier below which one is taken for the cone solver's round-off.
 pub(super) const LIKELY: f64 = 1e-4;
-/// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
-/// makes a terminal condition follow from the others, and vanishes from the solution.
-pub(super) const PROXIMAL: f64 = 1e-11;
-/// Least length of what is burnt, as a part of its limit, whose change of direction is told from a change of length.
-pub(super) const BURNT: f64 = 1e-6;
-/// Step of the differences: states and inputs are of order one.
-pub(super) const STEP: f64 = 1e-5;
-
-/// Curvature, as a share of that of the effort, that is told from none: far above the error of differences.
-pub(super) const CURVATURE: f64 = 1e-6;
-/// Share of the largest multiplier from which on a row surely acts.
-pub(super) const SURE: f64 = 1e-7;
-/// A row nearer to its bound than this is met.
-pub(super) const MET: f64 = 1e-9;
-/// Elimination takes the cube of the unknowns of each stage; beyond this many operations it is left out.
-pub(super) const MOST_WORK: f64 = 1e11;
-
-/// Change of `ln s` that counts as much as a turn by a radian.
-pub(super) const STRETCHED: f64 = 0.5;
-/// What the stated duration costs where time is all that counts.
-pub(super) const TIME_PRICE: f64 = 100.0;
-/// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian takes a few units.
-pub(super) const FUEL_PRICE: f64 = 10.0;

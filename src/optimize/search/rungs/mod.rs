@@ -1,6 +1,6 @@
 //! The rungs of the ladder, each a type in a file of its own, and their order.
 
-mod convex;
+mod effort;
 mod extremals;
 mod further;
 mod given;
@@ -24,8 +24,8 @@ impl<const N: usize> Steps<N> {
         &saturated::Saturated,
         // interior_point: of time, fuel and a duration that is sought
         &interior::Interior,
-        // interior_point, or scp and polish: of effort
-        &convex::Convex,
+        // interior_point, or scp and polish: of effort in a given duration
+        &effort::Effort,
         // the same from a plan in less time
         &shortest::Shortest,
         // descent and lifted, from a saddle

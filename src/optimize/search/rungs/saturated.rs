@@ -2,7 +2,7 @@
 //!
 //! The ladder first solves the maneuver as if nothing were limited. From each extremal that it finds,
 //! cheapest first, Newton goes on with the saturated control law: the shooting, then the lifted one, and
-//! where both fail the limits are drawn in from where they do not act, unless SCP comes next.
+//! where both fail the limits are drawn in from where they do not act, unless the interior point comes next.
 //! Tighter limits make an extremal costlier: one that is costlier without them than the best within them is
 //! left out.
 
@@ -49,7 +49,7 @@ impl<const N: usize> Climb<N> for Saturated {
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
         let unlimited = unlimited_extremals(search);
         let least = unlimited.iter().map(|start| start.demand).fold(f64::INFINITY, f64::min);
-        // Drawing limits in takes many solves; SCP takes fewer.
+        // Drawing limits in takes many solves; the interior point takes fewer.
         let alone = search.context.settings.method == Method::Shooting;
         let mut nearest: Option<(String, Wider<N>)> = None;
         for Unlimited { found: wide, demand } in &unlimited {

@@ -2,9 +2,9 @@
 
 use crate::maneuver::objective::Objective;
 use crate::maneuver::solution::Outcome;
+use crate::optimize::chain::model::Goal;
+use crate::optimize::chain::path;
 use crate::optimize::discrete::step::Point;
-use crate::optimize::methods::scp::model::Goal;
-use crate::optimize::methods::scp::road::path;
 use crate::optimize::search::chains::{carry, descend, unlimited_paths};
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::found::Found;
@@ -12,8 +12,8 @@ use crate::optimize::search::goal::{Cheapest, cheapest};
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::transfer::Interpolant;
 
-/// SCP from the plan of the shortest duration that it finds: a plan that is quicker than the maneuver asks for is on a way that
-/// the seeds have missed.
+/// Solves from the plan of the shortest duration that is found: a plan that is quicker than the maneuver asks for is on a way
+/// that the seeds have missed.
 pub(super) struct Shortest;
 
 impl<const N: usize> Climb<N> for Shortest {

@@ -5,9 +5,9 @@ use super::space::{Space, add_symmetric, both};
 use super::stage::Stage;
 use crate::lie::{self, hat};
 use crate::mechanics::environment::Blocks;
+use crate::optimize::chain::model::step;
+use crate::optimize::chain::rows::{Bend, Cone};
 use crate::optimize::discrete::step::{Costate, GyrostatDrift};
-use crate::optimize::methods::scp::model::step;
-use crate::optimize::methods::scp::rows::{Bend, Cone};
 use crate::{Matrix3, Vector3};
 use nalgebra::SMatrix;
 

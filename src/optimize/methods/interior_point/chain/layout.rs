@@ -2,8 +2,8 @@
 
 use super::super::program::{RowKind, Shape};
 use super::{Bound, Lane, NO_ROW, Norm, Row};
-use crate::optimize::methods::scp::model::Model;
-use crate::optimize::methods::scp::rows::{LimitRows, What};
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::rows::{LimitRows, What};
 
 /// Appends the rows of a stage, with the unknowns that they depend on.
 pub(super) fn describe(
@@ -70,13 +70,13 @@ pub(super) fn describe(
             What::Cone(_) if what.is_equation() => {
                 put(kind(row, false), (zeta..zeta + 3).chain(duration).collect());
             }
-            What::Burn { input, .. } => {
+            What::Push { input, .. } | What::Burn { input, .. } => {
                 for place in of_input(*input) {
                     shape.row(RowKind::Hard, [place]);
                     rows.push(Row { bound: Bound::Side(place), row });
                 }
             }
-            What::BurnOfNorm { forces, component: 0, .. } => {
+            What::BurnOfNorm { forces, .. } => {
                 let found = norms.iter().enumerate().find(|(_, norm)| norm.forces == *forces);
                 if let Some((index, norm)) = found {
                     let of_set = |place: &usize| (lanes[*place].input < model.forces) == *forces;
@@ -84,7 +84,7 @@ pub(super) fn describe(
                     rows.push(Row { bound: Bound::Norm(index), row });
                 }
             }
-            What::Cone(_) | What::InputRate { .. } | What::BurnOfNorm { .. } => {}
+            What::Cone(_) | What::InputRate { .. } => {}
         }
     }
     // How fast inputs change from the stage before to this one.
@@ -108,7 +108,7 @@ pub(super) fn hold_roll(roll: usize, shape: &mut Shape, rows: &mut Vec<Row>) {
 pub(super) fn norms(model: &Model, limits: &LimitRows, first: usize) -> Vec<Norm> {
     let mut norms: Vec<Norm> = Vec::new();
     for row in &limits.rows {
-        let What::BurnOfNorm { forces, limit, .. } = row.what else { continue };
+        let What::BurnOfNorm { forces, limit } = row.what else { continue };
         if norms.iter().all(|norm| norm.forces != forces) {
             let (_, input) = model.channel(forces);
             let price = model.fuel.as_ref().map_or(0.0, |fuel| fuel.inputs[input]) * limit;

@@ -1,4 +1,4 @@
-//! The chain of a maneuver (`scp/model`) with the rows of its limits (`scp/rows`) as a program of
+//! The chain of a maneuver (`optimize/chain/model`) with the rows of its limits (`optimize/chain/rows`) as a program of
 //! stages.
 //!
 //! States are those **before** the kick of their node, so that a stage has all that its inputs act
@@ -23,13 +23,13 @@
 //! mean rate on an arc, `w·log F`, adds `q = J_r⁻ᵀ(log F) w` to what the drift's turn is weighed
 //! with there.
 //!
-//! # What differs from the rows of SCP?
+//! # What differs from the rows of the chain?
 //!
 //! A cone is one row on every closed arc, at its highest point, in the place of rows of nodes and
 //! of arcs that come and go. An input whose fuel is counted by its size is two, one to each side,
 //! and a set whose fuel is counted by the norm of what it gives has one more. Inputs are in units
 //! of their limits, and where their changes are limited the last ones are part of the state.
-//! Multipliers are told in the terms of SCP's rows ([`ChainProgram::found`]), and costates are
+//! Multipliers are told in the terms of the chain's rows ([`ChainProgram::found`]), and costates are
 //! those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
 
 mod curvature;
@@ -46,9 +46,9 @@ mod testing;
 use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
 use super::tuning::{OfProgram, Tuning};
 use crate::lie;
-use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::{ChainState, Model};
-use crate::optimize::methods::scp::rows::{LimitRows, What};
+use crate::optimize::chain::iterate::Iterate;
+use crate::optimize::chain::model::{ChainState, Model};
+use crate::optimize::chain::rows::{LimitRows, What};
 use crate::{Matrix3, Vector3};
 use family::Family;
 use space::Space;
@@ -148,15 +148,16 @@ impl<'a> ChainProgram<'a> {
         tuning: &Tuning,
     ) -> Self {
         let mut units = vec![0.0f64; model.m];
-        let mut sides = vec![(false, false); model.m];
+        let mut split = vec![false; model.m];
         for row in &limits.rows {
             match row.what {
                 What::InputSize { input, limit, .. } => units[input] = limit,
-                What::Burn { input, limit, one_sided } => {
+                What::Push { input, limit } => units[input] = limit,
+                What::Burn { input, limit } => {
                     if limit.is_finite() {
                         units[input] = limit;
                     }
-                    sides[input] = (true, one_sided);
+                    split[input] = true;
                 }
                 _ => {}
             }
@@ -171,7 +172,7 @@ impl<'a> ChainProgram<'a> {
         let mut lanes = Vec::new();
         for (input, unit) in units.iter().enumerate() {
             lanes.push(Lane { input, factor: *unit });
-            if let (true, false) = sides[input] {
+            if split[input] {
                 lanes.push(Lane { input, factor: -unit });
             }
         }

@@ -1,11 +1,11 @@
-//! From an iterate of the chain to a point of the program, and back to what SCP knows.
+//! From an iterate of the chain to a point of the program, and back to what the chain knows.
 
 use super::super::program::{Duals, Point, Shape};
-use super::{Bound, ChainProgram};
-use crate::optimize::methods::scp::Multipliers;
-use crate::optimize::methods::scp::iterate::Iterate;
-use crate::optimize::methods::scp::model::{ChainState, step};
-use crate::optimize::methods::scp::rows::What;
+use super::ChainProgram;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::iterate::Iterate;
+use crate::optimize::chain::model::{ChainState, step};
+use crate::optimize::chain::rows::What;
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
@@ -90,9 +90,11 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Returns a point as SCP has it: states after their kicks, inputs, costates, and multipliers of
-    /// the chain's rows.
-    pub fn found(&self, at: &Point, duals: &Duals) -> (Iterate, Multipliers) {
+    /// Returns a point as the chain has it: states after their kicks, inputs, costates, and the
+    /// multipliers of its rows, from the values of the program's rows. A row acts where its
+    /// multiplier is larger than its slack; the multipliers of all others are the barrier term
+    /// over the slack, and nothing in the end.
+    pub fn found(&self, at: &Point, duals: &Duals, values: &[f64]) -> (Iterate, Multipliers) {
         let Shape { n, m, coordinates: c, .. } = self.shape;
         let model = self.model;
         let by = 1.0 / self.scale;
@@ -114,45 +116,16 @@ impl ChainProgram<'_> {
             inputs.push(own);
         }
         let mut rows = vec![0.0; self.limits.rows.len()];
-        for (row, index) in self.rows.iter().zip(0..) {
-            let multiplier = duals.rows[index] * by;
-            match row.bound {
-                Bound::Row | Bound::Change => rows[row.row] += multiplier,
-                Bound::Side(_) | Bound::Norm(_) | Bound::Roll(_) => {}
+        for ((row, multiplier), c) in self.rows.iter().zip(&duals.rows).zip(values) {
+            let Some(what) = self.what_of(row) else { continue };
+            let acts = multiplier + c > 0.0 || what.is_equation();
+            if acts && !matches!(what, What::Burn { .. } | What::BurnOfNorm { .. }) {
+                rows[row.row] += multiplier * by;
             }
         }
-        self.kinks(at, &inputs, states[0].stretch, duals, &mut rows);
         self.to_nodes(at, &mut rows);
         let terminal = DVector::from_column_slice(&duals.terminal) * by;
         (Iterate { states, inputs }, Multipliers { costates, terminal, rows })
-    }
-
-    /// Writes the slope of each kink: the price minus the multiplier of its side, or the derivative
-    /// of a norm times its multiplier.
-    fn kinks(&self, at: &Point, inputs: &[Vec<f64>], stretch: f64, duals: &Duals, rows: &mut [f64]) {
-        for (row, multiplier) in self.rows.iter().zip(&duals.rows) {
-            let Some(limit) = self.limits.rows.get(row.row) else { continue };
-            if let Bound::Norm(index) = row.bound {
-                let norm = &self.norms[index];
-                let sigma = at.inputs[limit.stage * self.shape.m + norm.place];
-                let slope =
-                    self.burnt(norm, &inputs[limit.stage]) * (multiplier / self.scale * stretch / sigma);
-                rows[row.row..row.row + 3].copy_from_slice(slope.as_slice());
-            }
-            let Bound::Side(lane) = row.bound else { continue };
-            let What::Burn { limit: most, .. } = limit.what else { continue };
-            let lane = self.lanes[lane];
-            let kinks = &self.limits.kinks;
-            let place = kinks.binary_search_by_key(&row.row, |kink| kink.rows.start);
-            let price = place.map_or(0.0, |place| kinks[place].price);
-            // The side that the input is on, or the first.
-            let input = inputs[limit.stage][lane.input];
-            if (lane.factor > 0.0) == (input >= 0.0) {
-                // v = u/(limit s), and the multiplier is one of u/factor.
-                let of_v = multiplier / self.scale * most * stretch / lane.factor.abs();
-                rows[row.row] = lane.factor.signum() * (price - of_v);
-            }
-        }
     }
 
     /// Gives the multipliers of arcs whose highest point is at an end to the rows of the node

@@ -7,8 +7,8 @@ use super::stage::Stage;
 use super::{Bound, ChainProgram, POWER};
 use crate::lie::{self, hat};
 use crate::mechanics::environment::Blocks;
-use crate::optimize::methods::scp::model::step;
-use crate::optimize::methods::scp::rows::{Cone, What};
+use crate::optimize::chain::model::step;
+use crate::optimize::chain::rows::{Cone, What};
 use crate::{Matrix3, Vector3};
 
 /// A stage at a point.

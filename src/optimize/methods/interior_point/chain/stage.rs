@@ -5,9 +5,9 @@ use super::space::Space;
 use super::{Bound, ChainProgram, Row};
 use crate::lie;
 use crate::mechanics::environment::{Pose, Wrench};
+use crate::optimize::chain::model::step;
+use crate::optimize::chain::rows::{Bend, Cone, ConeAt, What};
 use crate::optimize::discrete::step::GyrostatDrift;
-use crate::optimize::methods::scp::model::step;
-use crate::optimize::methods::scp::rows::{Bend, Cone, ConeAt, What};
 use crate::{Matrix3, Vector3};
 
 /// The values of one stage.
@@ -175,7 +175,7 @@ impl ChainProgram<'_> {
                 let equation = what.is_equation();
                 self.cone_value(cone, k, stage).unwrap_or(if equation { 0.0 } else { -1.0 })
             }
-            What::Burn { .. } | What::BurnOfNorm { .. } => -1.0,
+            What::Push { .. } | What::Burn { .. } | What::BurnOfNorm { .. } => -1.0,
         }
     }
 

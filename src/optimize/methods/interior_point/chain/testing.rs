@@ -3,7 +3,7 @@
 use super::super::program::{Increment, Point, Program, Shape, Values};
 use super::ChainProgram;
 use crate::Matrix3;
-use crate::optimize::methods::scp::rows::What;
+use crate::optimize::chain::rows::What;
 
 impl ChainProgram<'_> {
     /// A cost of the program over that of the chain.

@@ -97,16 +97,16 @@ pub(crate) struct Solver {
     /// The trial point and its values.
     trial: Point,
     trial_values: Values,
-    pub(super) riccati: Riccati,
-    pub(super) sigma: Vec<f64>,
+    riccati: Riccati,
+    sigma: Vec<f64>,
     /// `1/z` and `1/(π − z)`.
     inverses: [Vec<f64>; 2],
-    pub(super) yields: Vec<Yield>,
+    yields: Vec<Yield>,
     /// Gradients of the Lagrangian at the present multipliers, and the right-hand side.
     plain: Right,
-    pub(super) right: Right,
+    right: Right,
     /// The step.
-    pub(super) step: Step,
+    step: Step,
     other: Step,
     /// Products of second order: of `s z`, `t (π − z)`.
     products: [Vec<f64>; 2],

@@ -7,7 +7,7 @@ use super::Solver;
 
 /// A step of all unknowns.
 #[derive(Clone, Debug, Default)]
-pub(in super::super) struct Step {
+pub(super) struct Step {
     pub point: Increment,
     pub duals: Duals,
     pub slacks: Vec<f64>,
@@ -43,7 +43,7 @@ impl Step {
 
 impl Solver {
     /// Computes `Σ` of the rows and `D` of the terminal equations.
-    pub(in super::super) fn weigh(&mut self, shape: &Shape, tuning: &Tuning) {
+    pub(super) fn weigh(&mut self, shape: &Shape, tuning: &Tuning) {
         for (row, kind) in shape.kinds.iter().enumerate() {
             let (s, z, t) = (self.slacks[row], self.duals.rows[row], self.violations[row]);
             let [of_slack, of_violation] = [1.0 / z, 1.0 / (tuning.price - z)];

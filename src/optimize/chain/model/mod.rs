@@ -217,9 +217,9 @@ impl Model {
         self.kick_weight(stage) * stretch.powi(self.effort_power)
     }
 
-    /// `κ_k W`, the curvature of the cost of a stage's inputs. Lie–Euler has no `u_0`: any weight keeps it where it is.
-    pub fn input_weight(&self, stage: usize, stretch: f64) -> DMatrix<f64> {
-        let weight = self.effort_weight(stage, stretch);
+    /// `κ_k W`, the curvature of the effort of a stage's inputs in a given duration. Lie–Euler has no `u_0`: any weight keeps it where it is.
+    pub fn input_weight(&self, stage: usize) -> DMatrix<f64> {
+        let weight = self.kick_weight(stage);
         if weight > 0.0 { &self.weight * weight } else { DMatrix::identity(self.m, self.m) }
     }
 
@@ -286,11 +286,10 @@ impl Model {
         let error = self.terminal.value::<12>(&state.point(), &costate);
         let mut error = DVector::from_column_slice(&error.as_slice()[12 - body..]);
         let mut slope = DMatrix::identity(body, self.n);
-        if let Some(duration) = self.duration {
-            let (momenta, stated) =
-                (state::momenta(self, &self.target_in(state.stretch)), state::momenta(self, &self.target));
-            error -= (&momenta - stated).rows(0, body);
-            slope.set_column(duration, &-momenta.rows(0, body));
+        if self.duration.is_some() {
+            let [momenta, stated] =
+                [&self.target_in(state.stretch), &self.target].map(|target| state::momenta(self, target));
+            error -= (momenta - stated).rows(0, body);
         }
         if self.wheels > 0 {
             let mut rows = error.rows_mut(3, 3);

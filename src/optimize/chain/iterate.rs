@@ -1,11 +1,11 @@
-//! An iterate of SCP: states and inputs of all stages, and everything evaluated there.
+//! An iterate of a chain: states and inputs of all stages, and everything evaluated there.
 
 use super::model::{ChainState, Model, Opening, Step};
 use super::rows::{LimitRows, Place, RowValue};
 use crate::maneuver::objective;
+use crate::optimize::chain::model::{goal, state, step};
 use crate::optimize::discrete::step::StepError;
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::model::{goal, state, step};
 use nalgebra::{DMatrix, DVector};
 
 /// States `y_0 … y_N` and inputs `u_0 … u_N` (`u_0` is unused by Lie–Euler).

@@ -6,8 +6,8 @@ use super::rows::{LimitRows, What};
 use crate::Vector3;
 use crate::lie::vee;
 use crate::mechanics::environment::Pose;
+use crate::optimize::chain::model::{state, step};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::model::{state, step};
 use nalgebra::{DMatrix, DVector};
 
 /// The iterate that follows `poses` (one per node, scaled) in `stretch` times the stated duration, as far as inputs within
@@ -84,8 +84,7 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
             What::InputSize { input, limit, .. } => {
                 inputs[input] = inputs[input].clamp(-limit * squared, limit * squared)
             }
-            // What has a kink and no other side.
-            What::Burn { input, one_sided: true, .. } => inputs[input] = inputs[input].max(0.0),
+            What::Push { input, .. } => inputs[input] = inputs[input].max(0.0),
             What::InputNorm { forces, limit } => {
                 let limit = limit * squared;
                 let (axes, first) = model.channel(forces);

@@ -5,7 +5,6 @@ use crate::lie;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
 use crate::optimize::discrete::step::{Costate, Point};
-use crate::optimize::methods::scp::tuning::STRETCHED;
 use crate::{Matrix3, Vector3};
 use nalgebra::DVector;
 
@@ -76,7 +75,7 @@ pub fn difference(model: &Model, a: &ChainState, b: &ChainState) -> DVector<f64>
     out
 }
 
-/// `state ⊕ z`.
+/// `state ⊕ z`, in the same duration.
 pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState {
     let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
     let mut out = state.clone();
@@ -88,9 +87,6 @@ pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState 
     out.momentum += part(model.pi());
     if model.wheels > 0 {
         out.wheels += z.rows(6, model.wheels);
-    }
-    if let Some(duration) = model.duration {
-        out.stretch *= z[duration].exp();
     }
     out
 }
@@ -106,10 +102,9 @@ pub(super) fn momenta(model: &Model, state: &ChainState) -> DVector<f64> {
     momenta
 }
 
-/// Length of a move of one state: its rotation \[rad\], or the change of the duration in the same measure.
+/// Length of a move of one state: its rotation \[rad\].
 pub fn length(model: &Model, z: &DVector<f64>) -> f64 {
-    let turn = z.rows(model.zeta(), 3).norm();
-    model.duration.map_or(turn, |duration| turn.max(z[duration].abs() / STRETCHED))
+    z.rows(model.zeta(), 3).norm()
 }
 
 /// A costate of the chain as the planner orders it.

@@ -19,15 +19,16 @@
 //! are the smaller the finer the grid: from where the convex iteration has settled the term may therefore be as large as ten
 //! over the largest of them.
 
-use super::curvature::{Multipliers, blocks};
+use super::Multipliers;
+use super::curvature::blocks;
 use super::iterate::Evaluated;
 use super::model::Model;
-use super::rows::{LimitRows, size};
-use crate::optimize::methods::scp::tuning::{BURNT, PROXIMAL};
-use nalgebra::{DMatrix, DVector};
+use super::rows::LimitRows;
+use crate::optimize::chain::tuning::PROXIMAL;
+use nalgebra::DMatrix;
 
 /// The matrix, and where its unknowns stand.
-pub(super) struct Kkt {
+pub(crate) struct Kkt {
     pub layout: KktLayout,
     /// Elements (row, column, value), to be added up.
     pub entries: Vec<(usize, usize, f64)>,
@@ -35,7 +36,7 @@ pub(super) struct Kkt {
 
 /// Where each unknown of a stage stands: costate, inputs, multipliers of its acting rows, state.
 #[derive(Default)]
-pub(super) struct KktLayout {
+pub(crate) struct KktLayout {
     pub costate: Vec<usize>,
     pub inputs: Vec<usize>,
     pub states: Vec<usize>,
@@ -90,41 +91,6 @@ impl Entries {
     }
 }
 
-impl Entries {
-    /// The curvature of the length of what is burnt in more than one direction, `(p I − ν νᵀ/p)/|v|`, where it burns.
-    fn bend(&mut self, at: &Evaluated, multipliers: &Multipliers, layout: &KktLayout) {
-        let burning = |row: &usize| layout.rows[*row].is_none();
-        let bent = at
-            .limits
-            .kinks
-            .iter()
-            .filter(|kink| kink.rows.len() > 1 && kink.rows.clone().all(|row| burning(&row)));
-        for kink in bent {
-            let v: Vec<f64> = kink.rows.clone().map(|row| at.rows[row].kinked()).collect();
-            let along = DVector::from_column_slice(&multipliers.rows[kink.rows.clone()]) / kink.price;
-            let count = v.len();
-            let across = DMatrix::identity(count, count) - &along * along.transpose();
-            let across = across * (kink.price / size(&v).max(BURNT));
-            let stage = at.limits.rows[kink.rows.start].stage;
-            let columns = [(0, layout.states[stage], at.model.n), (1, layout.inputs[stage], at.model.m)];
-            let slopes = columns.map(|(part, first, columns)| {
-                let mut matrix = DMatrix::zeros(count, columns);
-                for (index, row) in kink.rows.clone().enumerate() {
-                    if let Some(slope) = at.rows[row].slopes()[part] {
-                        matrix.set_row(index, &slope.transpose());
-                    }
-                }
-                (first, matrix)
-            });
-            for (row, left) in &slopes {
-                for (column, right) in &slopes {
-                    self.block(*row, *column, &left.tr_mul(&(&across * right)));
-                }
-            }
-        }
-    }
-}
-
 impl Kkt {
     /// The matrix at an iterate with smooth rows, with `proximal` in the place of `ε` for rows; `None` where a step
     /// of the dynamics cannot be differentiated, and where it is stopped.
@@ -149,16 +115,9 @@ impl Kkt {
             if let Some(mixed) = &curvature.mixed {
                 entries.coupling(z, u, mixed);
             }
-            let own = model.input_weight(stage, at.iterate.states[stage].stretch);
+            let own = model.input_weight(stage);
             entries.block(u, u, &curvature.inputs.as_ref().map_or_else(|| own.clone(), |rows| &own + rows));
             entries.block(z, z, &curvature.state);
-        }
-        if let Some(duration) = model.duration {
-            // y_0 has the duration that it begins with: an equation that says nothing, whose multiplier stays.
-            let (l, z) = (layout.costate[0], layout.states[0] + duration);
-            let opened = at.opening.by_duration.iter().enumerate();
-            opened.for_each(|(i, slope)| entries.both(l + i, z, *slope));
-            entries.0.push((l + duration, l + duration, 1.0));
         }
         entries.coupling(layout.terminal, layout.states[model.steps], &at.terminal_slope);
         for ((row, value), place) in limits.rows.iter().zip(&at.rows).zip(&layout.rows) {
@@ -175,7 +134,6 @@ impl Kkt {
                 }
             }
         }
-        entries.bend(at, multipliers, &layout);
         entries.0.extend(layout.rows.iter().flatten().map(|place| (*place, *place, -proximal)));
         let terminal = (0..model.terminal_count()).map(|row| layout.terminal + row);
         entries.0.extend(terminal.map(|place| (place, place, -PROXIMAL)));

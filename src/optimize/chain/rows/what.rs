@@ -5,7 +5,7 @@ use super::RowValue;
 use super::boresight::{Bend, BoresightArc};
 use crate::maneuver::constraint::{Direction, During, Pointing, Rule, Side, angle_between, on_arc};
 use crate::maneuver::problem::{Problem, State};
-use crate::optimize::methods::scp::model::step;
+use crate::optimize::chain::model::step;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DVector, Matrix3xX};
 
@@ -26,10 +26,12 @@ pub(crate) enum What {
     Cone(Cone),
     /// `sign h_i ≤ limit` of a wheel's momentum.
     Wheel { wheel: usize, sign: f64, limit: f64 },
-    /// An input as a part of its limit, which has a kink at 0 and may have no other side.
-    Burn { input: usize, limit: f64, one_sided: bool },
-    /// The same of a component of the force or the torque.
-    BurnOfNorm { forces: bool, component: usize, limit: f64 },
+    /// `u_i ≥ 0`, as a part of its limit.
+    Push { input: usize, limit: f64 },
+    /// Nothing: the fuel of an input with two sides is counted, in units of its limit.
+    Burn { input: usize, limit: f64 },
+    /// Nothing: the fuel of a set is counted by the norm of what it gives.
+    BurnOfNorm { forces: bool, limit: f64 },
 }
 
 /// A boresight and a cone, at a node or on the arc that begins there.
@@ -93,23 +95,23 @@ impl What {
         }
     }
 
-    /// Whether it depends on the state, and is not linear.
-    pub fn is_curved(&self, model: &Model) -> bool {
-        let linear = matches!(
+    /// Whether it is not linear.
+    pub fn is_curved(&self) -> bool {
+        !matches!(
             self,
             Self::InputSize { .. }
                 | Self::InputRate { .. }
                 | Self::Wheel { .. }
+                | Self::Push { .. }
                 | Self::Burn { .. }
                 | Self::BurnOfNorm { .. }
-        );
-        !linear || model.duration.is_some()
+        )
     }
 
     /// Power of the duration with which the limit grows.
     pub fn growth(&self) -> i32 {
         match self {
-            Self::Cone(_) | Self::Burn { .. } | Self::BurnOfNorm { .. } => 0,
+            Self::Cone(_) | Self::Push { .. } | Self::Burn { .. } | Self::BurnOfNorm { .. } => 0,
             Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Wheel { .. } => 1,
             Self::InputSize { .. } | Self::InputNorm { .. } => 2,
             Self::InputRate { .. } => 3,
@@ -119,7 +121,7 @@ impl What {
     /// The input it bounds, if it bounds one.
     pub fn input(&self) -> Option<usize> {
         match self {
-            Self::InputSize { input, .. } | Self::InputRate { input, .. } | Self::Burn { input, .. } => {
+            Self::InputSize { input, .. } | Self::InputRate { input, .. } | Self::Push { input, .. } => {
                 Some(*input)
             }
             _ => None,
@@ -136,11 +138,6 @@ impl What {
         )
     }
 
-    /// Whether it knows of the state nothing but the duration.
-    pub fn is_of_inputs(&self) -> bool {
-        self.input().is_some() || matches!(self, Self::InputNorm { .. } | Self::BurnOfNorm { .. })
-    }
-
     /// Whether it is an equation.
     pub fn is_equation(&self) -> bool {
         matches!(self, Self::Cone(Cone { on: Some(_), .. }))
@@ -151,38 +148,11 @@ impl What {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
     }
 
-    /// Whether it is a kink of the cost.
-    pub fn is_kink(&self) -> bool {
-        matches!(self, Self::Burn { .. } | Self::BurnOfNorm { .. })
-    }
-
-    /// Whether its multiplier may be negative.
-    pub fn has_either_sign(&self) -> bool {
-        self.is_kink() || self.is_equation()
-    }
-
-    /// Whether it depends on (state, inputs of its stage).
-    pub fn depends(&self, model: &Model) -> (bool, bool) {
-        let lag = model.lag(1) > 0.0;
-        match self {
-            Self::InputSize { .. }
-            | Self::InputNorm { .. }
-            | Self::InputRate { .. }
-            | Self::Burn { .. }
-            | Self::BurnOfNorm { .. } => (model.duration.is_some(), true),
-            Self::RateNorm { arc, .. } | Self::RateAxis { arc, .. } => (true, !arc && lag),
-            Self::Cone(_) => (true, false),
-            Self::Wheel { .. } => (true, lag),
-        }
-    }
-
     /// The row at a place of stage `stage`.
     pub fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
         let row = self.of_stated(model, stage, place);
-        match model.duration.filter(|_| self.growth() > 0) {
-            Some(duration) => row.grown(model, duration, place.state.stretch, self.growth()),
-            None => row,
-        }
+        let grows = model.duration.is_some() && self.growth() > 0;
+        if grows { row.grown(place.state.stretch.powi(self.growth())) } else { row }
     }
 
     /// The row with the limit of the stated duration.
@@ -230,19 +200,10 @@ impl What {
                 let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
                 RowValue::half(sign * momentum / limit - 1.0, Some(state), inputs)
             }
-            Self::Burn { input, limit, .. } => {
-                let mut slope = DVector::zeros(model.m);
-                slope[*input] = 1.0 / limit;
-                burnt(model, place, slope)
+            Self::Push { input, limit } => {
+                RowValue::half(-place.inputs[*input] / limit, None, unit(*input, -1.0 / limit))
             }
-            Self::BurnOfNorm { forces, component, limit } => {
-                let (axes, first) = model.channel(*forces);
-                let mut slope = DVector::zeros(model.m);
-                for (index, axis) in axes.iter().enumerate() {
-                    slope[first + index] = axis[*component] / limit;
-                }
-                burnt(model, place, slope)
-            }
+            Self::Burn { .. } | Self::BurnOfNorm { .. } => RowValue::Idle,
         }
     }
 }
@@ -292,9 +253,6 @@ impl Cone {
         state.rows_mut(model.zeta(), 3).copy_from(&found.by_attitude);
         if let Some(arc) = along {
             state += arc.slope.tr_mul(&found.by_arc);
-        }
-        if let Some(duration) = model.duration {
-            state[duration] += found.by_duration;
         }
         RowValue::half(found.c, Some(state), None)
     }
@@ -483,18 +441,6 @@ struct Meeting {
     /// Fractions of the arc between which the cone acts.
     acting: [f64; 2],
     fraction: f64,
-}
-
-/// `v = slope·u / s`: what is burnt at a stage, in a unit that does not go with the duration.
-fn burnt(model: &Model, place: &Place, slope: DVector<f64>) -> RowValue {
-    let inputs = slope / place.state.stretch;
-    let v: f64 = inputs.iter().zip(place.inputs).map(|(slope, u)| slope * u).sum();
-    let state = model.duration.map(|duration| {
-        let mut state = DVector::zeros(model.n);
-        state[duration] = -v;
-        state
-    });
-    RowValue::Kink { v, state, inputs }
 }
 
 /// Angular velocity at the node, or on the arc, with its derivatives.

@@ -4,7 +4,7 @@ use super::Model;
 use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::ActuatorSet;
-use crate::optimize::methods::scp::tuning::{FUEL_PRICE, TIME_PRICE};
+use crate::optimize::chain::tuning::{FUEL_PRICE, TIME_PRICE};
 
 /// What a chain minimises in place of the effort.
 #[derive(Clone, Debug)]

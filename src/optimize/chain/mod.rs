@@ -1,48 +1,49 @@
-//! SCP as a method: from the path of a candidate, and its inputs and multipliers where it has them, to an
-//! optimum within all limits.
+//! A maneuver as a chain of stages, with its limits as rows: what the interior point and SCP plan.
+//!
+//! [`model`] is the chain and [`rows`] its limits. An [`iterate`] has the states and inputs of all stages; the first one follows
+//! a path ([`first_iterate`]). [`second_order`] tests the optimum that a method finds, by the matrix of [`kkt`] with the second
+//! derivatives of [`curvature`].
 
-use super::curvature::Multipliers;
-use super::iterate::Iterate;
-use super::model::{ChainState, Goal, Model};
-use super::polish::{Told, polish};
-use super::rows::LimitRows;
-use super::{Convex, ScpOptions, first_iterate, run};
+pub(crate) mod curvature;
+pub(crate) mod first_iterate;
+pub(crate) mod iterate;
+pub(crate) mod kkt;
+pub(crate) mod model;
+pub(crate) mod rows;
+pub(crate) mod second_order;
+#[cfg(test)]
+pub(crate) mod tests;
+pub(crate) mod tuning;
+
 use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
-use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
-use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::{Point, Units};
-use crate::optimize::methods::driver::Report;
-use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
-use crate::optimize::methods::scp::model::{goal, step};
-use crate::optimize::methods::scp::tuning::VIOLATED;
+use crate::optimize::methods::method::{Attempt, Watch};
 use crate::{Matrix3, Vector3};
+use iterate::Iterate;
+use model::{ChainState, Goal, Model, goal, step};
 use nalgebra::DVector;
+use rows::LimitRows;
+
+/// Multipliers of everything.
+#[derive(Clone, Debug)]
+pub(crate) struct Multipliers {
+    /// `λ_{−1} … λ_{N−1}`: of the opening and of every step.
+    pub costates: Vec<DVector<f64>>,
+    /// `η` of the terminal conditions.
+    pub terminal: DVector<f64>,
+    /// `ν ≥ 0` of the rows.
+    pub rows: Vec<f64>,
+}
 
 /// The chain of a maneuver on one grid, with the rows of its limits.
 pub(crate) struct Chain {
     pub model: Model,
     pub rows: LimitRows,
-}
-
-/// The convex iteration, then Newton on the active set.
-pub(crate) struct ConvexIteration<'a> {
-    pub chain: &'a Chain,
-    pub options: &'a ScpOptions,
-}
-
-impl Method for ConvexIteration<'_> {
-    fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
-        let Chain { model, rows } = self.chain;
-        let multipliers = (!candidate.costates.is_empty()).then(|| multipliers(&candidate));
-        let start = self.chain.iterate(&candidate, &budget.watch);
-        let found = run(model, rows, start, multipliers, self.options, &budget.watch);
-        self.chain.attempt(candidate, found)
-    }
 }
 
 impl Chain {
@@ -101,19 +102,6 @@ impl Chain {
         Attempt { candidate, ..found }
     }
 
-    /// Improves a candidate that is near an optimum by Newton on the active set; `None` where that does not settle.
-    pub fn polished(&self, candidate: &Candidate, options: &ScpOptions, budget: &Budget) -> Option<Attempt> {
-        let Self { model, rows } = self;
-        let (iterate, multipliers) = (iterate(candidate), multipliers(candidate));
-        let found = polish(model, rows, &iterate, &multipliers, options, Told::Roughly, &budget.watch)?;
-        let residuals = vec![f64::NAN, found.residual];
-        let report = Report { outcome: Outcome::Converged, iterations: found.iterations, residuals };
-        let candidate = with_iterate(candidate.clone(), found.iterate, found.multipliers);
-        let (cost, residual) = (found.cost, found.residual);
-        let barrier = Some([0.0; 2]);
-        Some(Attempt { cost, residual, stationarity: residual, barrier, ..Attempt::of(candidate, report) })
-    }
-
     /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.
     pub fn worst_violation(&self, candidate: &Candidate) -> Option<f64> {
         let evaluated =
@@ -137,45 +125,6 @@ impl Chain {
         let Iterate { states, inputs } =
             first_iterate::along(&self.model, &LimitRows::default(), &poses, 1.0, &Watch::NONE);
         Candidate { states: states.iter().map(ChainState::point).collect(), inputs, ..path.clone() }
-    }
-
-    /// What an iteration made of a candidate; without runs where it could not be evaluated at all.
-    fn attempt(&self, candidate: Candidate, convex: Option<Convex>) -> Attempt {
-        let Some(convex) = convex else {
-            return Attempt { runs: Vec::new(), ..Attempt::failed(candidate, Outcome::Stalled) };
-        };
-        let shortfall = convex.polished.is_none().then(|| violated(&convex, &self.rows));
-        let (steps, residual) = (candidate.steps(), convex.miss());
-        let Convex { subproblems, residuals, .. } = convex;
-        let last = residuals.last().copied().unwrap_or(f64::NAN);
-        let report = Report { outcome: convex.outcome, iterations: subproblems, residuals };
-        let mut runs = vec![Run { rung: None, steps, report }];
-        let (outcome, cost, stationarity, iterate, multipliers) = match convex.polished {
-            Some(polished) => {
-                if polished.iterations > 0 {
-                    let residuals = vec![last, polished.residual];
-                    let (outcome, iterations) = (Outcome::Converged, polished.iterations);
-                    let report = Report { outcome, iterations, residuals };
-                    runs.push(Run { rung: Some(Rung::Polish), steps, report });
-                }
-                let (cost, residual) = (polished.cost, polished.residual);
-                (Outcome::Converged, cost, residual, polished.iterate, polished.multipliers)
-            }
-            None => {
-                let settled = convex.outcome == Outcome::Converged;
-                let outcome = if settled { Outcome::Stalled } else { convex.outcome };
-                (outcome, f64::NAN, f64::NAN, convex.iterate, convex.multipliers)
-            }
-        };
-        let work = ConvexWork {
-            subproblems,
-            all_subproblems: subproblems,
-            cone_iterations: convex.cone_iterations,
-            cone_seconds: convex.cone_seconds,
-        };
-        let candidate = with_iterate(candidate, iterate, multipliers);
-        let (swept, barrier) = (None, None);
-        Attempt { candidate, outcome, cost, residual, stationarity, runs, work, swept, barrier, shortfall }
     }
 }
 
@@ -229,18 +178,4 @@ pub(crate) fn path(start: &str, grid: &Grid, poses: impl Iterator<Item = Pose>) 
     };
     let states = poses.map(point).collect();
     Candidate { states, ..Candidate::empty(settings::Method::Scp, start, grid.clone()) }
-}
-
-/// What stays violated at the last iterate.
-fn violated(convex: &Convex, rows: &LimitRows) -> Shortfall {
-    let cut_short_after = (convex.outcome == Outcome::IterationLimit).then_some(convex.subproblems);
-    let noticed = rows.groups.iter().zip(&convex.violations).filter(|(_, violation)| **violation > VIOLATED);
-    // Cones are violated by an angle, limits by a share of themselves.
-    let excess = |is_angle: bool| if is_angle { Excess::Angle } else { Excess::Share };
-    let violations = noticed.map(|(group, violation)| Violation {
-        name: group.name.clone(),
-        excess: excess(group.is_angle)(*violation),
-    });
-    let defect = convex.residuals.last().copied().unwrap_or(f64::NAN);
-    Shortfall::Violated { cut_short_after, violations: violations.collect(), reaches_end: defect <= VIOLATED }
 }

@@ -11,39 +11,27 @@
 //! κ (λ^Π·Rᵀτ + λ^γ·R f) ,    gradient  g = κ (λ^Π × Rᵀτ + f × Rᵀλ^γ) ,    its own  M = κ (S(λ^Π) S(Rᵀτ) + S(f) S(Rᵀλ^γ))
 //! ```
 //!
-//! so that `H` is that of a costate with `λ^ζ + g`, and `Tᵀ M T`. The parts of the rows, of wheels, and of a field where the
-//! duration is sought, are central differences of exact gradients, taken along the group: a Newton matrix with nine correct
-//! digits costs no accuracy, since that comes from the residual, and one procedure serves them all.
+//! so that `H` is that of a costate with `λ^ζ + g`, and `Tᵀ M T`. The parts of the rows and of wheels are central differences
+//! of exact gradients, taken along the group: a Newton matrix with nine correct digits costs no accuracy, since that comes from
+//! the residual, and one procedure serves them all. The duration is given.
 //!
 //! # Why finite differences in the curvature of rows?
 //!
 //! The Newton matrix decides how fast the iteration converges, not where. Residuals and gradients are exact; second
-//! derivatives of rows, of wheels and of a field where the duration is sought are central differences of those gradients,
-//! good to nine digits. Written out they would be pages of formulas for one iteration less. Steps are another matter: their
+//! derivatives of rows and of wheels are central differences of those gradients, good to nine digits. Written out they would be pages of formulas for one iteration less. Steps are another matter: their
 //! differences took most of the time that Newton takes on a flight with body-fixed thrust, and what inputs that turn add to
-//! the planner's own `H_k` is one 3×3 matrix (`scp/curvature`).
+//! the planner's own `H_k` is one 3×3 matrix (`chain/curvature`).
 
+use super::Multipliers;
 use super::iterate::Evaluated;
 use super::model::{ChainState, Model, costate_blocks};
-use super::rows::{Place, RowValue};
+use super::rows::{Place, RowValue, What};
 use crate::lie::hat;
+use crate::optimize::chain::model::{state, step};
+use crate::optimize::chain::tuning::STEP;
 use crate::optimize::discrete::step::StepError;
-use crate::optimize::methods::scp::model::{state, step};
-use crate::optimize::methods::scp::tuning::STEP;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SMatrix, SVector};
-use std::ops::Range;
-
-/// Multipliers of everything.
-#[derive(Clone, Debug)]
-pub(crate) struct Multipliers {
-    /// `λ_{−1} … λ_{N−1}`: of the opening and of every step.
-    pub costates: Vec<DVector<f64>>,
-    /// `η` of the terminal conditions.
-    pub terminal: DVector<f64>,
-    /// `ν ≥ 0` of the rows.
-    pub rows: Vec<f64>,
-}
 
 /// Second derivatives of one stage's part of the Lagrangian.
 #[derive(Clone, Debug)]
@@ -66,32 +54,7 @@ pub(crate) fn blocks(at: &Evaluated, multipliers: &Multipliers) -> Result<Vec<Bl
         }
         block(at, multipliers, stage)
     };
-    let mut blocks = (0..=at.model.steps).map(of_stage).collect::<Result<Vec<_>, _>>()?;
-    if let Some(duration) = at.model.duration {
-        let last = at.model.steps;
-        let states = [&at.iterate.states[0], &at.iterate.states[last]];
-        let bends = step::bends_of_ends(at.model, states, &multipliers.costates[0], &multipliers.terminal);
-        blocks[0].state[(duration, duration)] += bends[0] + at.model.time_price * at.iterate.stretch();
-        blocks[last].state[(duration, duration)] += bends[1];
-        if at.model.effort_power != 0 {
-            for (stage, block) in blocks.iter_mut().enumerate() {
-                bend_of_effort(at, duration, stage, block);
-            }
-        }
-    }
-    Ok(blocks)
-}
-
-/// Second derivatives of `κ ½ uᵀWu s^p` by `ln s`, and by it and the inputs.
-fn bend_of_effort(at: &Evaluated, duration: usize, stage: usize, block: &mut Block) {
-    let (model, iterate) = (at.model, &at.iterate);
-    let power = f64::from(model.effort_power);
-    block.state[(duration, duration)] += power * power * iterate.effort(model, stage);
-    let weight = power * model.effort_weight(stage, iterate.states[stage].stretch);
-    let slope = &model.weight * DVector::from_column_slice(&iterate.inputs[stage]) * weight;
-    let mixed = block.mixed.get_or_insert_with(|| DMatrix::zeros(model.n, model.m));
-    let mut row = mixed.row_mut(duration);
-    row += slope.transpose();
+    (0..=at.model.steps).map(of_stage).collect()
 }
 
 fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Block, StepError> {
@@ -101,8 +64,8 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     let next = iterate.inputs.get(stage + 1);
     let acts = |index: &usize| {
         let multiplier = multipliers.rows[*index];
-        limits.rows[*index].what.is_curved(model)
-            && (multiplier > 0.0 || limits.rows[*index].what.has_either_sign() && multiplier < 0.0)
+        limits.rows[*index].what.is_curved()
+            && (multiplier > 0.0 || limits.rows[*index].what.is_equation() && multiplier < 0.0)
             && !matches!(at.rows[*index], RowValue::Idle)
     };
     let acting: Vec<usize> = limits.range(stage).filter(acts).collect();
@@ -120,11 +83,7 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
         let mut gradient = DVector::zeros(n + m);
         for index in &acting {
             let value = limits.rows[*index].what.at(model, stage, &place).smooth();
-            let (state, inputs) = match value {
-                RowValue::Half { state, inputs, .. } => (state, inputs),
-                RowValue::Kink { state, inputs, .. } => (state, Some(inputs)),
-                RowValue::Ball { .. } | RowValue::Idle => continue,
-            };
+            let RowValue::Half { state, inputs, .. } = value else { continue };
             for (slope, first) in [(state, 0), (inputs, n)] {
                 let Some(slope) = slope else { continue };
                 let mut part = gradient.rows_mut(first, slope.len());
@@ -149,18 +108,17 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     if let Some(next) = next {
         match closed_form(at, multipliers, stage)? {
             Some(known) => block.state = known,
-            None => spread += differences(n, 0..n, |column, by| of_step(&along(column, by), next))?,
+            None => spread += differences(n, n, |column, by| of_step(&along(column, by), next))?,
         }
         block.next = by_turning_inputs(at, multipliers, stage);
     }
     if !acting.is_empty() {
-        let of_inputs = acting.iter().all(|index| limits.rows[*index].what.is_of_inputs());
-        let columns = if of_inputs { model.duration.map_or(0..0, |duration| duration..n) } else { 0..n };
-        let (first, count) = (columns.start, columns.len());
-        let by_state = differences(n + m, columns, |column, by| of_rows(&along(column, by), inputs))?;
-        let mut part = spread.columns_mut(first, count);
-        part += by_state.rows(0, n);
-        let by_inputs = differences(n + m, 0..m, |column, by| of_rows(&zero, &shifted(inputs, column, by)))?;
+        let of_inputs = acting.iter().all(|index| matches!(limits.rows[*index].what, What::InputNorm { .. }));
+        if !of_inputs {
+            let by_state = differences(n + m, n, |column, by| of_rows(&along(column, by), inputs))?;
+            spread += by_state.rows(0, n);
+        }
+        let by_inputs = differences(n + m, m, |column, by| of_rows(&zero, &shifted(inputs, column, by)))?;
         let by_inputs = by_inputs / (2.0 * STEP);
         block.mixed = Some(by_inputs.rows(0, n).into_owned());
         block.inputs = Some(by_inputs.rows(n, m).into_owned());
@@ -169,28 +127,27 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     Ok(block)
 }
 
-/// What a gradient of `rows` components gains from a step back to a step ahead along each of the unknowns `columns`.
+/// What a gradient of `rows` components gains from a step back to a step ahead along each of so many unknowns.
 fn differences(
     rows: usize,
-    columns: Range<usize>,
+    columns: usize,
     gradient: impl Fn(usize, f64) -> Result<DVector<f64>, StepError>,
 ) -> Result<DMatrix<f64>, StepError> {
-    let mut out = DMatrix::zeros(rows, columns.len());
-    for (place, column) in columns.enumerate() {
-        out.set_column(place, &(gradient(column, STEP)? - gradient(column, -STEP)?));
+    let mut out = DMatrix::zeros(rows, columns);
+    for column in 0..columns {
+        out.set_column(column, &(gradient(column, STEP)? - gradient(column, -STEP)?));
     }
     Ok(out)
 }
 
-/// The step's part in closed form, where that applies: without wheels, and where the duration is sought without a field or
-/// a frame that turns, which alone know it.
+/// The step's part in closed form, where that applies: without wheels.
 fn closed_form(
     at: &Evaluated,
     multipliers: &Multipliers,
     stage: usize,
 ) -> Result<Option<DMatrix<f64>>, StepError> {
     let model = at.model;
-    if model.wheels > 0 || model.duration.is_some() && !model.is_free() {
+    if model.wheels > 0 {
         return Ok(None);
     }
     let (zeta, arrived) = (model.zeta(), Arrived::of(at, multipliers, stage));
@@ -277,18 +234,5 @@ impl<'a> Arrived<'a> {
             };
         }
         (slope, bend)
-    }
-}
-
-/// The nearest positive semidefinite matrix to the symmetric part; zero where it cannot be found.
-pub(crate) fn convexified(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let symmetric = 0.5 * (matrix + matrix.transpose());
-    let count = symmetric.nrows();
-    match nalgebra::SymmetricEigen::try_new(symmetric, f64::EPSILON, 1000) {
-        Some(eigen) => {
-            let values = eigen.eigenvalues.map(|value| value.max(0.0));
-            &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose()
-        }
-        None => DMatrix::zeros(count, count),
     }
 }

@@ -1,13 +1,13 @@
 //! Kick and drift of the chain, with their matrices.
 
-use super::{ChainState, Model, state};
+use super::{ChainState, Model};
 use crate::lie::{self, hat};
 use crate::mechanics::environment::{Blocks, Wrench};
 use crate::optimize::discrete::step::StepError;
 use crate::{Matrix3, Vector3};
 use nalgebra::{DMatrix, DVector, Matrix3xX};
 
-/// One step and its matrices: `z⁺ = A z + B δu`.
+/// One step and its matrices, in the duration that it has: `z⁺ = A z + B δu`.
 pub(crate) struct Step {
     pub end: ChainState,
     pub a: DMatrix<f64>,
@@ -23,11 +23,10 @@ pub(crate) struct Arc {
     pub slope: Matrix3xX<f64>,
 }
 
-/// The opening kick: `y_0`, and its derivatives with respect to `u_0`, n×m, and to `ln s`.
+/// The opening kick: `y_0`, and its derivative with respect to `u_0`, n×m.
 pub(crate) struct Opening {
     pub end: ChainState,
     pub by_inputs: DMatrix<f64>,
-    pub by_duration: DVector<f64>,
 }
 
 /// The relative attitude `F` of a drift, and `ξ` of `δF = F S(ξ)` by the state before, 3×n.
@@ -120,7 +119,13 @@ pub fn costate_after_kick(
     add_gradient(model, &mut back, &kick.gradient, -weight);
     let mut out = back.tr_mul(costate);
     if let Some(duration) = model.duration {
-        out[duration] -= by_duration(model, &kick, weight).dot(costate);
+        // What acts on the body goes with `s²`.
+        let (pi, field) = (model.pi(), &kick.field);
+        let mut slope = costate.fixed_rows::<3>(pi).dot(&field.moment);
+        if model.moves {
+            slope += costate.fixed_rows::<3>(3).dot(&field.force);
+        }
+        out[duration] -= 2.0 * weight * slope;
     }
     out
 }
@@ -136,16 +141,6 @@ fn kicked(model: &Model, state: &ChainState, kick: &Kick, inputs: &[f64], weight
         out.wheels[wheel] -= inputs[model.forces + wheel] * weight;
     }
     out
-}
-
-/// The derivative of a kick of weight `weight` with respect to `ln s`.
-fn by_duration(model: &Model, kick: &Kick, weight: f64) -> DVector<f64> {
-    let mut slope = DVector::zeros(model.n);
-    slope.rows_mut(model.pi(), 3).copy_from(&(kick.field.moment * (2.0 * weight)));
-    if model.moves {
-        slope.rows_mut(3, 3).copy_from(&(kick.field.force * (2.0 * weight)));
-    }
-    slope
 }
 
 /// `G z` of a kick's gradient, added with `weight` to the rows of the momenta: `A ← (I + κ G) A`.
@@ -168,31 +163,8 @@ fn add_gradient(model: &Model, matrix: &mut DMatrix<f64>, gradient: &Blocks, wei
 pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> Opening {
     let (start, weight) = (model.start_in(stretch), model.kick_weight(0));
     let kick = kick(model, &start, inputs);
-    let by_duration = match model.duration {
-        None => DVector::zeros(model.n),
-        Some(duration) => {
-            let mut by_duration = state::momenta(model, &start) + by_duration(model, &kick, weight);
-            by_duration[duration] = 1.0;
-            by_duration
-        }
-    };
     let end = kicked(model, &start, &kick, inputs, weight);
-    Opening { end, by_inputs: kick.inputs * weight, by_duration }
-}
-
-/// Second derivatives with respect to `ln s` of `λ·y_0` after the opening kick, and of `η·e` of the terminal error.
-pub fn bends_of_ends(
-    model: &Model,
-    at: [&ChainState; 2],
-    costate: &DVector<f64>,
-    terminal: &DVector<f64>,
-) -> [f64; 2] {
-    let [first, last] = at;
-    let start = model.start_in(first.stretch);
-    let field = kick(model, &start, &vec![0.0; model.m]);
-    let opening = state::momenta(model, &start) + by_duration(model, &field, 2.0 * model.kick_weight(0));
-    let end = state::momenta(model, &model.target_in(last.stretch));
-    [opening.dot(costate), -end.select_rows(&model.given()).dot(terminal)]
+    Opening { end, by_inputs: kick.inputs * weight }
 }
 
 /// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
@@ -204,11 +176,6 @@ pub fn step(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> 
     let mut a = DMatrix::identity(model.n, model.n);
     a.rows_mut(zeta, 3).copy_from(&turn);
     a.view_mut((zeta, zeta), (3, 3)).copy_from(&drift.f.transpose());
-    if let Some(duration) = model.duration {
-        let passed = frame_rate(model) * (end.stretch * model.dynamics.grid.step(stage));
-        let mut back = a.fixed_view_mut::<3, 1>(zeta, duration);
-        back -= end.attitude.tr_mul(&passed);
-    }
     a.rows_mut(pi, 3).copy_from(&(hat(&end.momentum) * &turn));
     let mut block = a.view_mut((pi, pi), (3, 3));
     block += drift.f.transpose();
@@ -219,10 +186,6 @@ pub fn step(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> 
     let weight = model.kick_weight(stage + 1);
     let kick = kick(model, &end, inputs);
     add_gradient(model, &mut a, &kick.gradient, weight);
-    if let Some(duration) = model.duration {
-        let mut column = a.column_mut(duration);
-        column += by_duration(model, &kick, weight);
-    }
     end = kicked(model, &end, &kick, inputs, weight);
     Ok(Step { end, a, b: kick.inputs * weight, arc: Arc::of(&drift.f, turn) })
 }
@@ -298,9 +261,6 @@ pub fn rate(
         by_state.view_mut((0, 6), (3, model.wheels)).copy_from(&-&model.wheel_axes);
         let mut of_wheels = by_inputs.columns_mut(model.forces, model.wheels);
         of_wheels -= &model.wheel_axes * lag;
-    }
-    if let Some(duration) = model.duration {
-        by_state.set_column(duration, &by_duration(model, &kick, -lag).fixed_rows::<3>(pi));
     }
     let inverse = &model.dynamics.j_inverse;
     (inverse * momentum, inverse * by_state, inverse * by_inputs)

@@ -1,15 +1,16 @@
-//! The rung of SCP, as the only road or as the last resort.
+//! The rung of least effort in a given duration on the chain: by the interior point, or by SCP where the settings request it.
+//! It is the only road, or the last resort behind the shooting.
 
 use crate::Vector3;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::{Method, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution};
+use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
-use crate::optimize::methods::scp::road::{Chain, path};
 use crate::optimize::search::answer::conclude;
 use crate::optimize::search::asked::goes_round_as_asked;
 use crate::optimize::search::chains::{along, carry, descend, relaxed, relaxed_paths};
@@ -23,11 +24,11 @@ use crate::optimize::search::{paths, seeds};
 /// A violation on the coarse grid that spares the fine solve of the relaxed maneuver.
 const CLEAR_VIOLATION: f64 = 0.05;
 
-/// SCP from all seeds. As the last resort its miss says more where something is limited, and that of the shooting where
-/// nothing is.
-pub(super) struct Convex;
+/// The optima near all seeds, and the cheapest of them on the requested grid. As the last resort its miss says more where
+/// something is limited, and that of the shooting where nothing is.
+pub(super) struct Effort;
 
-impl<const N: usize> Climb<N> for Convex {
+impl<const N: usize> Climb<N> for Effort {
     fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool {
         let rescue = search.ask.shooting && (found.is_done() || search.stopped());
         search.ask.convex && search.ask.goal.is_none() && !rescue
@@ -42,7 +43,7 @@ impl<const N: usize> Climb<N> for Convex {
     }
 }
 
-/// SCP from all seeds; leaves the winner on the requested grid, before its rivals on the coarse one.
+/// Solves from all seeds; leaves the winner on the requested grid, before its rivals on the coarse one.
 fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let problem = search.problem;
     if let Some(trajectory) = search.ask.along {
@@ -118,7 +119,7 @@ fn from_bent<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &
     }
 }
 
-/// SCP from the paths that descents of the relaxed maneuver start from, bent and random ones among them: optima within
+/// Solves from the paths that descents of the relaxed maneuver start from, bent and random ones among them: optima within
 /// limits need not lie near any extremal without them.
 fn from_paths<const N: usize>(
     search: &Search<N>,
@@ -141,7 +142,7 @@ fn from_paths<const N: usize>(
 }
 
 /// The solution of the problem without limits: the shooting's, or where torques about an axis are missing and that may
-/// arrive nowhere, SCP's.
+/// arrive nowhere, that of the chain.
 fn shot<const N: usize>(search: &Search<N>, relaxed: &Problem) -> Solution {
     let convex = search.problem.is_constrained() && !search.fine.dynamics.has_all_axes();
     let ask = Ask { convex, last: ScpOptions::default(), ..search.ask.of_relaxed() };

@@ -5,14 +5,8 @@
 //!
 //! Where the duration is sought limits grow with it, as `s`, `s²` or `s³` (`model`).
 //!
-//! What has a kink in the cost is a row as well: `p |v|`, with `v` an input or what the torque inputs give, as a part of
-//! its limit. Its multiplier is a slope of the cost,
-//!
-//! ```text
-//! p |v| = max ν·v  over  |ν| ≤ p ;      v = 0 where |ν| < p ,      ν = p v/|v| elsewhere ,
-//! ```
-//!
-//! and an input that pushes to one side only costs `p v` for `v ≥ 0`, with `ν ≤ p`: any slope holds it at 0.
+//! What burns has rows that bound nothing, and tell the interior point so: an input with two sides, or a set that is counted by
+//! the norm of what it gives. An input that pushes to one side only has a row `u ≥ 0`.
 //!
 //! # Why are there rows for arcs?
 //!
@@ -58,34 +52,6 @@ pub(crate) struct Group {
 pub(crate) struct LimitRows {
     pub groups: Vec<Group>,
     pub rows: Vec<LimitRow>,
-    /// Kinks of the cost, in the order of their rows.
-    pub kinks: Vec<Kink>,
-}
-
-/// A kink of the cost: `price |v|`, or `price v` where `v ≥ 0`.
-#[derive(Clone, Debug)]
-pub(crate) struct Kink {
-    /// Rows of the components of v.
-    pub rows: Range<usize>,
-    pub price: f64,
-    pub one_sided: bool,
-}
-
-impl Kink {
-    /// What it costs.
-    pub fn cost(&self, v: &[f64]) -> f64 {
-        self.price * if self.one_sided { v[0] } else { size(v) }
-    }
-
-    /// Whether v stays at 0 under a slope.
-    pub fn holds(&self, slope: &[f64]) -> bool {
-        if self.one_sided { slope[0] <= self.price } else { size(slope) <= self.price }
-    }
-}
-
-/// The length of a vector.
-pub(crate) fn size(v: &[f64]) -> f64 {
-    v.iter().map(|part| part * part).sum::<f64>().sqrt()
 }
 
 impl LimitRows {
@@ -112,11 +78,10 @@ impl LimitRows {
         }
         rows.burns(problem, model);
         rows.rows.sort_by_key(|row| row.stage);
-        rows.find_kinks(model);
         rows
     }
 
-    /// Rows of what has a kink in the cost: inputs that cost fuel or push to one side only, or what they give together.
+    /// Rows of inputs that cost fuel or push to one side only, and of sets that are counted by what they give together.
     fn burns(&mut self, problem: &Problem, model: &Model) {
         let bounds = model.input_bounds(problem);
         let sets = [(true, problem.actuation.force.as_ref(), 0..model.forces)];
@@ -125,33 +90,17 @@ impl LimitRows {
             let Some(set) = set.filter(|_| !inputs.is_empty()) else { continue };
             let one_sided = set.limits().one_sided;
             let whats: Vec<What> = match (&model.fuel, set.limits().norm) {
-                (None, _) if !one_sided => continue,
                 (Some(fuel), Some(norm)) if fuel.is_of_norm(forces) => {
-                    let limit = norm / model.input_unit[inputs.start];
-                    (0..3).map(|component| What::BurnOfNorm { forces, component, limit }).collect()
+                    vec![What::BurnOfNorm { forces, limit: norm / model.input_unit[inputs.start] }]
                 }
-                _ => inputs.map(|input| What::Burn { input, limit: bounds[input], one_sided }).collect(),
+                _ if one_sided => inputs.map(|input| What::Push { input, limit: bounds[input] }).collect(),
+                (Some(_), _) => inputs.map(|input| What::Burn { input, limit: bounds[input] }).collect(),
+                (None, _) => continue,
             };
             let group = self.group(problem.actuation.limit_name(LimitKind::Size, forces), true);
             for stage in model.first_input()..=model.steps {
                 self.rows.extend(whats.iter().map(|what| LimitRow { group, stage, what: what.clone() }));
             }
-        }
-    }
-
-    /// The kinks that their rows make.
-    fn find_kinks(&mut self, model: &Model) {
-        let price = |input: usize| model.fuel.as_ref().map_or(0.0, |fuel| fuel.inputs[input]);
-        for (index, row) in self.rows.iter().enumerate() {
-            let (count, rate, one_sided) = match row.what {
-                What::Burn { input, limit, one_sided } => (1, price(input) * limit, one_sided),
-                What::BurnOfNorm { forces, component: 0, limit } => {
-                    (3, price(model.channel(forces).1) * limit, false)
-                }
-                _ => continue,
-            };
-            let price = model.kick_weight(row.stage) * rate;
-            self.kinks.push(Kink { rows: index..index + count, price, one_sided });
         }
     }
 
@@ -169,7 +118,7 @@ impl LimitRows {
             let group = self.group(name, kind != LimitKind::WheelMomentum);
             let (_, offset) = model.channel(forces);
             let (unit, momentum) = (model.input_unit[offset], model.dynamics.units.momentum());
-            // What pushes to one side only is held at 0 by the kink of its cost.
+            // What pushes to one side only has a row of its own at 0.
             let one_sided = kind == LimitKind::Size && set.limits().one_sided;
             let signs = if one_sided || kind == LimitKind::Norm { &[1.0][..] } else { &[1.0, -1.0] };
             let stages = match kind {

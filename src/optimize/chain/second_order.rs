@@ -21,17 +21,17 @@
 //!
 //! The inertia of the matrix of Karush, Kuhn and Tucker tells: with as many negative eigenvalues as active equations the
 //! Lagrangian is convex along all feasible directions, a strict local minimum; each one more is a way down. It is counted
-//! stage by stage on the band (`scp/second_order`), at curvatures slightly raised and lowered; where the two differ the plan
+//! stage by stage on the band (`chain/second_order`), at curvatures slightly raised and lowered; where the two differ the plan
 //! says that it is not decided.
 
-use super::curvature::Multipliers;
+use super::Multipliers;
 use super::iterate::Iterate;
 use super::kkt::{Kkt, KktLayout};
 use super::model::Model;
 use super::rows::{LimitRows, RowValue};
 use crate::numerics::matrix_inertia::MatrixInertia;
+use crate::optimize::chain::tuning::*;
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::tuning::*;
 use nalgebra::DMatrix;
 
 /// The number of independent directions in which the cost decreases at a polished point; 0: a strict local
