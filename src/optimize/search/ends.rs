@@ -25,8 +25,8 @@ use std::time::Instant;
 /// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is followed from there.
 const NEAR: f64 = 1e-9;
 
-/// Times further apart than this, relative, tell a slope: of nearer ones the best rolls differ by what they are resolved to.
-const APART: f64 = 1e-4;
+/// Relative difference of two times whose plans tell how late a plan is as the time passes.
+const APART: f64 = 1e-3;
 
 /// The slope of how late a plan is to an end that stands.
 const STANDS: f64 = -1.0;
@@ -143,7 +143,7 @@ impl OnTarget<'_> {
         for end in reached.iter_mut().filter(|end| end.rival.cost <= best * (1.0 + CLOSE)) {
             if let Some(best) = rolls.lowest(ends.nearest(&end.attitude))? {
                 end.attitude = ends.at(best.roll).0;
-                end.rival.cost = best.solution.cost;
+                end.rival.cost = best.cost;
             }
         }
         reached.sort_by(|a, b| a.rival.cost.total_cmp(&b.rival.cost));
@@ -199,33 +199,48 @@ impl OnTarget<'_> {
         self.plan(&meeting.map_err(PlanError::from)?)
     }
 
-    /// Returns the quickest plan of inputs that switch, from that of the chain of equal steps.
+    /// Returns the quickest plan of inputs that switch, from that of the chain of equal steps: the time at its roll, the best roll at
+    /// that time, and the time at that roll, as the time depends on the roll to second order.
     fn quickest(&mut self, best: &Reached) -> Result<Solution, Halt> {
-        let mut attitude = best.attitude;
-        let mut seen: Vec<Late> = Vec::new();
-        let mut late = |time: f64| -> Result<Option<f64>, Halt> {
-            let ends = self.ends_at(time)?;
-            let quick = Settings { search: Thoroughness::Quick, ..self.settings() };
-            let found =
-                Rolls::new(self.problem, ends, &quick, self.observer).lowest(ends.nearest(&attitude))?;
-            let Some(found) = found else { return Ok(None) };
-            attitude = ends.at(found.roll).0;
-            let delay = takes(self.problem, &found.solution) - time;
-            seen.push([time, delay]);
-            Ok(Some(delay))
-        };
-        let mut bracket = None;
-        for first in [BEFORE * best.time, 0.0] {
-            bracket = first_reached(first, &mut late)?;
-            if bracket.is_some() {
-                break;
+        let time = self.arrival(best.time, &best.attitude)?;
+        let ends = self.ends_at(time)?;
+        let quick = self.quick();
+        let found =
+            Rolls::new(self.problem, ends, &quick, self.observer).lowest(ends.nearest(&best.attitude))?;
+        let attitude = found.map_or(best.attitude, |found| ends.at(found.roll).0);
+        let time = self.arrival(time, &attitude)?;
+        let mut slope = STANDS;
+        let later = time * (1.0 + APART);
+        if let Some(now) = self.late(time, &attitude)?
+            && let Some(then) = self.late(later, &attitude)?
+        {
+            slope = (then - now) / (later - time);
+        }
+        self.meeting(time, &attitude, if slope < 0.0 { slope } else { STANDS })
+    }
+
+    /// Returns the first time from about `time` on at which the quickest plan to the roll of an attitude takes no longer.
+    fn arrival(&mut self, time: f64, attitude: &Matrix3) -> Result<f64, Halt> {
+        let mut late = |time: f64| self.late(time, attitude);
+        for first in [BEFORE * time, 0.0] {
+            if let Some([from, to]) = first_reached(first, &mut late)? {
+                return root(from, to, NEAR, &mut late);
             }
         }
-        let time = match bracket {
-            Some([from, to]) => root(from, to, NEAR, &mut late)?,
-            None => best.time,
-        };
-        self.meeting(time, &attitude, slope_near(&seen))
+        Ok(time)
+    }
+
+    /// Returns how late the quickest plan to the roll of an attitude is, where the target is at `time`.
+    fn late(&mut self, time: f64, attitude: &Matrix3) -> Result<Option<f64>, Halt> {
+        let ends = self.ends_at(time)?;
+        let quick = self.quick();
+        let found = Rolls::new(self.problem, ends, &quick, self.observer).at(ends.nearest(attitude))?;
+        Ok(found.map(|found| takes(self.problem, &found.solution) - time))
+    }
+
+    /// Returns the settings of plans that are compared.
+    fn quick(&self) -> Settings {
+        Settings { search: Thoroughness::Quick, ..self.settings() }
     }
 }
 
@@ -264,15 +279,6 @@ fn first_reached(
         (time, delay) = (next, then);
     }
     Ok(None)
-}
-
-/// How what was seen last to be late changes with the time, against the last that was seen apart from it; as of an end that stands where
-/// there is none.
-fn slope_near(seen: &[Late]) -> f64 {
-    let Some([time, late]) = seen.last() else { return STANDS };
-    let apart = seen.iter().rev().find(|[other, _]| (time - other).abs() > APART * time);
-    let slope = apart.map(|[other, was]| (late - was) / (time - other));
-    slope.filter(|slope| *slope < 0.0).unwrap_or(STANDS)
 }
 
 /// A root between two times, to a relative width.

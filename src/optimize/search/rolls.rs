@@ -22,6 +22,9 @@ const COMPARED: usize = 32;
 /// First stride from the roll of the chain \[rad\]: of second order in the step.
 const STRIDE: f64 = 0.05;
 
+/// Rolls beside that of the chain that are looked at first \[rad\]: several extremals may have their minima near it.
+const BESIDE: [f64; 4] = [-0.2, -0.1, 0.1, 0.2];
+
 /// Most evaluations about one minimum.
 const MOST_EVALUATIONS: usize = 40;
 
@@ -29,6 +32,8 @@ const MOST_EVALUATIONS: usize = 40;
 #[derive(Clone)]
 pub(super) struct Known {
     pub roll: f64,
+    /// What it costs in continuous time, which changes smoothly with the roll as that on a grid does not.
+    pub cost: f64,
     pub solution: Solution,
 }
 
@@ -50,7 +55,7 @@ impl<'a> Rolls<'a> {
     }
 
     /// Returns the plan at a roll; `None` where there is none.
-    fn at(&mut self, roll: f64) -> Result<Option<Known>, Halt> {
+    pub fn at(&mut self, roll: f64) -> Result<Option<Known>, Halt> {
         let problem = self.problem.facing(&self.ends, roll);
         if problem.check().is_err() {
             // Cones leave nothing of some rolls.
@@ -60,7 +65,11 @@ impl<'a> Rolls<'a> {
         let settings = Settings { time_limit: remaining, ..self.settings.clone() };
         let solution = without_arcs(&problem, &settings, None, self.observer)?;
         match solution.outcome {
-            Outcome::Converged => Ok(Some(Known { roll, solution })),
+            Outcome::Converged => {
+                let continuous = solution.switching.as_ref().map(|found| found.continuous_cost);
+                let cost = continuous.unwrap_or(solution.cost);
+                Ok(Some(Known { roll, cost, solution }))
+            }
             Outcome::TimeLimit | Outcome::Interrupted => Err(Halt::Stopped(Box::new(solution))),
             _ => Ok(None),
         }
@@ -68,11 +77,17 @@ impl<'a> Rolls<'a> {
 
     /// Returns the plan at the minimum downhill of a roll; `None` where that roll has no plan.
     pub fn lowest(&mut self, from: f64) -> Result<Option<Known>, Halt> {
-        let Some(from) = self.at(from)? else { return Ok(None) };
+        let Some(mut best) = self.at(from)? else { return Ok(None) };
         if !self.ends.has_roll() {
-            return Ok(Some(from));
+            return Ok(Some(best));
         }
-        self.by_values(from).map(Some)
+        for beside in BESIDE {
+            let roll = self.held(from + beside);
+            if let Some(found) = self.at(roll)?.filter(|found| found.cost < best.cost) {
+                best = found;
+            }
+        }
+        self.by_values(best).map(Some)
     }
 
     /// Returns a roll within the band.
@@ -83,7 +98,7 @@ impl<'a> Rolls<'a> {
     /// Returns the minimum by parabolas through values, or the golden section where they fail.
     fn by_values(&mut self, from: Known) -> Result<Known, Halt> {
         const GOLDEN: f64 = 0.381_966_011_250_105;
-        let value = |known: &Option<Known>| known.as_ref().map_or(f64::INFINITY, |known| known.solution.cost);
+        let value = |known: &Option<Known>| known.as_ref().map_or(f64::INFINITY, |known| known.cost);
         let mut best = from;
         // Both sides, as far as the cost goes on falling; a roll without a plan costs any price.
         let mut sides = [(best.roll, f64::INFINITY); 2];
@@ -97,13 +112,13 @@ impl<'a> Rolls<'a> {
                 }
                 let found = self.at(roll)?;
                 let cost = value(&found);
-                match found.filter(|found| found.solution.cost < best.solution.cost && reach.abs() <= PI) {
+                match found.filter(|found| found.cost < best.cost && reach.abs() <= PI) {
                     None => {
                         sides[side] = (roll, cost);
                         break;
                     }
                     Some(found) => {
-                        sides[1 - side] = (best.roll, best.solution.cost);
+                        sides[1 - side] = (best.roll, best.cost);
                         (best, reach) = (found, 2.0 * reach);
                     }
                 }
@@ -121,7 +136,7 @@ impl<'a> Rolls<'a> {
             let x = best.roll;
             let larger = if high - x > x - low { x + GOLDEN * (high - x) } else { x - GOLDEN * (x - low) };
             let inside = |roll: &f64| *roll > low + RESOLVED && *roll < high - RESOLVED;
-            let vertex = vertex(sides[0], (x, best.solution.cost), sides[1]).filter(inside);
+            let vertex = vertex(sides[0], (x, best.cost), sides[1]).filter(inside);
             let mut roll = vertex.unwrap_or(larger);
             if (roll - x).abs() < RESOLVED {
                 // The best is at the vertex: the larger part is closed in from here.
@@ -132,9 +147,9 @@ impl<'a> Rolls<'a> {
             }
             let found = self.at(roll)?;
             let cost = value(&found);
-            match found.filter(|_| cost < best.solution.cost) {
+            match found.filter(|_| cost < best.cost) {
                 Some(found) => {
-                    let left = (x, best.solution.cost);
+                    let left = (x, best.cost);
                     if roll > x {
                         (low, sides[0]) = (x, left);
                     } else {
