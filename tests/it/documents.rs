@@ -460,6 +460,48 @@ fn wrong_figures_are_refused() {
     }
 }
 
+#[test]
+fn the_page_of_validation_is_made_from_its_claims() {
+    let [claims, figures, page] =
+        [evidence::validation::data(), evidence::figures::data(), evidence::validation::page()]
+            .map(|path| fs::read_to_string(path).unwrap());
+    let made = evidence::validation::made(&claims, &figures).unwrap();
+    assert!(page == made, "cargo run -p evidence -- validation writes docs/validation.md");
+    assert!(page.matches("\n| ").count() > 60);
+}
+
+#[test]
+fn claims_without_a_test_are_refused() {
+    let figures = "[[section]]\n[[section.figure]]\nname = \"n\"\ncommand = \"c\"\nvalue = \"1\"\n\
+        date = \"2026-11-25\"";
+    let made = |claim: &str| {
+        let texts = "title = \"T\"\nintroduction = \"I\"\nend = \"E\"\n[[section]]\ntitle = \"S\"\n";
+        evidence::validation::made(&format!("{texts}[[section.claim]]\n{claim}\n"), figures)
+    };
+    let right = "claim = \"It holds.\"\nagainst = \"a\"\ntest = \"it::documents::claims_without_a_test_are_refused\"\n\
+        value = \"below 1e-77\"";
+    // The bound 1e-77 is one of this test.
+    let row = "\n| It holds. | a | `cargo test --test it -- documents::claims_without_a_test_are_refused` | \
+        below 1e-77 | each commit |\n";
+    assert!(made(right).unwrap().contains(row));
+    let counted = "claim = \"It holds.\"\nagainst = \"a\"\nfigure = \"n\"";
+    assert!(made(counted).unwrap().contains("\n| It holds. | a | `c` | 1 | 2026-11-25 |\n"));
+    for (wrong, said) in [
+        (right.replace("1e-77", &["1e-7", "8"].concat()), "does not stand in"),
+        (right.replace("claims_without", "claims_within"), "no test"),
+        (right.replace("documents::claims_without_a_test_are_refused", "documents::same_word"), "is no test"),
+        (right.replace("it::documents", "it::documents2"), "no test"),
+        (right.replace("It holds.", "It holds"), "not one sentence"),
+        (right.replace("against", "beside"), "`beside` is unknown"),
+        (format!("{right}\n[[section.claim]]\n{right}"), "two claims"),
+        (right.replace("\"a\"", "\"a | b\""), "contains `|`"),
+        (counted.replace("\"n\"", "\"m\""), "no figure"),
+    ] {
+        let error = made(&wrong).unwrap_err();
+        assert!(error.contains(said), "{wrong}\n{error}");
+    }
+}
+
 /// The program shows them by `slew help`, so they lie in its crate.
 #[test]
 #[cfg(unix)]
