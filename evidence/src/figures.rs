@@ -83,14 +83,14 @@ fn row(figure: &DeTable<'_>) -> Result<String, String> {
 }
 
 /// Returns the text under a key.
-fn text<'a>(table: &'a DeTable<'_>, key: &str) -> Result<&'a str, String> {
+pub(crate) fn text<'a>(table: &'a DeTable<'_>, key: &str) -> Result<&'a str, String> {
     let text = |key: &str| table.get(key).and_then(|value| value.get_ref().as_str());
     let name = text("name").or(text("title")).unwrap_or("the data");
     text(key).ok_or_else(|| format!("{name}: `{key}` is missing or no text"))
 }
 
 /// Returns the tables of the list under a key.
-fn tables<'a, 'd>(table: &'a DeTable<'d>, key: &str) -> Result<Vec<&'a DeTable<'d>>, String> {
+pub(crate) fn tables<'a, 'd>(table: &'a DeTable<'d>, key: &str) -> Result<Vec<&'a DeTable<'d>>, String> {
     let list = table.get(key).and_then(|value| value.get_ref().as_array());
     let list = list.ok_or_else(|| format!("`{key}` is no list"))?;
     let one = |value: &'a DeValue<'d>| value.as_table().ok_or_else(|| format!("`{key}` holds no table"));

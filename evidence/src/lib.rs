@@ -19,6 +19,7 @@ pub mod random_specs;
 mod references;
 pub mod switching;
 mod turning;
+pub mod validation;
 pub mod words;
 
 pub use random::Random;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 from dataclasses import dataclass, field
@@ -71,9 +72,12 @@ def plan(
 
 def _failure(found: Plan) -> PlanError:
     """Builds the exception for a plan that is not solved."""
-    words = [line.strip() for line in found.summary().splitlines()[1:]]
     label = {"infeasible": "because", "verification_failed": "failed"}.get(found.status, "stopped")
-    reason = next((line[len(label) :].strip() for line in words if line.startswith(label)), found.status)
+    # A label stands after two spaces, and the lines that continue its text are indented further.
+    _, _, text = found.summary().partition(f"\n  {label}")
+    first, *rest = text.splitlines() or [found.status]
+    continued = itertools.takewhile(lambda line: line.startswith("      "), rest)
+    reason = " ".join(line.strip() for line in [first, *continued])
     error = OF_STATUS[found.status]("", f"{found.name}: {found.status.replace('_', ' ')}: {reason}")
     error.plan = found
     return error

@@ -98,6 +98,9 @@ def test_what_is_proved_infeasible(spec):
         slewkit.plan(spec)
     error = caught.value
     assert error.exit_code == 4 and error.plan.status == "infeasible" and len(error.reason) > 40
+    # The whole proof, of which the summary shows a part in each line.
+    words = " ".join(error.plan.summary().split())
+    assert "60 s allow at most" in error.reason and error.reason.partition("infeasible: ")[2] in words
     assert np.isnan(error.plan.cost) and error.plan.time.shape == (0,) and error.plan.verification is None
     assert error.plan.to_dict()["shortest_duration_s"] > 60
     assert slewkit.plan(spec, strict=False).status == "infeasible"

@@ -4,8 +4,9 @@
 //! A fence ` ```console ` has commands after `$ ` and their output, ` ```sh ` commands alone. All
 //! are run, in one folder for each document, which has `problems/` and the files of fences such as
 //! ` ```toml maneuver.toml
-//! `. The output may differ from the document as [`same_word`] allows. `BLESS=1 cargo test --test
-//! it -- documents` writes the present output into the documents.
+//! `. The output may differ from the document as [`same_word`] allows. A picture beside the document
+//! that a command writes is what the command draws, as [`same_picture`] compares. `BLESS=1 cargo
+//! test --test it -- documents` writes the present output and pictures.
 
 use evidence::ROOT;
 use std::fs;
@@ -31,7 +32,7 @@ fn documents() -> Vec<PathBuf> {
     let names =
         ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "python/README.md"];
     let mut found: Vec<_> = names.map(|n| top.join(n)).into();
-    for folder in ["docs", "crates/files", "crates/report", "crates/slew"] {
+    for folder in ["docs", "docs/guide", "crates/files", "crates/report", "crates/slew"] {
         let entries = fs::read_dir(top.join(folder)).unwrap().map(|entry| entry.unwrap().path());
         found.extend(entries.filter(|path| path.extension().is_some_and(|end| end == "md")));
     }
@@ -138,12 +139,12 @@ fn last_digit(figure: &str) -> f64 {
 }
 
 /// Returns whether the word after a figure makes it a time of computing: a unit of milliseconds or
-/// less, or seconds in the lines of iterations and of the time of a batch.
+/// less, or seconds in the lines of iterations, of the time of a batch and of compared objectives.
 fn is_time(line: &str, unit: Option<&&str>) -> bool {
     let unit = unit.map_or("", |word| word.trim_end_matches([',', ';', '.']));
     let label = line.split_whitespace().next();
     matches!(unit, "ms" | "µs" | "ns")
-        || (unit == "s" && matches!(label, Some("iterations" | "time")))
+        || (unit == "s" && matches!(label, Some("iterations" | "time" | "fuel" | "effort")))
         || (unit == "cases" && label == Some("time"))
 }
 
@@ -161,6 +162,39 @@ fn same_line(expected: &str, found: &str) -> bool {
 
 fn same_text(expected: &[&str], found: &[&str]) -> bool {
     expected.len() == found.len() && expected.iter().zip(found).all(|(a, b)| same_line(a, b))
+}
+
+/// Returns whether two pictures are equal but for the hundredths of a pixel of their coordinates.
+fn same_picture(expected: &str, found: &str) -> bool {
+    fn parts(text: &str) -> impl Iterator<Item = &str> {
+        text.split(|c: char| c.is_whitespace() || "\"',<>()".contains(c)).filter(|part| !part.is_empty())
+    }
+    parts(expected).count() == parts(found).count()
+        && parts(expected).zip(parts(found)).all(|(a, b)| match (a.parse::<f64>(), b.parse::<f64>()) {
+            (Ok(a), Ok(b)) => (a - b).abs() <= 0.03,
+            _ => a == b,
+        })
+}
+
+/// Compares the pictures beside a document with those of the same name that its commands wrote, and
+/// returns the names of those that differ.
+fn pictures(document: &Path, folder: &Path, bless: bool) -> Vec<String> {
+    let mut differences = Vec::new();
+    for entry in fs::read_dir(document.parent().unwrap()).unwrap() {
+        let kept = entry.unwrap().path();
+        let drawn = folder.join(kept.file_name().unwrap());
+        if kept.extension().is_none_or(|end| end != "svg") || !drawn.exists() {
+            continue;
+        }
+        let [old, new] = [&kept, &drawn].map(|path| fs::read_to_string(path).unwrap());
+        if !same_picture(&old, &new) {
+            differences.push(format!("{} is not what its command draws", kept.display()));
+            if bless {
+                fs::write(kept, new).unwrap();
+            }
+        }
+    }
+    differences
 }
 
 /// Runs the commands of a console block and gives its lines as they should be, and what differs.
@@ -225,6 +259,7 @@ fn commands_print_what_stands_under_them() {
                 }
             }
         }
+        all.extend(pictures(&document, folder.path(), bless));
         now.extend(lines[copied..].iter().map(|line| (*line).to_owned()));
         if bless && now != lines {
             fs::write(&document, now.join("\n") + "\n").unwrap();
@@ -245,6 +280,10 @@ fn figures_of_other_machines_are_told_from_other_figures() {
     assert!(!same("steps of 0.600 s", "steps of 0.610 s"));
     assert!(!same("path short way", "path long way"));
     assert!(!same_text(&["a", "b"], &["a"]));
+    let point = |x: f64| format!("<circle cx=\"{x}\" cy=\"2\"/><text>T1</text>");
+    assert!(same_picture(&point(1.0), &point(1.01)));
+    assert!(!same_picture(&point(1.0), &point(1.2)));
+    assert!(!same_picture(&point(1.0), &point(1.0).replace("T1", "T2")));
 }
 
 /// A block of a spec that is whole says its format.
@@ -415,6 +454,48 @@ fn wrong_figures_are_refused() {
         (right.replace("\"c\"", "\"c | d\""), "contains `|`"),
         (long, "300 are allowed"),
         (twice, "two figures"),
+    ] {
+        let error = made(&wrong).unwrap_err();
+        assert!(error.contains(said), "{wrong}\n{error}");
+    }
+}
+
+#[test]
+fn the_page_of_validation_is_made_from_its_claims() {
+    let [claims, figures, page] =
+        [evidence::validation::data(), evidence::figures::data(), evidence::validation::page()]
+            .map(|path| fs::read_to_string(path).unwrap());
+    let made = evidence::validation::made(&claims, &figures).unwrap();
+    assert!(page == made, "cargo run -p evidence -- validation writes docs/validation.md");
+    assert!(page.matches("\n| ").count() > 60);
+}
+
+#[test]
+fn claims_without_a_test_are_refused() {
+    let figures = "[[section]]\n[[section.figure]]\nname = \"n\"\ncommand = \"c\"\nvalue = \"1\"\n\
+        date = \"2026-11-25\"";
+    let made = |claim: &str| {
+        let texts = "title = \"T\"\nintroduction = \"I\"\nend = \"E\"\n[[section]]\ntitle = \"S\"\n";
+        evidence::validation::made(&format!("{texts}[[section.claim]]\n{claim}\n"), figures)
+    };
+    let right = "claim = \"It holds.\"\nagainst = \"a\"\ntest = \"it::documents::claims_without_a_test_are_refused\"\n\
+        value = \"below 1e-77\"";
+    // The bound 1e-77 is one of this test.
+    let row = "\n| It holds. | a | `cargo test --test it -- documents::claims_without_a_test_are_refused` | \
+        below 1e-77 | each commit |\n";
+    assert!(made(right).unwrap().contains(row));
+    let counted = "claim = \"It holds.\"\nagainst = \"a\"\nfigure = \"n\"";
+    assert!(made(counted).unwrap().contains("\n| It holds. | a | `c` | 1 | 2026-11-25 |\n"));
+    for (wrong, said) in [
+        (right.replace("1e-77", &["1e-7", "8"].concat()), "does not stand in"),
+        (right.replace("claims_without", "claims_within"), "no test"),
+        (right.replace("documents::claims_without_a_test_are_refused", "documents::same_word"), "is no test"),
+        (right.replace("it::documents", "it::documents2"), "no test"),
+        (right.replace("It holds.", "It holds"), "not one sentence"),
+        (right.replace("against", "beside"), "`beside` is unknown"),
+        (format!("{right}\n[[section.claim]]\n{right}"), "two claims"),
+        (right.replace("\"a\"", "\"a | b\""), "contains `|`"),
+        (counted.replace("\"n\"", "\"m\""), "no figure"),
     ] {
         let error = made(&wrong).unwrap_err();
         assert!(error.contains(said), "{wrong}\n{error}");

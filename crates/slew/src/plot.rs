@@ -19,9 +19,10 @@ A name that ends in .svg, .png or .pdf is one file. It holds the pictures of --c
 (a), (b), …, or one picture alone. Any other name is a folder. slew creates it if needed, and writes one file for
 each picture.
 
-The pictures of a plan, if it has the data: sky, inputs, forces, switching, rates, wheel_momentum,
-position, velocity, clearance, pointing, corrections, flown_pointing, flown_commands, euler, quaternion,
-error, costates_attitude, costates_momentum, costates_position, costates_linear, hamiltonian, convergence.
+The pictures of a plan, if it has the data: sky, around, ground, inputs, forces, switching, rates,
+wheel_momentum, position, velocity, clearance, pointing, corrections, flown_pointing, flown_commands, euler,
+quaternion, error, costates_attitude, costates_momentum, costates_position, costates_linear, hamiltonian,
+convergence.
 
 The pictures of a simulation (JSON): sky of one body, rates, position, euler, quaternion, energy,
 angular_momentum, orthogonality. The pictures of compared integrators (JSON): energy_over_step,

@@ -183,7 +183,12 @@ fn table(told: &Told) -> String {
         "{:<22} {:>7} {:>9} {:>9} {:>10} {:>11} {:>10} {:>8} {:>8}\n",
         "target", "t, s", "ra, deg", "dec, deg", "deg/s", "range, km", "elev, deg", "apart, ″", "light, ″"
     ));
-    for line in &told.targets {
+    for (number, line) in told.targets.iter().enumerate() {
+        // Several constraints may be about one target.
+        let same = |other: &Line| other.target == line.target && other.ra_dec_deg == line.ra_dec_deg;
+        if told.targets[..number].iter().any(same) {
+            continue;
+        }
         for end in 0..2 {
             let name = if end == 0 { line.target.as_str() } else { "" };
             let of = |value: Option<[f64; 2]>, digits| {

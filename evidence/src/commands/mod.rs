@@ -32,6 +32,7 @@ mod same_answers;
 mod signals;
 mod throughput;
 mod tiny_grids;
+mod validation;
 
 use evidence::words::Words;
 use std::error::Error;
@@ -102,4 +103,5 @@ pub const COMMANDS: &[Command] = commands! {
     signals
     throughput
     tiny_grids
+    validation
 };

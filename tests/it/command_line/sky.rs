@@ -154,3 +154,24 @@ fn light_is_told_and_taken_as_asked() {
     }
     assert!(folder.slew(&["sky", &spec]).ends(0).stdout.contains("directions  geometric"));
 }
+
+#[test]
+fn a_target_of_several_constraints_stands_once() {
+    let folder = Folder::new();
+    let cone = |boresight: &str, direction: &str| {
+        format!(
+            "[[constraint]]\nkind = \"keep_out\"\nboresight_body = {boresight}\n\
+             direction = \"{direction}\"\nhalf_angle_deg = 30\n"
+        )
+    };
+    let spec = "format = 1\nepoch = \"2026-11-21T07:00:00 UTC\"\n[body]\ninertia_kg_m2 = [120, 100, 80]\n\
+        [start]\nattitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
+        [end]\nattitude = { axis = [0, 0, 1], angle_deg = 10 }\n[maneuver]\nduration_s = 60\n";
+    let cones = [cone("[1, 0, 0]", "sun"), cone("[0, 0, 1]", "sun"), cone("[0, 0, 1]", "moon")].concat();
+    fs::write(folder.path("spec.toml"), format!("{spec}{cones}")).unwrap();
+    let run = folder.slew(&["sky", "spec.toml"]).ends(0);
+    for target in ["sun ", "moon "] {
+        let lines = run.stdout.lines().filter(|line| line.starts_with(target)).count();
+        assert_eq!(lines, 1, "{target}: {}", run.stdout);
+    }
+}

@@ -79,10 +79,17 @@ pub fn summary_faults(loaded: &Loaded, plan: &Plan) -> Vec<String> {
             )));
         }
     }
-    for cone in problem.constraints.iter().filter(|rule| matches!(rule.rule, Rule::Pointing(_))) {
-        // Where there is no room for all of them, the nearest are named and the others counted.
-        let (named, reason) = has(format!("{}: ", cone.name));
-        wanted.push((named || text.contains("more with more room"), reason));
+    let cones = problem.constraints.iter().filter(|rule| matches!(rule.rule, Rule::Pointing(_)));
+    let named: Vec<_> = cones.map(|cone| has(format!("{}: ", cone.name))).collect();
+    // Where there is no room for all of them, the nearest are named and the others counted; where
+    // there is room for one line, it names the nearest.
+    let clearances = lines.iter().skip_while(|line| !line.starts_with("  clearance"));
+    let alone = clearances.skip(1).take(1).any(|line| !line.starts_with("      "));
+    if text.contains("more with more room") || alone {
+        let some = named.iter().any(|(named, _)| *named);
+        wanted.push((some, format!("the nearest cone in:\n{text}")));
+    } else {
+        wanted.extend(named);
     }
     // Thrusters that push change the momentum; if nothing acts on the body, nothing else does.
     if let (Some(pushed), Some(mass)) = (text.split("push (").nth(1), problem.body.mass)

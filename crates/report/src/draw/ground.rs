@@ -41,6 +41,8 @@ const RADIUS: f64 = 196.0;
 /// used.
 const STEPS: [f64; 7] = [0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0];
 const MOST_LINES: f64 = 3.5;
+/// Distance of the points of a grid line \[deg\].
+const FINE: f64 = 2.0;
 /// Kilometres of a degree on the ground.
 const KM_PER_DEG: f64 = 111.19;
 /// The least that is shown to either side \[deg\].
@@ -82,9 +84,11 @@ impl Ground {
         let reach = view.reach.to_degrees();
         let step =
             STEPS.into_iter().find(|step| reach / step <= MOST_LINES).unwrap_or(STEPS[STEPS.len() - 1]);
+        // A line that crosses the map has points on it or one step of the line beside it. Near the
+        // point opposite to the middle the map is torn.
+        let farthest = (reach + 1.5 * FINE).min(174.0).to_radians().cos();
         for line in grid(step) {
-            // Near the point opposite to the middle the map is torn.
-            let near = |at: &Place| direction(at).dot(&view.middle) > -0.995;
+            let near = |at: &Place| direction(at).dot(&view.middle) > farthest;
             for stretch in line.split(|at| !near(at)).filter(|stretch| stretch.len() > 1) {
                 let points: Vec<(f64, f64)> = stretch.iter().map(place).collect();
                 svg.path(&points, false, &format!("fill=\"none\" stroke=\"{GRID}\""));
@@ -165,7 +169,6 @@ fn direction([latitude, longitude]: &Place) -> Vector3 {
 
 /// Parallels and meridians every `step` \[deg\].
 fn grid(step: f64) -> Vec<Vec<Place>> {
-    const FINE: f64 = 2.0;
     let parts = |whole: f64| (0..=(whole / FINE) as usize).map(move |k| FINE * k as f64);
     let count = (90.0 / step) as i32;
     let parallels = (1 - count..count)
@@ -223,5 +226,22 @@ mod tests {
         let apart = (view.project(&view.middle).1 - view.project(&(view.middle + 0.01 * view.up)).1).abs();
         assert!((apart * view.reach - 0.01_f64.atan()).abs() < 1e-12);
         assert!(ground.svg().contains("station") && !ground.svg().contains("NaN"));
+    }
+    /// Lines of the grid beside the map would be most of the file.
+    #[test]
+    fn the_grid_of_a_small_map_is_that_of_the_map() {
+        let map = |stretch: Vec<Place>| Ground {
+            title: String::new(),
+            subtitle: String::new(),
+            tracks: vec![GroundTrack { name: "t".into(), style: 0, stretches: vec![stretch] }],
+            places: Vec::new(),
+        };
+        let lines = |ground: &Ground| ground.svg().matches(GRID).count();
+        let small = map(vec![[-1.0, -98.0], [-5.0, -95.0]]);
+        assert!(small.svg().len() < 20_000, "{} bytes", small.svg().len());
+        assert!((8..60).contains(&lines(&small)), "{} lines", lines(&small));
+        // All meridians meet at a pole.
+        let pole = map(vec![[89.0, 0.0], [88.0, 180.0]]);
+        assert!(lines(&pole) >= 360, "{} lines", lines(&pole));
     }
 }

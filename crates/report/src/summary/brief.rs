@@ -252,7 +252,7 @@ fn met(margin: &Margin) -> f64 {
     if value.abs() <= Margin::ROUND_OFF * scale { 0.0 } else { value }
 }
 
-/// Returns the cones, nearest first, for which there is room.
+/// Returns the cones, nearest first, for which there is room; the nearest always.
 fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room: usize) -> Vec<String> {
     let is_cone = |margin: &&Margin| {
         let rule = problem.constraints.iter().find(|constraint| constraint.name == margin.name);
@@ -284,8 +284,10 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     if cones.len() <= room {
         return cones.iter().map(told).collect();
     }
-    let mut lines: Vec<String> = cones.iter().take(room.saturating_sub(1)).map(told).collect();
-    lines.push(format!("{} more with more room", counted(cones.len() - lines.len(), "cone")));
+    let mut lines: Vec<String> = cones.iter().take(room.saturating_sub(1).max(1)).map(told).collect();
+    if lines.len() < room {
+        lines.push(format!("{} more with more room", counted(cones.len() - lines.len(), "cone")));
+    }
     lines
 }
 

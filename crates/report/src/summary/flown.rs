@@ -126,7 +126,7 @@ fn reach(problem: &Problem, switching: &SwitchingGains) -> String {
     let rates = (0..3).map(|axis| (by_rate(axis), axis));
     let ((rate, second), of_rate) =
         rates.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((f64::INFINITY, 0), 0));
-    let and = if first == second { String::new() } else { format!(", and arc {}", second + 1) };
+    let and = if first == second { String::new() } else { format!(", or arc {},", second + 1) };
     format!(
         "errors of {} deg about {}, or {} deg/s about {}, would make arc {}{and} shorter than zero: \
         then plan anew",
@@ -327,7 +327,8 @@ fn told(one: &LoopRecord) -> Vec<String> {
                 format!("violated in no flight, below {} at 95 %", significant(cone.violated.interval[1], 2))
             }
             count => format!(
-                "violated in {count} flights ({}, {} to {})",
+                "violated in {} ({}, {} to {})",
+                counted(count as usize, "flight"),
                 percent(cone.violated.part),
                 percent(cone.violated.interval[0]),
                 percent(cone.violated.interval[1])
