@@ -365,7 +365,7 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     }
     let Path { quaternion_wxyz: quaternion, position_m } = trajectory;
     let position = position_m.into_iter().map(Vector3::from).collect();
-    Ok(Guess { costates: costates_0, quaternion, position })
+    Ok(Guess { costates: costates_0, quaternion, position, ..Guess::default() })
 }
 
 /// The largest size of a plan file: several times that of a million steps with every input that a
