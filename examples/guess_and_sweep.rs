@@ -1,5 +1,5 @@
 //! The costates of a plan as guess for its neighbour: a sweep over durations with a few iterations
-//! each.
+//! each, because no more is searched.
 //!
 //! `cargo run --release --example guess_and_sweep`
 
@@ -27,7 +27,7 @@ fn main() {
         assert_eq!(plan.status, Status::Solved);
         assert!(guess.is_none() || solution.start == "guess");
         products.push(product);
-        guess = Some(Guess::of(solution, &problem));
+        guess = Some(Guess::of(solution, &problem).alone());
     }
     // Time only scales the motion from rest to rest: the cost falls with the cube of the duration.
     assert!(products.iter().all(|product| (product / products[0] - 1.0).abs() < 1e-10));

@@ -341,7 +341,8 @@ pub fn plan(
             limit.check(&craft, &wanted)?;
             limit.hold(&mut with, &craft, &wanted);
         }
-        let guess = Guess::of(&found.solution, &with);
+        // The limits hardly move: the plan of the last ones leads to that of the next.
+        let guess = Guess::of(&found.solution, &with).alone();
         found = plan::plan(&with, settings, Some(&guess), observer)?;
         margins.plans += 1;
     }

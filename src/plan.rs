@@ -117,8 +117,10 @@ impl Plan {
 
 /// Plans a maneuver: every sense and winding, the fallback sequence for hard cases, verification.
 ///
-/// `guess` is tried first: its costates by the shooting, its path by SCP. `observer` receives the
-/// progress between iterations and may stop the solve; [`Silent`] does neither. Equal inputs give
+/// `guess` is one more start beside the search: its costates for the shooting, its path for the
+/// other methods. The result is the cheapest plan; the others are its rivals. A guess that is
+/// [`Guess::alone`] replaces the search if it leads to a plan. `observer` receives the progress
+/// between iterations and may stop the solve; [`Silent`] does neither. Equal inputs give
 /// equal outputs, to the last bit, unless a time limit or the observer ends the solve.
 ///
 /// The discretisation and its discrete necessary conditions come from Lee, Leok and McClamroch,
@@ -153,7 +155,8 @@ pub fn plan(
     observer: &mut dyn Observer,
 ) -> Result<Plan, PlanError> {
     let began = Instant::now();
-    let solution = search::solve(problem, settings, guess, observer)?;
+    let guess = guess.map(Guess::beside_the_search);
+    let solution = search::solve(problem, settings, guess.as_ref(), observer)?;
     Ok(judged(problem, settings, solution, began, observer))
 }
 

@@ -5,6 +5,7 @@
 
 pub mod attitude_files;
 pub mod constrained;
+pub mod damaged;
 pub mod everyday;
 pub mod families;
 pub mod figures;

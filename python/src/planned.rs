@@ -126,6 +126,8 @@ pub fn read_plan(py: Python<'_>, bytes: &[u8], name: &str) -> PyResult<Planned> 
         let file = PlanFile::read(bytes)?;
         let held = file.spec.as_ref().ok_or(ExportError::NoSpec)?;
         let loaded = held.read(&format!("{name}, spec"), &[]).map_err(Failed::Spec)?;
+        // A file that was changed is no longer called solved.
+        let (file, _) = file.settled(&loaded);
         // A plan that is proved infeasible has no trajectory.
         let has_rows = !file.trajectory.0.time.is_empty();
         let problem = if has_rows { file.on_grid(&loaded.problem)? } else { loaded.problem };

@@ -9,6 +9,7 @@ mod cells;
 pub mod epoch;
 pub mod exchange;
 pub mod export;
+mod fingerprint;
 pub mod flown;
 pub mod formats;
 pub mod identity;

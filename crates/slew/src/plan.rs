@@ -43,10 +43,15 @@ pub struct Args {
     pub verbose: bool,
     #[command(flatten)]
     pub tables: export::TableArgs,
-    /// Begin from another plan: its costates, or its path where limits act; or from the path of an
-    /// AEM or a table of attitudes. `-` reads stdin
+    /// Search also from another plan: its costates, or its path where limits act; or from the path
+    /// of an AEM or a table of attitudes. The cheapest plan is the result, and the others are
+    /// reported. `-` reads stdin
     #[arg(long, value_name = "FILE")]
     pub guess: Option<PathBuf>,
+    /// Search from the costates of the guess alone, if they lead to a plan: quicker, but a cheaper
+    /// plan may exist
+    #[arg(long, requires = "guess")]
+    pub guess_alone: bool,
     /// Replan the rest of a plan: from the start of SPEC, which is the state of the craft at the
     /// time --at of that plan, to the end of SPEC, in the remaining time and on the remaining
     /// steps. A few Newton steps suffice as a rule; otherwise a new search runs, and the summary
@@ -65,8 +70,10 @@ pub struct Args {
 /// The start of a plan that was found from a guess.
 const GUESS: &str = "guess";
 /// The note on such a plan.
-const FROM_GUESS: &str =
-    "found from the guess alone: nothing else was searched, and a plan without --guess may be cheaper";
+const FROM_GUESS: &str = "found from the guess: the search without it found no plan that is as cheap";
+/// The note on such a plan if the guess replaced the search.
+const FROM_GUESS_ALONE: &str =
+    "found from the guess alone: nothing else was searched, and a plan without --guess-alone may be cheaper";
 
 /// Runs the command.
 pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
@@ -87,6 +94,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
     export::check(&destination, &problem, &identity)?;
     memory::check(&problem, &settings, console)?;
     let guess = args.guess.as_deref().map(|path| guess(path, &problem, console)).transpose()?;
+    let guess = guess.map(|guess| if args.guess_alone { guess.alone() } else { guess });
 
     let from =
         args.warm.as_deref().map(|path| warm::begun(path, args.at, &problem, &mut identity)).transpose()?;
@@ -101,7 +109,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Exit, Failure> {
             let (problem, plan, margins) =
                 planned(&problem, &settings, &closed_loop, guess.as_ref(), console)?;
             let guessed = guess.is_some() && plan.solution.start == GUESS;
-            (problem, plan, margins, guessed.then(|| ("guess", FROM_GUESS.to_string())))
+            let told = if args.guess_alone { FROM_GUESS_ALONE } else { FROM_GUESS };
+            (problem, plan, margins, guessed.then(|| ("guess", told.to_string())))
         }
     };
 

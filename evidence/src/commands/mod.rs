@@ -3,6 +3,7 @@
 mod best_known;
 mod consistency;
 mod constrained_robustness;
+mod damaged;
 mod dearer;
 mod durations;
 mod everyday;
@@ -74,6 +75,7 @@ pub const COMMANDS: &[Command] = commands! {
     best_known
     consistency
     constrained_robustness
+    damaged
     dearer
     durations
     everyday

@@ -16,6 +16,8 @@ pub(super) struct Found<const N: usize> {
     plans: Vec<Attempt>,
     /// The nearest miss.
     missed: Option<Attempt>,
+    /// The plan of a guess that is one more start beside the search.
+    pub aside: Vec<Attempt>,
     /// What was found of a coarse grid by the rungs without limits.
     pub pool: Pool<N>,
     /// What the convex subproblems of all seeds took.

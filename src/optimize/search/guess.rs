@@ -10,6 +10,9 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::{Vector3, lie};
 
 /// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.
+///
+/// [`crate::plan::plan()`] uses a guess as one more start beside its search, and reports the cheapest plan. A guess that
+/// is [`alone`](Self::alone) replaces the search by shooting where it leads to a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guess {
     /// As [`Solution::costates_0`] gives them, SI units; empty where there is a path alone.
@@ -19,6 +22,11 @@ pub struct Guess {
     pub quaternion: Vec<[f64; 4]>,
     /// Positions at the same nodes \[m\]; empty where the body does not move.
     pub position: Vec<Vector3>,
+    /// Whether nothing else is searched where the costates lead to a plan, which may not be the cheapest.
+    pub alone: bool,
+    /// Whether everything else is searched too, as [`crate::plan::plan()`] sets it. The parts of a search set neither.
+    #[doc(hidden)]
+    pub beside: bool,
 }
 
 impl Guess {
@@ -33,7 +41,19 @@ impl Guess {
             costates: solution.costates_0(problem).to_vec(),
             quaternion: solution.trajectory.quaternion.clone(),
             position: solution.trajectory.position.clone(),
+            ..Self::default()
         }
+    }
+
+    /// Returns the guess as one that replaces the search where it leads to a plan: quicker, but the plan may not be the
+    /// cheapest.
+    pub fn alone(self) -> Self {
+        Self { alone: true, ..self }
+    }
+
+    /// Returns the guess as one more start beside the search, unless it is to be alone.
+    pub(crate) fn beside_the_search(&self) -> Self {
+        Self { beside: !self.alone, ..self.clone() }
     }
 
     /// Whether every number of the path is usable.

@@ -170,6 +170,39 @@ fn a_plan_is_the_best_guess_for_itself() {
     assert!((cost(&again) - cost(&first)).abs() <= 1e-12 * cost(&first));
 }
 
+/// A guess is one more start beside the search: a costly one changes nothing but the list of other
+/// plans, unless it is to be alone.
+#[test]
+fn a_guess_never_replaces_the_search_unasked() {
+    let cost = |plan: &Value| plan["cost"].as_f64().unwrap();
+    let torques = "actuators={ torque_axes_body = [[1,0,0],[0,1,0],[0,0,1]], torque_limit_n_m = 5 }";
+    for limits in [&[][..], &["--set", torques]] {
+        let folder = Folder::new();
+        let plan = |more: &[&str]| {
+            let args = ["plan", "spec.toml", "-q", "--format", "json", "--set", "maneuver.steps=60"];
+            folder.slew(&[&args[..], limits, more].concat()).ends(0).json()
+        };
+        let best = plan(&[]);
+        let long = plan(&["--set", "maneuver.path=long"]);
+        assert!(cost(&long) > 1.5 * cost(&best));
+        fs::write(folder.path("long.json"), long.to_string()).unwrap();
+        let guessed = plan(&["--guess", "long.json"]);
+        assert!((cost(&guessed) - cost(&best)).abs() <= 1e-9 * cost(&best), "{}", cost(&guessed));
+        let ways = |plan: &Value| {
+            let rivals = plan["rivals"].as_array().unwrap().clone();
+            rivals.iter().filter(|rival| rival["sense"] == "long").count()
+        };
+        assert!(ways(&guessed) >= 1, "{}", guessed["rivals"]);
+        let alone = plan(&["--guess", "long.json", "--guess-alone"]);
+        assert!((cost(&alone) - cost(&long)).abs() <= 1e-6 * cost(&long), "{}", cost(&alone));
+        // The best plan helps the search where it is the guess.
+        fs::write(folder.path("best.json"), best.to_string()).unwrap();
+        let again = plan(&["--guess", "best.json"]);
+        assert!((cost(&again) - cost(&best)).abs() <= 1e-9 * cost(&best), "{}", cost(&again));
+        folder.slew(&["plan", "spec.toml", "--guess-alone"]).ends(2);
+    }
+}
+
 #[test]
 fn a_guess_that_is_none_is_refused() {
     let folder = Folder::new();

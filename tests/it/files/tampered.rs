@@ -2,9 +2,11 @@
 //! except for those that it reports as not judged.
 
 use super::good;
+use evidence::Random;
+use evidence::damaged::{Called, DAMAGES, Files, called};
 use serde_json::{Value, json};
 use slewkit::plan::{Silent, Status, plan};
-use slewkit_files::export::{Judgement, NOT_JUDGED, PlanFile};
+use slewkit_files::export::{Judgement, NOT_JUDGED, PlanFile, Seal};
 use slewkit_files::spec::Loaded;
 
 const HEAD: &str = r#"
@@ -224,7 +226,10 @@ fn is_turn_of_nothing(file: &Value, path: &str) -> bool {
 
 fn every_figure_is_judged(kind: &str) {
     let (_, text) = kinds().into_iter().find(|(name, _)| *name == kind).unwrap();
-    let (file, _) = planned(kind, &text);
+    let (mut file, _) = planned(kind, &text);
+    // The checksum of another program is not judged: the witnesses alone must find what is wrong.
+    file["generator"] = json!("another program");
+    file.as_object_mut().unwrap().remove("checksum");
     let right = judged(&file).unwrap();
     let failed: Vec<_> = right.verification.checks.iter().filter(|check| !check.passed).collect();
     assert!(right.verification.passed(), "{kind}: {failed:?} {:?}", right.recorded);
@@ -310,6 +315,49 @@ fn a_plan_in_a_frame_that_turns_has_no_figure_that_can_be_falsified() {
 #[test]
 fn a_plan_of_a_moving_body_has_no_figure_that_can_be_falsified() {
     every_figure_is_judged("moving body");
+}
+
+/// Nothing calls a file verified that was damaged in one figure, also where the figure does not
+/// follow from the motion: costates, gains, covariances, claims of the search.
+#[test]
+fn no_damaged_file_is_called_verified() {
+    const CASES: usize = 4;
+    let files = Files::new().unwrap();
+    let right = Called { verify: true, report: true, export: true };
+    for file in files.all() {
+        assert_eq!(called(file), right, "{}", file["spec"]);
+    }
+    for (kind, damage) in DAMAGES.into_iter().enumerate() {
+        for index in 0..CASES {
+            let (file, what) = files.damaged(damage, &mut Random::of_case(69, kind * CASES + index));
+            assert!(!called(&file).verified(), "{damage:?}: {what}");
+        }
+    }
+}
+
+/// The checksum covers values and not their notation.
+#[test]
+fn another_notation_of_the_same_file_keeps_its_checksum() {
+    let (file, _) = planned("effort", &kinds()[0].1);
+    let seal = |text: String| PlanFile::read(text.as_bytes()).unwrap().seal;
+    let mut other = file.clone();
+    other["solve_time_s"] = json!(1.0);
+    for text in [file.to_string(), serde_json::to_string_pretty(&file).unwrap(), other.to_string()] {
+        assert!(matches!(seal(text), Seal::Intact));
+    }
+    let whole = file.to_string().replace("60.0", "60").replace(":0.0,", ":-0.0,");
+    assert!(whole.contains(":60,") && matches!(seal(whole), Seal::Intact));
+    other["name"] = json!("changed");
+    assert!(matches!(seal(other.to_string()), Seal::Broken));
+    other.as_object_mut().unwrap().remove("checksum");
+    assert!(matches!(seal(other.to_string()), Seal::Broken));
+    // The checksum of another version is not judged.
+    other["generator"] = json!("slewkit 0.0.9");
+    assert!(matches!(seal(other.to_string()), Seal::Foreign));
+    other["name"] = file["name"].clone();
+    let found = judged(&other).unwrap();
+    assert!(found.verification.passed());
+    assert!(found.not_judged.iter().any(|text| text.contains("checksum")), "{:?}", found.not_judged);
 }
 
 /// Names and the epoch require nothing: a plan judged by a spec with others is verified, and the

@@ -2,8 +2,8 @@
 //! enlarged.
 
 use super::error::shown;
-use super::fingerprint::Fingerprint;
 use super::{BatchError, Entry};
+use crate::fingerprint::Fingerprint;
 use crate::flown::{Runs, input_rooms};
 use serde::{Deserialize, Serialize};
 use slewkit::closed_loop::{Flown, Lost};

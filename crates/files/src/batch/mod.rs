@@ -77,7 +77,6 @@ mod cases;
 mod columns;
 mod comma;
 mod error;
-mod fingerprint;
 mod flights;
 mod journal;
 mod merge;

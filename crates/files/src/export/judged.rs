@@ -1,7 +1,7 @@
 //! The judgement of a plan file by the witnesses: the plan, and the figures in the file.
 
 use super::recorded;
-use super::{ExportError, PlanFile};
+use super::{ExportError, PlanFile, Seal};
 use crate::identity::Identity;
 use crate::spec::{ClosedLoop, Difference, Loaded, SpecDocument};
 use slewkit::maneuver::{Problem, Settings};
@@ -35,6 +35,12 @@ const SMOOTHED: &str =
 /// incomplete.
 const FIGURES: &str =
     "the recorded figures of the witnesses: they belong to the plan's own spec, and to a complete run";
+
+/// The name of the check that fails if a value of the file is not the one that was written.
+const CHECKSUM: &str = "recorded checksum";
+/// The items that are not judged if the checksum cannot be judged.
+const UNSEALED: &str = "whether costates, gains, covariances or another figure of the search was changed in \
+    the file: it has no checksum of this version, or no spec";
 
 /// The allowed relative error of a recorded figure: that of sums in another order.
 const RECORDED: f64 = 1e-9;
@@ -106,6 +112,9 @@ impl PlanFile<'_> {
             let passed = told == found || value <= RECORDED;
             verification.checks.push(Check { name: name.into(), value, limit: RECORDED, passed });
         }
+        if matches!(self.seal, Seal::Foreign) {
+            not_judged.push(UNSEALED.into());
+        }
         let told = [
             ("recorded status", self.is_coherent()),
             ("recorded findings", recorded.is_empty()),
@@ -118,6 +127,9 @@ impl PlanFile<'_> {
                 limit: 0.0,
                 passed,
             });
+        }
+        if matches!(self.seal, Seal::Broken) {
+            verification.checks.push(Check { name: CHECKSUM.into(), value: 1.0, limit: 0.0, passed: false });
         }
         Ok(Judgement { problem, verification, differences, recorded, not_judged })
     }
@@ -133,13 +145,16 @@ impl PlanFile<'_> {
             Ok(judged) if judged.verification.passed() => return (self, None),
             Ok(Judgement { verification, .. }) => {
                 let failed = verification.checks.iter().find(|check| !check.passed);
-                let why = failed.map_or_else(
-                    || "a witness refuses it".to_string(),
-                    |Check { name, value, limit, .. }| {
+                let why = match failed {
+                    None => "a witness refuses it".to_string(),
+                    Some(check) if check.name == CHECKSUM => {
+                        "its checksum shows that it was changed after it was written".to_string()
+                    }
+                    Some(Check { name, value, limit, .. }) => {
                         let [value, limit] = told_apart([*value, *limit], 2, scientific);
                         format!("{name} is {value}, at most {limit}")
-                    },
-                );
+                    }
+                };
                 self.verified = Some(verification);
                 why
             }

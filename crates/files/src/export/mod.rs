@@ -4,6 +4,7 @@
 //! a number that is not finite is refused; elsewhere such a number is `null` and reads back as NaN.
 
 mod attitude;
+mod checksum;
 mod columns;
 mod file;
 mod judged;
@@ -17,6 +18,7 @@ mod trajectory;
 mod wide;
 
 pub use attitude::{EULER_SEQUENCES, EulerAngles, Notations, euler_angles};
+pub use checksum::Seal;
 pub use columns::TrajectoryError;
 pub(crate) use columns::{Names, check_finite, table};
 pub use file::{FileError, Target, distinct, remove_temporaries};

@@ -1,5 +1,6 @@
 //! A plan as one JSON document, streamed both ways.
 
+use super::checksum::{Seal, Sealed};
 use super::nulls::null_is_nan;
 use super::{ExportError, TrajectoryDocument, TrajectoryError, check_trajectory};
 use crate::flown::{FeedbackRecord, MarginsRecord, UncertaintyRecord};
@@ -137,6 +138,9 @@ pub struct PlanFile<'a> {
     pub costates_0: Vec<f64>,
     /// The trajectory.
     pub trajectory: TrajectoryDocument<'a>,
+    /// Whether the contents are those that were written; the file has a checksum as its last key.
+    #[serde(default, rename = "checksum", skip_serializing)]
+    pub seal: Seal,
 }
 
 /// The work of the convex iteration, without its time, which differs between two runs.
@@ -160,6 +164,8 @@ impl From<&ConvexWork> for ConvexRecord {
 impl<'a> PlanFile<'a> {
     /// The version written and read.
     pub const FORMAT: u32 = 2;
+    /// The name and the version of this program.
+    pub const GENERATOR: &'static str = concat!("slewkit ", env!("CARGO_PKG_VERSION"));
 
     /// Builds the document of a plan; the trajectory is borrowed.
     pub fn new(problem: &Problem, settings: &Settings, plan: &'a Plan) -> Self {
@@ -167,7 +173,7 @@ impl<'a> PlanFile<'a> {
         let problem = &solution.on_grid(problem);
         Self {
             format: Self::FORMAT,
-            generator: concat!("slewkit ", env!("CARGO_PKG_VERSION")).into(),
+            generator: Self::GENERATOR.into(),
             status: plan.status,
             exit_code: plan.status.exit_code(),
             name: problem.name.clone(),
@@ -210,6 +216,7 @@ impl<'a> PlanFile<'a> {
             spec: SpecDocument::new(problem, settings).ok(),
             costates_0: solution.costates_0(problem).to_vec(),
             trajectory: TrajectoryDocument(Cow::Borrowed(&solution.trajectory)),
+            seal: Seal::Made,
         }
     }
 
@@ -257,25 +264,29 @@ impl<'a> PlanFile<'a> {
         Self { feedback, uncertainty, ..self }
     }
 
-    /// Writes the document, one key a line, and a last newline.
+    /// Writes the document with its checksum, one key a line, and a last newline.
     ///
     /// # Errors
     /// A trajectory that is not finite, or the stream.
     pub fn write(&self, output: impl Write) -> Result<(), ExportError> {
         super::columns::check_finite(&self.trajectory.0)?;
-        write_document(self, output)
+        write_document(&Sealed::new(self)?, output)
     }
 
-    /// Reads a document, and refuses a trajectory whose length differs from `steps`.
+    /// Reads a document, compares it with its checksum, and refuses a trajectory whose length
+    /// differs from `steps`.
     ///
     /// # Errors
     /// Returns an error of the stream, of a text that is not a plan, or of arrays that do not fit
     /// together.
     pub fn read(input: impl Read) -> Result<PlanFile<'static>, ExportError> {
-        let file: PlanFile<'static> = serde_json::from_reader(without_mark(input)?)?;
+        let mut file: PlanFile<'static> = serde_json::from_reader(without_mark(input)?)?;
         if file.format != Self::FORMAT {
             return Err(ExportError::Format { found: file.format });
         }
+        // Only a spec that is given judges a file without its own, whose checksum covered it.
+        let own = file.generator == Self::GENERATOR && file.spec.is_some();
+        file.seal = file.seal.compared(&file, own);
         Ok(file)
     }
 
@@ -354,7 +365,7 @@ pub fn read_guess(input: impl Read) -> Result<Guess, ExportError> {
     }
     let Path { quaternion_wxyz: quaternion, position_m } = trajectory;
     let position = position_m.into_iter().map(Vector3::from).collect();
-    Ok(Guess { costates: costates_0, quaternion, position })
+    Ok(Guess { costates: costates_0, quaternion, position, ..Guess::default() })
 }
 
 /// The largest size of a plan file: several times that of a million steps with every input that a

@@ -209,6 +209,7 @@ fn one(
             output,
             tables: export::TableArgs::default(),
             guess: None,
+            guess_alone: false,
             warm: None,
             at: None,
             report: None,

@@ -15,7 +15,7 @@ struct Steps<const N: usize>;
 
 impl<const N: usize> Steps<N> {
     /// A guess, `Saturated` and `Shortest` work on the requested grid, the others on a coarse one first.
-    const LADDER: [&'static dyn Climb<N>; 7] = [
+    const LADDER: [&'static dyn Climb<N>; 8] = [
         // guess
         &given::Given,
         // newton, descent and lifted
@@ -28,6 +28,8 @@ impl<const N: usize> Steps<N> {
         &effort::Effort,
         // the same from a plan in less time
         &shortest::Shortest,
+        // the plan of a guess beside all of these
+        &given::Beside,
         // descent and lifted, from a saddle
         &further::Further,
     ];

@@ -9,8 +9,8 @@ mod table;
 
 pub use grid::Axis;
 
-use super::fingerprint::Fingerprint;
 use super::{BatchError, Case, Header, Kind, Shard};
+use crate::fingerprint::Fingerprint;
 use crate::spec::{Base, Diagnostics, Format, Loaded, MOST_CASES, Override, escape, read_as};
 use draws::Draws;
 use folder::Folder;

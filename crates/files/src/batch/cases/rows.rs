@@ -2,8 +2,8 @@
 
 use crate::batch::BatchError;
 use crate::batch::error::shown;
-use crate::batch::fingerprint::Fingerprint;
 use crate::cells::{self, separator};
+use crate::fingerprint::Fingerprint;
 use crate::spec::{Diagnostic, Diagnostics, MAX_BYTES, Origin};
 use slewkit::numerics::encoding;
 use std::fs::File;

@@ -1,12 +1,15 @@
-//! The identification of a batch: a hash of all data that determine its results.
+//! A hash that identifies a batch by all data that determine its results, and shows whether a plan
+//! file was changed.
 //!
 //! FNV-1a of 64 bits (Fowler, Noll, Vo; <http://www.isthe.com/chongo/tech/comp/fnv/>), because the
 //! one of the standard library may change between releases. It guards against mistakes, not against
 //! malice.
 
+use std::io::{self, Write};
+
 /// A running hash.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fingerprint(u64);
+pub(crate) struct Fingerprint(u64);
 
 impl Fingerprint {
     /// Returns the hash of this version of the program: another version may plan another last
@@ -32,6 +35,18 @@ impl Fingerprint {
     /// Returns the text of the hash in files.
     pub fn text(self) -> String {
         format!("{:016x}", self.0)
+    }
+}
+
+/// Every byte that is written is added.
+impl Write for Fingerprint {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.add(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }
 
