@@ -122,8 +122,8 @@ fn is_cone(constraint: &Constraint) -> bool {
     matches!(constraint.rule, Rule::Pointing(_))
 }
 
-/// Returns the paths of the optima without cones, with their detours past the cones. Where the cheapest of all keeps the cones as it is,
-/// nothing costs less, and it is the only path.
+/// Returns the paths of the optima without cones, and the first paths, with their detours past the cones. Where the cheapest optimum keeps
+/// the cones as it is, nothing costs less, and it is the only path.
 fn past_cones<const N: usize>(
     search: &Search<N>,
     coarse: &Chain,
@@ -133,7 +133,8 @@ fn past_cones<const N: usize>(
     relaxed.constraints.retain(|constraint| !is_cone(constraint));
     let without = search.of(&relaxed, search.ask.clone());
     let (chain, mut found) = (without.chain(coarse.model.steps), Found::default());
-    paths.for_each(|path| descend(&without, &mut found, &chain, path));
+    let paths: Vec<Candidate> = paths.collect();
+    paths.iter().for_each(|path| descend(&without, &mut found, &chain, path.clone()));
     found.reorder(|plans| distinct(cheapest_first(plans)));
     let grid = &coarse.model.dynamics.grid;
     let along = |plan: &Attempt| {
@@ -145,7 +146,10 @@ fn past_cones<const N: usize>(
         |plan: &Attempt| coarse.worst_violation(&plan.candidate).is_some_and(|violation| violation <= least);
     match found.plans() {
         [best, ..] if keeps(best) => vec![along(best)],
-        plans => plans.iter().flat_map(|plan| detours(search.problem, along(plan))).collect(),
+        plans => {
+            let optima = plans.iter().map(along);
+            optima.chain(paths).flat_map(|path| detours(search.problem, path)).collect()
+        }
     }
 }
 

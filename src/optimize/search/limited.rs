@@ -40,16 +40,17 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
 fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let mut maneuver = Maneuver::of(problem)?;
     if context.settings.search != Thoroughness::Thorough {
-        let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
-        if wheels > AXES {
-            return None;
-        }
         maneuver.most_steps = FLOW_STEPS;
     }
     let maneuver = &maneuver;
     let between = [Between::Pulses, Between::Means];
     let firsts: Vec<Arcs> =
         between.iter().filter_map(|between| structure::arcs(maneuver, plan, *between)).collect();
+    let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
+    let holds = firsts.iter().any(|arcs| arcs.laws.iter().any(|law| !law.holds.is_empty()));
+    if wheels > AXES && holds && context.settings.search != Thoroughness::Thorough {
+        return None;
+    }
     let step = firsts.first()?.duration() / plan.steps as f64;
     let stop = || maneuver.is_spent() || context.interrupt().is_some();
     let Optimum { stationary: found, gap, chattering } = improved(maneuver, &firsts, step, &stop)?;

@@ -5,14 +5,16 @@
 use super::support::extrapolated;
 use evidence::{list, matrix3, number, numbers, reference, vector};
 use serde_json::Value;
-use slewkit::maneuver::Aim;
 use slewkit::maneuver::constraint::angle_between;
+use slewkit::maneuver::{Aim, Thoroughness};
+use slewkit::mechanics::Wheels;
 use slewkit::mechanics::direction::Track;
 use slewkit::{
-    Actuation, ActuatorSet, AxisFrame, Body, Constraint, Direction, Inertia, Limits, Pointing, Problem, Rule,
-    Settings, Side, Silent, State, Status, Vector3, Weights, lie, plan,
+    Actuation, ActuatorSet, AxisFrame, Body, Constraint, Direction, Inertia, Limits, Objective, Pointing,
+    Problem, Rule, Settings, Side, Silent, State, Status, Vector3, Weights, lie, plan,
 };
 use slewkit_files::spec::{self, Format};
+use std::path::Path;
 
 /// Returns the direction at which, or along which, a reference points.
 fn direction(given: &Value, name: &str) -> Direction {
@@ -152,6 +154,79 @@ fn the_shortest_plan_is_on_its_target_when_it_arrives() {
                 assert!(off.norm() < within, "{steps} {rate:?}: off by {:e} at {time} s", off.norm());
             }
         }
+    }
+}
+
+/// Maneuvers that were planned badly or slowly, against costs by an interior point on multiple
+/// shooting whose states are momenta of the body: the roll left free within a rate limit, and spins
+/// whose natural motion turns the body by several turns.
+#[test]
+fn free_rolls_and_spins_cost_what_another_program_finds() {
+    for (name, cost, within) in
+        [("free_roll_rate", 95.789, 1e-3), ("spinner_precession", 19.14, 5e-3), ("stop_spin", 9.438, 5e-3)]
+    {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference/found");
+        let loaded =
+            spec::read(&folder.join(format!("{name}.toml")), &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let found = plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
+        assert_eq!(found.status, Status::Solved, "{name}");
+        let above = found.solution.cost / cost - 1.0;
+        assert!(above < within && above > -0.01, "{name}: {} against {cost}", found.solution.cost);
+    }
+}
+
+/// With four wheels, a rate limit and a cone in the way: no given roll is cheaper than the one that
+/// the plan chooses, in least time and in least effort, on a target that stands and on one that
+/// moves, at rest.
+#[test]
+fn no_given_roll_is_cheaper_than_a_free_one_within_limits() {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0)).unwrap(), mass: None };
+    let axes = [[0.8, 0.0, 0.6], [-0.8, 0.0, 0.6], [0.0, 0.8, 0.6], [0.0, -0.8, 0.6]];
+    let wheels = Wheels { momentum: vec![0.0, 0.2, -0.1, 0.0], momentum_limit: vec![1.5; 4] };
+    let wheels = Actuation::of_wheels(axes.map(Vector3::from).to_vec(), vec![0.1; 4], wheels).unwrap();
+    let cone = Pointing::new(
+        Side::KeepOut,
+        vec![Vector3::x()],
+        vec![Direction::Fixed(Vector3::new(0.8, 0.6, 0.0))],
+        0.3,
+    );
+    let start = State::at_rest(slewkit::Matrix3::identity());
+    let begins = Vector3::new(0.3, 1.0, 0.2).normalize();
+    let seen = |time: f64| lie::exp(&(Vector3::new(0.002, -0.003, 0.004) * time)) * begins;
+    let moving = Direction::along(0.0, 400.0, 400.0, 40, seen).unwrap();
+    let bare = Problem::attitude(body, start, start, 60.0)
+        .with_actuation(wheels)
+        .with_constraint(Constraint { name: "rates".into(), rule: Rule::RateAxes(Vector3::repeat(0.06)) })
+        .with_constraint(Constraint { name: "Sun".into(), rule: Rule::Pointing(cone) })
+        .with_steps(40);
+    let settings = Settings { search: Thoroughness::Default, ..Settings::discrete() };
+    let cost = |problem: &Problem| {
+        let found = plan(problem, &settings, None, &mut Silent).unwrap();
+        (found.status == Status::Solved).then_some(found.solution.cost)
+    };
+    for (at, time) in [
+        (Direction::Fixed(begins), false),
+        (Direction::Fixed(begins), true),
+        (moving.clone(), false),
+        (moving, true),
+    ] {
+        // With the rate of the target a given roll would have another rate about the boresight.
+        let aim = Aim::new(Vector3::x(), at).at_rest();
+        let of = |aim: Aim| {
+            let problem = bare.clone().with_aim_at_end(aim);
+            let sought = problem.clone().with_duration(slewkit::Duration::SOUGHT);
+            if time { sought.with_objective(Objective::Time) } else { problem }
+        };
+        let free = cost(&of(aim.clone())).expect("a free roll has a plan");
+        let mut given = 0;
+        for roll in 0..6 {
+            let beside = lie::exp(&(Vector3::x() * (f64::from(roll) * 60.0_f64.to_radians()))) * Vector3::z();
+            let towards = Direction::Fixed(Vector3::new(-0.3, 0.2, 1.0).normalize());
+            let Some(one) = cost(&of(aim.clone().with_roll_towards(beside, towards, 0.0))) else { continue };
+            assert!(free <= one * (1.0 + 1e-6), "roll {roll}, time {time}: {free} against {one}");
+            given += 1;
+        }
+        assert!(given >= 3, "{given} given rolls have plans");
     }
 }
 
