@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 pub mod attitude_files;
+pub mod combinations;
 pub mod constrained;
 pub mod damaged;
 pub mod everyday;

@@ -49,9 +49,9 @@ def plan(
 
     ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a
     :class:`Problem`. ``guess`` is a plan of a neighbouring maneuver: a :class:`Plan`, a plan file,
-    a file of attitudes, or costates. ``overrides`` sets keys of the spec: ``{"maneuver.duration_s":
-    90}``. Other threads run meanwhile; Ctrl-C raises KeyboardInterrupt, with the best iterate in
-    its attribute ``plan``.
+    a file of attitudes, or costates; the search begins from it too, and returns the cheapest plan.
+    ``overrides`` sets keys of the spec: ``{"maneuver.duration_s": 90}``. Other threads run
+    meanwhile; Ctrl-C raises KeyboardInterrupt, with the best iterate in its attribute ``plan``.
 
     Returns a plan that is solved and verified, and raises otherwise: :class:`SpecError`,
     :class:`FileError`, :class:`Infeasible`, :class:`NotSolved`, :class:`LimitReached`,

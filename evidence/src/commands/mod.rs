@@ -1,6 +1,7 @@
 //! All commands. Each file of this folder is one command, and the comment at its top is its page.
 
 mod best_known;
+mod combinations;
 mod consistency;
 mod constrained_robustness;
 mod damaged;
@@ -73,6 +74,7 @@ macro_rules! commands {
 /// The index.
 pub const COMMANDS: &[Command] = commands! {
     best_known
+    combinations
     consistency
     constrained_robustness
     damaged

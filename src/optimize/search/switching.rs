@@ -28,6 +28,7 @@ use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scale
 use crate::optimize::methods::switching::search::search;
 use crate::optimize::methods::switching::smooth::Smoothed;
 use crate::optimize::methods::switching::tuning::grid::LEAST_STEPS;
+use crate::optimize::methods::switching::work::Halt;
 use record::{Planned, at_rest, record};
 
 /// Attitudes this near, and rates in the unit of time, are the same.
@@ -154,7 +155,10 @@ impl<'a, 'c> Extremals<'a, 'c> {
     fn of(problem: &'a Problem, context: &'a Context<'c>, arcs: bool) -> Result<Self, Box<Solution>> {
         let tolerance = context.settings.tolerance;
         let mut unsolved = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
-        let Some((extremal, units)) = scaled(problem) else {
+        let Some((extremal, units)) = scaled(problem).map(|(extremal, units)| {
+            let halt = context.within(|budget| Halt::of(&budget.watch));
+            (Extremal { halt, ..extremal }, units)
+        }) else {
             unsolved.outcome = Outcome::NotFinite;
             return Err(unsolved.into());
         };
@@ -422,8 +426,10 @@ fn ended(solution: Solution, outcome: Outcome, context: &Context) -> Solution {
 /// The discrete optimum of the best arcs where they have room on the grid, or the nearest to it; otherwise that of the next looser
 /// ones, or of the smoothed law if it is cheaper.
 fn cheapest(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit) -> Option<Planned> {
+    let goes_on = || (!extremal.halt.is_raised()).then_some(());
     let aligned = |limit: &Limit| {
         let (arcs, _) = limit.arcs.as_ref()?;
+        goes_on()?;
         // The discrete optimum may lack a pulse of the continuous one, or have its pulses in another order.
         let grid = arcs_on_grid(extremal, arcs, problem.steps)
             .or_else(|| arcs_placed(extremal, arcs, problem.steps))?;
@@ -434,6 +440,7 @@ fn cheapest(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit
     }
     let looser = limit.loosened().find_map(|limit| aligned(&limit));
     let smooth = || {
+        goes_on()?;
         let least = limit.smooth.epsilon;
         let from = |smooth: &Smoothed| smooth_on_grid(extremal, smooth, least, problem.steps);
         let (grid, epsilon) = from(&limit.smooth).or_else(|| from(&limit.branch))?;

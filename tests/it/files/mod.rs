@@ -2,6 +2,7 @@
 //! reader.
 
 mod bad_inputs;
+mod combinations;
 mod differences;
 mod exchange;
 mod export;

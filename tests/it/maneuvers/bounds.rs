@@ -1,16 +1,19 @@
 //! The planner at its bounds: it stops if requested, refuses nonsense, and never reports a false
 //! result.
 
+use super::minimum_time::moving;
 use super::support::{rest_to_rest, solved, weighted};
 use evidence::Random;
 use slewkit::maneuver::problem::{Path, Problem, Scheme, State};
 use slewkit::maneuver::settings::Settings;
-use slewkit::maneuver::solution::Outcome;
+use slewkit::maneuver::solution::{Outcome, Rung};
 use slewkit::mechanics::body::{Body, Inertia};
 use slewkit::mechanics::environment::UniformGravity;
 use slewkit::optimize::search::solve;
 use slewkit::plan::{Control, Guess, Observer, PlanError, Progress, Silent, Status, plan};
 use slewkit::{Matrix3, Vector3, lie};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 struct StopAfter(usize);
@@ -190,4 +193,29 @@ fn random_maneuvers_never_panic_hang_or_pass_for_solved_when_they_are_not() {
         5 * solved > count,
         "of {count} solved {solved}, open {open}, refused {refused}, disputed {disputed}"
     );
+}
+
+/// Raises its flag as soon as the search begins, and stops it from the grid of the plan on.
+struct StopsOnTheGrid(Arc<AtomicBool>);
+
+impl Observer for StopsOnTheGrid {
+    fn on_progress(&mut self, progress: &Progress) -> Control {
+        self.0.store(true, Ordering::Relaxed);
+        if progress.rung == Rung::Aligned { Control::Stop } else { Control::Continue }
+    }
+
+    fn stop_flag(&self) -> Option<Arc<AtomicBool>> {
+        Some(self.0.clone())
+    }
+}
+
+/// The sweeps over the grid of a plan of least time look at the flag: on a million steps they take
+/// many seconds.
+#[test]
+fn a_stop_is_heard_on_the_grid_of_a_plan_that_switches() {
+    let problem = moving().with_steps(20_000);
+    let mut observer = StopsOnTheGrid(Arc::default());
+    let found = solve(&problem, &Settings::discrete(), None, &mut observer).unwrap();
+    assert_eq!(found.outcome, Outcome::Interrupted);
+    assert!(found.trajectory.time.len() <= 1, "{} nodes", found.trajectory.time.len());
 }

@@ -25,6 +25,7 @@
 
 use super::tuning::arcs::DETERMINED;
 use super::tuning::branches::ASIDE;
+use super::work::Halt;
 use crate::numerics::eight::Number;
 use crate::numerics::three::{Matrix, Vector, dot, scaled, splat, sum, written};
 use crate::{Matrix3, Vector3};
@@ -104,6 +105,8 @@ pub(crate) struct Extremal {
     pub start_rate: Vector3,
     pub end_rate: Vector3,
     pub end_attitude: Matrix3,
+    /// Ends the sweeps over fine grids.
+    pub halt: Halt,
 }
 
 /// What is added to the switching functions, in units of ε, to tip a path from one branch to another: a constant and a

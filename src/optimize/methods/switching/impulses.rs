@@ -160,6 +160,7 @@ fn path_of(extremal: &Extremal, arcs: &Arcs) -> Path {
 mod tests {
     use super::super::extremal::Law;
     use super::super::flow::Course;
+    use super::super::work::Halt;
     use super::*;
     use crate::testing::full_inertia;
 
@@ -177,6 +178,7 @@ mod tests {
             start_rate: Vector3::new(0.2, -0.1, 0.15),
             end_rate: Vector3::new(-0.05, 0.1, 0.02),
             end_attitude: lie::exp(&Vector3::new(0.9, -0.5, 0.7)),
+            halt: Halt::default(),
         }
     }
 

@@ -93,6 +93,7 @@ impl OnGrid {
         self.lengths[step.arc] * step.part
     }
 
+    /// Sweeps over the grid; `None` where a step has no solution, or somebody asks to stop.
     fn sweep<const L: usize>(&self, extremal: &Extremal) -> Option<Sweep> {
         let arcs = self.lengths.len();
         let mut equations = Condensed::new(6 + arcs);
@@ -100,6 +101,9 @@ impl OnGrid {
         let mut torques = Vec::with_capacity(self.steps.len());
         equations.keep(&lanes);
         for (k, step) in self.steps.iter().enumerate() {
+            if extremal.halt.is_raised_at(k) {
+                return None;
+            }
             let node = &self.nodes[k];
             let m = apply_transposed(&node.r, &self.m);
             let done = extremal.grid_step(

@@ -1,6 +1,7 @@
 //! From a maneuver to an extremal in scaled units, and back.
 
 use super::extremal::{Extremal, Law};
+use super::work::Halt;
 use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
@@ -108,6 +109,7 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
         start_rate: time * problem.start.angular_velocity,
         end_rate: time * problem.end.angular_velocity,
         end_attitude: problem.start.attitude.tr_mul(&problem.end.attitude),
+        halt: Halt::default(),
     };
     let usable = torque > 0.0 && time.is_finite() && time > 0.0 && rate.is_finite();
     usable.then_some((extremal, Units { time, torque, rate }))

@@ -16,7 +16,7 @@ use super::scaled::scaled;
 use super::search::search;
 use super::smooth::{Path as Smoothly, descend};
 use super::tuning::limits::NO_GAP;
-use super::work::Work;
+use super::work::{Halt, Work};
 use crate::maneuver::problem::{Path, Problem, State};
 use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::actuators::{ActuatorSet, Limits};
@@ -42,6 +42,7 @@ fn extremal(j: Matrix3, law: Law, turn: Vector3, rates: [Vector3; 2]) -> Extrema
         start_rate: rates[0],
         end_rate: rates[1],
         end_attitude: lie::exp(&turn),
+        halt: Halt::default(),
     }
 }
 

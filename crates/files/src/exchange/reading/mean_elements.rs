@@ -108,7 +108,7 @@ fn mean_elements(text: &str) -> Result<MeanElements, Wrong> {
 }
 
 /// Keys and values in JSON and where they stand: of an object, of a list of one, or of objects
-/// within it.
+/// within it. Several sets of elements are refused by their names.
 fn of_json(text: &str) -> Result<Vec<(usize, String, String)>, Wrong> {
     let whole: Value = serde_json::from_str(text).or_else(|error| {
         let start: usize = text.split_inclusive('\n').take(error.line().max(1) - 1).map(str::len).sum();
@@ -118,9 +118,38 @@ fn of_json(text: &str) -> Result<Vec<(usize, String, String)>, Wrong> {
             start + if line.is_char_boundary(column.min(line.len())) { column.min(line.len()) } else { 0 };
         wrong(at, 1, format!("this is no JSON: {error}"), "check the quotes, the commas and the braces")
     })?;
+    let mut satellites = Vec::new();
+    named(&whole, 0, &mut satellites);
+    if satellites.len() > 1 {
+        let mut names = satellites[..satellites.len().min(3)].join(", ");
+        names.push_str(if satellites.len() > 3 { ", …" } else { "" });
+        let reason = format!("the file has {} sets of elements: {}", satellites.len(), cut(&names, 100));
+        return wrong(0, 1, reason, "leave that of one satellite and one epoch in the file");
+    }
     let mut found = Vec::new();
     flatten(&whole, text, 0, &mut found)?;
     Ok(found)
+}
+
+/// Adds the name of every object that has elements, in lists and in other objects too.
+fn named(value: &Value, level: usize, found: &mut Vec<String>) {
+    if level > DEEPEST {
+        return;
+    }
+    match value {
+        Value::Array(list) => list.iter().for_each(|value| named(value, level + 1, found)),
+        Value::Object(map) => {
+            if map.contains_key("MEAN_MOTION") || map.contains_key("ECCENTRICITY") {
+                let name = map.get("OBJECT_NAME").or(map.get("NORAD_CAT_ID"));
+                found.push(name.map_or_else(
+                    || "without a name".to_string(),
+                    |name| name.as_str().map_or_else(|| name.to_string(), str::to_string),
+                ));
+            }
+            map.values().for_each(|value| named(value, level + 1, found));
+        }
+        _ => {}
+    }
 }
 
 fn flatten(
@@ -133,21 +162,10 @@ fn flatten(
         return wrong(0, 1, "objects stand within objects more than twelve times", "give the elements alone");
     }
     match value {
-        Value::Array(list) => match &list[..] {
-            [one] => flatten(one, text, level + 1, found),
-            [] => wrong(0, 1, "the list has no elements", "give one satellite"),
-            many => {
-                let name = |value: &Value| {
-                    let name = value.get("OBJECT_NAME").or(value.get("NORAD_CAT_ID"))?;
-                    Some(name.as_str().map_or_else(|| name.to_string(), str::to_string))
-                };
-                let mut names: Vec<String> = many.iter().filter_map(name).take(3).collect();
-                names.extend((many.len() > 3).then(|| "…".into()));
-                let reason =
-                    format!("the file has {} sets of elements: {}", many.len(), cut(&names.join(", "), 100));
-                wrong(0, 1, reason, "leave that of one satellite and one epoch in the file")
-            }
-        },
+        Value::Array(list) if list.is_empty() => {
+            wrong(0, 1, "the list has no elements", "give one satellite")
+        }
+        Value::Array(list) => list.iter().try_for_each(|value| flatten(value, text, level + 1, found)),
         Value::Object(map) => map.iter().try_for_each(|(key, value)| {
             let quoted = format!("\"{key}\"");
             let at = text.find(&quoted).map_or(0, |at| at + 1);
@@ -358,8 +376,17 @@ mod tests {
             let found = read_mean_elements(wrong.as_bytes(), "x").unwrap_err();
             assert!(found.0[0].reason.contains(told), "{to}: {}", found.0[0].reason);
         }
-        let two = format!("[{NUMBERS},{NUMBERS}]");
-        let found = read_mean_elements(two.as_bytes(), "x").unwrap_err();
-        assert!(found.0[0].reason.contains("2 sets of elements: SAMPLE, SAMPLE"), "{}", found.0[0].reason);
+        let other = NUMBERS.replace("SAMPLE", "OTHER");
+        let message = XML.split("<omm").nth(1).unwrap().split("</ndm>").next().unwrap();
+        for (two, told) in [
+            (format!("[{NUMBERS},{other}]"), "2 sets of elements: SAMPLE, OTHER"),
+            (format!("{{\"first\":{NUMBERS},\"second\":{other}}}"), "2 sets of elements: SAMPLE, OTHER"),
+            (format!("{{\"omms\":[{NUMBERS},[{other}]]}}"), "2 sets of elements: SAMPLE, OTHER"),
+            (format!("{KEYWORDS}{KEYWORDS}"), "more than one OMM"),
+            (XML.replace("</ndm>", &format!("<omm{message}</ndm>")), "2 messages <omm>"),
+        ] {
+            let found = read_mean_elements(two.as_bytes(), "x").unwrap_err();
+            assert!(found.0[0].reason.contains(told), "{}", found.0[0].reason);
+        }
     }
 }

@@ -8,6 +8,7 @@ use super::schedule::{Ask, Pulse, Schedule};
 use super::ties::Ties;
 use crate::numerics::random::Stream;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
+use crate::optimize::methods::switching::work::Halt;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 
@@ -31,6 +32,7 @@ fn extremal() -> Extremal {
         start_rate: Vector3::new(0.05, -0.1, 0.02),
         end_rate: Vector3::new(-0.02, 0.03, 0.06),
         end_attitude: lie::exp(&Vector3::new(0.9, -0.5, 0.7)),
+        halt: Halt::default(),
     }
 }
 

@@ -1,0 +1,63 @@
+//! Combinations of ends, inputs, limits and objectives on 40 steps: planned, in which time, or
+//! refused.
+//!
+//! `cargo run --release -p evidence -- combinations [SECONDS]`, 10 for each plan by default. It
+//! prints the tables of `docs/combinations.md`, and what differs from that page.
+//!
+//! Ends with 1 where a cell of the page is wrong.
+
+use evidence::ROOT;
+use evidence::combinations::{Became, Combination, ENDS, INPUTS, LIMITS, OBJECTIVES, cell};
+use evidence::words::Words;
+use slewkit::plan::Status;
+
+pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
+    let most = words.number("seconds", 10.0)?;
+    words.end()?;
+    let page = std::fs::read_to_string(format!("{ROOT}/docs/combinations.md"))?;
+    let mut wrong = Vec::new();
+    for (objective, _) in OBJECTIVES {
+        println!("\n## {objective}\n");
+        println!("| end | limits | {} |", INPUTS.map(|(name, _)| name).join(" | "));
+        println!("|---|---|{}", "---|".repeat(INPUTS.len()));
+        for (end, _) in ENDS {
+            for (limit, _) in LIMITS {
+                let of = |(input, _)| Combination { objective, end, limit, input };
+                let found = INPUTS.map(|input| shown(&of(input).became(most)));
+                println!("| {end} | {limit} | {} |", found.join(" | "));
+                for (input, found) in INPUTS.into_iter().zip(found) {
+                    let told = cell(&page, of(input)).unwrap_or_default();
+                    if !agree(&told, &found) {
+                        wrong.push(format!("{:?}: the page says {told}, found {found}", of(input)));
+                    }
+                }
+            }
+        }
+    }
+    println!("\n{} cells differ from docs/combinations.md", wrong.len());
+    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n").into()) }
+}
+
+/// Returns the word of the table for a result.
+fn shown(of: &Became) -> String {
+    match of {
+        Became::Planned(time) if *time < 0.1 => "< 0.1 s".into(),
+        Became::Planned(time) if *time < 1.0 => "< 1 s".into(),
+        Became::Planned(_) => "< 10 s".into(),
+        Became::Slow(_, Status::VerificationFailed) => "more steps".into(),
+        Became::Slow(time, status) => format!("slow ({time:.0} s, {status:?})"),
+        Became::Refused(code) => format!("no: {code}"),
+    }
+}
+
+/// Returns whether a result is what the page says. A quicker plan, and one of the next slower kind
+/// on a slower machine, are right.
+fn agree(told: &str, found: &str) -> bool {
+    const TIMES: [&str; 5] = ["< 0.1 s", "< 1 s", "< 10 s", "more steps", "slow"];
+    let time = |text: &str| TIMES.iter().position(|time| text.starts_with(time));
+    match (time(told), time(found)) {
+        (Some(told), Some(found)) => found <= told + 1,
+        (None, None) => told == found,
+        _ => false,
+    }
+}
