@@ -286,7 +286,11 @@ impl<'a, 'c> Extremals<'a, 'c> {
 
     /// What there is to say where none has a plan.
     fn without_plan(self) -> Solution {
-        let Self { problem, context, found, mut unsolved, .. } = self;
+        let Self { problem, context, extremal, found, mut unsolved, .. } = self;
+        if extremal.halt.is_raised() {
+            let outcome = context.interrupt().unwrap_or(Outcome::Interrupted);
+            return ended(unsolved, outcome, context);
+        }
         let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
         let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
         if !shortest_told(problem, &found, context, &mut unsolved) {

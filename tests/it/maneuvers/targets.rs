@@ -175,6 +175,29 @@ fn free_rolls_and_spins_cost_what_another_program_finds() {
     }
 }
 
+/// Wheels alone turn a body to a target that moves, in least time and with its rate, as quickly to
+/// one side as to the other: the total momentum is nothing all the time.
+#[test]
+fn wheels_meet_a_target_that_moves_to_either_side_in_the_same_time() {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(120.0, 100.0, 80.0)).unwrap(), mass: None };
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()].to_vec();
+    let wheels = Wheels { momentum: vec![0.0; 3], momentum_limit: vec![8.0; 3] };
+    let wheels = Actuation::of_wheels(axes, vec![0.5; 3], wheels).unwrap();
+    let start = State::at_rest(slewkit::Matrix3::identity());
+    let [left, right] = [1.0, -1.0].map(|side| {
+        let rate = Vector3::new(0.0, 0.0, side * 0.2_f64.to_radians());
+        let at = Direction::turning(Vector3::new(1.0, 0.0, 0.6).normalize(), rate, 1e3).unwrap();
+        let problem = Problem::minimum_time(body.clone(), start, start)
+            .with_actuation(wheels.clone())
+            .with_aim_at_end(Aim::new(Vector3::z(), at))
+            .with_steps(40);
+        let found = plan(&problem, &Settings::default(), None, &mut Silent).unwrap();
+        assert_eq!(found.status, Status::Solved, "{side}");
+        found.solution.cost
+    });
+    assert!((left / right - 1.0).abs() < 1e-6, "{left} {right}");
+}
+
 /// With four wheels, a rate limit and a cone in the way: no given roll is cheaper than the one that
 /// the plan chooses, in least time and in least effort, on a target that stands and on one that
 /// moves, at rest.

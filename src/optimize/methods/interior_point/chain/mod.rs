@@ -255,7 +255,9 @@ impl<'a> ChainProgram<'a> {
         let least = self.tuning.least_size;
         let largest = |of: &dyn Fn(&ChainState) -> f64| start.states.iter().map(of).fold(least, f64::max);
         let turned = largest(&|state| lie::minus(&state.attitude, &first).norm());
-        let momentum = largest(&|state| state.momentum.norm());
+        // That of the body: with wheels the total one may be nothing.
+        let of_body = |state: &ChainState| state.momentum - self.model.wheel_momentum(&state.wheels);
+        let momentum = largest(&|state| of_body(state).norm());
         let moved = largest(&|state| (state.position - start.states[0].position).norm());
         let pushed = largest(&|state| state.linear_momentum.norm());
         let (zeta, pi) = (self.model.zeta(), self.model.pi());
