@@ -119,8 +119,6 @@ pub struct Ends {
     boresight: Vector3,
     /// Attitude without roll.
     attitude: Matrix3,
-    /// The rate of the end as time passes, axes of the reference frame \[rad/s\].
-    turning: Vector3,
     /// The rate of the attitude without roll against the reference frame, axes of that
     /// \[rad/s\].
     carried: Vector3,
@@ -270,7 +268,7 @@ impl Aim {
             AimRate::Zero => (Vector3::zeros(), Vector3::zeros()),
         };
         let (boresight, roll_rate, frame_rate) = (self.boresight, self.roll_rate, *frame_rate);
-        Ok(Ends { boresight, attitude, turning, carried, frame_rate, rate, acceleration, within, roll_rate })
+        Ok(Ends { boresight, attitude, carried, frame_rate, rate, acceleration, within, roll_rate })
     }
 }
 
@@ -307,16 +305,10 @@ impl Ends {
     }
 
     /// Returns the derivative of the end at a roll by the time: `(ζ, δΩ)` per \[s\], body axes.
-    pub(crate) fn at_roll_along_time(&self, roll: f64) -> (Vector3, Vector3) {
+    pub(crate) fn along_time(&self, roll: f64) -> (Vector3, Vector3) {
         let (attitude, _) = self.at(roll);
         let change = self.acceleration - (self.frame_rate + self.carried).cross(&self.rate);
         (attitude.tr_mul(&self.carried), attitude.tr_mul(&change))
-    }
-
-    /// Returns the derivative of the end in `attitude` by the time, up to a roll: `(ζ, δΩ)` per
-    /// \[s\], body axes.
-    pub fn along_time(&self, attitude: &Matrix3) -> (Vector3, Vector3) {
-        (attitude.tr_mul(&self.turning), attitude.tr_mul(&self.acceleration))
     }
 }
 

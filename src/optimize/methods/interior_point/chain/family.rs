@@ -112,7 +112,7 @@ impl ChainProgram<'_> {
         let (turn, slope_in_time) = match family.standing {
             Some(_) => (none.turn, none.turn),
             None => {
-                let (turn, rate) = ends.at_roll_along_time(roll);
+                let (turn, rate) = ends.along_time(roll);
                 (turn * (stretch * unit), rate * (stretch * unit))
             }
         };
