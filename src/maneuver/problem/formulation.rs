@@ -42,8 +42,8 @@ pub enum Formulation {
     /// Minimum time or fuel of a body that nothing acts on, under limits of the torques alone:
     /// arcs, and steps that end where inputs switch.
     Switching,
-    /// Minimum time or fuel, or least effort in a free duration, as a chain of equal steps: by
-    /// The chain of equal steps, with the duration as a state.
+    /// Minimum time or fuel, or least effort in a free duration, on the chain of equal steps, with
+    /// the duration as a state.
     Chain,
 }
 

@@ -130,7 +130,7 @@ pub enum Misfit {
     Methods,
 }
 
-/// Most steps of SCP: subproblem and Newton matrix hold all of them at once, some gigabytes of memory.
+/// Most steps of a plan on the chain: its methods hold all of them at once, in some gigabytes of memory.
 pub const MAX_CONVEX_STEPS: usize = 100_000;
 
 fn check(problem: &Problem, settings: &Settings) -> Result<(), PlanError> {
@@ -156,7 +156,7 @@ fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
     guess.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
 }
 
-/// Whether settings and guess are such that least time or fuel, or a duration, can be sought by SCP.
+/// Checks that settings and guess are such that least time or fuel, or a duration, can be sought on the chain.
 fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     match settings.method {
         Method::Shooting => return Err(PlanError::NotForShooting { reason: Obstacle::EqualSteps }),
@@ -256,10 +256,10 @@ pub(crate) fn warm(
 ///
 /// The shooting takes limits of the size of the inputs, or of the norm of what they give, through the
 /// saturated control law. By default ([`Method::Auto`]) it is tried first wherever it applies; where it finds
-/// nothing SCP does, whose duals then start the shooting once more. Everything else (constraints
-/// on pointing or rates, limits of how fast inputs change, reaction wheels) takes SCP.
+/// nothing the interior point does, whose costates then start the shooting once more. Everything else (constraints
+/// on pointing or rates, limits of how fast inputs change, reaction wheels) takes the interior point.
 ///
-/// `guess` is tried first: its costates by the shooting, its path by SCP.
+/// `guess` is tried first: its costates by the shooting, its path by the interior point.
 ///
 /// A plan that is to land takes more steps than [`Problem::steps`] where it needs them and none were given
 /// ([`Problem::with_steps`]); how many stands in [`Solution::steps`], and why in [`Solution::chosen`].
@@ -363,12 +363,13 @@ fn solve_on(
     }
 }
 
-/// Most steps on which equal steps are tried unasked: SCP takes seconds on two hundred of them, in proportion more on more, and memory
-/// that is told of no plan of arcs (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
+/// Most steps on which equal steps are tried unasked: ten thousand take the interior point seconds, and memory that is told of no plan
+/// of arcs (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
 const MOST_EQUAL_STEPS: usize = 10_000;
 
-/// The plan of arcs or, where there is none or it is dearer than its certificate and the grid account for, that of SCP on equal steps, if
-/// that is cheaper: where inputs are singular no arcs that the grid can hold may be near, and a first path may lead nowhere.
+/// The plan of arcs, or that of the interior point on equal steps if it is cheaper. This is tried where there are no arcs, where they are
+/// dearer than their certificate and the grid account for, and where the body spins at an end: where inputs are singular no arcs that the
+/// grid can hold may be near, and a first path may lead nowhere.
 fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> Solution {
     let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
     // Arcs that miss the end by round-off alone are the plan, and in less time than the quickest extremal takes there is none.
@@ -397,7 +398,7 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
     chosen
 }
 
-/// Solves a maneuver of least effort in a known duration, by shooting or by SCP.
+/// Solves a maneuver of least effort in a known duration, by shooting, by the interior point, or by SCP where it is requested.
 fn in_given_duration(
     problem: &Problem,
     settings: &Settings,
