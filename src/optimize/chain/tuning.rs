@@ -12,7 +12,7 @@ pub(super) const STEP: f64 = 1e-5;
 /// makes a terminal condition follow from the others, and vanishes from the solution.
 pub(crate) const PROXIMAL: f64 = 1e-11;
 
-/// Curvature, as a share of that of the effort, that is told from none: far above the error of differences.
+/// Least curvature that counts, as a part of the curvature of the effort: far above the error of differences.
 pub(super) const CURVATURE: f64 = 1e-6;
 /// Share of the largest multiplier from which on a row surely acts.
 pub(super) const SURE: f64 = 1e-7;

@@ -46,7 +46,7 @@ pub(super) struct Reached {
     pub rival: Rival,
 }
 
-/// What a search for ends comes to: the ends, the cheapest first, and why it was stopped.
+/// The result of a search for ends: the ends, the cheapest first, and why the search was stopped.
 pub(super) struct FreeEnd {
     pub reached: Vec<Reached>,
     pub stopped: Option<Outcome>,
@@ -108,7 +108,7 @@ fn of_dimension<const N: usize>(
     carry(&search, &mut found, &coarse);
     let told = |plan: Attempt| reached(problem, aim, &search, plan);
     let mut reached: Vec<_> = found.take_plans().into_iter().filter_map(told).collect();
-    // What goes the other way round is told where nothing goes as asked, and a coarse plan has another cost.
+    // Plans of the requested way round come first, and coarse plans last: their costs are of another grid.
     let rank = |end: &(Kind, Reached)| (!end.0.as_asked, !end.0.fine);
     reached.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.1.rival.cost.total_cmp(&b.1.rival.cost)));
     if reached.first().is_none_or(|(kind, _)| !kind.fine) {
