@@ -21,7 +21,7 @@ use crate::maneuver::settings;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::discrete::step::{Point, Units};
+use crate::optimize::discrete::step::{Dynamics, Point, Units};
 use crate::optimize::methods::method::{Attempt, Watch};
 use crate::{Matrix3, Vector3};
 use iterate::Iterate;
@@ -56,7 +56,12 @@ impl Chain {
 
     /// The chain of a maneuver of least time or fuel.
     pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Self {
-        let model = goal::with_goal(problem, steps, goal);
+        Self::with_goal_on(problem, Grid::uniform(problem.scheme, 1.0, steps), goal)
+    }
+
+    /// The same on a grid of its own.
+    pub fn with_goal_on(problem: &Problem, grid: Grid, goal: &Goal) -> Self {
+        let model = goal::with_goal(problem, Dynamics::on(problem, grid), goal);
         let rows = LimitRows::of(problem, &model);
         Self { model, rows }
     }

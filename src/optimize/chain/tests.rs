@@ -134,7 +134,8 @@ pub(crate) fn chains() -> impl Iterator<Item = (Problem, Model)> {
         let models = [Model::new(&problem, problem.steps), Model::of(&problem, Dynamics::on(&problem, grid))];
         let fuel = Fuel { time_price: Some(0.1), ..Fuel::default() };
         let goals = [Objective::Time, Objective::Fuel(fuel)].map(|objective| Goal { objective });
-        let seeking = goals.map(|goal| goal::with_goal(&problem, problem.steps, &goal));
+        let seeking =
+            goals.map(|goal| goal::with_goal(&problem, Dynamics::new(&problem, problem.steps), &goal));
         models.into_iter().chain(seeking).map(move |model| (problem.clone(), model))
     })
 }

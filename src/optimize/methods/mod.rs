@@ -5,7 +5,6 @@ pub(crate) mod descent;
 pub(crate) mod driver;
 pub(crate) mod interior_point;
 pub(crate) mod lifted;
-pub(crate) mod limited;
 pub(crate) mod method;
 pub(crate) mod scp;
 pub(crate) mod shooting;

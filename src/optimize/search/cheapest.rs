@@ -266,7 +266,7 @@ fn of_dimension<const N: usize>(
 }
 
 /// The path of a plan without constraints on the grid of a chain; none where there is no plan.
-fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidate> {
+pub(super) fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidate> {
     let Some(duration) = quick.time.last() else { return Vec::new() };
     let grid = &chain.model.dynamics.grid;
     let pose = |node: usize| {

@@ -1,34 +1,53 @@
-//! The arcs of a plan that more than limits of the torques shapes: what that of the chain on equal steps is in continuous time.
+//! A plan within limits in continuous time: its cost there, and its arcs.
+//!
+//! The plan is a discrete optimum on steps of equal length. Its cost is off by `O(h²)`, by an amount that depends on where the
+//! switches lie between the nodes. On a grid that has a node at every event the error has an expansion in even powers of the step,
+//! because Lie–Verlet is symmetric and its chain is variational. So the plan is optimised again on three such grids, each of three times
+//! as many steps as the one before ([`grids`]), and its cost and the times of its events are extrapolated:
+//!
+//! ```text
+//! C(h) = C + a h² + b h⁴ + … ,    C' = C(h/3) + (C(h/3) − C(h))/8 ,    C = C'(h/3) + (C'(h/3) − C'(h))/80
+//! ```
+//!
+//! An event is a time at which an input switches, or at which the motion touches a cone ([`events`]). The optimum on a grid that has an
+//! event nearly at a node tells where it is: that is a fixed point, which a few rounds reach ([`fixed_point`]). No exchange of arcs is
+//! cheaper: an optimum of the interior point has multipliers of the right sign at every node.
+//!
+//! # What of inputs that are at no limit?
+//!
+//! An input that has more than it needs, as forces have where the turn takes longer, has no events. The cost does not depend on it.
+
+mod events;
+mod fixed_point;
+mod grids;
+mod settings;
+#[cfg(test)]
+mod tests;
 
 use super::context::Context;
-use crate::maneuver::problem::{Formulation, Problem};
+use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::{Formulation, Problem, Scheme};
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
-use crate::optimize::methods::limited::exchange::{Optimum, improved};
-use crate::optimize::methods::limited::motion::{Level, Maneuver};
-use crate::optimize::methods::limited::newton::{Arcs, NO_LENGTH, Stationary};
-use crate::optimize::methods::limited::structure::{self, Between};
-
-/// Arcs whose cost differs from that of the plan by more than this part are those of another plan: a grid of some ten steps an arc is off
-/// by less.
-const OF_THE_PLAN: f64 = 1e-2;
-
-/// Steps of the flow that the search for arcs may take by default: time against arcs that are not found
-/// (`cargo run --release -p evidence -- limited_arcs`). A thorough search has no such limit.
-const FLOW_STEPS: usize = 200_000;
+use crate::mechanics::actuators::LimitKind;
+use crate::optimize::chain::model::Goal;
+use events::{Event, Level};
+use grids::{Grids, OnGrid, distance};
+use settings::ON_EVENTS;
 
 /// Most wheels whose torques a torque about all axes determines. More wheels share it in many ways while a limit of the rates, a cone or a
 /// full wheel acts. A thorough search alone looks for arcs then: time against arcs that are rarely found
 /// (`slew plan -v --set solver.search=thorough` on a spec of `cargo run --release -p evidence -- everyday rate 0 1`).
 const AXES: usize = 3;
 
-/// Returns the plan with the arcs that it leads to, where these satisfy the maximum principle, and the same plan otherwise.
+/// Returns the plan with the arcs that it leads to, and the same plan where they are not found.
 pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution) -> Solution {
     // Up to a longest duration it is the chain that knows whether all of it is used.
     let converged = plan.outcome == Outcome::Converged && problem.duration.at_most().is_none();
     let formulation = Formulation::of(&problem.clone().planned_by(context.settings.method));
-    if converged && plan.switching.is_none() && formulation == Formulation::Chain {
+    let switches = formulation == Formulation::Chain && problem.objective.switches();
+    if converged && switches && plan.switching.is_none() {
         let given = plan.on_grid(problem);
         plan.switching = arcs_of(&given, context, &plan);
         plan.solve_time += context.began.elapsed().as_secs_f64();
@@ -36,48 +55,66 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
     plan
 }
 
-/// Returns the arcs that a plan leads to, where these satisfy the maximum principle.
+/// Returns the arcs of a plan by the first attempt that finds them, from few steps to many.
 fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
-    let mut maneuver = Maneuver::of(problem)?;
-    if context.settings.search != Thoroughness::Thorough {
-        maneuver.most_steps = FLOW_STEPS;
-    }
-    let maneuver = &maneuver;
-    let between = [Between::Pulses, Between::Means];
-    let firsts: Vec<Arcs> =
-        between.iter().filter_map(|between| structure::arcs(maneuver, plan, *between)).collect();
+    let thorough = context.settings.search == Thoroughness::Thorough;
     let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
-    let holds = firsts.iter().any(|arcs| arcs.laws.iter().any(|law| !law.holds.is_empty()));
-    if wheels > AXES && holds && context.settings.search != Thoroughness::Thorough {
+    if wheels > AXES && !plan.active.is_empty() && !thorough {
         return None;
     }
-    let step = firsts.first()?.duration() / plan.steps as f64;
-    let stop = || maneuver.is_spent() || context.interrupt().is_some();
-    let Optimum { stationary: found, gap, chattering } = improved(maneuver, &firsts, step, &stop)?;
-    let [cost, gap] = [found.followed.cost, gap].map(|scaled| scaled * maneuver.units.cost());
-    let off = (cost - plan.cost).abs();
-    // Arcs that chatter and have more to gain than they differ from the plan say less than that does.
-    if off > OF_THE_PLAN * plan.cost || !chattering.is_empty() && gap > off {
+    // Where the norm is limited the direction turns smoothly: there are no arcs of constant inputs.
+    if problem.actuation.limits().any(|limit| limit.kind == LimitKind::Norm) {
         return None;
     }
-    let arcs = told_arcs(maneuver, &found);
-    let mut singular = [&chattering[..], &found.arcs.loose_inputs()].concat();
-    singular.sort_unstable();
-    singular.dedup();
-    let structure = match problem.objective.fuel() {
-        _ if !chattering.is_empty() => Structure::TruncatedChattering,
+    let duration = plan.trajectory.time.last().copied().filter(|duration| *duration > 0.0)?;
+    let goal = Goal { objective: problem.objective.clone() };
+    let stated = problem.clone().with_duration(duration);
+    let stated = Problem { scheme: Scheme::LieVerlet, objective: Objective::default(), ..stated };
+    let most = if thorough { ON_EVENTS.steps.len() } else { ON_EVENTS.by_default };
+    let attempts = ON_EVENTS.steps.iter().take(most).take_while(|_| context.interrupt().is_none());
+    let mut arcs = attempts.filter_map(|steps| extrapolated_arcs(&stated, &goal, context, plan, *steps));
+    arcs.next()
+}
+
+/// Returns the arcs of a plan by grids of which the first has so many steps.
+fn extrapolated_arcs(
+    stated: &Problem,
+    goal: &Goal,
+    context: &Context,
+    plan: &Solution,
+    steps: usize,
+) -> Option<Switching> {
+    let grids = Grids::of(stated, goal, context, steps);
+    let coarse = grids.settled(&grids.first(&plan.trajectory)?, None)?;
+    let counts = grids.counts(&coarse.events);
+    let middle = grids.settled(&coarse, Some((&counts, 3)))?;
+    // Times of events have an expansion in the step as costs have.
+    let pairs = coarse.events.iter().zip(&middle.events);
+    let ahead = pairs.map(|(a, b)| Event { at: b.at + (b.at - a.at) / 9.0, ..b.clone() }).collect();
+    let fine = grids.settled(&middle.with_events(ahead), Some((&counts, 9)))?;
+    let on = [&coarse, &middle, &fine];
+    let (cost, error) = extrapolated(on.map(OnGrid::cost));
+    if error > ON_EVENTS.error * cost || distance(&fine, &plan.trajectory) > ON_EVENTS.of_the_plan {
+        return None;
+    }
+    let (stretch, _) = extrapolated(on.map(OnGrid::stretch));
+    let duration = stated.seconds() * stretch;
+    let time = |index: usize| extrapolated(on.map(|grid| grid.events[index].at)).0;
+    let events: Vec<f64> = (0..fine.events.len()).map(time).collect();
+    let (arcs, singular_inputs) = told(&grids, &fine, &events, duration)?;
+    let structure = match goal.objective.fuel() {
         _ if arcs.iter().any(|arc| !arc.holds.is_empty()) => Structure::AlongLimits,
         None => Structure::BangBang,
         Some(_) => Structure::BangOffBang,
     };
     Some(Switching {
         structure,
-        continuous_duration_s: found.arcs.duration() * maneuver.units.time,
+        continuous_duration_s: duration,
         continuous_cost: cost,
-        gap,
+        gap: fine.gap()? * cost,
         eigenaxis_s: None,
         switches: arcs.windows(2).map(|pair| pair[0].switches_to(&pair[1])).sum(),
-        singular_inputs: singular,
+        singular_inputs,
         smoothing: None,
         beside_optimum: false,
         arcs,
@@ -85,50 +122,69 @@ fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Swit
     })
 }
 
-/// Arcs with the inputs of the maneuver, in seconds.
-fn told_arcs(maneuver: &Maneuver, found: &Stationary) -> Vec<SwitchingArc> {
-    let arcs = &found.arcs;
-    let names = |limits: &[usize]| -> Vec<String> {
-        limits.iter().map(|limit| maneuver.limits[*limit].name.clone()).collect()
-    };
-    let least = NO_LENGTH * arcs.duration();
-    let mut told: Vec<SwitchingArc> = Vec::new();
-    let mut end = 0.0;
-    for (index, (law, length)) in arcs.laws.iter().zip(&arcs.lengths).enumerate() {
-        let start_s = told.last().map_or(0.0, |last| last.end_s);
-        end += length;
-        let state = &found.followed.nodes[index];
-        let input = law.levels.iter().zip(&maneuver.inputs).map(|(level, input)| match input.ramp {
-            // Exactly what it holds, so that one arc has it from another.
-            Some(ramp) if *level == Level::Free => {
-                let of = |limit: &usize| maneuver.limits[*limit].ramp();
-                let held = law.holds.iter().filter_map(of).find(|(number, _)| *number == ramp.number);
-                held.map(|(_, side)| side * input.size)
-            }
-            Some(ramp) => Some(state.given(ramp.number) * input.size),
-            None => Some(level.part()? * input.size),
+/// Returns the limit of what three grids give, each of three times as many steps as the one before, and its error.
+fn extrapolated([coarse, middle, fine]: [f64; 3]) -> (f64, f64) {
+    let [first, second] = [(coarse, middle), (middle, fine)].map(|(a, b)| b + (b - a) / 8.0);
+    let limit = second + (second - first) / 80.0;
+    (limit, (limit - second).abs())
+}
+
+/// Returns the arcs between events, which are parts of the duration \[s\], and the inputs that are within their limits on an arc that holds
+/// none.
+fn told(
+    grids: &Grids,
+    fine: &OnGrid,
+    events: &[f64],
+    duration: f64,
+) -> Option<(Vec<SwitchingArc>, Vec<usize>)> {
+    let read = grids.read(fine)?;
+    let ends = |inner: Vec<f64>| [vec![0.0], inner, vec![1.0]].concat();
+    let (own, times) = (ends(fine.times()), ends(events.to_vec()));
+    let names = |groups: &mut dyn Iterator<Item = usize>| groups.map(|group| fine.name(group)).collect();
+    let (touches, inputs) = (read.touches(), 0..fine.inputs());
+    let rates = rates(grids.stated, fine.forces(), fine.inputs());
+    let mut singular = vec![false; fine.inputs()];
+    let mut arcs = Vec::new();
+    for (pair, span) in times.windows(2).zip(own.windows(2)) {
+        let [from, to] = [span[0], span[1]];
+        let holds: Vec<String> = names(&mut read.held(from, to).into_iter());
+        let (mut input, mut change) = (Some(Vec::new()), Vec::new());
+        for index in inputs.clone() {
+            let (level, slope) = read.middle(index, from, to);
+            let ramps = rates[index] > 0.0;
+            let value = match (level, slope) {
+                (Level::At(level), slope) if !ramps || slope == Level::At(0.0) => Some(level),
+                (_, Level::At(_)) if ramps => Some(read.value(index, from)),
+                _ => None,
+            };
+            singular[index] |= value.is_none() && holds.is_empty();
+            input = input.zip(value).map(|(mut known, value)| {
+                known.push(value * grids.size(index));
+                known
+            });
+            change.push(if let Level::At(side) = slope { side * rates[index] } else { 0.0 });
+        }
+        let touched = touches.iter().filter(|(_, at, _)| (at - to).abs() < ON_EVENTS.apart);
+        arcs.push(SwitchingArc {
+            start_s: pair[0] * duration,
+            end_s: pair[1] * duration,
+            input: input.unwrap_or_default(),
+            change: if rates.iter().any(|rate| *rate > 0.0) { change } else { Vec::new() },
+            holds,
+            touches: names(&mut touched.map(|(group, ..)| *group)),
         });
-        // What holds its own limit does not change.
-        let change = law.levels.iter().zip(&maneuver.inputs);
-        let change = change
-            .map(|(level, input)| input.ramp.map_or(0.0, |ramp| level.part().unwrap_or(0.0) * ramp.limit));
-        let ramps = maneuver.ramps().next().is_some();
-        let arc = SwitchingArc {
-            start_s,
-            end_s: end * maneuver.units.time,
-            input: input.collect::<Option<_>>().unwrap_or_default(),
-            change: if ramps { change.collect() } else { Vec::new() },
-            holds: names(&law.holds),
-            touches: arcs.contacts.get(index).map_or(Vec::new(), |limits| names(limits)),
-        };
-        match told.last_mut() {
-            // What round-off leaves between inputs that switch together is no arc.
-            Some(last) if *length <= least => {
-                last.end_s = arc.end_s;
-                last.touches.extend(arc.touches);
-            }
-            _ => told.push(arc),
+    }
+    Some((arcs, inputs.filter(|input| singular[*input]).collect()))
+}
+
+/// Returns the limits of the rates of all inputs \[N·m/s or N/s\], zero where there is none; `forces` of them come first.
+fn rates(problem: &Problem, forces: usize, inputs: usize) -> Vec<f64> {
+    let mut rates = vec![0.0; inputs];
+    for limit in problem.actuation.limits().filter(|limit| limit.kind == LimitKind::Rate) {
+        let first = if limit.of_force { 0 } else { forces };
+        for (rate, bound) in rates[first..].iter_mut().zip(limit.bounds) {
+            *rate = *bound;
         }
     }
-    told
+    rates
 }

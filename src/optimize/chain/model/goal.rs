@@ -5,6 +5,7 @@ use crate::maneuver::objective::{Fuel, Objective};
 use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::chain::tuning::{FUEL_PRICE, TIME_PRICE};
+use crate::optimize::discrete::step::Dynamics;
 
 /// What a chain minimises in place of the effort.
 #[derive(Clone, Debug)]
@@ -38,8 +39,8 @@ impl FuelPrice {
 }
 
 /// Builds the chain of a maneuver with a goal. Of least time or fuel its cost is what these cost, scaled.
-pub fn with_goal(problem: &Problem, steps: usize, goal: &Goal) -> Model {
-    let mut model = Model::new(problem, steps);
+pub fn with_goal(problem: &Problem, dynamics: Dynamics, goal: &Goal) -> Model {
+    let mut model = Model::of(problem, dynamics);
     let (stated, time_price) = (model.dynamics.units.time, goal.objective.time_price());
     if goal.objective.counts_time() {
         model.duration = Some(model.n);

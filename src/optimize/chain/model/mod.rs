@@ -51,6 +51,16 @@ use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
 pub(crate) use step::{Arc, Opening, Step};
 
+/// An input of one stage that is drawn to a value: `½ weight (u − at)²` is added to what a method minimises, and not to the cost of a plan.
+/// Where the input has that value the term moves nothing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pull {
+    pub stage: usize,
+    pub input: usize,
+    pub at: f64,
+    pub weight: f64,
+}
+
 /// The chain.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
@@ -80,6 +90,8 @@ pub(crate) struct Model {
     terminal: TerminalCondition,
     /// `W`, m×m, scaled.
     pub weight: DMatrix<f64>,
+    /// Inputs that are drawn to a value beside the cost, stage after stage.
+    pub pulls: Vec<Pull>,
     /// Power of the duration with which the effort goes.
     pub effort_power: i32,
     /// Units of the inputs [N or N·m].
@@ -142,6 +154,7 @@ impl Model {
             target: ChainState::of(&dynamics.point(&problem.end), DVector::zeros(wheels)),
             terminal: TerminalCondition::of(&problem.end_condition, dynamics.point(&problem.end)),
             weight,
+            pulls: Vec::new(),
             effort_power: 0,
             input_unit,
             forces,
@@ -205,6 +218,12 @@ impl Model {
     /// First stage that has inputs.
     pub fn first_input(&self) -> usize {
         self.dynamics.grid.first_input()
+    }
+
+    /// The inputs of a stage that are drawn to a value.
+    pub fn pulls_of(&self, stage: usize) -> &[Pull] {
+        let first = |stage: usize| self.pulls.partition_point(|pull| pull.stage < stage);
+        &self.pulls[first(stage)..first(stage + 1)]
     }
 
     /// Weight κ_k of kick k.

@@ -262,15 +262,18 @@ impl Cone {
         self.arc
     }
 
-    /// Whether it is the same cone at a node as another one on an arc.
-    pub(crate) fn is_node_of(&self, other: &Self) -> bool {
-        !self.arc
-            && other.arc
-            && self.boresight == other.boresight
+    /// Whether it is the same cone as another, at a node or on an arc.
+    pub(crate) fn is_same_as(&self, other: &Self) -> bool {
+        self.boresight == other.boresight
             && self.sign == other.sign
             && self.half_angle == other.half_angle
             && self.direction == other.direction
             && self.during == other.during
+    }
+
+    /// Whether it is the same cone at a node as another one on an arc.
+    pub(crate) fn is_node_of(&self, other: &Self) -> bool {
+        !self.arc && other.arc && self.is_same_as(other)
     }
 
     /// The row at the attitude of stage `stage` and along the arc from there, at its highest point: that of the arc with its ends where

@@ -15,11 +15,12 @@ use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use crate::mechanics::body::{Body, Inertia};
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::goal::with_goal;
-use crate::optimize::chain::model::{Goal, Model, step};
+use crate::optimize::chain::model::{Goal, Model, Pull, step};
 use crate::optimize::chain::rows::{LimitRows, Place, RowValue, What};
 use crate::optimize::chain::tests::{chains, random_inputs, reference_slew, shot, straight, stretch};
 use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Dynamics;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::method::ConvexIteration;
@@ -60,8 +61,15 @@ fn past_moving(problem: Problem) -> [(Problem, Model); 2] {
     let problem =
         problem.with_constraint(cone(Side::KeepOut, moving)).with_constraint(cone(Side::KeepIn, disc));
     let goal = Goal { objective: Objective::Time };
-    let models = [Model::new(&problem, problem.steps), with_goal(&problem, problem.steps, &goal)];
-    models.map(|model| (problem.clone(), model))
+    let models = [
+        Model::new(&problem, problem.steps),
+        with_goal(&problem, Dynamics::new(&problem, problem.steps), &goal),
+    ];
+    // One of the inputs is drawn to a value.
+    models.map(|mut model| {
+        model.pulls.push(Pull { stage: 2, input: 1, at: 0.4, weight: 0.7 });
+        (problem.clone(), model)
+    })
 }
 
 /// All that a program gives, and the point there, of each of so many chains.
@@ -105,7 +113,9 @@ fn a_program_has_the_values_of_the_chain() {
         assert!(program.values(&point, &mut values));
         let defect = values.defects.iter().fold(0.0f64, |worst, value| worst.max(value.abs()));
         assert!(defect < 1e-13, "{defect:.1e}");
-        let cost = iterate.cost(model);
+        let pull =
+            |pull: &Pull| 0.5 * pull.weight * (iterate.inputs[pull.stage][pull.input] - pull.at).powi(2);
+        let cost = iterate.cost(model) + model.pulls.iter().map(pull).sum::<f64>();
         assert!((values.cost / program.scale() - cost).abs() < 1e-12 * cost, "{} {cost}", values.cost);
         let mut met = 0;
         for (index, row) in program.of_rows() {

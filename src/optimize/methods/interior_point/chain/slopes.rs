@@ -618,6 +618,17 @@ impl ChainProgram<'_> {
             gradient[d] += power * effort;
             hessian[d * z + d] += power * power * effort;
         }
+        for pull in model.pulls_of(k) {
+            let weight = pull.weight * self.scale;
+            let slope = weight * (space.inputs[pull.input] - pull.at);
+            let own = || self.lanes.iter().enumerate().filter(|(_, lane)| lane.input == pull.input);
+            for (place, lane) in own() {
+                gradient[place] += slope * lane.factor;
+                for (other, second) in own() {
+                    hessian[place * z + other] += weight * lane.factor * second.factor;
+                }
+            }
+        }
         if let Some(fuel) = &model.fuel {
             let each = model.kick_weight(k) * self.scale / stage.stretch;
             let own = self.lanes.iter().enumerate();

@@ -227,6 +227,9 @@ impl ChainProgram<'_> {
             cost += 0.5 * slope * own;
         }
         cost *= model.effort_weight(k, stage.stretch);
+        for pull in model.pulls_of(k) {
+            cost += 0.5 * pull.weight * (space.inputs[pull.input] - pull.at).powi(2);
+        }
         if let Some(fuel) = &model.fuel {
             let burnt = self.lanes.iter().zip(&at.inputs[k * m..]);
             let burnt = burnt.filter(|(lane, _)| !fuel.is_of_norm(lane.input < model.forces));

@@ -1,0 +1,488 @@
+//! The events of a discrete optimum within limits: the times at which an input switches, or a limit begins or ceases to act.
+//!
+//! A node of the grid stands for the cell about it. Between two arcs an input has cells whose value lies between those of the arcs. The
+//! switch divides these cells so that the impulse is kept:
+//!
+//! ```text
+//! t = t_L + Σ κ_k (u_k − u_R)/(u_L − u_R)
+//! ```
+//!
+//! with the values `u_L`, `u_R` of the arcs on either side, `t_L` where the last cell of the left one ends, and the sum over the cells
+//! between. Where a node is at the switch its input is the mean of both sides, and `t` is the time of that node. An input whose rate is
+//! limited has steps in place of cells, and its rates in place of its values. A cone that is touched has its event where the parabola
+//! through the nodes about the touch is highest.
+//!
+//! A row acts where its multiplier exceeds its slack: at an optimum of the interior point their product is the barrier term, and one
+//! of them is small.
+
+use super::settings::ON_EVENTS;
+use crate::optimize::chain::iterate::{Evaluated, Iterate};
+use crate::optimize::chain::model::{Model, step};
+use crate::optimize::chain::rows::{Cone, What};
+use crate::optimize::chain::{Chain, iterate};
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::methods::method::Watch;
+
+/// What an input does at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Level {
+    /// At this part of its limit: 1, −1, or off.
+    At(f64),
+    /// Within its limits.
+    Within,
+}
+
+/// A cell of an input: from one time to another, as parts of the duration.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    from: f64,
+    to: f64,
+    at: f64,
+    value: f64,
+    level: Level,
+    /// By how much the cost presses the input to its limit, for a unit of the input as a part of its limit and of time; zero within.
+    press: f64,
+}
+
+/// A time at which something switches, as a part of the duration, and the inputs that switch then.
+#[derive(Clone, Debug)]
+pub(super) struct Event {
+    pub at: f64,
+    /// Steps of the coarsest grid about it that are equal: none of a switch, one of a touch within a step, two of a touch at a node.
+    pub about: usize,
+    pub switches: Vec<Switch>,
+}
+
+/// An input that switches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Switch {
+    pub input: usize,
+    /// Before and after, as parts of its limit.
+    pub levels: [f64; 2],
+    /// Rate of the switching function, for a unit of the input as a part of its limit.
+    pub slope: f64,
+}
+
+/// A discrete optimum, read.
+pub(super) struct Read<'a> {
+    chain: &'a Chain,
+    iterate: Iterate,
+    /// Times of the nodes, as parts of the duration.
+    nodes: Vec<f64>,
+    /// Whether each row acts.
+    acts: Vec<bool>,
+    multipliers: &'a [f64],
+    /// Limits of the inputs, in the units of the duration found.
+    bounds: Vec<f64>,
+    /// Below this part of its limit an input is off.
+    off: f64,
+}
+
+impl<'a> Read<'a> {
+    /// Reads an optimum that the interior point found at a barrier term of `barrier`; `None` where it cannot be evaluated.
+    pub fn of(chain: &'a Chain, found: &'a Candidate, bounds: &[f64], barrier: f64) -> Option<Self> {
+        let iterate = iterate(found);
+        let Evaluated { rows, .. } = iterate.evaluate(&chain.model, &chain.rows, Watch::NONE).ok()?;
+        let (_, multipliers) = &found.multipliers;
+        let acts = rows.iter().zip(multipliers).map(|(row, multiplier)| *multiplier > -row.violation());
+        let grid = &chain.model.dynamics.grid;
+        let nodes = (0..=grid.steps()).map(|node| grid.time(node) / grid.duration()).collect();
+        let grown = iterate.stretch().powi(2);
+        let bounds = bounds.iter().map(|bound| bound * grown).collect();
+        Some(Self { chain, acts: acts.collect(), multipliers, iterate, nodes, bounds, off: barrier.sqrt() })
+    }
+
+    fn model(&self) -> &Model {
+        &self.chain.model
+    }
+
+    /// The rows of a stage that act.
+    fn acting(&self, stage: usize) -> impl Iterator<Item = (usize, &What)> {
+        let range = self.chain.rows.range(stage);
+        range
+            .filter(|row| self.acts[*row])
+            .map(|row| (self.chain.rows.rows[row].group, &self.chain.rows.rows[row].what))
+    }
+
+    /// Whether the rate of an input is limited.
+    pub fn has_rate(&self, input: usize) -> bool {
+        let stage = self.model().first_input();
+        self.chain.rows.range(stage).any(
+            |row| matches!(&self.chain.rows.rows[row].what, What::InputRate { input: own, .. } if *own == input),
+        )
+    }
+
+    /// What an input does at a node.
+    pub fn level(&self, input: usize, node: usize) -> Level {
+        let side = self.acting(node).find_map(|(_, what)| match what {
+            What::InputSize { input: own, sign, .. } if *own == input => Some(*sign),
+            _ => None,
+        });
+        match side {
+            Some(sign) => Level::At(sign),
+            None if self.iterate.inputs[node][input].abs() <= self.off * self.bounds[input] => Level::At(0.0),
+            None => Level::Within,
+        }
+    }
+
+    /// By how much the cost presses an input to its limit at a node, for a unit of the input as a part of its limit and of time.
+    fn press(&self, input: usize, node: usize) -> f64 {
+        let kick = self.model().kick_weight(node);
+        let rows = self.chain.rows.range(node).filter(|row| self.acts[*row]);
+        let own = rows.filter(
+            |row| matches!(self.chain.rows.rows[*row].what, What::InputSize { input: own, .. } if own == input),
+        );
+        let grown = self.iterate.stretch().powi(2);
+        own.map(|row| self.multipliers[row] * grown / kick).sum()
+    }
+
+    /// The rate of an input on the step behind a node, as a part of its limit where it is at that.
+    fn change(&self, input: usize, step: usize) -> Level {
+        let side = self.acting(step).find_map(|(_, what)| match what {
+            What::InputRate { input: own, sign, .. } if *own == input => Some(*sign),
+            _ => None,
+        });
+        match (side, self.level(input, step), self.level(input, step + 1)) {
+            (Some(sign), ..) => Level::At(sign),
+            (None, Level::At(a), Level::At(b)) if a == b => Level::At(0.0),
+            _ => Level::Within,
+        }
+    }
+
+    /// The levels of an input, or of its rate where that is limited.
+    fn levels(&self, input: usize) -> Vec<f64> {
+        let one_sided = self.chain.rows.range(self.model().first_input()).any(
+            |row| matches!(&self.chain.rows.rows[row].what, What::Push { input: own, .. } if *own == input),
+        );
+        match (self.has_rate(input), one_sided, &self.model().fuel) {
+            (true, ..) => vec![-1.0, 0.0, 1.0],
+            (false, true, _) => vec![0.0, 1.0],
+            (false, false, Some(_)) => vec![-1.0, 0.0, 1.0],
+            (false, false, None) => vec![-1.0, 1.0],
+        }
+    }
+
+    /// The cells of an input, with values as parts of its limit.
+    fn cells(&self, input: usize) -> Vec<Cell> {
+        let (model, nodes) = (self.model(), &self.nodes);
+        let value = |node: usize| self.iterate.inputs[node][input] / self.bounds[input];
+        if !self.has_rate(input) {
+            return self.about_nodes(|node| (value(node), self.level(input, node), self.press(input, node)));
+        }
+        let slope = |step: usize| (value(step + 1) - value(step)) / (nodes[step + 1] - nodes[step]);
+        let steps = model.first_input()..model.steps;
+        // The steepest of all is the limit of the rate, or within it.
+        let most = steps.clone().map(|step| slope(step).abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let cell = |step: usize| Cell {
+            from: nodes[step],
+            to: nodes[step + 1],
+            at: 0.5 * (nodes[step] + nodes[step + 1]),
+            value: slope(step) / most,
+            level: self.change(input, step),
+            press: 0.0,
+        };
+        steps.map(cell).collect()
+    }
+
+    fn about_nodes(&self, of: impl Fn(usize) -> (f64, Level, f64)) -> Vec<Cell> {
+        let nodes = &self.nodes;
+        let middle = |step: usize| 0.5 * (nodes[step] + nodes[step + 1]);
+        let cell = |node: usize| {
+            let (value, level, press) = of(node);
+            let from = if node == 0 { nodes[0] } else { middle(node - 1) };
+            let to = if node + 1 == nodes.len() { nodes[node] } else { middle(node) };
+            Cell { from, to, at: nodes[node], value, level, press }
+        };
+        (self.model().first_input()..nodes.len()).map(cell).collect()
+    }
+
+    /// Returns all events in order; those that are near to each other are one.
+    pub fn events(&self) -> Vec<Event> {
+        let apart = ON_EVENTS.apart;
+        let mut events = Vec::new();
+        for input in 0..self.model().m {
+            // Rates are drawn to nothing.
+            let drawn = !self.has_rate(input);
+            let own = switches(&self.cells(input), &self.levels(input)).into_iter();
+            events.extend(own.map(|(at, levels, slope)| {
+                let switches = if drawn { vec![Switch { input, levels, slope }] } else { Vec::new() };
+                Event { at, about: 0, switches }
+            }));
+        }
+        let bare = |at: f64, about: usize| Event { at, about, switches: Vec::new() };
+        events.extend(self.touches().into_iter().map(|(_, at, inside)| bare(at, if inside { 1 } else { 2 })));
+        events.retain(|event| event.at > apart && event.at < 1.0 - apart);
+        events.sort_by(|a, b| a.at.total_cmp(&b.at));
+        let merged = events.chunk_by(|a, b| b.at - a.at <= apart).map(|same| Event {
+            at: same.iter().map(|event| event.at).sum::<f64>() / same.len() as f64,
+            about: same.iter().map(|event| event.about).min().unwrap_or(0),
+            switches: same.iter().flat_map(|event| event.switches.clone()).collect(),
+        });
+        merged.collect()
+    }
+
+    /// Returns the cones that the motion touches, by their groups, with the times of the touch, and whether that is within a step.
+    pub fn touches(&self) -> Vec<(usize, f64, bool)> {
+        let (model, rows) = (self.model(), &self.chain.rows);
+        let mut touched = Vec::new();
+        for row in rows.range(1.min(model.steps)) {
+            let What::Cone(cone) = &rows.rows[row].what else { continue };
+            if cone.is_of_arc() || rows.rows[row].what.is_equation() {
+                continue;
+            }
+            let acts = |stage: usize| {
+                self.acting(stage).any(|(_, what)| match what {
+                    What::Cone(own) => own.is_same_as(cone),
+                    _ => false,
+                })
+            };
+            let stages: Vec<usize> = (0..model.steps).filter(|stage| acts(*stage)).collect();
+            for run in stages.chunk_by(|a, b| b - a == 1) {
+                if run.len() > ON_EVENTS.cells {
+                    continue;
+                }
+                let highest = run.iter().filter_map(|stage| self.highest(cone, *stage));
+                let Some((stage, fraction, _)) = highest.max_by(|a, b| a.2.total_cmp(&b.2)) else { continue };
+                let inside = fraction > ON_EVENTS.at_node && fraction < 1.0 - ON_EVENTS.at_node;
+                let time = if inside {
+                    self.nodes[stage] + fraction * (self.nodes[stage + 1] - self.nodes[stage])
+                } else {
+                    self.vertex(cone, stage + usize::from(fraction > 0.5))
+                };
+                touched.push((rows.rows[row].group, time, inside));
+            }
+        }
+        touched
+    }
+
+    /// The highest point of a cone's row on the step behind a node: the fraction of the step, and the value.
+    fn highest(&self, cone: &Cone, stage: usize) -> Option<(usize, f64, f64)> {
+        let (model, state) = (self.model(), &self.iterate.states[stage]);
+        let arc = step::step(model, stage, state, &self.iterate.inputs[stage + 1]).ok()?.arc;
+        let at = cone.met(model, stage, (&state.attitude, state.stretch), Some(&arc.turn), true)?;
+        Some((stage, at.fraction, at.c))
+    }
+
+    /// The time about a node at which the nodes say that a cone's row is highest.
+    fn vertex(&self, cone: &Cone, node: usize) -> f64 {
+        let node = node.clamp(1, self.model().steps - 1);
+        let value = |node: usize| {
+            let state = &self.iterate.states[node];
+            cone.value(self.model(), node, (&state.attitude, state.stretch), None)
+        };
+        let [before, at, after] = [node - 1, node, node + 1].map(value);
+        match (before, at, after) {
+            (Some(before), Some(at), Some(after)) => {
+                vertex([node - 1, node, node + 1].map(|node| self.nodes[node]), [before, at, after])
+            }
+            _ => self.nodes[node],
+        }
+    }
+
+    /// Returns the groups of the constraints that act at every node from one time to another, and of limits that inputs of limited
+    /// rates keep.
+    pub fn held(&self, from: f64, to: f64) -> Vec<usize> {
+        let rows = &self.chain.rows;
+        let inside: Vec<usize> = (0..self.model().steps)
+            .filter(|node| self.nodes[*node] > from && self.nodes[*node + 1] < to)
+            .collect();
+        let shapes = |what: &What| match what {
+            What::RateNorm { .. } | What::RateAxis { .. } | What::Cone(_) | What::Wheel { .. } => true,
+            What::InputSize { input, .. } => self.has_rate(*input),
+            _ => false,
+        };
+        let acts =
+            |stage: usize, group: usize| self.acting(stage).any(|(own, what)| own == group && shapes(what));
+        let all = |group: &usize| !inside.is_empty() && inside.iter().all(|stage| acts(*stage, *group));
+        (0..rows.groups.len()).filter(all).collect()
+    }
+
+    /// Returns what every input does about the middle of an arc: its level and its value as a part of its limit at the time `at`, and
+    /// its rate, with that.
+    pub fn middle(&self, input: usize, from: f64, to: f64) -> (Level, Level) {
+        let middle = 0.5 * (from + to);
+        let after = self.nodes.partition_point(|node| *node <= middle).clamp(1, self.model().steps);
+        let nearest =
+            if middle - self.nodes[after - 1] < self.nodes[after] - middle { after - 1 } else { after };
+        let change = if self.has_rate(input) { self.change(input, after - 1) } else { Level::At(0.0) };
+        (self.level(input, nearest.max(self.model().first_input())), change)
+    }
+
+    /// Returns an input at a time, as a part of its limit.
+    pub fn value(&self, input: usize, at: f64) -> f64 {
+        let after = self.nodes.partition_point(|node| *node <= at).clamp(1, self.model().steps);
+        let value = |node: usize| self.iterate.inputs[node][input] / self.bounds[input];
+        let part = (at - self.nodes[after - 1]) / (self.nodes[after] - self.nodes[after - 1]);
+        value(after - 1) + (value(after) - value(after - 1)) * part.clamp(0.0, 1.0)
+    }
+}
+
+/// The time at which a parabola through three points is highest, not beyond these.
+fn vertex(times: [f64; 3], values: [f64; 3]) -> f64 {
+    let slope = |i: usize| (values[i + 1] - values[i]) / (times[i + 1] - times[i]);
+    let bend = (slope(1) - slope(0)) / (times[2] - times[0]);
+    let at = 0.5 * (times[0] + times[1]) - 0.5 * slope(0) / bend;
+    if bend < 0.0 { at.clamp(times[0], times[2]) } else { times[1] }
+}
+
+/// Cells of one arc: all of them have one level, or are within.
+struct Run<'a> {
+    cells: &'a [Cell],
+    /// The same without those that belong to a switch.
+    settled: std::ops::Range<usize>,
+}
+
+impl Run<'_> {
+    /// The value of the arc, continued to a time.
+    fn value(&self, first: usize, at: f64) -> f64 {
+        let inside = &self.cells[self.settled.clone()];
+        if let Level::At(level) = inside[0].level {
+            return level;
+        }
+        if inside.len() == 1 {
+            return inside[0].value;
+        }
+        let [a, b] = if first == 0 {
+            [&inside[0], &inside[1]]
+        } else {
+            [&inside[inside.len() - 2], &inside[inside.len() - 1]]
+        };
+        a.value + (b.value - a.value) * (at - a.at) / (b.at - a.at)
+    }
+
+    /// The rate of the switching function beside a switch at `at`, where it is zero: from the nearest cell that is at its limit.
+    fn slope(&self, first: usize, at: f64) -> f64 {
+        let inside = &self.cells[self.settled.clone()];
+        let cell = if first == 0 { &inside[0] } else { &inside[inside.len() - 1] };
+        cell.press / (cell.at - at).abs().max(0.5 * (cell.to - cell.from))
+    }
+}
+
+/// The times at which an input switches whose arcs have these levels: each with the levels before and after, and the rate of the
+/// switching function. A pulse that is too short is none.
+fn switches(cells: &[Cell], levels: &[f64]) -> Vec<(f64, [f64; 2], f64)> {
+    let mut runs: Vec<(usize, Run)> = Vec::new();
+    let mut first = 0;
+    for own in cells.chunk_by(|a, b| a.level == b.level) {
+        let last = first + own.len();
+        let within = own[0].level == Level::Within;
+        // The outermost cells of what is within belong to the switches there.
+        let begin = usize::from(within && first > 0);
+        let end = own.len() - usize::from(within && last < cells.len());
+        if !within || own.len() >= ON_EVENTS.cells {
+            runs.push((first, Run { cells: own, settled: begin..end }));
+        }
+        first = last;
+    }
+    let mut found = Vec::new();
+    let pulse = |cells: &[Cell], beside: &Run| {
+        pulse(cells, beside, levels).filter(|(width, ..)| *width > ON_EVENTS.apart)
+    };
+    let (Some((first, opening)), Some((last, closing))) = (runs.first(), runs.last()) else { return found };
+    // A pulse shorter than its cells, at one of the ends.
+    let before = &cells[..first + opening.settled.start];
+    let after = &cells[last + closing.settled.end..];
+    if let Some((width, _, levels)) = pulse(before, opening) {
+        let at = cells[0].from + width;
+        found.push((at, [levels[1], levels[0]], opening.slope(0, at)));
+    }
+    if let Some((width, _, levels)) = pulse(after, closing) {
+        let at = cells[cells.len() - 1].to - width;
+        found.push((at, levels, closing.slope(1, at)));
+    }
+    for pair in runs.windows(2) {
+        let ((left_first, left), (right_first, right)) = (&pair[0], &pair[1]);
+        let (last, next) = (left_first + left.settled.end - 1, right_first + right.settled.start);
+        let bounds = [cells[last].to, cells[next].from];
+        let middle = 0.5 * (bounds[0] + bounds[1]);
+        let jump = left.value(1, middle) - right.value(0, middle);
+        let between = &cells[last + 1..next];
+        if jump.abs() < ON_EVENTS.same_level {
+            if let Some((width, at, levels)) = pulse(between, left) {
+                let [from, to] = [at - 0.5 * width, at + 0.5 * width];
+                found.push((from, levels, left.slope(1, from)));
+                found.push((to, [levels[1], levels[0]], right.slope(0, to)));
+            }
+            continue;
+        }
+        let mut at = bounds[0];
+        for cell in between {
+            let [l, r] = [left.value(1, cell.at), right.value(0, cell.at)];
+            at += (cell.to - cell.from) * (cell.value - r) / (l - r);
+        }
+        let at = at.clamp(cells[last].from, cells[next].to);
+        let slopes = [left.slope(1, at), right.slope(0, at)];
+        let known = slopes.iter().filter(|slope| **slope > 0.0).count().max(1);
+        let slope = slopes.iter().sum::<f64>() / known as f64;
+        found.push((at, [left.value(1, at), right.value(0, at)], slope));
+    }
+    found
+}
+
+/// The width and the middle of a pulse that is shorter than the cells that it lies in, beside an arc at a level; with that level and its
+/// own.
+fn pulse(cells: &[Cell], beside: &Run, levels: &[f64]) -> Option<(f64, f64, [f64; 2])> {
+    let Level::At(base) = beside.cells[0].level else { return None };
+    let off = |cell: &Cell| (cell.to - cell.from) * (cell.value - base);
+    let impulse: f64 = cells.iter().map(off).sum();
+    let beyond = |level: &&f64| (**level - base) * impulse > 0.0;
+    let nearest = |a: &&f64, b: &&f64| (*a - base).abs().total_cmp(&(*b - base).abs());
+    let level = levels.iter().filter(beyond).min_by(nearest)?;
+    let at = cells.iter().map(|cell| off(cell) * cell.at).sum::<f64>() / impulse;
+    Some((impulse / (level - base), at, [base, *level]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cell, Level, switches, vertex};
+
+    /// Cells of a tenth each with such values; those at ±1 and 0 are at levels.
+    fn cells(values: &[f64]) -> Vec<Cell> {
+        let cell = |(index, value): (usize, &f64)| {
+            let from = 0.1 * index as f64;
+            let level = if value.abs() == 1.0 || *value == 0.0 { Level::At(*value) } else { Level::Within };
+            Cell { from, to: from + 0.1, at: from + 0.05, value: *value, level, press: value.abs() }
+        };
+        values.iter().enumerate().map(cell).collect()
+    }
+
+    fn times(values: &[f64], levels: &[f64]) -> Vec<f64> {
+        switches(&cells(values), levels).into_iter().map(|(at, ..)| at).collect()
+    }
+
+    fn are(found: &[f64], expected: &[f64]) {
+        let near = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(near && found.len() == expected.len(), "{found:?} {expected:?}");
+    }
+
+    #[test]
+    fn a_switch_divides_its_cells_so_that_the_impulse_is_kept() {
+        are(&times(&[1.0, 1.0, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[0.2]);
+        are(&times(&[1.0, 1.0, 0.25, -1.0, -1.0], &[-1.0, 1.0]), &[0.2 + 0.1 * 1.25 / 2.0]);
+        // Two cells between, and no impulse in the second one.
+        are(&times(&[1.0, 1.0, 0.5, 1e-9, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[0.25 + 1e-10]);
+    }
+
+    #[test]
+    fn a_pulse_within_a_cell_has_its_impulse_and_its_middle() {
+        are(&times(&[0.0, 0.0, -0.4, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[0.23, 0.27]);
+        are(&times(&[0.6, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[0.06]);
+        are(&times(&[1.0, 1.0, 0.6], &[-1.0, 1.0]), &[0.28]);
+        // One that is shorter than what counts is none.
+        are(&times(&[0.0, 0.0, -1e-5, 0.0, 0.0], &[-1.0, 0.0, 1.0]), &[]);
+    }
+
+    #[test]
+    fn what_is_within_its_limits_is_continued_to_its_ends() {
+        // From 1 to a ramp through 0.5 and 0.4, whose value at the switch is 0.6: the cell between has the mean.
+        are(&times(&[1.0, 1.0, 0.8, 0.5, 0.4, 0.3, 0.3], &[-1.0, 1.0]), &[0.25]);
+    }
+
+    #[test]
+    fn a_parabola_is_highest_at_its_vertex() {
+        let parabola = |t: f64| 1.0 - (t - 0.37).powi(2);
+        let times = [0.2, 0.3, 0.6];
+        assert!((vertex(times, times.map(parabola)) - 0.37).abs() < 1e-14);
+        assert_eq!(vertex(times, times.map(|t| -parabola(t))), 0.3);
+    }
+}

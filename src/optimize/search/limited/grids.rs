@@ -1,0 +1,312 @@
+//! Optima on grids that have a node at every event.
+//!
+//! An input that switches has one node between its two levels. At an optimum of the discrete maneuver that input is at one of its limits
+//! or where its switching function vanishes, and of these there are no more than equations at the end. Where there are more switches
+//! than equations the input is therefore drawn to the mean of both sides: with
+//!
+//! ```text
+//! ½ w (u − ū)² ,     w = |ṡ| κ²/|u_L − u_R|
+//! ```
+//!
+//! for the rate `ṡ` of the switching function and the weight `κ` of the kick, the node has the value that a switch has which Newton's
+//! step moves by `−s/ṡ`. At the fixed point `u = ū`: the term and its slope are zero, the switching function vanishes at the node, and
+//! the plan is a discrete optimum without the term.
+
+use super::events::{Event, Read};
+use super::fixed_point::Anderson;
+use super::settings::ON_EVENTS;
+use crate::lie;
+use crate::maneuver::grid::Grid;
+use crate::maneuver::problem::{Problem, Scheme};
+use crate::maneuver::solution::{Rung, Trajectory};
+use crate::mechanics::environment::Pose;
+use crate::optimize::chain::model::{Goal, Pull};
+use crate::optimize::chain::{Chain, path};
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
+use crate::optimize::methods::interior_point::method::InteriorPoint;
+use crate::optimize::methods::interior_point::tuning::Tuning;
+use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::chains::along;
+use crate::optimize::search::cheapest::resampled;
+use crate::optimize::search::context::Context;
+use crate::optimize::search::transfer::{Interpolant, transfer};
+use std::rc::Rc;
+
+/// A discrete optimum, and its events: on a grid that has a node at each of them, once it is settled.
+#[derive(Clone)]
+pub(super) struct OnGrid {
+    chain: Rc<Chain>,
+    found: Attempt,
+    pub events: Vec<Event>,
+}
+
+impl OnGrid {
+    /// Returns the same with other events.
+    pub fn with_events(&self, events: Vec<Event>) -> Self {
+        Self { events, ..self.clone() }
+    }
+
+    /// Returns its cost in the user's unit.
+    pub fn cost(&self) -> f64 {
+        self.chain.price(&self.found.candidate)
+    }
+
+    /// Returns its duration as a multiple of the stated one.
+    pub fn stretch(&self) -> f64 {
+        self.found.candidate.grid.duration()
+    }
+
+    /// Returns the times of the events, as parts of the duration.
+    pub fn times(&self) -> Vec<f64> {
+        self.events.iter().map(|event| event.at).collect()
+    }
+
+    /// Returns what the cost exceeds the optimum by, relative.
+    pub fn gap(&self) -> Option<f64> {
+        self.found.barrier.map(|[_, gap]| gap)
+    }
+
+    /// Returns the name of a group of rows.
+    pub fn name(&self, group: usize) -> String {
+        self.chain.rows.groups[group].name.clone()
+    }
+
+    /// Returns the number of inputs.
+    pub fn inputs(&self) -> usize {
+        self.chain.model.m
+    }
+
+    /// Returns the number of forces, the first of the inputs.
+    pub fn forces(&self) -> usize {
+        self.chain.model.forces
+    }
+}
+
+/// The grids of one attempt.
+pub(super) struct Grids<'a, 'c> {
+    /// The maneuver in the duration of its plan.
+    pub stated: &'a Problem,
+    goal: &'a Goal,
+    context: &'a Context<'c>,
+    /// Steps of the first grid in all.
+    steps: usize,
+    /// The chain on equal steps, on which the events are read first.
+    equal: Rc<Chain>,
+    /// Limits of the inputs in the stated duration.
+    bounds: Vec<f64>,
+}
+
+impl<'a, 'c> Grids<'a, 'c> {
+    /// Returns the grids of an attempt with so many steps.
+    pub fn of(stated: &'a Problem, goal: &'a Goal, context: &'a Context<'c>, steps: usize) -> Self {
+        let equal = Chain::with_goal(stated, ON_EVENTS.read * steps, goal);
+        let bounds = equal.model.input_bounds(stated);
+        Self { stated, goal, context, steps, equal: Rc::new(equal), bounds }
+    }
+
+    /// Returns the limit of an input \[N or N·m\].
+    pub fn size(&self, input: usize) -> f64 {
+        self.bounds[input] * self.equal.model.input_unit[input]
+    }
+
+    /// Returns the optimum on equal steps near a plan, and its events.
+    pub fn first(&self, plan: &Trajectory) -> Option<OnGrid> {
+        let start = resampled(&self.equal, "arcs", plan).pop()?;
+        let found = self.optimised(&self.equal, start, Tuning::default())?;
+        let mut first = OnGrid { chain: self.equal.clone(), found, events: Vec::new() };
+        first.events = self.read(&first)?.events();
+        Some(first)
+    }
+
+    /// Returns an optimum as it is read; `None` where it cannot be evaluated.
+    pub fn read<'b>(&self, at: &'b OnGrid) -> Option<Read<'b>> {
+        let [barrier, _] = at.found.barrier?;
+        Read::of(&at.chain, &at.found.candidate, &self.bounds, barrier)
+    }
+
+    /// Returns the steps of the first grid between the start, each of the events, and the end.
+    pub fn counts(&self, events: &[Event]) -> Vec<usize> {
+        let times = with_ends(events);
+        let steps = |pair: &[f64]| ((pair[1] - pair[0]) * self.steps as f64).ceil() as usize;
+        times.windows(2).map(|pair| steps(pair).max(ON_EVENTS.of_arc)).collect()
+    }
+
+    /// Returns the optimum on the grid of its own events, from one on a grid near that. Where `counts` gives the steps of the first grid
+    /// between events, and how many times as many there are here, no arc may come any more.
+    pub fn settled(&self, from: &OnGrid, counts: Option<(&[usize], usize)>) -> Option<OnGrid> {
+        let (mut at, mut rounds) = (from.clone(), Anderson::default());
+        for round in 0..ON_EVENTS.rounds {
+            let (own, finer) =
+                counts.map_or_else(|| (self.counts(&at.events), 1), |(own, finer)| (own.to_vec(), finer));
+            let chain = Rc::new(self.chain(&at, &own, finer)?);
+            let tuning = if round == 0 { Tuning::near() } else { Tuning::close() };
+            let found = self.carried(&at, &chain, tuning)?;
+            let next = OnGrid { chain, found, events: at.events.clone() };
+            let events = self.read(&next)?.events();
+            let is_new =
+                |event: &Event| at.events.iter().all(|old| (old.at - event.at).abs() > ON_EVENTS.near);
+            let comes = events.iter().any(is_new);
+            if comes && counts.is_some() {
+                return None;
+            }
+            let free = round < ON_EVENTS.free && events.len() != at.events.len();
+            if comes || free && counts.is_none() {
+                // A node where nothing switches does no harm: after the first rounds no event is dropped.
+                let events = if free { events } else { together(&at.events, &events) };
+                (at, rounds) = (OnGrid { events, ..next }, Anderson::default());
+                continue;
+            }
+            let events = nearest(&at.events, &events);
+            let moved = events.iter().zip(&at.events).map(|(a, b)| (a.at - b.at).abs()).fold(0.0, f64::max);
+            if moved <= ON_EVENTS.settled {
+                return Some(next);
+            }
+            let events = in_order(rounds.next(&times(&at.events), &times(&events)), events);
+            at = OnGrid { events, ..next };
+        }
+        None
+    }
+
+    /// Improves a candidate; `None` where that does not converge.
+    fn optimised(&self, chain: &Chain, start: Candidate, tuning: Tuning) -> Option<Attempt> {
+        let tuning = Tuning { last: ON_EVENTS.barrier, ..tuning };
+        let method = InteriorPoint { chain, tuning: &tuning, family: None };
+        let found = self.context.tried(Rung::InteriorPoint, &method, start);
+        found.converged().then_some(found)
+    }
+
+    /// The chain on a grid that has so many steps between one event and the next, times `finer`.
+    ///
+    /// A touch is in the middle of equal steps. So it is in the middle of one step, or at a node, on every grid of three times as many.
+    fn chain(&self, at: &OnGrid, counts: &[usize], finer: usize) -> Option<Chain> {
+        let ends = with_ends(&at.events);
+        // Times, with the steps until each.
+        let (mut places, mut passed) = (vec![(0.0, 0)], 0);
+        let mut stages = Vec::new();
+        for (index, event) in at.events.iter().enumerate() {
+            passed += counts[index];
+            let half = 0.5 * event.about as f64;
+            let step = |from: f64, to: f64, count: usize| (to - from) / (count as f64 + half);
+            let before = step(ends[index], event.at, counts[index]);
+            let after = step(event.at, ends[index + 2], counts[index + 1]);
+            let width = half * before.min(after);
+            stages.push(passed * finer);
+            places.push((event.at - width, passed));
+            if event.about > 0 {
+                passed += event.about;
+                places.push((event.at + width, passed));
+            }
+        }
+        passed += counts.last()?;
+        places.push((1.0, passed));
+        let pieces = places.windows(2).flat_map(|pair| {
+            let [(from, first), (to, last)] = [pair[0], pair[1]];
+            let count = (last - first) * finer;
+            vec![(to - from) / count as f64; count]
+        });
+        let grid = Grid::of_lengths(Scheme::LieVerlet, &pieces.collect::<Vec<_>>()).ok()?.with_duration(1.0);
+        let mut chain = Chain::with_goal_on(self.stated, grid, self.goal);
+        chain.model.pulls = self.pulls(at, &chain, &stages);
+        Some(chain)
+    }
+
+    /// The inputs that switch, each drawn to the mean of both sides at the node of its event.
+    fn pulls(&self, at: &OnGrid, chain: &Chain, stages: &[usize]) -> Vec<Pull> {
+        let grid = &chain.model.dynamics.grid;
+        let grown = at.stretch().powi(2);
+        let of = |(event, stage): (&Event, &usize)| -> Vec<Pull> {
+            let (stage, kick) = (*stage, grid.kick(*stage));
+            let [before, after] = [grid.step(stage - 1), grid.step(stage)];
+            let pull = |input: usize, levels: [f64; 2], slope: f64| {
+                let unit = self.bounds[input] * grown;
+                let mean = (before * levels[0] + after * levels[1]) / (before + after);
+                let weight = slope * kick * kick / ((levels[0] - levels[1]).abs() * unit * unit);
+                Pull { stage, input, at: mean * unit, weight }
+            };
+            event.switches.iter().map(|switch| pull(switch.input, switch.levels, switch.slope)).collect()
+        };
+        at.events.iter().zip(stages).flat_map(of).collect()
+    }
+
+    /// The optimum on another grid, from that on a grid whose events are nearly the same.
+    fn carried(&self, from: &OnGrid, chain: &Chain, tuning: Tuning) -> Option<Attempt> {
+        let (few, many) = (from.chain.model.steps, chain.model.steps);
+        let known = &from.found.candidate;
+        if many.is_multiple_of(few)
+            && let Some(found) = self.optimised(chain, transfer([&from.chain, chain], known), tuning)
+        {
+            return Some(found);
+        }
+        let times: Vec<f64> = (0..=few).map(|node| known.grid.time(node) / known.grid.duration()).collect();
+        let nodes = Interpolant::of(known.states.iter().map(Point::pose).collect());
+        let pose = |node: usize| -> Pose {
+            let (low, share) = place(&times, chain.model.dynamics.grid.time(node));
+            nodes.at(low, share)
+        };
+        let along = path("arcs", &chain.model.dynamics.grid, (0..=many).map(pose));
+        self.optimised(chain, along, Tuning::default())
+    }
+}
+
+/// Returns how far the path of a plan is from that of an optimum, at most \[rad\].
+pub(super) fn distance(found: &OnGrid, plan: &Trajectory) -> f64 {
+    let candidate = &found.found.candidate;
+    let path = along("plan", plan, &found.chain.model.dynamics);
+    let scale = plan.time.last().map_or(f64::NAN, |last| last / candidate.grid.duration());
+    let off = |node: usize| {
+        let (low, share) = place(&plan.time, candidate.grid.time(node) * scale);
+        let [from, to] = [low, low + 1].map(|row| path.states[row].attitude.value);
+        let planned = from * lie::exp(&(lie::minus(&to, &from) * share));
+        lie::minus(&candidate.states[node].attitude.value, &planned).norm()
+    };
+    (0..=candidate.steps())
+        .map(off)
+        .fold(0.0, |worst, off| if off > worst || off.is_nan() { off } else { worst })
+}
+
+/// Where a time lies between others: behind which, and at which share of the way to the next.
+fn place(times: &[f64], at: f64) -> (usize, f64) {
+    let after = times.partition_point(|time| *time <= at).clamp(1, times.len() - 1);
+    (after - 1, ((at - times[after - 1]) / (times[after] - times[after - 1])).clamp(0.0, 1.0))
+}
+
+/// The times of events.
+fn times(events: &[Event]) -> Vec<f64> {
+    events.iter().map(|event| event.at).collect()
+}
+
+/// The times of the start, the events, and the end, as parts of the duration.
+fn with_ends(events: &[Event]) -> Vec<f64> {
+    [vec![0.0], times(events), vec![1.0]].concat()
+}
+
+/// Events at other times, where these are in order; otherwise at their own.
+fn in_order(times: Vec<f64>, events: Vec<Event>) -> Vec<Event> {
+    let ends = [vec![0.0], times, vec![1.0]].concat();
+    if ends.windows(2).any(|pair| pair[1] - pair[0] < 0.5 * ON_EVENTS.apart) {
+        return events;
+    }
+    events.into_iter().zip(&ends[1..]).map(|(event, at)| Event { at: *at, ..event }).collect()
+}
+
+/// Two lists of events as one: those that are near to each other are the second ones.
+fn together(known: &[Event], found: &[Event]) -> Vec<Event> {
+    let alone = |event: &&Event| found.iter().all(|other| (event.at - other.at).abs() > ON_EVENTS.near);
+    let mut all: Vec<Event> = known.iter().filter(alone).chain(found).cloned().collect();
+    all.sort_by(|a, b| a.at.total_cmp(&b.at));
+    all
+}
+
+/// The events nearest to those known, each between its neighbours; what is known where there is none.
+fn nearest(known: &[Event], found: &[Event]) -> Vec<Event> {
+    let ends = with_ends(known);
+    let of = |(index, event): (usize, &Event)| {
+        let [before, after] = [index, index + 2].map(|end| 0.5 * (ends[end] + event.at));
+        let between = |other: &&Event| other.at > before && other.at < after;
+        let off = |other: &Event| (other.at - event.at).abs();
+        let nearest = found.iter().filter(between).min_by(|a, b| off(a).total_cmp(&off(b)));
+        Event { about: event.about, ..nearest.unwrap_or(event).clone() }
+    };
+    known.iter().enumerate().map(of).collect()
+}
