@@ -446,7 +446,8 @@ class Plan:
         names = [name for name in ("sky", "inputs", "forces") if name in pictures]
         # Two beside each other where a cell is wide enough.
         shown = [_image(pictures[name], name, "width: 49%; min-width: min(24em, 100%)") for name in names]
-        return f'<pre style="font-family: monospace">{html.escape(self.summary())}</pre>{"".join(shown)}'
+        style = "font-family: monospace; white-space: pre; overflow-x: auto"
+        return f'<pre style="{style}">{html.escape(self.summary())}</pre>{"".join(shown)}'
 
     def __repr__(self) -> str:
         return (
@@ -462,13 +463,15 @@ class Panel(str):
     """Pictures as the text of one SVG file, which a notebook shows."""
 
     def _repr_html_(self) -> str:
-        return _image(self, "pictures of the plan")
+        # Legible on a narrow screen too, where it can be moved sideways.
+        image = _image(self, "pictures of the plan", "max-width: 100%; min-width: 38em")
+        return f'<div style="overflow-x: auto">{image}</div>'
 
 
-def _image(svg: str, name: str, size: str = "max-width: 100%") -> str:
+def _image(svg: str, name: str, size: str) -> str:
     """Returns an SVG as an image on white, in dark notebooks too."""
     data = base64.b64encode(svg.encode()).decode()
-    style = f"{size}; background: #fff; vertical-align: top"
+    style = f"{size}; background: #fff; display: inline-block; margin: 0; vertical-align: top"
     return f'<img alt="{name}" style="{style}" src="data:image/svg+xml;base64,{data}">'
 
 
