@@ -1,13 +1,19 @@
 """What the Markdown of the repository needs to become a site: pages for folders that are linked, and
 names of files above blocks."""
 
+import json
 import pathlib
 import re
 
 from mkdocs.structure.files import File
 
 #: The folders that documents link to, and their titles.
-FOLDERS = {"problems": "Worked specs", "examples": "Examples", "python/examples": "Python examples"}
+FOLDERS = {
+    "problems": "Worked specs",
+    "examples": "Examples",
+    "python/examples": "Python examples",
+    "python/notebooks": "Notebooks",
+}
 #: A fence of a file, as ```toml maneuver.toml, and of a console with commands alone.
 FENCE = re.compile(r"^```(\w+) (\S+)$", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#:\s]+)\)")
@@ -16,6 +22,9 @@ LINK = re.compile(r"\]\(([^)#:\s]+)\)")
 def first_words(path):
     """Returns the first sentence of the comment at the top of a file."""
     text = path.read_text(encoding="utf-8")
+    if path.suffix == ".ipynb":
+        # The title.
+        return json.loads(text)["cells"][0]["source"][0].strip("# \n")
     lines = []
     for line in text.splitlines():
         if line.startswith("#!"):
@@ -31,7 +40,7 @@ def listed(folder, title):
     """Returns the page of a folder."""
     rows = [f"# {title}\n", "| file | what it is |", "|---|---|"]
     for path in sorted(folder.rglob("*")):
-        if path.suffix in {".toml", ".rs", ".py", ".sh"}:
+        if path.suffix in {".toml", ".rs", ".py", ".sh", ".ipynb"}:
             name = path.relative_to(folder).as_posix()
             rows.append(f"| [{name}]({name}) | {first_words(path)} |")
     return "\n".join(rows) + "\n"

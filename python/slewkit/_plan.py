@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import io
 import json
 import os
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Mapping
+from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from . import _slewkit
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.figure import Figure
     from scipy.spatial.transform import Rotation
 
@@ -358,19 +360,33 @@ class Plan:
         document: dict[str, Any] = json.loads(self._planned.text("json"))
         return document
 
-    def to_pandas(self, *, margins: bool = False) -> pandas.DataFrame:
+    def to_dataframe(self, *, margins: bool = False) -> pandas.DataFrame:
         """Returns one row for each node with the columns of ``slew plan -o plan.csv``, indexed by
         time in seconds. Inputs are in the row of the node at which they act, NaN if the row has
         none. ``margins`` adds the margin to every limit and constraint, and the angle in degrees
-        between each boresight and each direction."""
-        import pandas
+        between each boresight and each direction.
 
-        # Later versions read every number exactly, and warn of the argument.
-        exactly: dict[str, Any] = {"float_precision": "round_trip"}
-        late = tuple(int(part) for part in pandas.__version__.split(".")[:2]) >= (3, 1)
-        text = io.BytesIO(self._planned.text("csv", margins))
-        table: pandas.DataFrame = pandas.read_csv(text, index_col="time_s", **({} if late else exactly))
-        return table
+        Raises ImportError without pandas."""
+        from ._tables import dataframe
+
+        return dataframe(self._planned.text("csv", margins))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Returns the arrays of the plan as one dataset, with units and axes as attributes.
+
+        Quantities of nodes have the dimension ``time``, s. Inputs, torque, force and costates have
+        it too, or ``input_time`` if they have no row for each node. ``held_input`` and ``gains``
+        have ``step_time``, the start of each step. Quantities that the plan lacks are left out.
+
+        Raises ImportError without xarray."""
+        from ._tables import dataset
+
+        return dataset(self)
+
+    @property
+    def input_names(self) -> list[str]:
+        """The name of each input, and its number where the spec names none."""
+        return self._planned.input_names
 
     def save(
         self,
@@ -383,7 +399,7 @@ class Plan:
     ) -> None:
         """Writes a file, completely or not at all, in the format of its ending or in the named
         format: those of ``slew plan -o``, such as ``.json``, ``.csv``, ``.aem``, ``.npz``,
-        ``.mat``. ``tick`` is that of ``.flight``, s; ``margins`` is that of :meth:`to_pandas`, for
+        ``.mat``. ``tick`` is that of ``.flight``, s; ``margins`` is that of :meth:`to_dataframe`, for
         ``.csv``.
 
         Raises :class:`FileError` if it exists and ``overwrite`` is not given, :class:`SpecError` if
@@ -406,8 +422,32 @@ class Plan:
 
         return of_plan(self, figure)
 
+    def pictures(self, *, euler: str = "zyx") -> dict[str, str]:
+        """Returns the pictures that ``slew plot`` draws of the plan, each as an SVG file: ``sky``,
+        ``inputs``, ``rates`` and so on. ``euler`` is that of :meth:`report`."""
+        return dict(self._planned.pictures(euler))
+
+    def panel(
+        self,
+        names: Sequence[str] = ("sky", "inputs", "rates", "clearance"),
+        path: str | os.PathLike[str] | None = None,
+        *,
+        euler: str = "zyx",
+    ) -> Panel:
+        """Returns the named pictures in two columns as one SVG file, as ``slew plot -o FILE.svg
+        --charts`` draws them; a notebook shows it. If ``path`` is given, also writes the file and
+        replaces an existing one.
+
+        Raises ValueError for a picture that the plan does not have."""
+        return Panel(written(self._planned.panel(list(names), euler), path))
+
     def _repr_html_(self) -> str:
-        return framed(self._planned.page("zyx"))
+        pictures = self.pictures()
+        names = [name for name in ("sky", "inputs", "forces") if name in pictures]
+        # Two beside each other where a cell is wide enough.
+        shown = [_image(pictures[name], name, "width: 49%; min-width: min(24em, 100%)") for name in names]
+        style = "font-family: monospace; white-space: pre; overflow-x: auto"
+        return f'<pre style="{style}">{html.escape(self.summary())}</pre>{"".join(shown)}'
 
     def __repr__(self) -> str:
         return (
@@ -417,6 +457,22 @@ class Plan:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _again, (self._planned.text("json"),)
+
+
+class Panel(str):
+    """Pictures as the text of one SVG file, which a notebook shows."""
+
+    def _repr_html_(self) -> str:
+        # Legible on a narrow screen too, where it can be moved sideways.
+        image = _image(self, "pictures of the plan", "max-width: 100%; min-width: 38em")
+        return f'<div style="overflow-x: auto">{image}</div>'
+
+
+def _image(svg: str, name: str, size: str) -> str:
+    """Returns an SVG as an image on white, in dark notebooks too."""
+    data = base64.b64encode(svg.encode()).decode()
+    style = f"{size}; background: #fff; display: inline-block; margin: 0; vertical-align: top"
+    return f'<img alt="{name}" style="{style}" src="data:image/svg+xml;base64,{data}">'
 
 
 def _again(text: bytes) -> Plan:

@@ -1,12 +1,13 @@
 //! Failures of the library as exceptions of the package, which are Python classes
 //! (`slewkit/_errors.py`).
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slewkit::assured::NotKept;
 use slewkit::maneuver::ProblemError;
 use slewkit::plan::PlanError;
-use slewkit_files::export::ExportError;
+use slewkit_files::export::{EULER_SEQUENCES, ExportError};
 use slewkit_files::spec::{Diagnostic, Diagnostics};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -122,6 +123,15 @@ pub fn export(py: Python<'_>, error: &ExportError, name: &str) -> PyErr {
         }
     };
     coded(py, "FileError", code, &reason, remedy)
+}
+
+/// Returns the sequence of Euler angles with this name; raises ValueError for an unknown one.
+pub fn sequence(name: &str) -> PyResult<&'static str> {
+    let found = EULER_SEQUENCES.into_iter().find(|known| *known == name);
+    found.ok_or_else(|| {
+        let known = EULER_SEQUENCES.join(", ");
+        PyValueError::new_err(format!("euler: no sequence is called {name:?}; the sequences are {known}"))
+    })
 }
 
 /// Returns the result of `work`, which runs without the lock of the interpreter. A panic is a

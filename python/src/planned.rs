@@ -4,6 +4,7 @@ use crate::failure::{self, detached};
 use crate::maneuver::Maneuver;
 use crate::watch::Watch;
 use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use slewkit::assured::{self, Beside, NotKept};
 use slewkit::maneuver::{Motion, Outcome, Problem, Settings, Trajectory};
@@ -17,7 +18,8 @@ use slewkit_files::flown::{FeedbackRecord, UncertaintyRecord, gains_alone, is_po
 use slewkit_files::formats::Format;
 use slewkit_files::identity::Identity;
 use slewkit_files::spec::ClosedLoop;
-use slewkit_report::{plan_page, summary};
+use slewkit_report::draw::{Picture, panel};
+use slewkit_report::{Shown, Subject, pictures, plan_page, summary};
 use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -373,9 +375,42 @@ impl Planned {
 
     /// Returns the page for a browser.
     fn page(&self, py: Python<'_>, euler: &str) -> PyResult<String> {
+        let euler = failure::sequence(euler)?;
         let Self { problem, settings, plan, identity, closed_loop, .. } = self;
         let margins = self.uncertainty.as_ref().and_then(|uncertainty| uncertainty.margins.as_ref());
         detached(py, || plan_page(problem, settings, plan, identity, (closed_loop, margins), euler))
+    }
+
+    /// Returns the pictures of `slew plot` that the plan has: name and SVG of each.
+    fn pictures(&self, py: Python<'_>, euler: &str) -> PyResult<Vec<(&'static str, String)>> {
+        let euler = failure::sequence(euler)?;
+        let drawn = || self.shown(euler).iter().map(|shown| (shown.key, shown.picture.svg())).collect();
+        detached(py, drawn)
+    }
+
+    /// Returns the named pictures in two columns as one SVG; an error names those that exist.
+    fn panel(&self, py: Python<'_>, names: Vec<String>, euler: &str) -> PyResult<String> {
+        let euler = failure::sequence(euler)?;
+        let drawn = || {
+            let shown = self.shown(euler);
+            let find = |name: &String| {
+                let found = shown.iter().find(|shown| shown.key == *name);
+                found.map(|shown| &shown.picture).ok_or_else(|| {
+                    let known: Vec<&str> = shown.iter().map(|shown| shown.key).collect();
+                    format!("the plan has no picture {name:?}; its pictures are {}", known.join(", "))
+                })
+            };
+            let chosen: Vec<&Picture> = names.iter().map(find).collect::<Result<_, _>>()?;
+            Ok(panel(&chosen))
+        };
+        detached(py, drawn)?.map_err(|reason: String| PyValueError::new_err(reason))
+    }
+
+    /// Returns the name of each input, and its number where the spec names none.
+    #[getter]
+    fn input_names(&self) -> Vec<String> {
+        let name = |index| self.identity.input(index).map_or((index + 1).to_string(), str::to_owned);
+        (0..self.trajectory().input_count).map(name).collect()
     }
 
     /// Returns the summary that `slew plan` prints.
@@ -385,6 +420,11 @@ impl Planned {
 }
 
 impl Planned {
+    fn shown(&self, euler: &str) -> Vec<Shown> {
+        let subject = Subject::new(&self.problem, &self.plan, &self.identity, euler);
+        pictures(&subject.flown_with(&self.closed_loop))
+    }
+
     fn format(&self, py: Python<'_>, named: Option<&str>, ending: &str) -> PyResult<Format> {
         let found = match named {
             Some(name) => Format::named(name),

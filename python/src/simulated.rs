@@ -277,6 +277,7 @@ pub fn simulate<'py>(
 /// `slew simulate --format json` writes.
 #[pyfunction]
 pub fn simulation_report(py: Python<'_>, document: &str, euler: &str) -> PyResult<String> {
+    let euler = failure::sequence(euler)?;
     let page =
         detached(py, || SimulationFile::read(document.as_bytes()).map(|file| simulation_page(&file, euler)))?;
     page.map_err(|error| failure::export(py, &error, "simulation"))

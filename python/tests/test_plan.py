@@ -1,7 +1,11 @@
 """Plans are those of the program, to the bit, and mean what they say."""
 
+import base64
+import functools
 import json
 import pickle
+import re
+import sys
 
 import numpy as np
 import pytest
@@ -166,7 +170,7 @@ def test_a_maneuver_of_a_dictionary_has_a_name(spec, problems):
 
 def test_tables_have_margins_where_they_are_asked_for(spec):
     plan = slewkit.plan(spec, overrides={"actuators.torque_limit_n_m": 5})
-    bare, full = plan.to_pandas(), plan.to_pandas(margins=True)
+    bare, full = plan.to_dataframe(), plan.to_dataframe(margins=True)
     assert [name for name in full.columns if name not in bare.columns] == ["margin_torque_limit_n_m"]
     assert np.allclose(full["margin_torque_limit_n_m"], 5 - np.abs(plan.input).max(axis=1), atol=1e-14)
 
@@ -175,7 +179,7 @@ def test_lie_euler_has_a_row_of_inputs_less(spec):
     plan = slewkit.plan(spec, overrides={"solver.scheme": "lie_euler"})
     assert len(plan.time) == 101 and len(plan.torque) == len(plan.input_time) == 100
     assert plan.input_time[0] == plan.time[1]
-    table = plan.to_pandas()
+    table = plan.to_dataframe()
     assert np.isnan(table["input_1_n_m"].iloc[0]) and table["input_1_n_m"].iloc[1] == plan.input[0, 0]
 
 
@@ -249,7 +253,7 @@ def test_every_ending_is_written(spec, tmp_path):
 
 def test_a_table_has_every_number(spec):
     plan = slewkit.plan(spec)
-    table = plan.to_pandas()
+    table = plan.to_dataframe()
     assert table.index.name == "time_s" and (table.index.to_numpy() == plan.time).all()
     columns = [f"torque_{axis}_n_m" for axis in "xyz"]
     assert (table[columns].to_numpy() == plan.torque).all()
@@ -262,10 +266,99 @@ def test_something_to_look_at(spec, tmp_path):
     plan = slewkit.plan(spec)
     page = plan.report(tmp_path / "report.html")
     assert page == (tmp_path / "report.html").read_text() and page.startswith("<!DOCTYPE html>")
-    assert "solved and verified" in page and "<iframe srcdoc=" in plan._repr_html_()
+    assert "solved and verified" in page
     plan.plot().savefig(tmp_path / "plan.png")
     assert (tmp_path / "plan.png").stat().st_size > 10_000
     assert "solved and verified" in plan.summary() and "solved" in repr(plan)
     # Where the true motion ends, as the plan file has it.
     assert plan.accuracy == plan.to_dict()["accuracy"]
     assert plan.accuracy is not None and plan.accuracy["continuous_attitude_deg"] < 1e-3
+
+
+def pictures_in(page):
+    """Returns the SVG files that stand in a page as data."""
+    return [base64.b64decode(data).decode() for data in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", page)]
+
+
+def test_a_notebook_shows_summary_sky_and_inputs(spec, problems):
+    plan = slewkit.plan(spec | {"name": "<b>a & b</b>"})
+    page = plan._repr_html_()
+    # It is shown without scripts, as notebooks that are not trusted are.
+    assert "<script" not in page and "<iframe" not in page
+    assert "&lt;b&gt;a &amp; b&lt;/b&gt;" in page and "<b>" not in page and "solved and verified" in page
+    assert pictures_in(page) == [plan.pictures()[name] for name in ("sky", "inputs")]
+    moving = slewkit.plan(problems / "minimum_fuel_rcs.toml")
+    assert len(pictures_in(moving._repr_html_())) >= 2
+    refused = slewkit.plan(spec, overrides={"maneuver.duration_s": 1, "actuators.torque_limit_n_m": 1e-3}, strict=False)
+    assert "infeasible" in refused._repr_html_() and refused.time.size == 0
+
+
+def test_pictures_are_those_of_the_program(spec, slew, tmp_path):
+    plan = slewkit.plan(spec)
+    plan.save(tmp_path / "plan.json")
+    slew("plot", tmp_path / "plan.json", "-o", tmp_path / "figures")
+    drawn = {path.stem: path.read_text(encoding="utf-8") for path in (tmp_path / "figures").glob("*.svg")}
+    assert plan.pictures() == drawn and {"sky", "inputs", "rates"} <= set(drawn)
+    slew("plot", tmp_path / "plan.json", "-o", tmp_path / "both.svg", "--charts", "sky,rates")
+    panel = plan.panel(["sky", "rates"], tmp_path / "written.svg")
+    assert panel == (tmp_path / "both.svg").read_text(encoding="utf-8")
+    assert panel == (tmp_path / "written.svg").read_text(encoding="utf-8")
+    assert pictures_in(panel._repr_html_()) == [panel]
+    with pytest.raises(ValueError, match='no picture "clearance"; its pictures are sky, inputs'):
+        plan.panel(["sky", "clearance"])
+
+
+def test_an_unknown_sequence_of_euler_angles_is_refused(spec):
+    plan = slewkit.plan(spec)
+    simulation = slewkit.simulate(spec, stride=50)
+    panel = functools.partial(plan.panel, ["euler"])
+    for drawn in (plan.report, plan.pictures, panel, simulation.report):
+        assert drawn(euler="xyz") != drawn(euler="zyx")
+        for wrong in ("", "z", "abc", "zyxz", "zyé"):
+            with pytest.raises(ValueError, match="the sequences are xyz, xzy"):
+                drawn(euler=wrong)
+
+
+def test_a_dataset_has_every_array_with_units_and_axes(spec, problems):
+    pytest.importorskip("xarray")
+    plan = slewkit.plan(problems / "wheels_pyramid.toml")
+    data = plan.to_xarray()
+    assert np.array_equal(data.time, plan.time) and data.attrs["status"] == "solved"
+    for name in ("angular_velocity", "angular_momentum", "torque", "input", "wheel_momentum", "costates"):
+        assert np.array_equal(data[name], getattr(plan, name)), name
+        assert data[name].dims[0] == "time"
+    assert np.array_equal(data.quaternion, plan.quaternions())
+    assert np.array_equal(data.held_input, plan.held_input) and np.array_equal(data.step_time, plan.time[:-1])
+    assert data.torque.attrs == {"units": "N m", "axes": "body"}
+    assert np.array_equal(data.torque.sel(axis="y"), plan.torque[:, 1])
+    assert list(data.wheel.values) == list(data.input_name.values) == plan.input_names == ["+x", "+y", "-x", "-y"]
+    # What the plan lacks is left out.
+    assert not {"position", "velocity", "force", "gains", "covariance"} & set(data.variables)
+
+
+def test_datasets_of_every_kind_of_plan(spec, problems):
+    pytest.importorskip("xarray")
+    arcs = slewkit.plan(problems / "minimum_time_xte.toml").to_xarray()
+    assert arcs.input.dims == ("input_time", "input_name") and arcs.held_input.dims[0] == "step_time"
+    euler = slewkit.plan(spec, overrides={"solver.scheme": "lie_euler"})
+    data = euler.to_xarray()
+    assert data.torque.dims == ("input_time", "axis") and np.array_equal(data.input_time, euler.input_time)
+    moving = slewkit.plan(problems / "minimum_fuel_rcs.toml")
+    data = moving.to_xarray()
+    assert np.array_equal(data.position, moving.position) and np.array_equal(data.force, moving.force)
+    assert list(data.costate.values[:2]) == ["x_1", "x_2"] and len(data.costate) == 12
+    flies = slewkit.plan(problems / "flies.toml")
+    data = flies.to_xarray()
+    assert np.array_equal(data.gains, flies.gains) and np.array_equal(data.covariance, flies.covariance)
+    assert data.covariance.sel(deviation="zeta_x", deviation_="zeta_x")[-1] == flies.covariance[-1, 0, 0]
+    refused = slewkit.plan(spec, overrides={"maneuver.duration_s": 1, "actuators.torque_limit_n_m": 1e-3}, strict=False)
+    assert refused.to_xarray().attrs["status"] == "infeasible" and refused.to_xarray().time.size == 0
+
+
+@pytest.mark.parametrize("package, method", [("pandas", "to_dataframe"), ("xarray", "to_xarray")])
+def test_a_package_that_is_missing_is_named_with_its_command(spec, monkeypatch, package, method):
+    plan = slewkit.plan(spec)
+    # An import of a module that is None fails as that of one that is not installed.
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ImportError, match=rf"Plan\.{method} needs {package}: `pip install slewkit\[{package}\]`"):
+        getattr(plan, method)()

@@ -95,7 +95,7 @@ function stage() {
         }
       }
     };
-    const names = naming();
+    const names = naming(width);
     const word = (text, at, colour, size = 12) => {
       pen.fillStyle = colour;
       pen.font = `${size}px system-ui, "DejaVu Sans", sans-serif`;
