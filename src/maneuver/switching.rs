@@ -74,7 +74,8 @@ pub enum Structure {
     /// Every input at a limit or off, with a gap, since some sign is not right: as a rule an arc
     /// that is singular, cut into arcs at the limits, or off.
     TruncatedChattering,
-    /// A smoothed law: some input stays within its limits, on a singular arc.
+    /// Some input stays within its limits, on a singular arc: a smoothed law, or arcs that have its
+    /// mean.
     Singular,
     /// Every input is at a limit, off, or keeps a constraint active, as the maximum principle
     /// selects: an extremal along cones, or along limits of rates or wheels. If the rates of
@@ -114,7 +115,8 @@ pub struct SwitchingArc {
     /// The end, seconds.
     pub end_s: f64,
     /// The inputs, constant along it; none where the torque has its full norm and turns, and where
-    /// some input holds a constraint. Those that it begins with where they change.
+    /// some input holds a constraint. Those that it begins with where they change, and the means of
+    /// those that are within their limits.
     pub input: Vec<f64>,
     /// The constant rate of the inputs along it [N·m/s or N/s]; empty if no limit bounds it.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]

@@ -62,6 +62,11 @@ fn extremal(switching: &Switching) -> Option<String> {
             that its switching function selects."
                 .into(),
         ),
+        Structure::Singular if !switching.arcs.is_empty() => Some(
+            "The continuous extremal meets the maximum principle: every input is at the limit that its \
+            switching function selects, or within its limits where that is zero, and has its mean there."
+                .into(),
+        ),
         Structure::TruncatedChattering | Structure::Singular => Some(format!(
             "The continuous extremal meets the maximum principle except on singular arcs, which are \
             replaced by pulses or smoothed: a gain of {gap} % of the cost is possible, to first \

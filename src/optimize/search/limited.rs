@@ -26,11 +26,11 @@ mod tests;
 
 use super::context::Context;
 use crate::maneuver::objective::Objective;
-use crate::maneuver::problem::{Formulation, Problem, Scheme};
+use crate::maneuver::problem::{Formulation, Motion, Problem, Scheme};
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
-use crate::mechanics::actuators::LimitKind;
+use crate::mechanics::actuators::{ActuatorSet, LimitKind};
 use crate::optimize::chain::model::Goal;
 use events::{Event, Level};
 use grids::{Grids, OnGrid, distance};
@@ -47,7 +47,7 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
     let converged = plan.outcome == Outcome::Converged && problem.duration.at_most().is_none();
     let formulation = Formulation::of(&problem.clone().planned_by(context.settings.method));
     let switches = formulation == Formulation::Chain && problem.objective.switches();
-    if converged && switches && plan.switching.is_none() {
+    if converged && switches && plan.switching.is_none() && may_have_arcs(problem) {
         let given = plan.on_grid(problem);
         plan.switching = arcs_of(&given, context, &plan);
         plan.solve_time += context.began.elapsed().as_secs_f64();
@@ -55,15 +55,28 @@ pub(super) fn with_arcs(problem: &Problem, context: &Context, mut plan: Solution
     plan
 }
 
+/// Returns whether the plans of a maneuver may have arcs that more than limits of the torques shapes, in notations that plan files have.
+fn may_have_arcs(problem: &Problem) -> bool {
+    let (torques, forces) = (&problem.actuation.torque, problem.actuation.force.as_ref());
+    let moves = problem.motion == Motion::RigidBody;
+    // Where the norm is limited the direction turns smoothly, and fuel of torques that change at limited rates is no sum over arcs.
+    let within_limits_of_each = |set: &ActuatorSet| {
+        let limits = set.limits();
+        let ramps = limits.rate.is_some() && problem.objective.fuel().is_some();
+        limits.size.is_some() && limits.norm.is_none() && !ramps
+    };
+    (!problem.is_free_turn() || problem.has_shaping_limits())
+        && !problem.ends_in_any_attitude()
+        && within_limits_of_each(torques)
+        && forces.filter(|_| moves).is_none_or(within_limits_of_each)
+        && problem.shortest_pulse().is_none()
+}
+
 /// Returns the arcs of a plan by the first attempt that finds them, from few steps to many.
 fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Switching> {
     let thorough = context.settings.search == Thoroughness::Thorough;
     let wheels = problem.actuation.wheels.as_ref().map_or(0, |wheels| wheels.momentum.len());
     if wheels > AXES && !plan.active.is_empty() && !thorough {
-        return None;
-    }
-    // Where the norm is limited the direction turns smoothly: there are no arcs of constant inputs.
-    if problem.actuation.limits().any(|limit| limit.kind == LimitKind::Norm) {
         return None;
     }
     let duration = plan.trajectory.time.last().copied().filter(|duration| *duration > 0.0)?;
@@ -101,9 +114,10 @@ fn extrapolated_arcs(
     let duration = stated.seconds() * stretch;
     let time = |index: usize| extrapolated(on.map(|grid| grid.events[index].at)).0;
     let events: Vec<f64> = (0..fine.events.len()).map(time).collect();
-    let (arcs, singular_inputs) = told(&grids, &fine, &events, duration)?;
+    let (arcs, singular_inputs) = told(&grids, on, &events, duration)?;
     let structure = match goal.objective.fuel() {
         _ if arcs.iter().any(|arc| !arc.holds.is_empty()) => Structure::AlongLimits,
+        _ if !singular_inputs.is_empty() => Structure::Singular,
         None => Structure::BangBang,
         Some(_) => Structure::BangOffBang,
     };
@@ -130,23 +144,29 @@ fn extrapolated([coarse, middle, fine]: [f64; 3]) -> (f64, f64) {
 }
 
 /// Returns the arcs between events, which are parts of the duration \[s\], and the inputs that are within their limits on an arc that holds
-/// none.
+/// none. There such an input has its mean.
 fn told(
     grids: &Grids,
-    fine: &OnGrid,
+    on: [&OnGrid; 3],
     events: &[f64],
     duration: f64,
 ) -> Option<(Vec<SwitchingArc>, Vec<usize>)> {
-    let read = grids.read(fine)?;
+    let fine = on[2];
+    let reads = [grids.read(on[0])?, grids.read(on[1])?, grids.read(fine)?];
+    let read = &reads[2];
     let ends = |inner: Vec<f64>| [vec![0.0], inner, vec![1.0]].concat();
-    let (own, times) = (ends(fine.times()), ends(events.to_vec()));
+    let (own, times) = (on.map(|grid| ends(grid.times())), ends(events.to_vec()));
+    let mean = |input: usize, arc: usize| {
+        let on_grid = |grid: usize| reads[grid].mean(input, own[grid][arc], own[grid][arc + 1]);
+        extrapolated([0, 1, 2].map(on_grid)).0
+    };
     let names = |groups: &mut dyn Iterator<Item = usize>| groups.map(|group| fine.name(group)).collect();
     let (touches, inputs) = (read.touches(), 0..fine.inputs());
     let rates = rates(grids.stated, fine.forces(), fine.inputs());
     let mut singular = vec![false; fine.inputs()];
     let mut arcs = Vec::new();
-    for (pair, span) in times.windows(2).zip(own.windows(2)) {
-        let [from, to] = [span[0], span[1]];
+    for (arc, pair) in times.windows(2).enumerate() {
+        let [from, to] = [own[2][arc], own[2][arc + 1]];
         let holds: Vec<String> = names(&mut read.held(from, to).into_iter());
         let (mut input, mut change) = (Some(Vec::new()), Vec::new());
         for index in inputs.clone() {
@@ -155,9 +175,12 @@ fn told(
             let value = match (level, slope) {
                 (Level::At(level), slope) if !ramps || slope == Level::At(0.0) => Some(level),
                 (_, Level::At(_)) if ramps => Some(read.value(index, from)),
+                _ if holds.is_empty() => {
+                    singular[index] = true;
+                    Some(mean(index, arc))
+                }
                 _ => None,
             };
-            singular[index] |= value.is_none() && holds.is_empty();
             input = input.zip(value).map(|(mut known, value)| {
                 known.push(value * grids.size(index));
                 known

@@ -183,7 +183,7 @@ fn verify_judges_arcs_beside_plans_of_equal_steps() {
         ("minimum_fuel_wheels", "bang_off_bang"),
         ("minimum_time_orbit", "bang_bang"),
         ("minimum_fuel_keep_out", "bang_off_bang"),
-        ("minimum_fuel_rcs", "truncated_chattering"),
+        ("minimum_fuel_rcs", "singular"),
         ("shortest_torque_rate", "along_limits"),
     ] {
         let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/");

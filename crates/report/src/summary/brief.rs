@@ -304,7 +304,9 @@ fn proof(problem: &Problem, solution: &Solution) -> String {
             _ if switching.beside_optimum => {
                 "the switching plan meets the end; the optimum of this grid was not found".into()
             }
-            Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits if problem.is_shaped() => {
+            Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits | Structure::Singular
+                if problem.is_shaped() =>
+            {
                 let unit = if problem.objective == Objective::Time { " s" } else { "" };
                 let cost = significant(switching.continuous_cost, 7);
                 format!("an extremal of {cost}{unit} in continuous time; others may be better")

@@ -226,11 +226,14 @@ fn switched(
     };
     let arcs = match switching.structure {
         Structure::Norm => "the torque always has its full norm, and turns".into(),
-        Structure::Singular => format!("singular: {which} within the limits; all inputs smoothed"),
+        Structure::Singular if switching.arcs.is_empty() => {
+            format!("singular: {which} within the limits; all inputs smoothed")
+        }
         Structure::BangBang
         | Structure::BangOffBang
         | Structure::AlongLimits
         | Structure::TruncatedChattering
+        | Structure::Singular
         | Structure::Pulses
         | Structure::Rest => {
             let lengths = switching.arcs.iter().map(|arc| arc.end_s - arc.start_s);
@@ -240,6 +243,8 @@ fn switched(
                 "; some signs are wrong".into()
             } else if switching.structure == Structure::TruncatedChattering {
                 format!("; a singular arc of {which}, replaced by arcs")
+            } else if switching.structure == Structure::Singular {
+                format!("; {which} within the limits, told by the mean")
             } else {
                 String::new()
             };

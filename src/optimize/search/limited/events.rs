@@ -308,6 +308,29 @@ impl<'a> Read<'a> {
         (self.level(input, nearest.max(self.model().first_input())), change)
     }
 
+    /// Returns the mean of an input from one event to another, as a part of its limit: at its ends it is continued from within.
+    pub fn mean(&self, input: usize, from: f64, to: f64) -> f64 {
+        let nodes = &self.nodes;
+        let near = |at: f64| {
+            let after = nodes.partition_point(|node| *node < at).min(self.model().steps);
+            if after > 0 && at - nodes[after - 1] < nodes[after] - at { after - 1 } else { after }
+        };
+        let (first, last) = (near(from), near(to));
+        let value = |node: usize| self.iterate.inputs[node][input] / self.bounds[input];
+        let continued = |at: usize, inner: usize, next: usize| {
+            let slope = (value(next) - value(inner)) / (nodes[next] - nodes[inner]);
+            value(inner) + slope * (nodes[at] - nodes[inner])
+        };
+        let ended = |node: usize| match node {
+            _ if last < first + 3 => value(node),
+            _ if node == first => continued(first, first + 1, first + 2),
+            _ if node == last => continued(last, last - 1, last - 2),
+            _ => value(node),
+        };
+        let piece = |node: usize| 0.5 * (ended(node) + ended(node + 1)) * (nodes[node + 1] - nodes[node]);
+        (first..last).map(piece).sum::<f64>() / (nodes[last] - nodes[first])
+    }
+
     /// Returns an input at a time, as a part of its limit.
     pub fn value(&self, input: usize, at: f64) -> f64 {
         let after = self.nodes.partition_point(|node| *node <= at).clamp(1, self.model().steps);

@@ -160,7 +160,8 @@ impl<'a, 'c> Grids<'a, 'c> {
             let events = nearest(&at.events, &events);
             let moved = events.iter().zip(&at.events).map(|(a, b)| (a.at - b.at).abs()).fold(0.0, f64::max);
             if moved <= ON_EVENTS.settled {
-                return Some(next);
+                // They tell the events better than the grid has them.
+                return Some(OnGrid { events, ..next });
             }
             let events = in_order(rounds.next(&times(&at.events), &times(&events)), events);
             at = OnGrid { events, ..next };

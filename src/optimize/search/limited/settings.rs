@@ -45,7 +45,7 @@ pub(super) const ON_EVENTS: OnEvents = OnEvents {
     rounds: 10,
     free: 2,
     near: 3e-3,
-    settled: 1e-7,
+    settled: 1e-8,
     barrier: 1e-13,
     error: 1e-6,
     of_the_plan: 0.1,
