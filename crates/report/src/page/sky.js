@@ -1,5 +1,5 @@
 // The sphere of directions as a map: azimuthal equidistant about the middle of what is shown, seen
-// from inside.
+// from outside, like the body in motion.
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -31,14 +31,17 @@ function graticule() {
   return lines;
 }
 
-// Where names stand: each beside what it names, right or left, in the nearest row that no other one
-// covers.
-function naming(taken = []) {
+// Where names stand: each beside what it names, right or left, in the nearest row within the
+// picture that no other one covers.
+function naming([wide, high], taken = []) {
   const box = (x, y, width, size) => [x, y - size, x + width, y + 0.25 * size];
-  const free = (b) => taken.every((other) => b[0] >= other[2] || b[2] <= other[0] ||
-      b[1] >= other[3] || b[3] <= other[1]);
+  const free = (b) => b[0] >= 0 && b[1] >= 0 && b[2] <= wide && b[3] <= high &&
+    taken.every((other) => b[0] >= other[2] || b[2] <= other[0] || b[1] >= other[3] || b[3] <= other[1]);
   return {
     taken,
+    keepClear(x, y, by) {
+      taken.push([x - by, y - by, x + by, y + by]);
+    },
     ifFree(x, y, width, size) {
       const wanted = box(x, y, width, size);
       return free(wanted) && taken.push(wanted) > 0;
@@ -122,8 +125,14 @@ function sky(figureNode, picture) {
     const out = radius + 2;
     const rim = `M${cx - out} ${cy}a${out} ${out} 0 1 0 ${2 * out} 0a${out} ${out} 0 1 0 ${-2 * out} 0Z`;
     const holdsOpposite = (axis, angle) => Math.acos(Math.max(-1, Math.min(1, -dot(axis, middle)))) < angle;
-    let names = naming();
+    // Names stand above everything, and are not cut at the rim.
+    const words = element("g", {});
+    let [names, moved] = [naming([width, height]), null];
+    for (const track of picture.tracks) {
+      for (const end of [track.points[0], track.points[track.points.length - 1]]) names.keepClear(...place(end), 7);
+    }
     const name = (text, at, kind, parent, size = 11) => {
+      if (Math.hypot(...place(at).map((pixel, k) => pixel - [cx, cy][k])) > radius) return;
       const [x, y] = names.beside(...place(at), nameWidth(text, size), size);
       element("text", { x, y, ...kind }, parent, text);
     };
@@ -134,7 +143,7 @@ function sky(figureNode, picture) {
       if (shaded) element("path", { d, fill: "var(--limit)", "fill-opacity": 0.14, "fill-rule": "evenodd" }, parent);
       const line = { fill: "none", stroke: "var(--limit)", "stroke-width": 1.4 };
       element("path", { d: edge, ...line, ...(acts ? {} : { "stroke-dasharray": "2 4" }) }, parent);
-      name(cone.name, axis, { class: "limit" }, parent);
+      name(cone.name, axis, { class: "limit" }, parent === inside ? words : moved);
     };
     const drawDisc = (disc, axis, angle, parent) => {
       const tint = `var(--${disc.kind})`;
@@ -146,7 +155,7 @@ function sky(figureNode, picture) {
         element("path", { d, fill: tint, "fill-opacity": 0.22, "fill-rule": "evenodd" }, parent);
         element("path", { d: edge, fill: "none", stroke: tint, "stroke-width": 1.4 }, parent);
       }
-      if (disc.name) name(disc.name, axis, { class: "small" }, parent);
+      if (disc.name) name(disc.name, axis, { class: "small" }, moved);
     };
     for (const disc of picture.discs) {
       const middles = disc.way.map((at) => at.slice(0, 3));
@@ -161,19 +170,21 @@ function sky(figureNode, picture) {
     for (const mark of picture.marks) {
       const [x, y] = place(mark.at);
       element("path", { d: `M${x - 5} ${y}h10M${x} ${y - 5}v10`, stroke: "var(--ink)", "stroke-width": 1.5 }, inside);
-      name(mark.name, mark.at, {}, inside, 13);
+      if (mark.name) name(mark.name, mark.at, {}, words, 13);
     }
     for (const cone of picture.cones) if (!coneMoves(cone)) drawCone(cone, cone.axis, cone.half_angle, true, inside);
     for (const label of picture.labels) {
       const [x, y] = place(label.at);
       if (names.ifFree(x + 3, y - 3, nameWidth(label.text, 11), 11)) element("text",
-        { x: x + 3, y: y - 3, class: "small" }, inside, label.text);
+        { x: x + 3, y: y - 3, class: "small" }, words, label.text);
     }
     moving = element("g", {}, inside);
+    moved = element("g", {}, words);
     const standing = names.taken;
     drawMoving = () => {
       moving.replaceChildren();
-      names = naming([...standing]);
+      moved.replaceChildren();
+      names = naming([width, height], [...standing]);
       // Without a cursor as at the end.
       const last = body ? body.time[body.time.length - 1] : 0;
       const part = shared.time === null || !last ? 1 : shared.time / last;
@@ -200,6 +211,7 @@ function sky(figureNode, picture) {
       element("circle", { cx: start[0], cy: start[1], ...ring }, svg);
       element("circle", { cx: end[0], cy: end[1], r: 5, fill: colour(track.style) }, svg);
     }
+    svg.appendChild(words);
     dots = picture.tracks.map((track) => element("circle",
       { r: 6, fill: "none", stroke: "var(--ink)", "stroke-width": 2 }, svg));
     plot.replaceChildren(svg);
