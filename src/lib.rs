@@ -44,7 +44,7 @@
 //! # A constraint
 //!
 //! Limits of the inputs belong to the [`ActuatorSet`], where the body may point and how fast it may
-//! turn to a [`Constraint`]. Each has a [`Margin`] in the verdict, at the nodes and on the arcs
+//! turn to a [`Constraint`]. Each has a margin in the verdict, at the nodes and on the arcs
 //! between them:
 //!
 //! ```
@@ -85,6 +85,57 @@
 //! assert_eq!(plan.status, Status::Infeasible);
 //! let proof = plan.solution.infeasible.expect("what is called infeasible is proved");
 //! assert!(proof.duration_lower_bound.is_some_and(|seconds| seconds > 60.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Wheels, thrusters and targets
+//!
+//! [`Actuation::of_wheels`] takes the axes of reaction wheels, their torques and what they store;
+//! [`Actuation::of_thrusters`] takes places and directions of thrusters that push to one side. An
+//! [`Aim`] ends a maneuver with a boresight on a direction, which may move, at the roll of least
+//! cost. A telescope that four wheels turn to a star:
+//!
+//! ```
+//! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, plan};
+//! use slewkit::{Actuation, Aim, Direction, Wheels};
+//!
+//! # let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+//! # let start = State::at_rest(Matrix3::identity());
+//! let axes = [[0.8, 0.0], [0.0, 0.8], [-0.8, 0.0], [0.0, -0.8]].map(|[x, y]| Vector3::new(x, y, 0.6));
+//! let wheels = Wheels { momentum: vec![0.0; 4], momentum_limit: vec![1.0; 4] };
+//! let star = Direction::Fixed(Vector3::new(1.0, 2.0, 2.0) / 3.0);
+//! let problem = Problem::attitude(body, start, start, 60.0)
+//!     .with_actuation(Actuation::of_wheels(axes.to_vec(), vec![0.05; 4], wheels)?)
+//!     .with_aim_at_end(Aim::new(Vector3::z(), star).at_rest());
+//!
+//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//! assert_eq!(plan.status, Status::Solved);
+//! // The body's z axis ends on the star: the third column of the attitude.
+//! let [w, x, y, z] = *plan.solution.trajectory.quaternion.last().unwrap();
+//! let boresight = 2.0 * Vector3::new(x * z + w * y, y * z - w * x, w * w + z * z - 0.5);
+//! assert!((boresight - Vector3::new(1.0, 2.0, 2.0) / 3.0).norm() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Least fuel by six thrusters of 1 N, in pairs on the faces of a cube:
+//!
+//! ```
+//! # use slewkit::{Body, Inertia, Matrix3, Settings, Silent, State, Status, Vector3, lie, plan};
+//! use slewkit::{Actuation, Limits, Problem};
+//!
+//! # let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+//! # let start = State::at_rest(Matrix3::identity());
+//! # let end = State::at_rest(lie::exp(&Vector3::new(0.3, -0.5, 0.8)));
+//! let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
+//! let places = vec![0.5 * y, -0.5 * y, 0.5 * z, -0.5 * z, 0.5 * x, -0.5 * x];
+//! let limits = Limits { size: Some(vec![1.0; 6]), one_sided: true, ..Limits::default() };
+//! let thrusters = Actuation::of_thrusters(places, vec![z, z, x, x, y, y], limits)?;
+//! let problem = Problem::minimum_fuel(body, start, end, 30.0).with_actuation(thrusters);
+//!
+//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//! assert_eq!(plan.status, Status::Solved);
+//! // Every thruster is off or on, and the cost is the sum of all impulses, N·s.
+//! assert!(plan.solution.cost > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -162,7 +213,28 @@
 //!
 //! # Beyond a plan
 //!
-//! A [`Guess`] carries a plan over to a neighbouring maneuver. [`verify()`] judges any recorded
+//! [`Gains`] bring a craft that is not where the plan has it back to the plan:
+//!
+//! ```
+//! # use slewkit::{Body, Inertia, Matrix3, Problem, Settings, Silent, State, Status, Vector3, lie, plan};
+//! use slewkit::Gains;
+//!
+//! # let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
+//! # let start = State::at_rest(Matrix3::identity());
+//! # let end = State::at_rest(lie::exp(&Vector3::new(0.4, -0.8, 1.2)));
+//! let problem = Problem::attitude(body, start, end, 60.0).with_steps(100);
+//! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
+//!
+//! let gains = Gains::regulator(&problem, &plan.solution.trajectory)?;
+//! // The error z = [ζ; δΠ] at the tenth step, rad and N·m·s in body axes: a torque against it.
+//! let error = [0.01, 0.0, 0.0, 0.0, 0.0, 0.0];
+//! let torque: Vec<f64> = gains.correction(10, &error).map(|correction| -correction).collect();
+//! assert!(torque[0] < 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A [`Replanner`] finds the neighbour of a plan from another start in microseconds. A [`Guess`]
+//! carries a plan over to a neighbouring maneuver. [`verify()`] judges any recorded
 //! trajectory. A [`Simulation`] propagates without optimisation. Spec files, plan files and reports
 //! are the crates `slewkit-files` and `slewkit-report`, the program `slew` is `slewkit-cli`:
 //!
@@ -235,6 +307,7 @@ pub mod uncertainty;
 #[doc(hidden)]
 pub mod verify;
 
+pub use feedback::Gains;
 pub use lie::Rotation;
 pub use maneuver::{
     Aim, Constraint, Direction, Duration, Fuel, Method, Motion, Objective, Outcome, Path, Pointing, Problem,
@@ -245,9 +318,9 @@ pub use mechanics::{
     Actuation, ActuatorSet, AxisFrame, Body, CentralGravity, Environment, GravityGradient, Inertia, Limits,
     SecondOrderGravity, UniformGravity, Wheels,
 };
-pub use plan::{Control, Guess, Observer, Plan, PlanError, Progress, Silent, Status, plan};
+pub use plan::{Control, Guess, Observer, Plan, PlanError, Progress, Replanner, Silent, Status, plan};
 pub use propagate::simulate::Simulation;
-pub use verify::{Check, Margin, Verification, verify};
+pub use verify::{Verification, verify};
 
 /// A nalgebra vector of three components of double precision, such as an angular velocity, a
 /// torque or a direction.

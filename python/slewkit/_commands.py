@@ -41,6 +41,7 @@ def plan(
     spec: SpecLike,
     *,
     guess: GuessLike | None = None,
+    guess_alone: bool = False,
     progress: ProgressFunction | None = None,
     overrides: Mapping[str, Any] | None = None,
     strict: bool = True,
@@ -50,6 +51,8 @@ def plan(
     ``spec`` is a dictionary with the keys of a spec, the path of a spec file, or a
     :class:`Problem`. ``guess`` is a plan of a neighbouring maneuver: a :class:`Plan`, a plan file,
     a file of attitudes, or costates; the search begins from it too, and returns the cheapest plan.
+    With ``guess_alone`` nothing else is searched if the costates of the guess lead to a plan:
+    quicker, but a cheaper plan may exist.
     ``overrides`` sets keys of the spec: ``{"maneuver.duration_s": 90}``. Other threads run
     meanwhile; Ctrl-C raises KeyboardInterrupt, with the best iterate in its attribute ``plan``.
 
@@ -60,7 +63,7 @@ def plan(
     ``status``.
     """
     maneuver = maneuver_of(spec, overrides)
-    planned, raised = _slewkit.plan(maneuver, _suggestion(guess), _told(progress))
+    planned, raised = _slewkit.plan(maneuver, _suggestion(guess), guess_alone, _told(progress))
     found = Plan(planned)
     if raised is not None:
         raised.plan = found  # type: ignore[attr-defined]

@@ -117,8 +117,9 @@ class Plan:
     @property
     def switching(self) -> dict[str, Any] | None:
         """Arcs, switching times and certificate of a plan whose inputs switch, with the keys of a
-        plan file: ``structure``, ``continuous_duration_s``, ``continuous_cost``, ``gap``,
-        ``eigenaxis_s``, ``arcs``. None for other plans."""
+        plan file: ``structure``, ``continuous_duration_s``, ``continuous_cost``, ``eigenaxis_s``,
+        ``arcs``, and ``gap``, which neighbouring plans can save to first order; it bounds no plan
+        on another path. None for other plans."""
         arcs: dict[str, Any] | None = self._head.get("switching")
         return arcs
 
@@ -133,6 +134,15 @@ class Plan:
     def rivals(self) -> list[dict[str, Any]]:
         """Other extremals that were found, cheapest first."""
         return list(self._head["rivals"])
+
+    @property
+    def proof(self) -> str | None:
+        """How far the plan is proved to be an optimum, from the least to the most: ``"feasible"``,
+        ``"saddle"``, ``"extremal"``, ``"first_order"``, ``"minimum"``, ``"global"``. All but the
+        last refer to neighbouring plans: a plan on another path may cost less. None without a
+        plan."""
+        found: str | None = self._head.get("proof")
+        return found
 
     @property
     def optimality(self) -> dict[str, Any]:

@@ -98,6 +98,7 @@ class Planned:
 def plan(
     maneuver: Maneuver,
     guess: Planned | tuple[bytes, str] | list[float] | None = None,
+    guess_alone: bool = False,
     progress: _Progress = None,
 ) -> tuple[Planned, BaseException | None]: ...
 def fly(

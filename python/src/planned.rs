@@ -41,19 +41,22 @@ pub struct Planned {
 }
 
 /// Plans a maneuver. `guess` is a plan, the text of a plan file or of attitudes with its name, or
-/// costates; `progress` is called with stage, start, steps and seconds. Also returns an exception
-/// that was raised meanwhile.
+/// costates; with `guess_alone` nothing else is searched if it leads to a plan. `progress` is
+/// called with stage, start, steps and seconds. Also returns an exception that was raised
+/// meanwhile.
 #[pyfunction]
-#[pyo3(signature = (maneuver, guess = None, progress = None))]
+#[pyo3(signature = (maneuver, guess = None, guess_alone = false, progress = None))]
 pub fn plan(
     py: Python<'_>,
     maneuver: &Bound<'_, Maneuver>,
     guess: Option<Suggestion<'_>>,
+    guess_alone: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Planned, Option<PyErr>)> {
     let loaded = &maneuver.get().loaded;
     let (problem, settings, closed_loop) = (&loaded.problem, &loaded.settings, &loaded.closed_loop);
     let guess = guess.map(|guess| guess.taken(py, problem)).transpose()?;
+    let guess = guess.map(|guess| if guess_alone { guess.alone() } else { guess });
     let mut watch = Watch::new(progress);
     let began = Instant::now();
     let found = detached(py, || {

@@ -36,8 +36,9 @@ mod switching;
 pub use switching::{Arc, NotCorrected, Reversed, SwitchingGains};
 
 use crate::Matrix3;
+use crate::maneuver::{Problem, Trajectory};
 use crate::optimize::discrete::linear_plan::{
-    LinearPlan, Matrix6, Matrix9, PosedPlan, Stage, Stages, Timing, kick,
+    LinearPlan, Matrix6, Matrix9, PosedPlan, Stage, Stages, Timing, Unlinearised, kick,
 };
 use crate::optimize::discrete::step::Units;
 use nalgebra::{DMatrix, SMatrix};
@@ -134,6 +135,9 @@ pub enum NoGains {
     /// Covariances of a motion whose switches are moved at the start.
     #[error("the covariance of a motion whose switching times are corrected at the start is unknown")]
     MovedStart,
+    /// The motion near the plan is unknown.
+    #[error(transparent)]
+    Plan(#[from] Unlinearised),
     /// A number is not finite.
     #[error("a gain is not finite")]
     NotFinite,
@@ -169,6 +173,28 @@ pub struct Gains {
 }
 
 impl Gains {
+    /// Designs the regulator of default weights along a plan of `problem`, for the true motion
+    /// under the inputs of the plan, held over its steps: an error of a radian weighs as much as
+    /// the torque that turns the body by a radian in the duration.
+    ///
+    /// # Errors
+    /// [`NoGains`]: the trajectory is not of this problem, or the body translates.
+    pub fn regulator(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
+        let linear = LinearPlan::flown(problem, plan)?;
+        Self::along(&linear, Kind::Tvlqr(None), problem.objective.switches())
+    }
+
+    /// Designs the gains of the neighbouring extremal along a plan of `problem`, for the true
+    /// motion under the inputs of the plan, held over its steps: the craft follows the cheapest
+    /// motion from where it is. The gains of the last steps are those of the step before.
+    ///
+    /// # Errors
+    /// [`NoGains`]: also for plans whose inputs switch, or are at their limits for too long.
+    pub fn neighbouring(problem: &Problem, plan: &Trajectory) -> Result<Self, NoGains> {
+        let linear = LinearPlan::flown(problem, plan)?;
+        Self::along(&linear, Kind::Neighbouring { freeze: Kind::FREEZE }, problem.objective.switches())
+    }
+
     /// Designs gains along a plan.
     ///
     /// # Errors

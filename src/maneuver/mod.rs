@@ -7,6 +7,7 @@ pub mod grid;
 pub mod infeasible;
 pub mod objective;
 pub mod problem;
+pub mod proved;
 pub mod reserve;
 pub mod settings;
 pub mod shortfall;
@@ -25,6 +26,7 @@ pub use objective::{Fuel, Objective, WeightError, Weighted, Weights};
 #[doc(hidden)]
 pub use problem::Stepping;
 pub use problem::{EndCondition, Formulation, Motion, Path, Problem, ProblemError, State, Unsuited};
+pub use proved::Proved;
 pub use reserve::Reserve;
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
 pub use shortfall::{Excess, Shortfall, Violation};

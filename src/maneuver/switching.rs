@@ -22,7 +22,8 @@ pub struct Switching {
     pub continuous_duration_s: f64,
     /// Cost of the continuous extremal.
     pub continuous_cost: f64,
-    /// The possible gain in cost, to first order: `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching
+    /// The gap to neighbouring plans, no bound on what plans on other paths cost: the possible gain
+    /// in cost, to first order, is `∫ Σ_j (|s_j| + s_j v_j) dt` with the switching
     /// functions s and the inputs v of the continuous extremal. For fuel counted by inputs the
     /// costates minimise the gap. It is 0 if every input is always at the limit that its
     /// switching function selects. For pulses it is their cost above the best plan found without

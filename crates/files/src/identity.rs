@@ -28,9 +28,23 @@ pub struct Identity {
     /// The thrusters of an attitude maneuver that the spec gives by position and force, in their
     /// order; empty if one is given by its torque. The inputs of the plan are their torques.
     pub nozzles: Vec<Nozzle>,
+    /// The boresights that the spec names.
+    pub boresights: Vec<Boresights>,
     /// The surroundings of the spacecraft, if the spec aims at a named target.
     pub scenery: Option<Scenery>,
 }
+
+/// Boresights with one name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boresights {
+    /// The name.
+    pub name: String,
+    /// One boresight or several, unit vectors in body axes.
+    pub vectors: Vec<Vector3>,
+}
+
+/// Boresights whose components differ by less are one.
+const SAME_BORESIGHT: f64 = 1e-9;
 
 /// A thruster as in the spec.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +89,24 @@ impl Identity {
     /// Returns the name of the input with this number, forces first, if it has one.
     pub fn input(&self, index: usize) -> Option<&str> {
         self.inputs.get(index).map(String::as_str)
+    }
+
+    /// Returns the name of a boresight, a unit vector in body axes, if it has one; those that share
+    /// a name are numbered from 1.
+    pub fn boresight(&self, boresight: &Vector3) -> Option<String> {
+        self.boresights.iter().find_map(|Boresights { name, vectors }| {
+            let at = vectors.iter().position(|vector| (vector - boresight).amax() < SAME_BORESIGHT)?;
+            Some(if vectors.len() > 1 { format!("{name} {}", at + 1) } else { name.clone() })
+        })
+    }
+
+    /// Returns the name of boresights together, if they have one.
+    pub(crate) fn boresights(&self, wanted: &[Vector3]) -> Option<&str> {
+        let same = |(a, b): (&Vector3, &Vector3)| (a - b).amax() < SAME_BORESIGHT;
+        let named = self.boresights.iter().find(|Boresights { vectors, .. }| {
+            vectors.len() == wanted.len() && vectors.iter().zip(wanted).all(same)
+        });
+        named.map(|named| named.name.as_str())
     }
 
     /// Returns the reference frame.

@@ -2,7 +2,10 @@
 
 use super::Subject;
 use slewkit::Vector3;
-use slewkit::maneuver::{Pointing, Rule};
+use slewkit::maneuver::{Pointing, Problem, Rule};
+use slewkit::numerics::figures::rounded;
+use slewkit::verify::Margin;
+use slewkit_files::identity::Identity;
 
 /// A direction fixed in the body, with the names of its constraints.
 pub(super) struct Boresight {
@@ -14,26 +17,42 @@ pub(super) struct Boresight {
 /// the body axes for a maneuver without boresights.
 pub(super) fn boresights(subject: &Subject) -> Vec<Boresight> {
     let mut found: Vec<Boresight> = Vec::new();
-    found.extend(
-        subject
-            .problem
-            .aim()
-            .map(|aim| Boresight { name: "boresight on the target".into(), vector: aim.boresight }),
-    );
-    for (name, pointing) in cones(subject) {
-        for (index, vector) in pointing.boresights.iter().enumerate() {
-            if found.iter().any(|other| (other.vector - vector).norm() < 1e-9) {
-                continue;
-            }
-            let several = pointing.boresights.len() > 1;
-            let number = if several { format!(" {}", index + 1) } else { String::new() };
-            found.push(Boresight { name: format!("boresight{number}: {name}"), vector: *vector });
+    let aim = subject.problem.aim().map(|aim| aim.boresight);
+    let of_cones = cones(subject).flat_map(|(_, pointing)| pointing.boresights.iter().copied());
+    for vector in aim.into_iter().chain(of_cones) {
+        if !found.iter().any(|other| (other.vector - vector).norm() < 1e-9) {
+            found.push(Boresight { name: name(subject.identity, &vector), vector });
         }
     }
     if found.is_empty() {
         found.extend(body_axes());
     }
     found
+}
+
+/// Returns the name of a boresight: that of the spec, or its direction.
+pub(crate) fn name(identity: &Identity, boresight: &Vector3) -> String {
+    identity.boresight(boresight).unwrap_or_else(|| format!("boresight {}", direction(boresight)))
+}
+
+/// Returns the name that the spec gives to the boresight of a margin, if it has one.
+pub(crate) fn of_margin(problem: &Problem, identity: &Identity, margin: &Margin) -> Option<String> {
+    let constraint = problem.constraints.iter().find(|constraint| constraint.name == margin.name)?;
+    let Rule::Pointing(pointing) = &constraint.rule else { return None };
+    // Of several boresights the margin says which.
+    let number = margin.at.strip_prefix("boresight ").and_then(|at| at.split(',').next()?.parse().ok());
+    identity.boresight(pointing.boresights.get(number.unwrap_or(1_usize) - 1)?)
+}
+
+/// Returns a direction in body axes: "+x" along an axis, or its components.
+fn direction(vector: &Vector3) -> String {
+    let along = (0..3).find(|axis| (vector[*axis].abs() - 1.0).abs() < 1e-9);
+    if let Some(axis) = along {
+        let sign = if vector[axis] > 0.0 { '+' } else { '−' };
+        return format!("{sign}{}", ["x", "y", "z"][axis]);
+    }
+    let parts: Vec<String> = vector.iter().map(|part| rounded(*part, 3)).collect();
+    format!("({})", parts.join(", "))
 }
 
 /// Returns the axes of the body, where nothing else is to be followed.

@@ -1,6 +1,7 @@
 //! The results of many cases in words.
 
 use super::summary::Lines;
+use slewkit::maneuver::Proved;
 use slewkit::numerics::figures::{error, rounded, short, significant};
 use slewkit_files::batch::{Tally, Worst};
 use slewkit_files::spec::escape;
@@ -30,27 +31,13 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
         let missed = significant(worst.value, 3);
         lines.line("continuous", format!("the motion misses by at most {missed} deg, in {}", named(worst)));
     }
-    if tally.not_minima > 0 {
-        lines.line(
-            "optimality",
-            format!("{} of the solved cases are not known to be local minima", tally.not_minima),
-        );
-    }
-    if tally.untested > 0 {
-        let untested =
-            format!("{} of the solved cases were not tested to second order, as requested", tally.untested);
-        lines.line("optimality", untested);
-    }
-    if let Some(widest) = &tally.widest_gap {
-        let (all, gap) = (tally.extremals, error(widest.value));
-        let known = format!(
-            "{all} of the solved cases switch: extremals by the maximum principle, without a \
-            second-order test"
-        );
-        lines.line("optimality", known);
+    let proofs = Proved::ALL.into_iter().filter_map(|proof| Some((proof, tally.proofs.get(&proof)?)));
+    lines.lines("proof", proofs.map(|(proof, count)| format!("{count} {}", plural(proof, *count))));
+    if let Some(widest) = tally.widest_gap.as_ref().filter(|widest| widest.value > 0.0) {
+        let gap = error(widest.value);
         lines.line(
             "gap",
-            format!("a gain of at most {gap} of the cost is possible, to first order, in {}", named(widest)),
+            format!("neighbouring plans save at most {gap}, to first order, in {}", named(widest)),
         );
     }
     if tally.long_way > 0 {
@@ -77,6 +64,19 @@ pub fn told_of_cases(tally: &Tally) -> Vec<String> {
         lines.lines("costliest", costs.costliest.iter().take(3).map(told));
     }
     lines
+}
+
+/// Returns the words for some plans of a proof.
+fn plural(proof: Proved, count: u64) -> &'static str {
+    match proof {
+        _ if count == 1 => proof.words(),
+        Proved::Feasible => "feasible, no optima",
+        Proved::Saddle => "saddles, no minima",
+        Proved::Extremal => "extremals, not known to be minima",
+        Proved::FirstOrder => "local minima to first order",
+        Proved::Minimum => "local minima",
+        Proved::Global => "global minima",
+    }
 }
 
 /// Returns a case by its number, its name and a few of its keys.

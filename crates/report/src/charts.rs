@@ -4,7 +4,7 @@
 use super::summary::firings::{self, firings};
 use super::summary::inputs::scale;
 use super::{Shown, Subject, arcs, line};
-use crate::draw::{Axis, Chart, Curve, Level, Picture, Span};
+use crate::draw::{Axis, Chart, Curve, Gantt, Level, Picture, Span};
 use slewkit::Vector3;
 use slewkit::maneuver::{Motion, Rule};
 use slewkit::mechanics::actuators::{InputLimit, LimitKind};
@@ -13,9 +13,6 @@ use slewkit::numerics::figures::short;
 /// The ratio of a limit to the extent of the curves beyond which the limit is stated and not
 /// drawn: the curves would be flat.
 const FAR: f64 = 3.0;
-
-/// The height of an active thruster above its line in the chart; the lines are 1 apart.
-const RAISED: f64 = 0.7;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -107,34 +104,22 @@ pub(super) fn inputs(subject: &Subject) -> Vec<Shown> {
 pub(super) fn on_and_off(subject: &Subject) -> Option<Shown> {
     let (problem, solution, identity) = (subject.problem, &subject.plan.solution, subject.identity);
     let found = firings(problem, solution);
-    let first = problem.actuation.first_torque();
-    let count = problem.actuation.torque.count();
     if found.is_empty() {
         return None;
     }
-    let end = *solution.trajectory.time.last()?;
-    let curve = |number: usize| {
-        // Its number.
-        let base = (number + 1) as f64;
-        let mut points = vec![(0.0, base)];
-        for firing in found.iter().filter(|firing| firing.input == first + number) {
-            let raised = base + RAISED;
-            points.extend([
-                (firing.from, base),
-                (firing.from, raised),
-                (firing.to, raised),
-                (firing.to, base),
-            ]);
-        }
-        points.push((end, base));
-        let (time, values): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-        line(subject.input_name(first + number), number, &time, values.into_iter())
+    let first = problem.actuation.first_torque();
+    let row = |input: usize| {
+        let bars = found.iter().filter(|firing| firing.input == input);
+        (subject.input_name(input), bars.map(|firing| [firing.from, firing.to]).collect())
     };
-    let curves = (0..count).map(curve).collect();
-    let mut chart =
-        Chart::new("Thrusters on and off", time_axis(), Axis::linear("number of the thruster"), curves);
-    chart.subtitle = "a line is raised while its thruster is on".into();
-    Some(shown("firings", chart, firings::told(problem, solution, identity).join("; ")))
+    let gantt = Gantt {
+        title: "Thrusters on and off".into(),
+        subtitle: "long stretches without thrust are left out".into(),
+        end: *solution.trajectory.time.last()?,
+        rows: (first..first + problem.actuation.torque.count()).map(row).collect(),
+    };
+    let remark = firings::told(problem, solution, identity).join("; ");
+    Some(Shown { key: "firings", picture: Picture::Gantt(gantt), remark })
 }
 
 /// Returns the curves of three components and, if requested, of their norm.

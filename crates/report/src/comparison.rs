@@ -141,6 +141,7 @@ pub fn comparison_page(file: &ComparisonFile) -> String {
     written(&Content {
         name: &file.name,
         words: &words(file),
+        tiles: Vec::new(),
         proved: vec![proved(file).into()],
         shown,
         missing: missing.into_iter().collect(),

@@ -15,7 +15,7 @@ pub(super) fn document(shown: &[Shown], body: &Value) -> Value {
             Picture::Chart(chart) => Some(chart_document(shown.key, chart, &mut grids)),
             Picture::Sky(sky) => Some(sky_document(shown.key, sky)),
             // The page contains this picture as SVG.
-            Picture::Map(_) | Picture::Ground(_) => None,
+            Picture::Map(_) | Picture::Ground(_) | Picture::Gantt(_) => None,
         })
         .collect();
     let grids: Vec<Value> = grids.iter().map(|grid: &Vec<f64>| numbers(grid.iter().copied(), 9)).collect();

@@ -32,6 +32,7 @@ mod sphere;
 pub mod studies;
 pub mod summary;
 mod switching;
+mod tiles;
 mod words;
 
 pub use cases_told::told_of_cases;

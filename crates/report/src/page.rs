@@ -6,11 +6,12 @@
 use super::body::body;
 use super::document::document;
 use super::summary::{self, Tone};
+use super::tiles::{Tile, tiles};
 use super::words::{Table, proved, tables};
 use super::{
     CASE_KEYS, COMPARISON_KEYS, INTEGRATOR_KEYS, MOST_POINTS, Shown, Subject, flight, hamiltonian, pictures,
 };
-use crate::draw::{Ground, Map, Picture, escape};
+use crate::draw::{Gantt, Ground, Map, Picture, escape};
 use serde_json::Value;
 use slewkit::maneuver::{Problem, Settings, State};
 use slewkit::numerics::figures::rounded;
@@ -101,6 +102,8 @@ const GROUPS: [(&str, &str, &[&str]); 10] = [
 pub(super) struct Content<'a> {
     pub name: &'a str,
     pub words: &'a Words,
+    /// The headline figures.
+    pub tiles: Vec<Tile>,
     /// Sentences about the proofs.
     pub proved: Vec<String>,
     pub shown: Vec<Shown>,
@@ -141,6 +144,7 @@ pub fn plan_page(
     written(&Content {
         name: &problem.name,
         words: &Words { verdict: verdict.into(), tone, summary, details },
+        tiles: tiles(subject),
         proved: proved(subject),
         shown: pictures(subject),
         missing: hamiltonian_missing(subject).into_iter().chain(flight_missing(subject)).collect(),
@@ -201,11 +205,12 @@ fn named(identity: &Identity) -> Vec<(String, String)> {
 
 /// Returns the text of a page.
 pub(super) fn written(content: &Content) -> String {
-    let Content { name, words, proved, shown, missing: _, grouped: _, tables, body, nodes } = content;
+    let Content { name, words, tiles, proved, shown, missing: _, grouped: _, tables, body, nodes } = content;
     let name = if name.is_empty() { "Without a name" } else { name };
     let mut html = String::new();
     head(&mut html, name);
     verdict(&mut html, name, words);
+    write_tiles(&mut html, tiles);
     section(&mut html, "summary", "Summary", |html| summary(html, &words.summary));
     if !body.is_null() {
         section(&mut html, "body", "The body in motion", stage);
@@ -274,6 +279,19 @@ fn verdict(html: &mut String, name: &str, words: &Words) {
     );
 }
 
+/// Writes the headline figures.
+fn write_tiles(html: &mut String, tiles: &[Tile]) {
+    if tiles.is_empty() {
+        return;
+    }
+    html.push_str("<dl class=\"tiles\">\n");
+    for Tile { name, value, note } in tiles {
+        let [name, value, note] = [name, value, note].map(|text| escape(text));
+        let _ = writeln!(html, "<div><dt>{name}</dt><dd><b>{value}</b><small>{note}</small></dd></div>");
+    }
+    html.push_str("</dl>\n");
+}
+
 fn section(html: &mut String, id: &str, heading: &str, content: impl FnOnce(&mut String)) {
     let _ = writeln!(html, "<section id=\"{id}\">\n<h2>{}</h2>", escape(heading));
     content(html);
@@ -320,6 +338,7 @@ fn figures(html: &mut String, shown: &[&Shown]) {
             Picture::Sky(sky) => sky.subtitle.clone(),
             Picture::Map(map) => map.subtitle.clone(),
             Picture::Ground(ground) => ground.subtitle.clone(),
+            Picture::Gantt(gantt) => gantt.subtitle.clone(),
         };
         if !remark.is_empty() && !shown.remark.is_empty() {
             remark.push_str("; ");
@@ -330,6 +349,7 @@ fn figures(html: &mut String, shown: &[&Shown]) {
         let bare = match &shown.picture {
             Picture::Map(map) => Some(Map { title: title_of, subtitle, ..map.clone() }.svg()),
             Picture::Ground(ground) => Some(Ground { title: title_of, subtitle, ..ground.clone() }.svg()),
+            Picture::Gantt(gantt) => Some(Gantt { title: title_of, subtitle, ..gantt.clone() }.svg()),
             Picture::Chart(_) | Picture::Sky(_) => None,
         };
         if let Some(svg) = bare {

@@ -264,6 +264,7 @@ pub fn results_page(cases: &Cases) -> String {
     written(&Content {
         name: cases.name(),
         words: &Words { verdict, tone, summary, details: Vec::new() },
+        tiles: Vec::new(),
         proved: Vec::new(),
         shown: cases.pictures(),
         missing: Vec::new(),

@@ -32,6 +32,7 @@ pub fn simulation_page(file: &SimulationFile, sequence: &str) -> String {
     written(&Content {
         name: &file.name,
         words: &words(file),
+        tiles: Vec::new(),
         proved: vec![
             "No optimum is claimed: a simulation only propagates its bodies. Conserved quantities \
             are compared with their initial values."

@@ -2,10 +2,11 @@
 
 use super::Subject;
 use super::arcs;
+use super::boresight;
 use super::summary::firings::{Firing, firings, listed};
 use super::summary::inputs::scale;
 use crate::draw::Span;
-use slewkit::maneuver::{Outcome, Path, SecondOrder, Sense, Structure, Switching};
+use slewkit::maneuver::{Outcome, Path, Proved, SecondOrder, Sense, Structure, Switching};
 use slewkit::numerics::figures::{error, significant};
 use slewkit::plan::Status;
 use slewkit::verify::{Margin, Verification};
@@ -43,7 +44,7 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
         told.extend(witnessed(found, solution.trajectory.target.is_some()));
     }
     told.extend(solution.switching.as_ref().and_then(extremal));
-    told.push(minimum(subject).into());
+    told.push(minimum(subject));
     told
 }
 
@@ -131,23 +132,30 @@ fn all_of(count: usize) -> String {
     }
 }
 
-fn minimum(subject: &Subject) -> &'static str {
+/// Returns the sentence on how far the plan is proved to be an optimum.
+fn minimum(subject: &Subject) -> String {
+    let solution = &subject.plan.solution;
+    let Some(proved) = solution.proved(subject.problem) else { return String::new() };
+    let what = format!("The plan is {}", proved.words());
     let given = matches!(subject.problem.path, Path::AsGiven(_));
-    match subject.plan.solution.optimality.second_order() {
-        SecondOrder::Minimum => {
-            "It is a local minimum of the discrete problem. No proof shows that it is global: rivals \
-            are the other extremals that were found."
+    match proved {
+        Proved::Global => format!("{what}: the body is already where it should be."),
+        Proved::Minimum | Proved::FirstOrder => format!(
+            "{what}: no neighbouring plan costs less, {}. No proof shows that it is the cheapest of all: \
+            rivals are the other plans that were found.",
+            if proved == Proved::Minimum { "to second order" } else { "but for the gap" }
+        ),
+        Proved::Extremal if solution.optimality.second_order() == SecondOrder::NotTested => {
+            format!("{what}: this was not tested, as the spec requests.")
         }
-        SecondOrder::Saddle if given => {
-            "It is a saddle, not a minimum: the cost decreases in some direction. It is kept because \
-            the spec gives the rotation."
+        Proved::Extremal => format!("{what}: the test is undecided."),
+        Proved::Saddle if given => format!(
+            "{what}: the cost decreases in some direction. It is kept because the spec gives the rotation."
+        ),
+        Proved::Saddle => {
+            format!("{what}: the cost decreases in some direction, and no cheaper plan was found there.")
         }
-        SecondOrder::Saddle => {
-            "It is a saddle, not a minimum: the cost decreases in some direction, and no cheaper \
-            plan was found there."
-        }
-        SecondOrder::Undecided => "Whether it is a local minimum is undecided.",
-        SecondOrder::NotTested => "Whether it is a local minimum was not tested, as the spec requests.",
+        Proved::Feasible => format!("{what}: the optimum of this grid was not found."),
     }
 }
 
@@ -292,9 +300,13 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
     }
 }
 
-/// Returns the name of the limited quantity: the name of an input in the spec, if it has one.
+/// Returns the name of the limited quantity: that of an input or a boresight in the spec, if it has
+/// one.
 fn named(subject: &Subject, margin: &Margin) -> String {
-    margin.input(subject.problem).map_or_else(|| margin.at.clone(), |input| subject.input_name(input))
+    if let Some(input) = margin.input(subject.problem) {
+        return subject.input_name(input);
+    }
+    boresight::of_margin(subject.problem, subject.identity, margin).unwrap_or_else(|| margin.at.clone())
 }
 
 fn checks(found: &Verification) -> Table {

@@ -169,6 +169,19 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         let sets: Vec<String> = of.sets.iter().map(|set| set.join(" and ")).collect();
         lines.line("in turns", escape(&format!("{}: {}", of.name, sets.join(", or "))));
     }
+    let sections: Vec<String> = loaded.closed_loop.sections().map(|name| format!("[{name}]")).collect();
+    if !sections.is_empty() {
+        let chances = match loaded.closed_loop.chances.len() {
+            0 => String::new(),
+            count => format!("; {} of limits", counted(count, "chance")),
+        };
+        lines.line("flight", format!("{}, for `slew fly`{chances}", sections.join(", ")));
+    }
+    if let Some(dispersion) = &loaded.dispersion {
+        let keys: Vec<&str> = dispersion.varied.iter().map(|varied| varied.key.as_str()).collect();
+        let cases = counted(dispersion.cases as usize, "case");
+        lines.line("dispersion", escape(&format!("{}, {cases}, for `slew monte-carlo`", listed(&keys))));
+    }
     let memory = PeakMemory::of(problem, settings);
     lines.line("memory", memory::told(memory));
     console.say(&lines.join("\n"));
@@ -184,6 +197,8 @@ fn maneuver(loaded: &Loaded, args: &Args, console: &mut Console) -> Result<Exit,
         wheels: wheels,
         limits: &limits,
         constraints: &constraints,
+        flight: &sections,
+        dispersion: loaded.dispersion.as_ref().map(|dispersion| dispersion.varied.len()),
         memory_bytes: memory.likely,
         memory_bytes_at_most: memory.most,
         diagnostics: warnings,

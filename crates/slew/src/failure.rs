@@ -125,15 +125,16 @@ impl Failure {
         }
     }
 
-    /// Reports to the user, as text and, if requested, as a document, and returns the exit code.
-    pub fn report(&self, console: &mut Console, json: bool) -> Exit {
+    /// Reports the failure of the command `name` to the user, as text and, if requested, as a
+    /// document, and returns the exit code.
+    pub fn report(&self, console: &mut Console, json: bool, name: &str) -> Exit {
         let exit = self.exit();
         match self {
             Self::Spec(diagnostics) => console.plain_error(&diagnostics.render(console.colour)),
             Self::File(message) | Self::Problem(message) | Self::Output(message) | Self::Plan(_, message) => {
                 console.error(message.code, &message.reason, &message.remedy);
             }
-            Self::Usage(reason) => console.error("usage", reason, "see `slew --help`"),
+            Self::Usage(reason) => console.error("usage", reason, &format!("see `slew {name} --help`")),
             Self::Internal(reason) => {
                 console.error("internal", reason, "this is a bug: report it with the spec");
             }

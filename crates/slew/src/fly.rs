@@ -60,8 +60,13 @@ pub struct Args {
     /// Number of threads; by default the number of the machine. It does not change the results
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Fly this case alone, counted from 0, and show it step by step
-    #[arg(long, value_name = "NUMBER", conflicts_with_all = ["keep", "threads"])]
+    /// Fly this case alone, counted from 1, and show it step by step
+    #[arg(
+        long,
+        value_name = "NUMBER",
+        value_parser = clap::value_parser!(u64).range(1..),
+        conflicts_with_all = ["keep", "threads"],
+    )]
     pub case: Option<u64>,
     /// Loop: with the gains of the plan, without, or both side by side
     #[arg(long = "loop", value_name = "LOOP", default_value = "both")]
@@ -151,7 +156,7 @@ fn one(
         return Err(Failure::Output(Message::new("E0107", reason, "give -o FILE.csv")));
     }
     let closed = loops(args, runs)?[0];
-    let Ok((flown, moments)) = runs.campaign(closed).traced(case) else {
+    let Ok((flown, moments)) = runs.campaign(closed).traced(case - 1) else {
         let reason = format!("case {case} turns too fast to be propagated, or its inertia is impossible");
         let remedy = "fly another case, or reduce the uncertainty";
         return Err(Failure::Problem(Message::new("E0174", reason, remedy)));
@@ -192,7 +197,7 @@ fn all(
         if let Some(kept) = &mut kept {
             for case in first..count(&flights) {
                 let of_case: Vec<_> = flights.iter().map(|flight| &flight.cases[case as usize]).collect();
-                kept.add(&FlightCase::new(case, &of_case))?;
+                kept.add(&FlightCase::new(case + 1, &of_case))?;
             }
         }
         console.progress(|| format!("  {} of {} cases", count(&flights), args.cases));

@@ -46,7 +46,7 @@ pub(crate) use failure::{Exit, Failure, Message};
 pub(crate) use output::{Destination, Format, OutputArgs};
 pub(crate) use summary::{Lines, headline, line};
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use slewkit_files::spec::escape_lines;
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -215,8 +215,12 @@ fn print(text: &[u8]) -> Result<Exit, Failure> {
 /// ```
 pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) -> u8 {
     interrupt::prepare();
-    let command = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli.command,
+    let parsed = Cli::command().try_get_matches_from(arguments).and_then(|matches| {
+        let name = matches.subcommand_name().unwrap_or_default().to_string();
+        Ok((Cli::from_arg_matches(&matches)?.command, name))
+    });
+    let (command, name) = match parsed {
+        Ok(parsed) => parsed,
         Err(said) => return tell(&said).code(),
     };
     let common = command.common();
@@ -225,9 +229,10 @@ pub fn run<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) ->
     let outcome = catch_unwind(AssertUnwindSafe(|| command.run(&mut console)));
     let exit = match outcome {
         Ok(Ok(exit)) => exit,
-        Ok(Err(failure)) => failure.report(&mut console, common.json),
+        Ok(Err(failure)) => failure.report(&mut console, common.json, &name),
         Err(_) => {
-            Failure::Internal("the program panicked, see above".into()).report(&mut console, common.json)
+            let failure = Failure::Internal("the program panicked, see above".into());
+            failure.report(&mut console, common.json, &name)
         }
     };
     // Quiet is of what went well: a shell that shows no codes must not take silence for success.

@@ -15,11 +15,11 @@ use std::path::{Path, PathBuf};
 /// Arguments of `slew plot`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A name that ends in .svg, .png or .pdf is one file. It holds the pictures of --charts in two columns, marked
+A name that ends in .svg, .png or .pdf is one file. It holds the pictures of --charts in --columns, marked
 (a), (b), …, or one picture alone. Any other name is a folder. slew creates it if needed, and writes one file for
 each picture.
 
-The pictures of a plan, if it has the data: sky, around, ground, inputs, forces, switching, rates,
+The pictures of a plan, if it has the data: sky, around, ground, inputs, forces, firings, switching, rates,
 wheel_momentum, position, velocity, clearance, pointing, corrections, flown_pointing, flown_commands, euler,
 quaternion, error, costates_attitude, costates_momentum, costates_position, costates_linear, hamiltonian,
 convergence.
@@ -46,14 +46,11 @@ pub struct Args {
     #[arg(short, long, value_name = "DIR|FILE.svg")]
     pub output: PathBuf,
     /// Names of the pictures, in this order; by default all in a folder, the first four in a file
-    #[arg(
-        long,
-        value_name = "LIST",
-        value_delimiter = ',',
-        value_parser = clap::builder::PossibleValuesParser::new(keys()),
-        hide_possible_values = true,
-    )]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub charts: Vec<String>,
+    /// Number of columns of a file with several pictures; one is as wide as a page of text
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=4))]
+    pub columns: u8,
     #[command(flatten)]
     pub drawing: Drawing,
     /// Replace files that exist
@@ -162,8 +159,13 @@ impl Args {
         let find = |key: &String| {
             shown.iter().find(|shown| shown.key == *key).ok_or_else(|| {
                 let there: Vec<&str> = shown.iter().map(|shown| shown.key).collect();
-                let reason = format!("no picture is called \"{key}\"");
-                Failure::Usage(format!("--charts: {reason}; the pictures are {}", there.join(", ")))
+                let known = if keys().contains(&key.as_str()) {
+                    "this file has no picture"
+                } else {
+                    "no picture is called"
+                };
+                let reason = format!("{known} \"{}\"", escape(key));
+                Failure::Usage(format!("--charts: {reason}; its pictures are {}", there.join(", ")))
             })
         };
         self.charts.iter().map(find).collect()
@@ -214,7 +216,7 @@ fn draw(
             true => shown.iter().take(PANEL).map(|shown| &shown.picture).collect(),
             false => chosen.iter().map(|shown| &shown.picture).collect(),
         };
-        write(&target, &format.bytes(panel(&chosen))?, console)?;
+        write(&target, &format.bytes(panel(&chosen, args.columns.into()))?, console)?;
     } else {
         let chosen = if chosen.is_empty() { shown.iter().collect() } else { chosen };
         folder(&args.output)?;

@@ -32,8 +32,11 @@ mod robustness;
 mod rolls;
 mod same_answers;
 mod signals;
+mod spins;
+mod stretches;
 mod throughput;
 mod tiny_grids;
+mod unequal_moments;
 mod validation;
 
 use evidence::words::Words;
@@ -105,7 +108,10 @@ pub const COMMANDS: &[Command] = commands! {
     rolls
     same_answers
     signals
+    spins
+    stretches
     throughput
     tiny_grids
+    unequal_moments
     validation
 };

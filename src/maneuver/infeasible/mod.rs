@@ -79,7 +79,10 @@ impl From<String> for Proof {
 pub fn proof(problem: &Problem) -> Option<Proof> {
     if problem.ends_in_any_attitude() {
         // The other proofs hold for one attitude only.
-        return exclusive_cones(problem).map(Proof::from).or_else(|| impulse::proof(problem));
+        return exclusive_cones(problem)
+            .map(Proof::from)
+            .or_else(|| storage::storable(problem))
+            .or_else(|| impulse::proof(problem));
     }
     let wheels = problem.actuation.wheels.is_some();
     let conserved = || if wheels { None } else { conserved::proof(problem) };
@@ -88,6 +91,11 @@ pub fn proof(problem: &Problem) -> Option<Proof> {
         .or_else(|| storage::proof(problem))
         .or_else(|| impulse::proof(problem))
         .or_else(|| demand::proof(problem))
+}
+
+/// Returns a proof that the maneuver is infeasible in any duration; `None` where nothing is proved.
+pub(crate) fn in_any_time(problem: &Problem) -> Option<Proof> {
+    storage::storable(problem)
 }
 
 fn exclusive_cones(problem: &Problem) -> Option<String> {

@@ -14,14 +14,12 @@ use crate::Vector3;
 use crate::maneuver::problem::Problem;
 
 pub(super) fn proof(problem: &Problem) -> Option<Proof> {
-    let wheels = problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
+    problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
+    if let Some(proof) = storable(problem) {
+        return Some(proof);
+    }
     let torque = &problem.actuation.torque;
     let (_, [stored, end]) = held(problem, &Ends::of(problem, problem.seconds()));
-    let limits = wheels.momentum_limit.iter().copied();
-    let (factor, axis) = Outputs::new(torque.axes(), limits).shortfall(&end);
-    if factor > 1.0 + SLACK {
-        return Some(too_much(&end, &axis, factor).into());
-    }
     let size = torque.limits().size.as_ref()?;
     let impulse = Outputs::new(torque.axes(), size.iter().map(|limit| limit * problem.seconds()));
     let (factor, axis) = impulse.shortfall(&(end - stored));
@@ -41,6 +39,40 @@ pub(super) fn proof(problem: &Problem) -> Option<Proof> {
             at_least(factor)
         );
         Proof { reason, duration_lower_bound: shortest }
+    })
+}
+
+/// Returns the proof that the wheels cannot store what they must hold at the end, whatever the
+/// duration.
+pub(super) fn storable(problem: &Problem) -> Option<Proof> {
+    let wheels = problem.actuation.wheels.as_ref().filter(|_| isolated(problem))?;
+    let limits = wheels.momentum_limit.iter().copied();
+    let outputs = Outputs::new(problem.actuation.torque.axes(), limits);
+    if problem.ends_in_any_attitude() {
+        return in_any_attitude(problem, &outputs);
+    }
+    // In a frame that turns another duration is another end.
+    let duration = problem.duration.known().or_else(|| standing(problem).then_some(0.0))?;
+    let (_, [_, end]) = held(problem, &Ends::of(problem, duration));
+    let (factor, axis) = outputs.shortfall(&end);
+    (factor > 1.0 + SLACK).then(|| too_much(&end, &axis, factor).into())
+}
+
+/// Returns the same proof where any attitude will do at the end: `|μ| = |RᵀH − JΩ| ≥ ||H| − |JΩ||`.
+fn in_any_attitude(problem: &Problem, outputs: &Outputs) -> Option<Proof> {
+    let j = problem.body.inertia.j();
+    let total = (j * problem.start.angular_velocity + problem.actuation.stored_momentum()).norm();
+    let least = (total - (j * problem.end.angular_velocity).norm()).abs();
+    let most = outputs.largest();
+    (least > most * (1.0 + SLACK)).then(|| {
+        let [needed, possible] = exceeding(least, most);
+        let reason = format!(
+            "the wheels must hold {needed} N·m·s at the end in any attitude, because the total momentum is \
+            conserved, and can store {possible} N·m·s at most: wheel momentum limits must be at least {} \
+            times as large",
+            at_least(least / most)
+        );
+        reason.into()
     })
 }
 

@@ -13,6 +13,8 @@ const SLOW: f64 = 1e-3;
 const FAST: f64 = 3.0;
 /// A body that turns by more without inputs may be slowed at any phase of its rotation \[rad\].
 const TUMBLING: f64 = 10.0;
+/// The ratio of moments above which a body that moves takes random paths, from both ends (`evidence -- unequal_moments`).
+const UNEQUAL: f64 = 4.0;
 /// Random paths: as a rule, for a free body that turns by less than that, where inputs about an axis are missing, where they are dear, and in a thorough search.
 const RANDOM: usize = 24;
 const RANDOM_FREE: usize = 56;
@@ -37,6 +39,8 @@ pub(super) struct Starts {
     /// Humps of bent paths \[rad\].
     bent: Vec<f64>,
     random: usize,
+    /// Whether smooth and random paths begin at the end as well, which makes others of them.
+    from_end: bool,
     /// Hops from minimum to minimum that may lead to none that counts before the search ends.
     pub hops: usize,
 }
@@ -78,6 +82,10 @@ impl Starts {
             Thoroughness::Default if simple && turned <= SLOW => {
                 Self { smooth: vec![0, -1], ..Self::default() }
             }
+            // Gyroscopic torques are of the size of the others: many minima lie side by side.
+            Thoroughness::Default if simple && turned <= TUMBLING && is_unequal(problem) => {
+                Self { slowed: Paces::Even, random: senses * RANDOM_FREE, from_end: true, ..all }
+            }
             Thoroughness::Default if simple && turned <= FAST => {
                 Self { slowed: Paces::None, bent: Vec::new(), random: 0, ..all }
             }
@@ -102,6 +110,7 @@ impl Starts {
             slowed: Paces::Shifted,
             bent: vec![2.0, 1.0],
             random: RANDOM,
+            from_end: false,
             given: None,
             hops: 0,
         }
@@ -115,10 +124,30 @@ impl Starts {
         out.extend(paths::coasting(bvp, &self.coasting).unwrap_or_default());
         let slowed = paths::slowed(bvp, self.slowed);
         let bent = self.bent.iter().flat_map(|by| paths::bent(bvp, *by)).collect();
-        let random = paths::random(bvp, self.random).collect();
+        let mut random: Vec<Candidate> = paths::random(bvp, self.random).collect();
+        if self.from_end {
+            let reversed = bvp.reversed();
+            out.extend(paths::smooth_ways(&reversed, &self.smooth).map(backwards));
+            // In turn, since a search may end before the last.
+            let others = paths::random(&reversed, self.random).map(backwards);
+            random = random.into_iter().zip(others).flat_map(|(one, other)| [one, other]).collect();
+        }
         out.extend(in_turn([slowed, bent, random]));
         out
     }
+}
+
+/// The path that one of the reversed maneuver is.
+fn backwards(mut path: Candidate) -> Candidate {
+    path.states.reverse();
+    path.provenance.start.push_str(" from the end");
+    path
+}
+
+/// Whether the moments of a body differ so much that random paths lead to minima that no others do.
+fn is_unequal(problem: &Problem) -> bool {
+    let moments = problem.body.inertia.principal();
+    moments[2] > UNEQUAL * moments[0]
 }
 
 /// The elements of several lists, each list spread evenly over the whole.

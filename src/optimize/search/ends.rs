@@ -12,14 +12,14 @@ use super::free_end::{self, FreeEnd, Reached};
 use super::halt::Halt;
 use super::illinois::Illinois;
 use super::rolls::Rolls;
-use super::{Observer, PlanError, without_arcs};
+use super::{Guess, Observer, PlanError, without_arcs};
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, ProblemError};
 use crate::maneuver::settings::{Settings, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::optimize::landing::{MET, left};
-use crate::{Matrix3, Vector3};
+use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
 
 /// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is followed from there.
@@ -46,9 +46,10 @@ pub(super) fn solve_to(
     problem: &Problem,
     aim: &Aim,
     settings: &Settings,
+    guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
-    let mut search = OnTarget { problem, aim, settings, began: Instant::now(), observer };
+    let mut search = OnTarget { problem, aim, settings, guess, began: Instant::now(), observer };
     let moves = aim.moves(&problem.environment.frame_rate());
     let searched = match (problem.duration.known(), problem.duration.at_most()) {
         (Some(duration), _) => search.in_time(duration),
@@ -69,6 +70,8 @@ struct OnTarget<'a> {
     problem: &'a Problem,
     aim: &'a Aim,
     settings: &'a Settings,
+    /// What is begun from too, in a given duration.
+    guess: Option<&'a Guess>,
     began: Instant,
     observer: &'a mut dyn Observer,
 }
@@ -97,13 +100,24 @@ impl OnTarget<'_> {
         if !ends.has_roll() {
             return self.plan(&self.problem.facing(&ends, 0.0));
         }
+        let of_guess = self.of_guess(&ends);
+        if let Some(roll) = of_guess.filter(|_| self.guess.is_some_and(|guess| guess.alone)) {
+            return self.plan(&self.problem.facing(&ends, roll));
+        }
         let (mut problem, mut before): (_, Option<Solution>) = (self.problem.clone(), None);
         loop {
             let FreeEnd { reached, .. } = self.free_end(&problem, &ends);
             let by_arcs = problem.switches() && problem.start.angular_velocity == Vector3::zeros();
             let reached = if by_arcs { self.by_arcs(&problem, &ends, reached)? } else { reached };
             let roll = reached.first().map_or(0.0, |best| ends.nearest(&best.attitude));
-            let found = self.plan(&problem.facing(&ends, roll))?;
+            let mut found = self.plan(&problem.facing(&ends, roll))?;
+            if let Some(roll) = of_guess {
+                let other = self.plan(&problem.facing(&ends, roll))?;
+                let is_plan = |plan: &Solution| plan.outcome == Outcome::Converged;
+                if is_plan(&other) && !(is_plan(&found) && found.cost <= other.cost) {
+                    found = other;
+                }
+            }
             // Steps that are chosen are those of the plan at the best roll so far.
             let again = before.is_none()
                 && problem.chooses_steps
@@ -125,9 +139,15 @@ impl OnTarget<'_> {
         }
     }
 
+    /// Returns the roll at which the path of the guess ends, if it has one.
+    fn of_guess(&self, ends: &Ends) -> Option<f64> {
+        let last = self.guess?.quaternion.last()?;
+        Some(ends.nearest(&lie::project_to_rotation(&lie::rotation_from_quaternion(last))))
+    }
+
     /// Solves the maneuver to a given end.
     fn plan(&mut self, given: &Problem) -> Result<Solution, Halt> {
-        Ok(without_arcs(given, &self.settings(), None, self.observer)?)
+        Ok(without_arcs(given, &self.settings(), self.guess, self.observer)?)
     }
 
     /// Returns ends as the arcs of continuous time have them, the cheapest first.

@@ -48,6 +48,7 @@ pub(crate) use starts::given as first_costate;
 
 use crate::Vector3;
 use crate::flight::Flight;
+use crate::maneuver::infeasible;
 use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
 use crate::maneuver::settings::{Method, Settings, SettingsError, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rung, Solution, Trajectory};
@@ -293,8 +294,10 @@ fn without_arcs(
     let problem = &problem.clone().planned_by(settings.method);
     if let Some(aim) = problem.aim() {
         check(problem, settings)?;
-        check_for_no_guess(guess)?;
-        return ends::solve_to(problem, aim, settings, observer);
+        if problem.duration.known().is_none() || problem.objective.switches() {
+            check_for_no_guess(guess)?;
+        }
+        return ends::solve_to(problem, aim, settings, guess, observer);
     }
     if problem.chooses_steps && settings.target == Target::Motion {
         return steps::chosen(problem, settings, guess, observer)
@@ -335,6 +338,12 @@ fn solve_on(
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
     check(problem, settings)?;
+    if Formulation::of(problem) != Formulation::Extremal
+        && let Some(proof) = infeasible::in_any_time(problem)
+    {
+        let unsolved = Solution::unsolved(problem, settings.tolerance);
+        return Ok(Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved });
+    }
     match Formulation::of(problem) {
         Formulation::Extremal => in_given_duration(problem, settings, guess, observer),
         Formulation::OverDurations => {

@@ -17,7 +17,7 @@ fn a_sweep_over_one_key_has_its_curve_and_shades_what_failed() {
     folder
         .slew(&["plot", "sweep.jsonl", "-o", "one.svg", "--charts", "map"])
         .ends(2)
-        .tells("the pictures are cost");
+        .tells("its pictures are cost");
     folder.slew(&["report", "sweep.jsonl", "-o", "sweep.html"]).ends(0);
     let page = folder.read("sweep.html");
     assert!(page.contains("Cases that failed") && page.contains("infeasible") && page.contains("fig-cost"));
@@ -71,14 +71,21 @@ fn of_plans_whose_inputs_switch_a_batch_says_what_is_known() {
     let folder = Folder::new();
     let spec = concat!(env!("CARGO_MANIFEST_DIR"), "/../../problems/minimum_time_xte.toml");
     let over = ["sweep", spec, "--over", "maneuver.steps=40,60", "-o", "all.jsonl"];
-    let run =
-        folder.slew(&over).ends(0).tells("2 of the solved cases switch: extremals by the maximum principle");
-    assert!(!run.stderr.contains("not known to be local minima"), "{}", run.stderr);
+    // The words of a sweep are those of a plan.
+    folder.slew(&over).ends(0).tells("proof       2 local minima to first order");
+    folder
+        .slew(&["plan", spec, "-o", "one.json"])
+        .ends(0)
+        .tells("proof       a local minimum to first order; others");
+    assert_eq!(folder.json("one.json")["proof"], "first_order");
+    folder.slew(&["report", "one.json", "-q", "-o", "one.html"]).ends(0);
+    assert!(folder.read("one.html").contains("The plan is a local minimum to first order"));
     let text = folder.read("all.jsonl");
     assert_eq!(text.matches("\"gap\":").count(), 2, "{text}");
     // A smooth plan has no gap.
     folder
         .slew(&["sweep", "spec.toml", "-q", "--over", "maneuver.duration_s=20,30", "-o", "smooth.jsonl"])
         .ends(0);
-    assert!(!folder.read("smooth.jsonl").contains("gap"));
+    let smooth = folder.read("smooth.jsonl");
+    assert!(!smooth.contains("gap") && smooth.matches("\"proof\":\"minimum\"").count() == 2, "{smooth}");
 }

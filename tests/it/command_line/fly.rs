@@ -32,6 +32,10 @@ fn a_plan_tells_its_gains_its_chances_and_what_they_cost() {
         .tells("uncertain   boresights end within")
         .tells("requested at most 0.010")
         .tells("margin      Sun");
+    folder
+        .slew(&["check", "spec.toml"])
+        .ends(0)
+        .tells("flight      [feedback], [plant], [uncertainty], for `slew fly`");
     let plan = folder.json("plan.json");
     let gains = plan["feedback"]["gains"].as_array().unwrap();
     assert_eq!((gains.len(), gains[0].as_array().unwrap().len()), (100, 3));
@@ -102,8 +106,10 @@ fn cases_agree_with_the_linear_theory_and_are_the_same_alone() {
     assert_eq!(rows.len(), 41);
     assert!(rows[0].starts_with("loop,case,attitude_error_x_rad,"), "{}", rows[0]);
     let cells: Vec<&str> = rows[18].split(',').collect();
-    assert_eq!(cells[..2], ["closed loop", "17"]);
-    folder.slew(&["fly", "plan.json", "--case", "17", "-o", "one.csv"]).ends(0).tells("17, closed loop");
+    assert_eq!(cells[..2], ["closed loop", "18"]);
+    // Cases count from 1, as those of batches do.
+    folder.slew(&["fly", "plan.json", "--case", "18", "-o", "one.csv"]).ends(0).tells("18, closed loop");
+    folder.slew(&["fly", "plan.json", "--case", "0", "-o", "none.csv"]).ends(2);
     let last = folder.read("one.csv").lines().last().unwrap().to_string();
     let one: Vec<&str> = last.split(',').collect();
     assert_eq!(one[8..14], cells[2..8]);
@@ -148,8 +154,8 @@ fn flights_go_on_where_they_were_left() {
     refused("60", &["--loop", "open"], "not of the open loop", "E0112");
     refused("60", &["--set", "uncertainty.inertia.relative=0.03"], "differ", "E0112");
     refused("59", &[], "60 cases, more than requested", "E0112");
-    fs::write(folder.path("fewer.jsonl"), lines.replacen("{\"case\":7,", "{\"case\":8,", 1)).unwrap();
-    refused("60", &[], "line 9 is not the expected result: it is case 8, not 7", "E0114");
+    fs::write(folder.path("fewer.jsonl"), lines.replacen("{\"case\":8,", "{\"case\":9,", 1)).unwrap();
+    refused("60", &[], "line 9 is not the expected result: it is case 9, not 8", "E0114");
     fs::write(folder.path("fewer.jsonl"), lines.replacen("\"room\":[", "\"room\":[0.5,", 1)).unwrap();
     refused("60", &[], "its numbers contradict the first line", "E0114");
     fs::write(folder.path("fewer.jsonl"), "{\"slew_flights\":9}\n").unwrap();

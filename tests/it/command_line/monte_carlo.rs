@@ -337,3 +337,11 @@ fn the_array_script_gives_shards_that_merge() {
     folder.slew(&["monte-carlo", "mc.toml", "-q", "-o", "whole.jsonl"]).ends(0);
     assert_eq!(folder.read("all.jsonl"), folder.read("whole.jsonl"));
 }
+
+#[test]
+fn check_tells_what_is_drawn() {
+    let folder = Folder::new();
+    fs::write(folder.path("spec.toml"), spec()).unwrap();
+    let told = "dispersion  body.inertia_kg_m2, start.angular_velocity_deg_s, ";
+    folder.slew(&["check", "spec.toml"]).ends(0).tells(told).tells("20000 cases, for `slew monte-carlo`");
+}

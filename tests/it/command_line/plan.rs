@@ -33,7 +33,8 @@ fn a_test_that_was_skipped_is_told_in_summary_and_file() {
     let folder = Folder::new();
     let skip = "solver.second_order=skipped";
     let run = folder.slew(&["plan", "spec.toml", "--set", skip, "-v", "-o", "plan.json"]).ends(0);
-    run.tells("whether it is a minimum was not tested").tells("second order: not tested, as requested");
+    run.tells("an extremal, not known to be a minimum: not tested, as requested")
+        .tells("second order: not tested, as requested");
     let plan = folder.json("plan.json");
     assert_eq!((&plan["second_order"], &plan["optimality"]["tested"]), (&"not_tested".into(), &false.into()));
     assert_eq!(plan["spec"]["solver"]["second_order"], "skipped");
@@ -201,6 +202,39 @@ fn a_guess_never_replaces_the_search_unasked() {
         assert!((cost(&again) - cost(&best)).abs() <= 1e-9 * cost(&best), "{}", cost(&again));
         folder.slew(&["plan", "spec.toml", "--guess-alone"]).ends(2);
     }
+}
+
+/// A guess of a maneuver whose roll is free is one more start at the roll that it ends with; alone
+/// it leads to the plan at that roll.
+#[test]
+fn a_guess_is_taken_for_an_end_on_a_target() {
+    let cost = |plan: &Value| plan["cost"].as_f64().unwrap();
+    let folder = Folder::new();
+    let spec = "format = 1\nbody.inertia_kg_m2 = [12, 10, 8]\nstart.attitude = { axis = [0, 0, 1], angle_deg = 0 }\n\
+        maneuver = { duration_s = 20, steps = 60 }\n";
+    let end =
+        "end = { point = { boresight_body = [0, 0, 1], ra_deg = 60, dec_deg = 20 }, rate = \"zero\" }\n";
+    fs::write(folder.path("free.toml"), format!("{spec}{end}")).unwrap();
+    let plan = |more: &[&str]| {
+        let args = ["plan", "free.toml", "-q", "--format", "json"];
+        folder.slew(&[&args[..], more].concat()).ends(0).json()
+    };
+    let best = plan(&[]);
+    fs::write(folder.path("best.json"), best.to_string()).unwrap();
+    let again = plan(&["--guess", "best.json"]);
+    assert!((cost(&again) - cost(&best)).abs() <= 1e-9 * cost(&best), "{}", cost(&again));
+    let other = plan(&["--set", "body.inertia_kg_m2=[12,11,8]"]);
+    assert!((cost(&other) - cost(&best)).abs() > 1e-4 * cost(&best));
+    fs::write(folder.path("other.json"), other.to_string()).unwrap();
+    let beside = plan(&["--guess", "other.json"]);
+    assert!((cost(&beside) - cost(&best)).abs() <= 1e-9 * cost(&best), "{}", cost(&beside));
+    // At the roll of the other plan, which is nearly the best.
+    let alone = cost(&plan(&["--guess", "other.json", "--guess-alone"])) / cost(&best);
+    assert!((1.0..1.02).contains(&alone), "{alone}");
+    // Nothing begins from a guess where inputs switch.
+    let sought = ["plan", "free.toml", "--guess", "best.json", "--set", "maneuver.minimize=fuel"];
+    let limits = "actuators={ torque_axes_body = [[1,0,0],[0,1,0],[0,0,1]], torque_limit_n_m = 5 }";
+    folder.slew(&[&sought[..], &["--set", limits]].concat()).ends(3).tells("takes no guess");
 }
 
 #[test]

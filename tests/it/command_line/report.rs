@@ -168,8 +168,12 @@ fn wrong_inputs_and_outputs_are_told() {
     folder
         .slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "forces"])
         .ends(2)
-        .tells("no picture is called \"forces\"");
-    folder.slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "faces"]).ends(2).tells("possible values");
+        .tells("this file has no picture \"forces\"");
+    folder
+        .slew(&["plot", "plan.json", "-o", "a.svg", "--charts", "momentum"])
+        .ends(2)
+        .tells("no picture is called \"momentum\"; its pictures are sky, inputs,")
+        .tells("see `slew plot --help`");
     folder.slew(&["report", "plan.json", "-o", "a.html", "--euler", "xxz"]).ends(2);
     assert_eq!(folder.names(), ["plan.json", "spec.toml"]);
     fs::write(folder.path("a.html"), "mine").unwrap();
@@ -263,10 +267,65 @@ fn a_plan_of_no_time_is_shown_as_what_it_is() {
     folder
         .slew(&["plan", "none.toml", "-o", "none.json", "--report", "none.html"])
         .ends(0)
-        .tells("no action is needed: the body is already in its end attitude");
+        .tells("the global minimum: the body is already in its end attitude");
     assert!(folder.read("none.html").contains("solved and verified"));
     folder.slew(&["report", "none.json", "-o", "again.html"]).ends(0);
     folder.slew(&["plot", "none.json", "-o", "figures"]).ends(0);
     let compared = folder.slew(&["compare", "none.toml"]);
     assert!(!compared.stderr.contains("panicked"), "{}", compared.stderr);
+}
+
+const THRUSTERS: &str = r#"
+format = 1
+name = "Pulses at both ends"
+body.inertia_kg_m2 = [20, 30, 40]
+start.attitude = { axis = [0, 0, 1], angle_deg = 0 }
+end.attitude = { axis = [0, 0, 1], angle_deg = 20 }
+maneuver = { minimize = "fuel", duration_s = 300 }
+constraint = [
+    { kind = "keep_out", name = "Sun", boresight_body = [0, 0, 1], boresight_name = "telescope", direction_inertial = { vector = [1, 0, 1] }, half_angle_deg = 20 },
+]
+[actuators]
+thruster = [
+    { name = "A", position_m = [0.5, 0, 0], force_direction_body = [0, 1, 0], force_limit_n = 2 },
+    { name = "B", position_m = [0.5, 0, 0], force_direction_body = [0, -1, 0], force_limit_n = 2 },
+    { name = "C", position_m = [0, 0.5, 0], force_direction_body = [0, 0, 1], force_limit_n = 2 },
+    { name = "D", position_m = [0, 0.5, 0], force_direction_body = [0, 0, -1], force_limit_n = 2 },
+    { name = "E", position_m = [0, 0, 0.5], force_direction_body = [1, 0, 0], force_limit_n = 2 },
+    { name = "F", position_m = [0, 0, 0.5], force_direction_body = [-1, 0, 0], force_limit_n = 2 },
+]
+"#;
+
+/// The page begins with the figures of the plan; firings of seconds in minutes can be seen;
+/// boresights have the names that the spec gives them; thrusters by force are forces in tables.
+#[test]
+fn a_page_begins_with_its_figures_and_shows_short_firings() {
+    let folder = Folder::new();
+    fs::write(folder.path("spec.toml"), THRUSTERS).unwrap();
+    folder.slew(&["plan", "spec.toml", "-o", "plan.json"]).ends(0).tells("Sun (telescope): ");
+    assert_eq!(folder.json("plan.json")["spec"]["constraint"][0]["boresight_name"], "telescope");
+    folder.slew(&["report", "plan.json", "-q", "-o", "plan.html"]).ends(0);
+    let page = folder.read("plan.html");
+    let tiles = page.split("<dl class=\"tiles\">").nth(1).unwrap().split("</dl>").next().unwrap();
+    for told in [
+        "<dt>duration</dt><dd><b>300 s</b>",
+        "<b>20.0°</b>",
+        "peak thrust",
+        "100 % of 2 N, ",
+        "least clearance",
+        "Sun for telescope at ",
+    ] {
+        assert!(tiles.contains(told), "{told}: {tiles}");
+    }
+    assert!(page.find("class=\"tiles\"").unwrap() < page.find("id=\"summary\"").unwrap());
+    assert!(page.contains("\"name\":\"telescope\""));
+    folder.slew(&["plot", "plan.json", "-q", "-o", "figures", "--charts", "firings"]).ends(0);
+    let firings = folder.read("figures/firings.svg");
+    assert!(firings.contains("s off</text>"), "no coast is left out: {firings}");
+    folder.slew(&["export", "plan.json", "-q", "-o", "plan.csv"]).ends(0);
+    let table = folder.read("plan.csv");
+    let heads: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let at = heads.iter().position(|head| *head == "input_A_n").unwrap_or_else(|| panic!("{heads:?}"));
+    let most = table.lines().skip(1).filter_map(|line| line.split(',').nth(at)?.parse::<f64>().ok());
+    assert!((most.fold(0.0, f64::max) - 2.0).abs() < 1e-6);
 }

@@ -155,3 +155,22 @@ fn a_maneuver_has_one_answer_forwards_and_backwards() {
         assert!((one / other - 1.0).abs() < 1e-4, "{index}: {one} {other}");
     }
 }
+
+/// A motion that is slower by a factor takes torques that are smaller by its square, and fuel that
+/// is smaller by the factor: first paths of thrusters lead elsewhere in the longer duration.
+#[test]
+fn least_fuel_of_thrusters_is_no_dearer_than_a_quicker_plan_slowed_down() {
+    for name in ["fuel_thrusters_slowed", "fuel_thrusters_slowed_long", "fuel_thrusters_slowed_here"] {
+        let over = over_the_best(name);
+        assert!(over < 1.002, "{name}: {over}");
+    }
+}
+
+/// Gyroscopic torques make many minima, of which random paths from both ends meet the cheapest.
+#[test]
+fn least_effort_of_unequal_moments_is_that_of_the_maneuver_backwards() {
+    for name in ["box_8", "box_10", "rod_5", "rod_10", "rod_20", "rod_30", "rod_93"] {
+        let over = over_the_best(&format!("effort_unequal_{name}"));
+        assert!(over < 1.002, "{name}: {over}");
+    }
+}

@@ -26,6 +26,7 @@ mod minimum_fuel;
 mod minimum_time;
 mod on_equal_steps;
 mod order;
+mod proof;
 mod pulses;
 mod pushing_thrusters;
 mod shortest;

@@ -1,6 +1,8 @@
 //! Proofs by what wheels can store and by cones in the way.
 
 use super::*;
+use slewkit::maneuver::Settings;
+use slewkit::plan::{Silent, Status, plan};
 
 // ---- wheels
 // -----------------------------------------------------------------------------------------
@@ -156,4 +158,31 @@ fn cones_that_meet_on_the_way_are_named_both() {
     let found = denied(&problem(20.0, 30.0));
     assert!(found.reason.contains("\"zenith\" and \"star\""), "{found}");
     assert!(found.reason.contains("t = 1000 s") && found.reason.contains("10 deg"), "{found}");
+}
+
+/// The momentum of a tumble stays, whatever the attitude at the end and however long it takes.
+#[test]
+fn wheels_too_small_for_a_tumble_are_named_for_any_end_and_any_duration() {
+    let body = Body { inertia: Inertia::diagonal(Vector3::new(20.0, 30.0, 40.0)).unwrap(), mass: None };
+    let start = State::attitude(Matrix3::identity(), Vector3::new(0.1, 0.1, 0.1));
+    let end = State::at_rest(Matrix3::identity());
+    // The body holds 5.385 N·m·s, and a corner of the wheels √3 times their limit.
+    let total = 29.0_f64.sqrt();
+    let maneuvers = |limit: f64| {
+        let given = Problem::attitude(body.clone(), start, end, 60.0);
+        let quickest = Problem::minimum_time(body.clone(), start, end);
+        [given.with_any_attitude_at_end(), quickest.clone().with_any_attitude_at_end(), quickest]
+            .map(|problem| problem.with_actuation(three_wheels([0.0; 3], limit, 0.5)).with_steps(60))
+    };
+    let planned = |problem: &Problem| plan(problem, &Settings::discrete(), None, &mut Silent).unwrap();
+    for problem in maneuvers(0.99 * total / 3.0_f64.sqrt()) {
+        let found = planned(&problem);
+        assert_eq!(found.status, Status::Infeasible, "{:?}", problem.objective);
+        let reason = found.solution.infeasible.unwrap().reason;
+        assert!(reason.contains("because the total momentum is conserved"), "{reason}");
+    }
+    // Wheels that can store it are not denied.
+    for problem in maneuvers(1.05 * total).into_iter().take(2) {
+        assert_ne!(planned(&problem).status, Status::Infeasible);
+    }
 }

@@ -12,7 +12,7 @@ pub(super) enum Kind {
 
 /// The path of each column in a result, and its type. The heading is the path with underscores.
 pub(super) const BEFORE: [(&str, Kind); 2] = [("case", Kind::Integer), ("name", Kind::Text)];
-pub(super) const AFTER: [(&str, Kind); 33] = [
+pub(super) const AFTER: [(&str, Kind); 34] = [
     ("status", Kind::Text),
     ("exit_code", Kind::Integer),
     ("error/code", Kind::Text),
@@ -33,6 +33,7 @@ pub(super) const AFTER: [(&str, Kind); 33] = [
     ("terminal/momentum_relative", Kind::Number),
     ("terminal/position_relative", Kind::Number),
     ("terminal/linear_momentum_relative", Kind::Number),
+    ("proof", Kind::Text),
     ("second_order", Kind::Text),
     ("gap", Kind::Number),
     ("verified/passed", Kind::Flag),

@@ -36,7 +36,7 @@ pub struct FlightHeader {
 /// The result of one case in each loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlightCase {
-    /// Number of the case, from 0.
+    /// Number of the case, from 1.
     pub case: u64,
     /// Parameters of the case; none where it was lost in every loop.
     pub parameters: Vec<f64>,
@@ -62,7 +62,7 @@ pub struct FlightEnd {
 
 impl FlightHeader {
     /// The version written and read.
-    pub const FORMAT: u32 = 1;
+    pub const FORMAT: u32 = 2;
 
     /// Builds the header of flights of a plan in the loops `closed`.
     pub fn new(runs: &Runs<'_>, closed: &[bool]) -> Self {
@@ -84,7 +84,7 @@ impl FlightHeader {
 }
 
 impl FlightCase {
-    /// Builds the case `case` from its flights in each loop.
+    /// Builds the case with the number `case`, from 1, of its flights in each loop.
     pub fn new(case: u64, flights: &[&Result<Flown, Lost>]) -> Self {
         let any = flights.iter().find_map(|flight| flight.as_ref().ok());
         let end = |flight: &&Result<Flown, Lost>| {
@@ -144,8 +144,8 @@ impl Entry for FlightCase {
     }
 
     fn check(&self, header: &FlightHeader, done: u64) -> Result<(), String> {
-        if self.case != done {
-            return Err(format!("it is case {}, not {done}", self.case));
+        if self.case != done + 1 {
+            return Err(format!("it is case {}, not {}", self.case, done + 1));
         }
         let is_whole = |end: &FlightEnd| {
             end.room.len() == header.constraints.len() && end.input_room.len() == header.input_limits

@@ -5,7 +5,7 @@ use crate::spec::{Diagnostics, Severity};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use slewkit::maneuver::Shortfall;
-use slewkit::maneuver::{Outcome, Problem, SecondOrder, Sense, TerminalError};
+use slewkit::maneuver::{Outcome, Problem, Proved, SecondOrder, Sense, TerminalError};
 use slewkit::plan::Plan;
 use slewkit::verify::Verification;
 
@@ -91,10 +91,13 @@ pub struct CaseResult {
     /// Discrete terminal error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal: Option<TerminalError>,
+    /// How far the plan is proved to be an optimum.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub proof: Option<Proved>,
     /// "minimum", "saddle", "undecided" or "not_tested".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_order: Option<SecondOrder>,
-    /// The possible gain in cost, to first order, if inputs switch; such a plan has no
+    /// What neighbouring plans can save, to first order, if inputs switch; such a plan has no
     /// second-order test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
@@ -228,6 +231,7 @@ impl CaseResult {
             sense: known.then_some(solution.sense),
             turned_deg: finite(solution.turned_deg).filter(|_| known),
             terminal: finite(solution.terminal.largest()).map(|_| solution.terminal),
+            proof: solution.proved(problem),
             second_order: known.then(|| solution.optimality.second_order()),
             gap: solution.switching.as_ref().filter(|_| known).and_then(|switching| finite(switching.gap)),
             verified: plan.verification.as_ref().map(Verdict::from),

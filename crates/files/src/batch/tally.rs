@@ -4,7 +4,7 @@
 //! cases it holds the number only, except for the first of each kind and the worst.
 
 use super::CaseResult;
-use slewkit::maneuver::SecondOrder;
+use slewkit::maneuver::Proved;
 use std::collections::BTreeMap;
 
 /// Worst cases that are kept, and first ones of a kind of failure.
@@ -20,15 +20,9 @@ pub struct Tally {
     /// The number of wrong specs, by the code of their first error, with the reason of the first
     /// one.
     pub errors: BTreeMap<String, (u64, String)>,
-    /// Solved cases that are saddles, or whose second order is not decided, but for those whose
-    /// inputs switch.
-    pub not_minima: u64,
-    /// Solved cases that were not to be tested to second order.
-    pub untested: u64,
-    /// The number of solved cases whose inputs switch: extremals by the maximum principle,
-    /// without a second-order test.
-    pub extremals: u64,
-    /// The extremal with the largest possible gain, to first order.
+    /// The number of solved cases by how far they are proved to be optima.
+    pub proofs: BTreeMap<Proved, u64>,
+    /// The case whose neighbouring plans can save the most, to first order.
     pub widest_gap: Option<Worst>,
     /// Solved cases that go the long way round.
     pub long_way: u64,
@@ -96,13 +90,9 @@ impl Tally {
         if !result.is_solved() {
             return;
         }
-        match result.second_order {
-            _ if result.gap.is_some() => {}
-            Some(SecondOrder::Minimum) => {}
-            Some(SecondOrder::NotTested) => self.untested += 1,
-            _ => self.not_minima += 1,
+        if let Some(proof) = result.proof {
+            *self.proofs.entry(proof).or_default() += 1;
         }
-        self.extremals += u64::from(result.gap.is_some());
         self.long_way += u64::from(result.sense == Some(slewkit::maneuver::Sense::Long));
         let worst = |value| Worst {
             value,

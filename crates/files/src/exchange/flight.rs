@@ -76,7 +76,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     let of_nodes = if on_nodes { 0.0 } else { missed(&nodes, time).1 };
     writeln!(text, "# rows against the plan: at most {of_nodes:.1e} rad")?;
     let inputs = record.input_heads();
-    let gains = record.gain_rows();
+    let (gains, units) = (record.gain_rows(), record.input_units());
     let mut heads = inputs.clone();
     if let Some((width, _)) = &gains {
         let states = record.gain_states();
@@ -105,6 +105,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
         let at = start + times[index];
         // The last row has no tick that begins there: nothing is held any more.
         let (torque, inputs) = mean(record, at, if index + 1 < rows.len() { tick } else { 0.0 });
+        let inputs: Vec<f64> = inputs.iter().zip(&units).map(|(input, unit)| input * unit).collect();
         write!(text, "{index},{}", digits(times[index]))?;
         for number in q.iter().chain(row.rate.iter()).chain(torque.iter()).chain(&inputs) {
             write!(text, ",{}", digits(*number))?;
@@ -117,8 +118,14 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
             let zeros = vec![0.0; *width];
             let row =
                 if index + 1 < rows.len() { numbers.get(step * width..(step + 1) * width) } else { None };
-            for number in row.unwrap_or(&zeros) {
-                write!(text, ",{}", digits(*number))?;
+            // The gains of one input are side by side.
+            let states = (width / units.len().max(1)).max(1);
+            for (number, unit) in row
+                .unwrap_or(&zeros)
+                .iter()
+                .zip(units.iter().flat_map(|unit| std::iter::repeat_n(unit, states)))
+            {
+                write!(text, ",{}", digits(number * unit))?;
             }
         }
         text.push('\n');

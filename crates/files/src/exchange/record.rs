@@ -181,6 +181,12 @@ impl Record<'_> {
         if self.nodes() < 2 { Err(super::Lacking::Duration.into()) } else { Ok(()) }
     }
 
+    /// Returns the factors that bring the inputs of the plan to the units of their headings.
+    pub(super) fn input_units(&self) -> Vec<f64> {
+        let names = Names::new(self.problem, &self.identity);
+        (0..self.trajectory.input_count).map(|input| names.in_its_unit(input, 1.0)).collect()
+    }
+
     /// Returns the column headings of the inputs, with their units.
     pub(super) fn input_heads(&self) -> Vec<String> {
         let names = Names::new(self.problem, &self.identity);

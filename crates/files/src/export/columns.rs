@@ -1,7 +1,7 @@
 //! The columns of a trajectory, once: the document, the rows, the table and the checks all work
 //! from this list.
 
-use crate::identity::Identity;
+use crate::identity::{Identity, Nozzle};
 use serde::{Serialize, Serializer};
 use slewkit::Vector3;
 use slewkit::maneuver::{Problem, Trajectory};
@@ -130,6 +130,9 @@ pub(crate) struct Names<'a> {
     inputs: &'a [String],
     /// The number of inputs in newtons, which come first.
     forces: usize,
+    /// The levers of thrusters that the spec gives by position and force \[m\], whose torques are
+    /// the inputs of the plan; empty for other inputs.
+    levers: Vec<f64>,
 }
 
 impl<'a> Names<'a> {
@@ -137,12 +140,21 @@ impl<'a> Names<'a> {
         let actuation = &problem.actuation;
         let named = identity.inputs.len() == actuation.count();
         let forces = actuation.force.as_ref().map_or(0, ActuatorSet::count);
-        Self { inputs: if named { &identity.inputs } else { &[] }, forces }
+        let by_force = identity.nozzles.len() == actuation.count();
+        let levers = identity.nozzles.iter().filter(|_| by_force).map(Nozzle::lever).collect();
+        Self { inputs: if named { &identity.inputs } else { &[] }, forces, levers }
+    }
+
+    /// Returns input `index` of the plan in its unit: a thruster that the spec gives by its force
+    /// is a force.
+    pub fn in_its_unit(&self, index: usize, value: f64) -> f64 {
+        self.levers.get(index).map_or(value, |lever| value / lever)
     }
 
     /// Returns input `index` with its unit.
     pub fn input(&self, index: usize) -> String {
-        let unit = if index < self.forces { "n" } else { "n_m" };
+        let is_force = index < self.forces || index < self.levers.len();
+        let unit = if is_force { "n" } else { "n_m" };
         format!("{}_{unit}", self.bare(index, index))
     }
 

@@ -116,7 +116,7 @@ impl PlanFile<'_> {
             not_judged.push(UNSEALED.into());
         }
         let told = [
-            ("recorded status", self.is_coherent()),
+            ("recorded status", self.is_coherent(&problem)),
             ("recorded findings", recorded.is_empty()),
             ("recorded sense", sense.is_none_or(|sense| sense == self.sense)),
         ];
@@ -168,10 +168,12 @@ impl PlanFile<'_> {
         (self, Some(why))
     }
 
-    /// Returns whether status, outcome and exit code in the file agree.
-    fn is_coherent(&self) -> bool {
+    /// Returns whether status, outcome, exit code and the claimed proof in the file agree.
+    fn is_coherent(&self, problem: &Problem) -> bool {
+        let proved = self.plan().ok().and_then(|plan| plan.solution.proved(problem));
         self.status.agrees_with(self.outcome, self.verified.as_ref())
             && self.exit_code == self.status.exit_code()
             && self.second_order == self.optimality.second_order()
+            && self.proof == proved
     }
 }

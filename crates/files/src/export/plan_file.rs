@@ -14,7 +14,7 @@ use slewkit::feedback::Gains;
 use slewkit::maneuver::Shortfall;
 use slewkit::maneuver::{
     ActiveConstraint, ChosenSteps, ConvexWork, InteriorWork, Landing, Method, Optimality, Outcome, Problem,
-    Rival, RungReport, Scheme, SecondOrder, Sense, Settings, Switching, TerminalError,
+    Proved, Rival, RungReport, Scheme, SecondOrder, Sense, Settings, Switching, TerminalError,
 };
 use slewkit::numerics::encoding;
 use slewkit::plan::{Guess, Plan, Status};
@@ -79,6 +79,9 @@ pub struct PlanFile<'a> {
     /// Optimality of the extremal.
     #[serde(deserialize_with = "null_is_nan")]
     pub optimality: Optimality,
+    /// How far the plan is proved to be an optimum; absent without a plan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub proof: Option<Proved>,
     /// The result of its count of conjugate points.
     pub second_order: SecondOrder,
     /// The results of the witnesses; `null` without a trajectory.
@@ -194,6 +197,7 @@ impl<'a> PlanFile<'a> {
             landing: solution.landing.clone(),
             chosen: solution.chosen,
             optimality: solution.optimality,
+            proof: solution.proved(problem),
             second_order: solution.optimality.second_order(),
             verified: plan.verification.clone(),
             accuracy: plan

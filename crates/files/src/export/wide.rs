@@ -31,7 +31,8 @@ pub(crate) fn wide_table<'a>(
     for column in ordered {
         for (part, head) in column.headers(&names).into_iter().enumerate() {
             let rows = Rows::of(trajectory);
-            let cell = move |node| Some(rows.numbers(&column, node)?[part]);
+            let one = if column.key == "input" { names.in_its_unit(part, 1.0) } else { 1.0 };
+            let cell = move |node| Some(one * rows.numbers(&column, node)?[part]);
             table.push(WideColumn { head, cell: Box::new(cell) });
         }
     }

@@ -266,7 +266,8 @@ impl Columns<'_> {
     }
 }
 
-/// Writes every case: as a table (CSV; a lost case has empty cells), or as arrays (NPZ; NaN).
+/// Writes every case, counted from 1: as a table (CSV; a lost case has empty cells), or as arrays
+/// (NPZ; NaN).
 ///
 /// # Errors
 /// Returns the errors of the stream.
@@ -291,7 +292,7 @@ pub fn write_cases(
     writeln!(output, "loop,case,{}", heads.iter().map(|head| quoted(head)).collect::<Vec<_>>().join(","))?;
     for flight in flights {
         for (index, case) in flight.cases.iter().enumerate() {
-            write!(output, "{},{index}", flight.name)?;
+            write!(output, "{},{}", flight.name, index + 1)?;
             for number in columns.row(case) {
                 if number.is_nan() { write!(output, ",")? } else { write!(output, ",{number:?}")? }
             }

@@ -38,6 +38,11 @@ impl ClosedLoop {
         &self.written
     }
 
+    /// Returns the names of the sections that the spec has, as in "feedback".
+    pub fn sections(&self) -> impl Iterator<Item = &str> {
+        self.written.keys().map(String::as_str)
+    }
+
     /// Returns the chance of its own that the limit `name` is to keep.
     pub fn asked(&self, name: &str) -> Option<&Chance> {
         self.chances.iter().find(|chance| !chance.is_joint && chance.limits.iter().any(|limit| limit == name))

@@ -447,6 +447,9 @@ tables! {
         "name": Text(100);
         /// One boresight or several, body axes, any length.
         "boresight_body": Vectors(q::COMPONENT), only POINTING, needed "boresight_body = [0, 0, 1]";
+        /// The name of the boresight in reports and pictures; several are numbered. Default: its
+        /// direction.
+        "boresight_name": Text(100), only POINTING;
         /// The axis of the cone, fixed in inertial space: one direction or several, in the axes
         /// of the reference frame at the start.
         "direction_inertial": Directions, only POINTING;
@@ -635,6 +638,8 @@ targets! {
     static POINT_AT {
         /// The pointing axis, body axes, any length.
         "boresight_body": Vector(q::COMPONENT), needed "boresight_body = [0, 0, 1]";
+        /// The name of the axis in reports and pictures. Default: its direction.
+        "boresight_name": Text(100);
     }
 
     /// The axis that fixes the roll, and its target.

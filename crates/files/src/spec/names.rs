@@ -2,7 +2,7 @@
 
 use super::{Section, cut, show};
 use crate::epoch::{Epoch, EpochError};
-use crate::identity::{Identity, Nozzle};
+use crate::identity::{Boresights, Identity, Nozzle};
 use slewkit::mechanics::Actuation;
 
 /// Reads the identity; `actuation` is the actuation of the maneuver, if known.
@@ -30,7 +30,27 @@ pub(crate) fn identity(root: &Section, actuation: Option<&Actuation>) -> Identit
     if actuation.is_some_and(|actuation| actuation.thrusters.is_none()) {
         identity.nozzles = nozzles(root).unwrap_or_default();
     }
+    identity.boresights = boresights(root);
     identity
+}
+
+/// Returns the boresights that have a name: of constraints, then that of the end.
+fn boresights(root: &Section) -> Vec<Boresights> {
+    let point = root.section("end").and_then(|end| end.section("point"));
+    let named = root.list("constraint").iter().chain(point).filter_map(|section| {
+        let name = section.word("boresight_name")?.trim();
+        if name.is_empty() {
+            let remedy = "write a name, or remove the key";
+            return section.refuse("E0131", "boresight_name", "`boresight_name` is empty", remedy);
+        }
+        let vectors = match section.has("kind") {
+            true => section.vectors("boresight_body")?,
+            false => vec![section.vector("boresight_body")?],
+        };
+        let vectors = vectors.into_iter().map(|vector| section.unit(vector)).collect();
+        Some(Boresights { name: name.into(), vectors })
+    });
+    named.collect()
 }
 
 /// Returns the thrusters if all are given by position and force. The maneuver has been read from

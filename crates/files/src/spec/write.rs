@@ -142,6 +142,7 @@ impl SpecDocument {
             spec.table("scenery", |table| self::scenery(table, scenery));
         }
         spec.by_force(&identity.nozzles);
+        spec.with_boresights(identity);
         Self(Value::Object(spec.keys))
     }
 
@@ -302,6 +303,26 @@ impl Writing {
                 });
             }
         });
+    }
+
+    /// Adds the names of boresights to the constraints and to the end.
+    fn with_boresights(&mut self, identity: &Identity) {
+        let vector = |value: &Value| {
+            let row: Option<Vec<f64>> = value.as_array()?.iter().map(Value::as_f64).collect();
+            row.filter(|row| row.len() == 3).map(|row| Vector3::from_column_slice(&row))
+        };
+        let named = |table: &mut Map<String, Value>| {
+            let boresights = table.get("boresight_body");
+            let one = boresights.and_then(vector).map(|one| vec![one]);
+            let all = one.or_else(|| boresights?.as_array()?.iter().map(vector).collect());
+            if let Some(name) = all.and_then(|all| identity.boresights(&all)) {
+                table.insert("boresight_name".into(), name.into());
+            }
+        };
+        let constraints = self.keys.get_mut("constraint").and_then(Value::as_array_mut);
+        constraints.into_iter().flatten().filter_map(Value::as_object_mut).for_each(named);
+        let point = self.keys.get_mut("end").and_then(|end| end.get_mut("point"));
+        point.and_then(Value::as_object_mut).into_iter().for_each(named);
     }
 
     /// Appends a table to the list `name`.

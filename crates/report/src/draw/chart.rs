@@ -4,7 +4,7 @@ use super::axis::{Axis, Laid, Tick};
 use super::colour;
 use super::curve::{Curve, Shape};
 use super::legibility;
-use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, shortened};
+use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, broken, shortened};
 
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -214,15 +214,25 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), style: usize) {
     }
 }
 
+/// Characters of a line of a name next to the plot, and of the smaller lines below it.
+const ROOM: usize = 22;
+const ROOM_SMALL: usize = 27;
+
 /// Draws the names next to the plot; returns the position of the next name.
 fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
     let x = RIGHT + 18.0;
     let mut y = TOP + 12.0;
-    let lines: usize = curves.iter().map(|curve| curve.name.lines().count().max(1)).sum();
+    let named = |curve: &Curve| {
+        let mut lines = curve.name.lines();
+        let first = broken(lines.next().unwrap_or_default(), ROOM);
+        (first, lines.flat_map(|line| broken(line, ROOM_SMALL)).collect::<Vec<_>>())
+    };
+    let names: Vec<(Vec<String>, Vec<String>)> = curves.iter().map(named).collect();
+    let lines: usize = names.iter().map(|(first, more)| first.len() + more.len()).sum();
     // Many names stand nearer together.
     let row =
         (28.0_f64).min((BOTTOM - TOP - 16.0 * (lines - curves.len()) as f64) / curves.len().max(1) as f64);
-    for curve in curves {
+    for (curve, (first, more)) in curves.iter().zip(names) {
         match curve.shape {
             Shape::Band(_) => {
                 let [left, top] = [x, y - 9.0];
@@ -239,13 +249,14 @@ fn legend(svg: &mut Svg, curves: &[Curve]) -> f64 {
                 }
             }
         }
-        let mut lines = curve.name.lines();
-        let first = lines.next().unwrap_or_default();
-        svg.text((x + 36.0, y), Anchor::Start, &format!("fill=\"{INK}\""), &shortened(first, 21));
-        for line in lines {
+        for (index, line) in first.iter().enumerate() {
+            y += if index > 0 { 16.0 } else { 0.0 };
+            svg.text((x + 36.0, y), Anchor::Start, &format!("fill=\"{INK}\""), line);
+        }
+        for line in more {
             y += 16.0;
             let style = format!("font-size=\"11\" fill=\"{FAINT}\"");
-            svg.text((x + 36.0, y), Anchor::Start, &style, &shortened(line, 27));
+            svg.text((x + 36.0, y), Anchor::Start, &style, &line);
         }
         y += row;
     }

@@ -3,7 +3,7 @@
 
 use super::colour;
 use super::sky::SkyView;
-use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
+use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, broken};
 use slewkit::Vector3;
 use std::f64::consts::PI;
 
@@ -141,8 +141,11 @@ impl Ground {
         for track in &self.tracks {
             let stroke = format!("stroke=\"{}\" stroke-width=\"2.4\"", colour(track.style));
             svg.line((x, y - 4.0), (x + 28.0, y - 4.0), &stroke);
-            svg.text((x + 36.0, y), Anchor::Start, &ink, &shortened(&track.name, 25));
-            y += 24.0;
+            for line in broken(&track.name, 25) {
+                svg.text((x + 36.0, y), Anchor::Start, &ink, &line);
+                y += 16.0;
+            }
+            y += 8.0;
         }
         svg.circle((x + 6.0, y - 4.0), 4.5, &format!("fill=\"#ffffff\" stroke=\"{INK}\" stroke-width=\"2\""));
         svg.text((x + 36.0, y), Anchor::Start, &ink, "start");

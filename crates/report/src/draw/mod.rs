@@ -8,6 +8,7 @@
 mod axis;
 mod chart;
 mod curve;
+mod gantt;
 mod ground;
 mod legibility;
 mod map;
@@ -23,6 +24,7 @@ mod thin;
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Level, Span};
 pub use curve::{Curve, Shape};
+pub use gantt::Gantt;
 pub use ground::{Ground, GroundTrack};
 pub use map::Map;
 pub use panel::{Picture, panel};

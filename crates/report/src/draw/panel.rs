@@ -1,6 +1,7 @@
-//! Several pictures in one: two columns, marked (a), (b), …
+//! Several pictures in one: in columns, marked (a), (b), …
 
 use super::chart::Chart;
+use super::gantt::Gantt;
 use super::ground::Ground;
 use super::map::Map;
 use super::sky::Sky;
@@ -17,6 +18,8 @@ pub enum Picture {
     Map(Map),
     /// Ways on the ground.
     Ground(Ground),
+    /// What is on when.
+    Gantt(Gantt),
 }
 
 impl Picture {
@@ -27,6 +30,7 @@ impl Picture {
             Self::Sky(sky) => &sky.title,
             Self::Map(map) => &map.title,
             Self::Ground(ground) => &ground.title,
+            Self::Gantt(gantt) => &gantt.title,
         }
     }
 
@@ -37,6 +41,7 @@ impl Picture {
             Self::Sky(sky) => sky.svg(),
             Self::Map(map) => map.svg(),
             Self::Ground(ground) => ground.svg(),
+            Self::Gantt(gantt) => gantt.svg(),
         }
     }
 
@@ -46,14 +51,15 @@ impl Picture {
             Self::Sky(sky) => sky.draw(svg, id),
             Self::Map(map) => map.draw(svg),
             Self::Ground(ground) => ground.draw(svg, id),
+            Self::Gantt(gantt) => gantt.draw(svg),
         }
     }
 }
 
-/// Returns the pictures in two columns as the text of one SVG file, each marked with a letter;
-/// fonts as large as in each alone.
-pub fn panel(pictures: &[&Picture]) -> String {
-    let columns = pictures.len().clamp(1, 2);
+/// Returns the pictures in columns as the text of one SVG file, each marked with a letter; fonts as
+/// large as in each alone.
+pub fn panel(pictures: &[&Picture], columns: usize) -> String {
+    let columns = columns.clamp(1, pictures.len().max(1));
     let rows = pictures.len().div_ceil(columns).max(1);
     let mut svg = Svg::new(SIZE.0 * columns as f64, SIZE.1 * rows as f64);
     for (index, picture) in pictures.iter().enumerate() {

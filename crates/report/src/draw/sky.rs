@@ -12,7 +12,7 @@ pub use disc::{DiscKind, SkyDisc};
 use names::Names;
 
 use super::colour;
-use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, shortened};
+use super::svg::{Anchor, FAINT, GRID, INK, SIZE, Svg, broken, shortened};
 use slewkit::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
 
@@ -129,8 +129,13 @@ pub struct SkyView {
 const MIDDLE: (f64, f64) = (320.0, 264.0);
 const RADIUS: f64 = 196.0;
 
-/// Size of names on the map \[px\].
+/// Size of names on the map \[px\], and the number of characters of the longest.
 const NAME: f64 = 11.0;
+const LONGEST_NAME: usize = 30;
+
+/// Names stay below this edge \[px\], and this far from the ends of tracks \[px\].
+const TOP: f64 = 56.0;
+const END: f64 = 6.0;
 
 /// Points around a cone.
 const AROUND: usize = 180;
@@ -170,12 +175,12 @@ impl Sky {
         let forbidden = self.cones.iter().map(|cone| angle(&cone.axis) + cone.half_angle);
         let reach =
             shown().chain(rings().copied()).map(|point| angle(&point)).chain(forbidden).fold(0.0, f64::max);
-        // East to the left, as the sky is seen from inside.
-        let right = middle.cross(&Vector3::z()).try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        // East to the right: the sphere is seen from outside, like the body in the middle of it.
+        let right = Vector3::z().cross(&middle).try_normalize(1e-6).unwrap_or_else(Vector3::y);
         SkyView {
             middle,
             right,
-            up: right.cross(&middle),
+            up: middle.cross(&right),
             reach: if self.whole { PI } else { (1.08 * reach).clamp(0.2, PI) },
         }
     }
@@ -255,7 +260,12 @@ impl Sky {
         svg.raw("</g>");
         let rim = format!("fill=\"none\" stroke=\"{INK}\"");
         svg.circle(MIDDLE, RADIUS, &rim);
-        let mut names = Names::default();
+        let mut names = Names::within([0.0, TOP, MIDDLE.0 + RADIUS + 48.0, SIZE.1]);
+        for track in &self.tracks {
+            for end in [track.points.first(), track.points.last()].into_iter().flatten() {
+                names.keep_clear(place(end), END);
+            }
+        }
         let style = format!("font-size=\"{NAME}\" fill=\"{INK}\"");
         let discs = self.discs.iter().map(|disc| (disc.ends()[1].0, &disc.name));
         let marks = self.marks.iter().map(|mark| (mark.at, &mark.name));
@@ -265,7 +275,8 @@ impl Sky {
             x.hypot(y) <= 1.0
         };
         for (at, name) in marks.chain(discs).filter(|(at, name)| !name.is_empty() && shown(at)) {
-            svg.text(names.beside(place(&at), name, NAME), Anchor::Start, &style, name);
+            let name = shortened(name, LONGEST_NAME);
+            svg.text(names.beside(place(&at), &name, NAME), Anchor::Start, &style, &name);
         }
         for (label, at) in self.labels(&view) {
             let (x, y) = place(&at);
@@ -317,8 +328,11 @@ impl Sky {
         for track in &self.tracks {
             let stroke = format!("stroke=\"{}\" stroke-width=\"2.4\"", colour(track.style));
             svg.line((x, y - 4.0), (x + 28.0, y - 4.0), &stroke);
-            svg.text((x + 36.0, y), Anchor::Start, &ink, &shortened(&track.name, 23));
-            y += 24.0;
+            for line in broken(&track.name, 25) {
+                svg.text((x + 36.0, y), Anchor::Start, &ink, &line);
+                y += 16.0;
+            }
+            y += 8.0;
         }
         ends(svg, (x + 6.0, y - 4.0), (x + 110.0, y - 4.0), INK);
         svg.text((x + 36.0, y), Anchor::Start, &ink, "start");
@@ -327,13 +341,19 @@ impl Sky {
         for cone in &self.cones {
             let style = format!("fill=\"{FORBIDDEN}\" fill-opacity=\"0.2\" stroke=\"{FORBIDDEN}\"");
             svg.circle((x + 14.0, y - 4.0), 8.0, &style);
-            svg.text((x + 36.0, y), Anchor::Start, &ink, &shortened(&cone.name, 23));
-            y += 16.0;
+            for line in broken(&cone.name, 25) {
+                svg.text((x + 36.0, y), Anchor::Start, &ink, &line);
+                y += 16.0;
+            }
             let angle = slewkit::numerics::figures::rounded(cone.half_angle.to_degrees(), 4);
             svg.text((x + 36.0, y), Anchor::Start, &small, &format!("{}, {angle}°", cone.asks.word()));
             if !cone.when.is_empty() {
                 y += 14.0;
-                svg.text((x + 36.0, y), Anchor::Start, &small, &shortened(&cone.when, 28));
+                for line in broken(&cone.when, 28) {
+                    svg.text((x + 36.0, y), Anchor::Start, &small, &line);
+                    y += 14.0;
+                }
+                y -= 14.0;
             }
             y += 24.0;
         }
@@ -341,7 +361,7 @@ impl Sky {
         let remarks = [
             &format!("{about}, {tilt}: every 30°"),
             "angles from the middle are true;",
-            "z up, seen from inside",
+            "z up, seen from outside",
         ];
         for (row, remark) in remarks.iter().enumerate() {
             svg.text((x, BOTTOM_LINE + 15.0 * row as f64), Anchor::Start, &small, remark);

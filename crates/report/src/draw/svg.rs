@@ -138,6 +138,22 @@ pub fn escape(text: &str) -> String {
     out
 }
 
+/// Breaks a name at its blanks into lines of at most `room` characters; a longer word is cut.
+pub(super) fn broken(name: &str, room: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in name.split(' ').filter(|word| !word.is_empty()) {
+        let word = shortened(word, room);
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= room => {
+                line.push(' ');
+                line.push_str(&word);
+            }
+            _ => lines.push(word),
+        }
+    }
+    if lines.is_empty() { vec![String::new()] } else { lines }
+}
+
 /// Shortens a name to the `room` next to a plot, in characters.
 pub(super) fn shortened(name: &str, room: usize) -> String {
     if name.chars().count() <= room {

@@ -33,6 +33,10 @@ function positionAt(time) {
 // Faces of the box by their corners, counted in binary.
 const FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
 
+// How far the first view is from that of the map, so that boresights in its middle are seen from a
+// side.
+const ASIDE = 0.45;
+
 function stage() {
   const body = data.body;
   const canvas = document.getElementById("stage");
@@ -41,7 +45,14 @@ function stage() {
   const clock = document.getElementById("clock");
   const end = body.time[body.time.length - 1];
   const moving = body.position.length > 0;
-  const view = { yaw: 0.9, pitch: 0.35, width: 0 };
+  // The reader stands where the map of the sphere has its middle, a little aside.
+  const map = data.charts.find((picture) => picture.key === "sky");
+  const faced = map && !moving ? map.view.middle : null;
+  const view = {
+    yaw: faced ? Math.atan2(faced[1], faced[0]) - ASIDE : 0.9,
+    pitch: faced ? Math.max(-1, Math.min(1, Math.asin(faced[2]) + 0.5 * ASIDE)) : 0.35,
+    width: 0,
+  };
   // The path, if there is one, is brought to the unit sphere about its middle.
   let [middle, extent] = [[0, 0, 0], 1];
   if (moving) {
@@ -95,8 +106,11 @@ function stage() {
         }
       }
     };
-    const names = naming(width);
-    const word = (text, at, colour, size = 12) => {
+    // Names stand above everything: they are written last.
+    const names = naming([width, height]);
+    const words = [];
+    const word = (...what) => words.push(what);
+    const written = ([text, at, colour, size = 12]) => {
       pen.fillStyle = colour;
       pen.font = `${size}px system-ui, "DejaVu Sans", sans-serif`;
       pen.fillText(text, ...names.beside(...place(at), pen.measureText(text).width, size));
@@ -208,8 +222,10 @@ function stage() {
       pen.beginPath();
       pen.arc(x, y, 4.5, 0, 2 * Math.PI);
       pen.fill();
+      names.keepClear(x, y, 6);
     });
     sphere(true);
+    words.forEach(written);
   }
 
   const tracks = body.boresights.map((boresight) => body.quaternion.map((q) => turned(q, boresight.vector)));

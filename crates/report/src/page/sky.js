@@ -1,5 +1,5 @@
 // The sphere of directions as a map: azimuthal equidistant about the middle of what is shown, seen
-// from inside.
+// from outside, like the body in motion.
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -31,14 +31,17 @@ function graticule() {
   return lines;
 }
 
-// Where names stand: each beside what it names, right or left, in the nearest row that no other one
-// covers.
-function naming(breadth, taken = []) {
+// Where names stand: each beside what it names, right or left, in the nearest row within the
+// picture that no other one covers.
+function naming([wide, high], taken = []) {
   const box = (x, y, width, size) => [x, y - size, x + width, y + 0.25 * size];
-  const free = (b) => taken.every((other) => b[0] >= other[2] || b[2] <= other[0] ||
-      b[1] >= other[3] || b[3] <= other[1]);
+  const free = (b) => b[0] >= 0 && b[1] >= 0 && b[2] <= wide && b[3] <= high &&
+    taken.every((other) => b[0] >= other[2] || b[2] <= other[0] || b[1] >= other[3] || b[3] <= other[1]);
   return {
     taken,
+    keepClear(x, y, by) {
+      taken.push([x - by, y - by, x + by, y + by]);
+    },
     ifFree(x, y, width, size) {
       const wanted = box(x, y, width, size);
       return free(wanted) && taken.push(wanted) > 0;
@@ -49,9 +52,7 @@ function naming(breadth, taken = []) {
         for (const k of [row + 1, -row]) for (const left of [x + 7, x - 7 - width]) places.push([left,
           y + k * (size + 2)]);
       }
-      // Within the picture, as far as the name is not wider.
-      const within = places.map(([left, below]) => [Math.max(2, Math.min(left, breadth - width - 2)), below]);
-      const place = within.find(([left, below]) => free(box(left, below, width, size))) || within[0];
+      const place = places.find(([left, below]) => free(box(left, below, width, size))) || places[0];
       taken.push(box(...place, width, size));
       return place;
     },
@@ -124,24 +125,25 @@ function sky(figureNode, picture) {
     const out = radius + 2;
     const rim = `M${cx - out} ${cy}a${out} ${out} 0 1 0 ${2 * out} 0a${out} ${out} 0 1 0 ${-2 * out} 0Z`;
     const holdsOpposite = (axis, angle) => Math.acos(Math.max(-1, Math.min(1, -dot(axis, middle)))) < angle;
-    let names = naming(width);
+    // Names stand above everything, and are not cut at the rim.
     const words = element("g", {});
-    const movingWords = element("g", {}, words);
-    // A name may reach over the rim; what lies beyond the rim has none.
+    let [names, moved] = [naming([width, height]), null];
+    for (const track of picture.tracks) {
+      for (const end of [track.points[0], track.points[track.points.length - 1]]) names.keepClear(...place(end), 7);
+    }
     const name = (text, at, kind, parent, size = 11) => {
-      const [ax, ay] = place(at);
-      if (Math.hypot(ax - cx, ay - cy) > radius) return;
-      const [x, y] = names.beside(ax, ay, nameWidth(text, size), size);
+      if (Math.hypot(...place(at).map((pixel, k) => pixel - [cx, cy][k])) > radius) return;
+      const [x, y] = names.beside(...place(at), nameWidth(text, size), size);
       element("text", { x, y, ...kind }, parent, text);
     };
-    const drawCone = (cone, axis, angle, acts, parent, named) => {
+    const drawCone = (cone, axis, angle, acts, parent) => {
       const edge = trace(circle(axis, angle)) + "Z";
       const d = holdsOpposite(axis, angle) === (cone.asks === "keep out") ? edge + rim : edge;
       const shaded = acts && cone.asks !== "hold on";
       if (shaded) element("path", { d, fill: "var(--limit)", "fill-opacity": 0.14, "fill-rule": "evenodd" }, parent);
       const line = { fill: "none", stroke: "var(--limit)", "stroke-width": 1.4 };
       element("path", { d: edge, ...line, ...(acts ? {} : { "stroke-dasharray": "2 4" }) }, parent);
-      name(cone.name, axis, { class: "limit" }, named);
+      name(cone.name, axis, { class: "limit" }, parent === inside ? words : moved);
     };
     const drawDisc = (disc, axis, angle, parent) => {
       const tint = `var(--${disc.kind})`;
@@ -153,7 +155,7 @@ function sky(figureNode, picture) {
         element("path", { d, fill: tint, "fill-opacity": 0.22, "fill-rule": "evenodd" }, parent);
         element("path", { d: edge, fill: "none", stroke: tint, "stroke-width": 1.4 }, parent);
       }
-      if (disc.name) name(disc.name, axis, { class: "small" }, movingWords);
+      if (disc.name) name(disc.name, axis, { class: "small" }, moved);
     };
     for (const disc of picture.discs) {
       const middles = disc.way.map((at) => at.slice(0, 3));
@@ -168,29 +170,28 @@ function sky(figureNode, picture) {
     for (const mark of picture.marks) {
       const [x, y] = place(mark.at);
       element("path", { d: `M${x - 5} ${y}h10M${x} ${y - 5}v10`, stroke: "var(--ink)", "stroke-width": 1.5 }, inside);
-      name(mark.name, mark.at, {}, words, 13);
+      if (mark.name) name(mark.name, mark.at, {}, words, 13);
     }
-    for (const cone of picture.cones) {
-      if (!coneMoves(cone)) drawCone(cone, cone.axis, cone.half_angle, true, inside, words);
-    }
+    for (const cone of picture.cones) if (!coneMoves(cone)) drawCone(cone, cone.axis, cone.half_angle, true, inside);
     for (const label of picture.labels) {
       const [x, y] = place(label.at);
       if (names.ifFree(x + 3, y - 3, nameWidth(label.text, 11), 11)) element("text",
-        { x: x + 3, y: y - 3, class: "small" }, inside, label.text);
+        { x: x + 3, y: y - 3, class: "small" }, words, label.text);
     }
     moving = element("g", {}, inside);
+    moved = element("g", {}, words);
     const standing = names.taken;
     drawMoving = () => {
       moving.replaceChildren();
-      movingWords.replaceChildren();
-      names = naming(width, [...standing]);
+      moved.replaceChildren();
+      names = naming([width, height], [...standing]);
       // Without a cursor as at the end.
       const last = body ? body.time[body.time.length - 1] : 0;
       const part = shared.time === null || !last ? 1 : shared.time / last;
       for (const disc of picture.discs) drawDisc(disc, ...alongWay(disc.way, part), moving);
       for (const cone of picture.cones.filter(coneMoves)) {
         const at = cone.way.length ? alongWay(cone.way, part) : [cone.axis, cone.half_angle];
-        drawCone(cone, ...at, coneActs(cone, part), moving, movingWords);
+        drawCone(cone, ...at, coneActs(cone, part), moving);
       }
     };
     for (const ring of picture.rings) {
@@ -204,13 +205,13 @@ function sky(figureNode, picture) {
         "stroke-dasharray": DASHES[track.style % 4] }, inside);
     }
     element("circle", { cx, cy, r: radius, fill: "none", stroke: "var(--line)" }, svg);
-    svg.appendChild(words);
     for (const track of picture.tracks) {
       const [start, end] = [place(track.points[0]), place(track.points[track.points.length - 1])];
       const ring = { r: 4.5, fill: "var(--paper)", stroke: colour(track.style), "stroke-width": 2 };
       element("circle", { cx: start[0], cy: start[1], ...ring }, svg);
       element("circle", { cx: end[0], cy: end[1], r: 5, fill: colour(track.style) }, svg);
     }
+    svg.appendChild(words);
     dots = picture.tracks.map((track) => element("circle",
       { r: 6, fill: "none", stroke: "var(--ink)", "stroke-width": 2 }, svg));
     plot.replaceChildren(svg);

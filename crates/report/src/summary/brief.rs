@@ -8,8 +8,9 @@ use super::lines::{Lines, TEXT, clipped, percent, wrapped};
 use super::stopped::{nearest, stopped};
 use super::verified::failures;
 use super::{firings, fixed_axis, target};
+use crate::boresight;
 use slewkit::maneuver::{
-    Motion, Objective, Outcome, Path, Problem, Rule, SecondOrder, Sense, Settings, Shift, Solution,
+    Motion, Objective, Outcome, Path, Problem, Proved, Rule, SecondOrder, Sense, Settings, Shift, Solution,
     Structure, Turns,
 };
 use slewkit::numerics::figures::{counted, short, significant};
@@ -27,6 +28,9 @@ const AROUND: usize = 2;
 /// The relative difference below which two costs count as equal: costs are printed to a tenth of
 /// a percent.
 const SAME: f64 = 5e-4;
+
+/// The gap to neighbouring plans below which none is reported [%].
+const LEAST_GAP: f64 = 1e-3;
 
 /// The clearance below which a cone counts as touched \[deg\].
 const LITTLE: f64 = 1e-3;
@@ -77,7 +81,7 @@ pub(super) fn brief(problem: &Problem, settings: &Settings, plan: &Plan, identit
         last.extend(others);
     }
     let room = (MOST_LINES + aimed).saturating_sub(AROUND + lines.len() + last.len()).max(1);
-    let told = clearances(problem, solution, found, room);
+    let told = clearances(problem, solution, found, identity, room);
     lines.lines("clearance", told.iter().flat_map(|text| wrapped(text, TEXT)));
     lines.extend(last);
     lines
@@ -253,7 +257,13 @@ fn met(margin: &Margin) -> f64 {
 }
 
 /// Returns the cones, nearest first, for which there is room; the nearest always.
-fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room: usize) -> Vec<String> {
+fn clearances(
+    problem: &Problem,
+    solution: &Solution,
+    found: &Verification,
+    identity: &Identity,
+    room: usize,
+) -> Vec<String> {
     let is_cone = |margin: &&Margin| {
         let rule = problem.constraints.iter().find(|constraint| constraint.name == margin.name);
         rule.is_some_and(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
@@ -263,6 +273,10 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     let told = |margin: &&Margin| {
         let left = met(margin);
         let name = clipped(&escape(&margin.name), 30);
+        let name = match boresight::of_margin(problem, identity, margin) {
+            Some(boresight) => format!("{name} ({})", clipped(&escape(&boresight), 30)),
+            None => name,
+        };
         let along =
             solution.active.iter().any(|active| active.name == margin.name && active.time_s.len() > 1);
         let at = format!("at {} s", short(margin.time_s));
@@ -291,57 +305,39 @@ fn clearances(problem: &Problem, solution: &Solution, found: &Verification, room
     lines
 }
 
-/// Describes the plan as an optimum.
-fn proof(problem: &Problem, solution: &Solution) -> String {
-    if let Some(switching) = &solution.switching {
-        let part = switching.gap / switching.continuous_cost;
-        let gap = match 100.0 * part {
-            small if small < 1e-3 => "within 0.001 % of a local minimum".into(),
-            part => format!("within {} % of a local minimum", significant(part, 2)),
-        };
-        return match switching.structure {
-            Structure::Rest => "no action is needed: the body is already in its end attitude".into(),
-            _ if switching.beside_optimum => {
-                "the switching plan meets the end; the optimum of this grid was not found".into()
-            }
-            Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits | Structure::Singular
-                if problem.is_shaped() =>
-            {
-                let unit = if problem.objective == Objective::Time { " s" } else { "" };
-                let cost = significant(switching.continuous_cost, 7);
-                format!("an extremal of {cost}{unit} in continuous time; others may be better")
-            }
-            Structure::BangBang | Structure::BangOffBang | Structure::AlongLimits => {
-                "an extremal by the maximum principle; others may be better".into()
-            }
-            Structure::Pulses => {
-                let more = switching.continuous_cost
-                    / switching.pulses.map_or(f64::NAN, |pulses| pulses.cost_without)
-                    - 1.0;
-                format!("{} % above the best found without a shortest pulse", significant(100.0 * more, 2))
-            }
-            Structure::TruncatedChattering if problem.is_shaped() => {
-                let unit = if problem.objective == Objective::Time { " s" } else { "" };
-                format!("{}{unit} in continuous time, {gap}", significant(switching.continuous_cost, 7))
-            }
-            Structure::TruncatedChattering | Structure::Singular | Structure::Norm => {
-                format!("{gap}, to first order; others may be better")
-            }
-        };
-    }
-    if problem.is_shaped() {
-        return "a local minimum, to first order; others may be better".into();
-    }
-    match solution.optimality.second_order() {
-        SecondOrder::Minimum => "a local minimum; no proof that it is global".into(),
-        SecondOrder::Saddle if matches!(problem.path, Path::AsGiven(_)) => {
-            "not a minimum: another rotation than the given one costs less".into()
+/// Describes how far the plan is proved to be an optimum, by the words of [`Proved`].
+pub(super) fn proof(problem: &Problem, solution: &Solution) -> String {
+    let Some(proved) = solution.proved(problem) else { return String::new() };
+    let words = proved.words();
+    let others = "others may cost less";
+    match proved {
+        Proved::Global => format!("{words}: the body is already in its end attitude"),
+        Proved::Feasible => {
+            format!("{words}: the arcs meet the end, and the optimum of this grid was not found")
         }
-        SecondOrder::Saddle => {
-            "not a minimum: the cost decreases in a direction, but no better plan was found".into()
+        Proved::Saddle if matches!(problem.path, Path::AsGiven(_)) => {
+            format!("{words}: another rotation than the given one costs less")
         }
-        SecondOrder::Undecided => "an extremal; whether it is a minimum is undecided".into(),
-        SecondOrder::NotTested => "an extremal; whether it is a minimum was not tested, as requested".into(),
+        Proved::Saddle => format!("{words}: the cost decreases in a direction, and no better plan was found"),
+        Proved::Extremal if solution.optimality.second_order() == SecondOrder::NotTested => {
+            format!("{words}: not tested, as requested; {others}")
+        }
+        Proved::Extremal | Proved::Minimum => format!("{words}; {others}"),
+        Proved::FirstOrder => format!("{words}{}; {others}", neighbours(solution)),
+    }
+}
+
+/// Returns the gap of a local minimum to first order: what neighbouring plans can save.
+fn neighbours(solution: &Solution) -> String {
+    let Some(switching) = &solution.switching else { return String::new() };
+    if switching.structure == Structure::Pulses {
+        let without = switching.pulses.map_or(f64::NAN, |pulses| pulses.cost_without);
+        let more = 100.0 * (switching.continuous_cost / without - 1.0);
+        return format!(", {} % above the best found without a shortest pulse", significant(more, 2));
+    }
+    match 100.0 * solution.gap_part() {
+        small if small < LEAST_GAP => String::new(),
+        part => format!(", within {} % of its neighbours", significant(part, 2)),
     }
 }
 

@@ -105,9 +105,13 @@ pub(crate) fn impulse(problem: &Problem, solution: &Solution, identity: &Identit
     Some((net, all))
 }
 
-/// Returns three components with their unit.
-fn vector(vector: &Vector3) -> String {
-    let [x, y, z] = [vector.x, vector.y, vector.z].map(|part| significant(part, 3));
+/// The part of all impulses below which a component of their sum is round-off.
+const NONE: f64 = 1e-9;
+
+/// Returns three components of the net of impulses with their unit.
+fn vector(vector: &Vector3, all: f64) -> String {
+    let part = |part: f64| if part.abs() <= NONE * all { "0".into() } else { significant(part, 3) };
+    let [x, y, z] = [vector.x, vector.y, vector.z].map(part);
     format!("({x}, {y}, {z}) N·s")
 }
 
@@ -125,7 +129,7 @@ pub(crate) fn told(problem: &Problem, solution: &Solution, identity: &Identity) 
     let plural = if found.len() == 1 { "firing" } else { "firings" };
     let mut lines = vec![format!("{} {plural}, {shortest}", found.len())];
     if let Some((net, all)) = impulse(problem, solution, identity) {
-        lines.push(format!("push {} net of {} N·s", vector(&net), significant(all, 3)));
+        lines.push(format!("push {} net of {} N·s", vector(&net, all), significant(all, 3)));
     }
     lines
 }

@@ -264,7 +264,8 @@ fn switched(
         return lines;
     }
     let unit = if fuel.is_some() { "" } else { " s" };
-    lines.line("gap", format!("a gain of at most {}{unit}, to first order", error(switching.gap)));
+    let gain = format!("neighbouring plans save at most {}{unit}, to first order", error(switching.gap));
+    lines.line("gap", gain);
     if let Some(eigenaxis) = switching.eigenaxis_s {
         let more = 100.0 * (eigenaxis / switching.continuous_duration_s - 1.0);
         let told = match more {

@@ -55,7 +55,7 @@ pub(crate) fn scale(problem: &Problem, identity: &Identity, index: usize) -> (f6
 }
 
 /// Returns the unit of fuel, if all inputs have one kind and one price.
-pub(super) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str {
+pub(crate) fn fuel_unit(problem: &Problem, identity: &Identity) -> &'static str {
     let Some(Fuel { prices, force_prices, .. }) = problem.objective.fuel() else { return "" };
     let ones = |prices: &Option<Vec<f64>>| prices.iter().flatten().all(|price| *price == 1.0);
     let by_force = identity.nozzles.len() == problem.actuation.count();
@@ -77,6 +77,25 @@ pub(super) fn told(
 ) -> Vec<String> {
     let actuation = &problem.actuation;
     let first = actuation.first_torque();
+    let mut lines = Vec::new();
+    for channel in channels(problem) {
+        lines.lines(channel.label, channel.told(problem, solution, found, identity));
+    }
+    if let Some(wheels) = &actuation.wheels {
+        let count = wheels.momentum.len();
+        let names: Vec<String> = (0..count).map(|wheel| name(problem, identity, first + wheel)).collect();
+        let peaks = largest(&solution.trajectory.wheel_momentum, 0..count, count);
+        let limits =
+            Some(&wheels.momentum_limit[..]).filter(|limits| limits.iter().any(|limit| limit.is_finite()));
+        lines.lines("momentum", wrapped(&peaks_told(&names, &peaks, limits, "N·m·s"), TEXT));
+    }
+    lines
+}
+
+/// Returns the kinds of inputs of a maneuver: torques, then forces.
+fn channels(problem: &Problem) -> Vec<Channel<'_>> {
+    let actuation = &problem.actuation;
+    let first = actuation.first_torque();
     let torques = Channel {
         label: match (&actuation.wheels, actuation.torque.limits().one_sided) {
             (Some(_), _) => "wheels",
@@ -93,19 +112,57 @@ pub(super) fn told(
         range: 0..set.count(),
         of_force: true,
     });
-    let mut lines = Vec::new();
-    for channel in [Some(torques), force].into_iter().flatten() {
-        lines.lines(channel.label, channel.told(problem, solution, found, identity));
+    [Some(torques), force].into_iter().flatten().collect()
+}
+
+/// The input that uses the most of its limit, or the largest where none is limited.
+pub(crate) struct Busiest {
+    /// The kind of inputs, as in "wheels".
+    pub kind: &'static str,
+    /// The name of the input.
+    pub name: String,
+    /// The peak, in the unit of people.
+    pub peak: f64,
+    /// That unit.
+    pub unit: &'static str,
+    /// The limit, if there is one.
+    pub limit: Option<f64>,
+}
+
+impl Busiest {
+    fn of(
+        kind: &'static str,
+        names: &[String],
+        peaks: &[f64],
+        limits: Option<&[f64]>,
+        unit: &'static str,
+    ) -> Option<Self> {
+        let part = |index: usize| limits.map_or(peaks[index], |limits| peaks[index] / limits[index]);
+        let busiest = (0..peaks.len()).max_by(|a, b| part(*a).total_cmp(&part(*b)).then(b.cmp(a)))?;
+        let limit = limits.map(|limits| limits[busiest]).filter(|limit| limit.is_finite());
+        Some(Self { kind, name: names[busiest].clone(), peak: peaks[busiest], unit, limit })
     }
+}
+
+/// Returns the busiest torque or thruster, then the busiest force and the wheel that stores the
+/// most.
+pub(crate) fn busiest(problem: &Problem, solution: &Solution, identity: &Identity) -> Vec<Busiest> {
+    let (actuation, trajectory) = (&problem.actuation, &solution.trajectory);
+    let first = actuation.first_torque();
+    let mut found: Vec<Busiest> = channels(problem)
+        .into_iter()
+        .filter_map(|channel| {
+            let (names, peaks, limits, unit) = channel.peaks(problem, solution, identity);
+            Busiest::of(channel.label, &names, &peaks, limits.as_deref(), unit)
+        })
+        .collect();
     if let Some(wheels) = &actuation.wheels {
         let count = wheels.momentum.len();
         let names: Vec<String> = (0..count).map(|wheel| name(problem, identity, first + wheel)).collect();
-        let peaks = largest(&solution.trajectory.wheel_momentum, 0..count, count);
-        let limits =
-            Some(&wheels.momentum_limit[..]).filter(|limits| limits.iter().any(|limit| limit.is_finite()));
-        lines.lines("momentum", wrapped(&peaks_told(&names, &peaks, limits, "N·m·s"), TEXT));
+        let peaks = largest(&trajectory.wheel_momentum, 0..count, count);
+        found.extend(Busiest::of("wheel momentum", &names, &peaks, Some(&wheels.momentum_limit), "N·m·s"));
     }
-    lines
+    found
 }
 
 /// Inputs of one kind.
@@ -117,13 +174,13 @@ struct Channel<'a> {
 }
 
 impl Channel<'_> {
-    fn told(
+    /// Returns names, peaks, limits of the size, and the unit.
+    fn peaks(
         &self,
         problem: &Problem,
         solution: &Solution,
-        found: &Verification,
         identity: &Identity,
-    ) -> Vec<String> {
+    ) -> (Vec<String>, Vec<f64>, Option<Vec<f64>>, &'static str) {
         let trajectory = &solution.trajectory;
         let scales: Vec<(f64, &str)> =
             self.range.clone().map(|input| scale(problem, identity, input)).collect();
@@ -133,7 +190,17 @@ impl Channel<'_> {
         let peaks = by(&largest(&trajectory.input, self.range.clone(), trajectory.input_count));
         let names: Vec<String> = self.range.clone().map(|input| name(problem, identity, input)).collect();
         let limits = self.set.limits().size.as_deref().map(by);
-        let unit = scales.first().map_or("", |(_, unit)| unit);
+        (names, peaks, limits, scales.first().map_or("", |(_, unit)| unit))
+    }
+
+    fn told(
+        &self,
+        problem: &Problem,
+        solution: &Solution,
+        found: &Verification,
+        identity: &Identity,
+    ) -> Vec<String> {
+        let (names, peaks, limits, unit) = self.peaks(problem, solution, identity);
         let mut text = peaks_told(&names, &peaks, limits.as_deref(), unit);
         if self.set.frame() == AxisFrame::Reference {
             text.push_str(", reference axes");

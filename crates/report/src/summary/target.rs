@@ -31,7 +31,12 @@ pub(super) fn told(problem: &Problem, solution: &Solution, identity: &Identity) 
     let rate = significant(seen.rate.norm().to_degrees(), 3);
     let before = aim.at.in_space(0.0, &frame_rate).direction;
     let moved = angle_between(&before, &seen.direction).to_degrees();
-    let name = target.map_or_else(String::new, |target| format!("{}, ", escape(&target.name)));
+    let name = target.map(|target| escape(&target.name));
+    let name = match (identity.boresight(&aim.boresight).map(|boresight| escape(&boresight)), name) {
+        (Some(boresight), Some(name)) => format!("{boresight} on {name}, "),
+        (Some(name), None) | (None, Some(name)) => format!("{name}, "),
+        (None, None) => String::new(),
+    };
     let moved = significant(moved, 3);
     vec![format!("{name}{far}turns at {rate} deg/s; aimed at 0 s: {moved} deg off")]
 }

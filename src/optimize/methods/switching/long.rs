@@ -12,10 +12,10 @@ use super::certificate::Certificate;
 use super::extremal::Extremal;
 use super::limit::{Limit, polish};
 use super::smooth::Smoothed;
-use super::tuning::paths::{LONG, STRETCH, STRETCHING};
+use super::tuning::paths::{LONG, QUICKER, STRETCH, STRETCHING};
 use super::work::Work;
-use crate::lie;
 use crate::optimize::methods::continuation::{Step, follow};
+use crate::{Vector3, lie};
 
 /// The same maneuver in a moderate duration, where its own is long; or at a price of time that makes it so.
 pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
@@ -33,6 +33,15 @@ pub(super) fn shorter(extremal: &Extremal) -> Option<Extremal> {
             (extremal.price_of_time() < price).then(|| extremal.priced(price))
         }
     }
+}
+
+/// The same maneuver in shorter durations, and what parts of its own they are, where fuel that one-sided thrusters spend from rest to
+/// rest may be less along a plan of these, slowed down.
+pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f64)> {
+    let rests = extremal.start_rate.norm() + extremal.end_rate.norm() == 0.0;
+    let asked = extremal.counts_fuel() && rests && extremal.middle != Vector3::zeros();
+    let given = extremal.given_duration.filter(|_| asked);
+    given.into_iter().flat_map(|given| QUICKER.map(|part| (extremal.lasting(Some(part * given)), part)))
 }
 
 /// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it cannot be followed so far.

@@ -52,6 +52,30 @@ fn search_all(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
 }
 
 fn search_once(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
+    let mut found = search_here(extremal, ask, work);
+    if ask.arcs && ask.thoroughness != Thoroughness::Quick {
+        add_slowed(extremal, ask, &mut found, work);
+    }
+    found
+}
+
+/// Adds what plans of shorter durations become in that of `extremal` where they are cheaper, slowed down, than what is known: first paths
+/// of thrusters that push unequally may lead nowhere in a long duration.
+fn add_slowed(extremal: &Extremal, ask: &Ask, found: &mut Found, work: &Work) {
+    for (quicker, part) in long::quicker(extremal).take_while(|_| !work.stopped()) {
+        let best = found.limits.first().map_or(f64::INFINITY, |best| best.cost(extremal));
+        let of_quicker = search_here(&quicker, ask, work);
+        found.branches += of_quicker.branches;
+        // A motion that is slower by a factor takes inputs that are smaller by its square.
+        let cheaper = |limit: &&Limit| limit.cost(&quicker) * part < best * (1.0 - GAINED);
+        let slowed = of_quicker.limits.iter().filter(cheaper);
+        found.limits.extend(slowed.filter_map(|limit| long::followed(extremal, limit, work)));
+        found.limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+    }
+}
+
+/// The same without plans of shorter durations beside that of a long one.
+fn search_here(extremal: &Extremal, ask: &Ask, work: &Work) -> Found {
     let mut found = Found::default();
     if let Some(shorter) = long::shorter(extremal).filter(|_| ask.arcs) {
         let of_shorter = search_once(&shorter, ask, work);

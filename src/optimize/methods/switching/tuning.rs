@@ -80,6 +80,10 @@ pub(super) mod paths {
     /// A duration is long from so many times that of a turn of a sphere with limits about the axis: `2 √θ` in the units of an extremal.
     /// Higher, smoothed inputs, which never rest, lead nowhere for some bodies; lower, a branch of the long duration may be no rival yet.
     pub const LONG: f64 = 4.0;
+
+    /// Parts of a given duration in which one-sided thrusters are planned too, to be slowed down: each takes about as long as the plan
+    /// itself. With fewer a cheaper plan of less time is missed now and then (`evidence -- stretches`).
+    pub const QUICKER: [f64; 2] = [0.85, 0.6];
 }
 
 /// Branches (`branches`): how many extremals are told apart, and followed.

@@ -10,12 +10,23 @@ const BESIDE: f64 = 7.0;
 const ROWS: i32 = 12;
 
 /// The rectangles of placed names: left, top, right, bottom \[px\].
-#[derive(Default)]
 pub(super) struct Names {
     taken: Vec<[f64; 4]>,
+    /// The rectangle that all names stay within.
+    within: [f64; 4],
 }
 
 impl Names {
+    /// Builds the names of a picture that stay within a rectangle.
+    pub fn within(within: [f64; 4]) -> Self {
+        Self { taken: Vec::new(), within }
+    }
+
+    /// Keeps names away from a point, by a distance \[px\].
+    pub fn keep_clear(&mut self, (x, y): (f64, f64), by: f64) {
+        self.taken.push([x - by, y - by, x + by, y + by]);
+    }
+
     /// Returns the position of the text of a name with the given size \[px\]: right or left of
     /// its object, in the nearest free row.
     pub fn beside(&mut self, (x, y): (f64, f64), name: &str, size: f64) -> (f64, f64) {
@@ -27,6 +38,7 @@ impl Names {
             (x, y + (row + 1.0) * (size + 2.0))
         };
         let mut places = rows.flat_map(|row| [at(row, false), at(row, true)]);
+        // Where all places are taken, one beside the object is.
         let place = places.find(|place| self.is_free(*place, name, size)).unwrap_or_else(|| at(0.0, false));
         self.take(place, name, size);
         place
@@ -51,9 +63,13 @@ impl Names {
 
     fn is_free(&self, place: (f64, f64), name: &str, size: f64) -> bool {
         let [left, top, right, bottom] = Self::of(place, name, size);
-        self.taken
-            .iter()
-            .all(|other| left >= other[2] || right <= other[0] || top >= other[3] || bottom <= other[1])
+        let [first, highest, last, lowest] = self.within;
+        let inside = left >= first && top >= highest && right <= last && bottom <= lowest;
+        inside
+            && self
+                .taken
+                .iter()
+                .all(|other| left >= other[2] || right <= other[0] || top >= other[3] || bottom <= other[1])
     }
 
     fn take(&mut self, place: (f64, f64), name: &str, size: f64) {
@@ -67,7 +83,7 @@ mod tests {
 
     #[test]
     fn no_name_covers_another_where_all_stand_in_one_place() {
-        let mut names = Names::default();
+        let mut names = Names::within([0.0, 0.0, 400.0, 400.0]);
         let all = ["Earth", "ground 48.1, 11.6", "star tracker off the Earth", "Moon", "Earth"];
         for name in all {
             names.beside((200.0, 200.0), name, 11.0);
@@ -79,5 +95,17 @@ mod tests {
         }
         assert_eq!(names.taken.len(), all.len());
         assert!(!names.if_free((207.0, 213.0), "30°", 10.0) && names.if_free((20.0, 20.0), "30°", 10.0));
+    }
+
+    #[test]
+    fn names_stay_within_the_picture_and_off_the_ends_of_tracks() {
+        let mut names = Names::within([0.0, 0.0, 400.0, 400.0]);
+        names.keep_clear((380.0, 200.0), 6.0);
+        for at in [(395.0, 200.0), (5.0, 398.0), (380.0, 200.0)] {
+            let name = "star tracker off the Earth";
+            let (x, y) = names.beside(at, name, 11.0);
+            assert!(x >= 0.0 && x + Names::width(name, 11.0) <= 400.0 && (11.0..=400.0).contains(&y));
+            assert!(x + Names::width(name, 11.0) <= 374.0 || !(194.0..217.0).contains(&y), "{x} {y}");
+        }
     }
 }

@@ -1,0 +1,232 @@
+//! Which of several things is on when: a row for each, over a time axis that leaves out long
+//! stretches in which all are off.
+
+use super::axis::{Axis, Laid};
+use super::colour;
+use super::svg::{Anchor, FAINT, FONT_SIZE, GRID, INK, SIZE, Svg, shortened};
+use slewkit::numerics::figures::significant;
+
+/// Rows of stretches over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gantt {
+    /// The title.
+    pub title: String,
+    /// The circumstances, one line below the title.
+    pub subtitle: String,
+    /// The last moment of the time axis, which begins at 0 \[s\].
+    pub end: f64,
+    /// Names, and the stretches from start to end \[s\], in the order of time.
+    pub rows: Vec<(String, Vec<[f64; 2]>)>,
+}
+
+/// The edges of the rows [px].
+const LEFT: f64 = 118.0;
+const RIGHT: f64 = 776.0;
+const TOP: f64 = 64.0;
+const UNTITLED: f64 = 12.0;
+const BOTTOM: f64 = 418.0;
+/// The highest row [px], and the part of it that a bar takes.
+const ROW: f64 = 34.0;
+const BAR: f64 = 0.62;
+/// The narrowest bar [px].
+const NARROW: f64 = 1.6;
+/// The width of a stretch that is left out [px].
+const BREAK: f64 = 26.0;
+/// A stretch without bars is left out if it is longer than this part of all that has bars, and than
+/// this part of the whole.
+const LONG: f64 = 0.4;
+const NOTED: f64 = 0.05;
+/// How much of a stretch that is left out is shown at either side, as a part of all that has bars:
+/// less than half of [`LONG`].
+const BESIDE: f64 = 0.15;
+/// The least width of a stretch that is shown [px].
+const LEAST: f64 = 24.0;
+
+/// A stretch of the time axis on the drawing.
+struct Piece {
+    from: f64,
+    to: f64,
+    /// The pixels of both ends.
+    left: f64,
+    right: f64,
+    left_out: bool,
+}
+
+impl Gantt {
+    /// Returns the chart as the text of an SVG file.
+    pub fn svg(&self) -> String {
+        let mut svg = Svg::new(SIZE.0, self.bottom() + 62.0);
+        self.draw(&mut svg);
+        svg.end()
+    }
+
+    /// The lower edge of the rows [px].
+    fn bottom(&self) -> f64 {
+        self.top() + (self.rows.len().max(1) as f64 * ROW).min(BOTTOM - TOP)
+    }
+
+    /// The upper edge of the rows [px].
+    fn top(&self) -> f64 {
+        if self.title.is_empty() && self.subtitle.is_empty() { UNTITLED } else { TOP }
+    }
+
+    /// Returns the stretches in which something is on, in the order of time, each whole.
+    fn busy(&self) -> Vec<[f64; 2]> {
+        let mut all: Vec<[f64; 2]> = self.rows.iter().flat_map(|(_, bars)| bars.iter().copied()).collect();
+        all.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let mut joined: Vec<[f64; 2]> = Vec::new();
+        for bar in all {
+            match joined.last_mut() {
+                Some(last) if bar[0] <= last[1] => last[1] = last[1].max(bar[1]),
+                _ => joined.push(bar),
+            }
+        }
+        joined
+    }
+
+    /// Lays the time axis out.
+    fn pieces(&self) -> Vec<Piece> {
+        let busy = self.busy();
+        let on: f64 = busy.iter().map(|[from, to]| to - from).sum();
+        let long = (LONG * on).max(NOTED * self.end);
+        let mut gaps: Vec<[f64; 2]> = busy.windows(2).map(|pair| [pair[0][1], pair[1][0]]).collect();
+        gaps.extend(busy.first().map(|first| [0.0, first[0]]));
+        gaps.extend(busy.last().map(|last| [last[1], self.end]));
+        gaps.retain(|[from, to]| to - from > long);
+        gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        // A little of what is left out is shown beside what is on.
+        let beside = BESIDE * on;
+        let piece = |from: f64, to: f64, left_out: bool| Piece { from, to, left: 0.0, right: 0.0, left_out };
+        let mut pieces = Vec::new();
+        let mut at = 0.0;
+        for [from, to] in gaps {
+            let from = if from > 0.0 { from + beside } else { from };
+            let to = if to < self.end { to - beside } else { to };
+            if from > at {
+                pieces.push(piece(at, from, false));
+            }
+            pieces.push(piece(from, to, true));
+            at = to;
+        }
+        if at < self.end {
+            pieces.push(piece(at, self.end, false));
+        }
+        laid_out(&mut pieces);
+        pieces
+    }
+
+    pub(super) fn draw(&self, svg: &mut Svg) {
+        let bold = format!("font-size=\"16\" font-weight=\"bold\" fill=\"{INK}\"");
+        svg.text((LEFT, 26.0), Anchor::Start, &bold, &self.title);
+        svg.text((LEFT, 47.0), Anchor::Start, &format!("fill=\"{FAINT}\""), &self.subtitle);
+        let (pieces, top, bottom) = (self.pieces(), self.top(), self.bottom());
+        let row = (bottom - top) / self.rows.len().max(1) as f64;
+        let (grid, ink) = (format!("stroke=\"{GRID}\""), format!("fill=\"{INK}\""));
+        for piece in pieces.iter().filter(|piece| !piece.left_out) {
+            let axis = Axis { limits: Some((piece.from, piece.to)), ..Axis::linear("") };
+            let laid = Laid::new(&axis, std::iter::empty(), piece.left, piece.right);
+            for tick in laid.ticks().into_iter().filter(|tick| (piece.left..=piece.right).contains(&tick.at))
+            {
+                svg.line((tick.at, top), (tick.at, bottom), &grid);
+                if let Some(label) = tick.label {
+                    svg.text((tick.at, bottom + 20.0), Anchor::Middle, &ink, &label);
+                }
+            }
+        }
+        for (index, (name, bars)) in self.rows.iter().enumerate() {
+            let middle = top + (index as f64 + 0.5) * row;
+            svg.text((LEFT - 8.0, middle + 0.35 * FONT_SIZE), Anchor::End, &ink, &shortened(name, 15));
+            svg.line((LEFT, middle + 0.5 * row), (RIGHT, middle + 0.5 * row), &grid);
+            for [from, to] in bars {
+                let Some((left, right)) = place(&pieces, *from).zip(place(&pieces, *to)) else { continue };
+                let width = (right - left).max(NARROW);
+                let height = BAR * row;
+                let style = format!("fill=\"{}\"", colour(0));
+                let corners = [
+                    (left, middle - 0.5 * height),
+                    (left + width, middle - 0.5 * height),
+                    (left + width, middle + 0.5 * height),
+                    (left, middle + 0.5 * height),
+                ];
+                svg.path(&corners, true, &style);
+            }
+        }
+        for piece in pieces.iter().filter(|piece| piece.left_out) {
+            let middle = 0.5 * (piece.left + piece.right);
+            let corners =
+                [(piece.left, top), (piece.right, top), (piece.right, bottom), (piece.left, bottom)];
+            svg.path(&corners, true, "fill=\"#f3f4f6\"");
+            for (aside, y) in [(-3.0, top), (3.0, top), (-3.0, bottom), (3.0, bottom)] {
+                let cut = format!("stroke=\"{INK}\" stroke-width=\"1.2\"");
+                svg.line((middle + aside - 3.0, y + 6.0), (middle + aside + 3.0, y - 6.0), &cut);
+            }
+            let at = (middle, 0.5 * (top + bottom));
+            let turned =
+                format!("font-size=\"11\" fill=\"{FAINT}\" transform=\"rotate(-90 {} {})\"", at.0, at.1);
+            let length = format!("{} s off", significant(piece.to - piece.from, 3));
+            svg.text((at.0, at.1 + 4.0), Anchor::Middle, &turned, &length);
+        }
+        let frame = [(LEFT, top), (RIGHT, top), (RIGHT, bottom), (LEFT, bottom)];
+        svg.path(&frame, true, &format!("fill=\"none\" stroke=\"{INK}\""));
+        svg.text((0.5 * (LEFT + RIGHT), bottom + 44.0), Anchor::Middle, &ink, "time, s");
+    }
+}
+
+/// Lays pieces side by side: those that are shown to one scale, but none narrower than [`LEAST`].
+fn laid_out(pieces: &mut [Piece]) {
+    let length = |piece: &Piece| piece.to - piece.from;
+    let breaks = pieces.iter().filter(|piece| piece.left_out).count() as f64;
+    let (mut room, mut shown) = (RIGHT - LEFT - breaks * BREAK, 0.0);
+    shown += pieces.iter().filter(|piece| !piece.left_out).map(length).sum::<f64>();
+    let all = room / shown;
+    for piece in pieces.iter().filter(|piece| !piece.left_out && all * length(piece) < LEAST) {
+        (room, shown) = (room - LEAST, shown - length(piece));
+    }
+    let mut pixel = LEFT;
+    for piece in pieces {
+        let width = match piece.left_out {
+            true => BREAK,
+            false if all * length(piece) < LEAST => LEAST,
+            false => room * length(piece) / shown,
+        };
+        (piece.left, piece.right) = (pixel, pixel + width);
+        pixel += width;
+    }
+}
+
+/// Returns the pixel of a time.
+fn place(pieces: &[Piece], time: f64) -> Option<f64> {
+    let piece = pieces.iter().find(|piece| time <= piece.to).or(pieces.last())?;
+    let part = ((time - piece.from) / (piece.to - piece.from)).clamp(0.0, 1.0);
+    Some(piece.left + part * (piece.right - piece.left))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pulses of 0.1 s at both ends of 200 s would be a third of a pixel wide.
+    #[test]
+    fn short_pulses_are_wide_where_the_coast_between_them_is_long() {
+        let rows = vec![("A".into(), vec![[0.0, 0.1]]), ("B".into(), vec![[0.1, 0.2], [199.9, 200.0]])];
+        let gantt = Gantt { title: String::new(), subtitle: String::new(), end: 200.0, rows };
+        let pieces = gantt.pieces();
+        let at = |time: f64| place(&pieces, time).unwrap();
+        for [from, to] in [[0.0, 0.1], [0.1, 0.2], [199.9, 200.0]] {
+            assert!(at(to) - at(from) > 100.0, "{from} {to}: {} {}", at(from), at(to));
+        }
+        assert!((at(0.0) - LEFT).abs() < 1e-9 && (at(200.0) - RIGHT).abs() < 1e-9);
+        // Times keep their order.
+        let times: Vec<f64> = (0..=2000).map(|k| at(0.1 * f64::from(k))).collect();
+        assert!(times.windows(2).all(|pair| pair[0] <= pair[1]));
+        assert!(gantt.svg().contains("s off") && !gantt.svg().contains("NaN"));
+    }
+
+    #[test]
+    fn an_axis_without_a_long_coast_has_no_break() {
+        let rows = vec![("A".into(), vec![[0.0, 1.0], [1.5, 3.0]])];
+        let gantt = Gantt { title: String::new(), subtitle: String::new(), end: 3.0, rows };
+        assert_eq!(gantt.pieces().len(), 1);
+        assert!(!gantt.svg().contains("s off"));
+    }
+}

@@ -1,0 +1,102 @@
+//! The headline of a page: a few figures of a plan, each with what it is a part of.
+
+use super::Subject;
+use super::boresight;
+use super::summary::inputs::{Busiest, busiest, fuel_unit};
+use slewkit::maneuver::{Motion, Objective, Outcome, Rule};
+use slewkit::numerics::figures::{short, significant};
+use slewkit::verify::{Margin, Verification};
+
+/// A figure.
+pub(super) struct Tile {
+    /// The quantity.
+    pub name: String,
+    /// The value with its unit.
+    pub value: String,
+    /// What it is a part of, or when it is met.
+    pub note: String,
+}
+
+/// Returns the tiles of a plan: duration, angle, cost, the rates and inputs at their largest, and
+/// the least clearance; none without a plan.
+pub(super) fn tiles(subject: &Subject) -> Vec<Tile> {
+    let (problem, solution) = (subject.problem, &subject.plan.solution);
+    if solution.outcome != Outcome::Converged {
+        return Vec::new();
+    }
+    let tile = |name: &str, value: String, note: String| Tile { name: name.into(), value, note };
+    let duration = format!("{} s", short(solution.duration(problem)));
+    let sought = if problem.seeks_duration() { "sought" } else { "given" };
+    let mut all = vec![
+        tile("duration", duration, sought.into()),
+        tile("turn", format!("{:.1}°", solution.turned_deg), String::new()),
+    ];
+    let unit = match &problem.objective {
+        Objective::Time => None,
+        Objective::Fuel(_) => Some(fuel_unit(problem, subject.identity)),
+        Objective::Effort(weights) if weights.torque.is_none() && problem.motion == Motion::Attitude => {
+            Some("N²·m²·s")
+        }
+        Objective::Effort(_) => Some(""),
+    };
+    if let Some(unit) = unit {
+        let value = format!("{} {unit}", significant(solution.cost, 4)).trim_end().to_string();
+        all.push(tile(problem.objective.name(), value, "the least found".into()));
+    }
+    let Some(found) = subject.plan.verification.as_ref().filter(|found| !found.was_stopped()) else {
+        return all;
+    };
+    all.push(tile(
+        "peak rate",
+        format!("{}°/s", significant(found.peak_rate_rad_s.to_degrees(), 3)),
+        rate(subject, found),
+    ));
+    for Busiest { kind, name, peak, unit, limit } in busiest(problem, solution, subject.identity) {
+        let value = format!("{} {unit}", significant(peak, 3));
+        let part = |limit: f64| format!("{:.0} % of {} {unit}, {name}", 100.0 * peak / limit, short(limit));
+        all.push(tile(&format!("peak {}", quantity(kind)), value, limit.map_or(name.clone(), part)));
+    }
+    all.extend(clearance(subject, found));
+    all
+}
+
+/// Returns the quantity that inputs of a kind give.
+fn quantity(kind: &str) -> &str {
+    match kind {
+        "wheels" => "wheel torque",
+        "thrusters" => "thrust",
+        other => other,
+    }
+}
+
+/// Returns the part of the tightest limit of the rate.
+fn rate(subject: &Subject, found: &Verification) -> String {
+    let limited = subject.problem.constraints.iter().filter_map(|constraint| {
+        let bound = match &constraint.rule {
+            Rule::RateNorm(limit) => *limit,
+            Rule::RateAxes(limits) => limits.min(),
+            Rule::Pointing(_) => return None,
+        };
+        let margin = found.margins.iter().find(|margin| margin.name == constraint.name)?;
+        Some((bound.to_degrees(), margin.scaled))
+    });
+    let tightest = limited.min_by(|a, b| a.1.total_cmp(&b.1));
+    tightest.map_or(String::new(), |(bound, scaled)| {
+        format!("{:.0} % of {}°/s", 100.0 * (1.0 - scaled).max(0.0), short(bound))
+    })
+}
+
+/// Returns the least clearance of a cone in the true motion.
+fn clearance(subject: &Subject, found: &Verification) -> Option<Tile> {
+    let is_cone = |margin: &&Margin| {
+        let rule = subject.problem.constraints.iter().find(|constraint| constraint.name == margin.name);
+        rule.is_some_and(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
+    };
+    let met = |margin: &Margin| margin.continuous_margin.unwrap_or(margin.margin);
+    let least = found.margins.iter().filter(is_cone).min_by(|a, b| met(a).total_cmp(&met(b)))?;
+    let value = if met(least).abs() < 1e-3 { 0.0 } else { met(least) };
+    let of = boresight::of_margin(subject.problem, subject.identity, least);
+    let of = of.map_or(String::new(), |name| format!(" for {name}"));
+    let note = format!("{}{of} at {} s", least.name, short(least.time_s));
+    Some(Tile { name: "least clearance".into(), value: format!("{}°", significant(value, 3)), note })
+}

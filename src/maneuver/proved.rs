@@ -1,0 +1,88 @@
+//! How far a plan is proved to be an optimum.
+//!
+//! Methods prove different things: the shooting counts conjugate points, the interior point tests
+//! the curvature, arcs come with a gap to the maximum principle. One scale orders all of these, so
+//! that plans of any objective can be compared and counted.
+
+use super::problem::Problem;
+use super::solution::{Outcome, SecondOrder, Solution};
+use super::switching::Structure;
+use serde::{Deserialize, Serialize};
+
+/// How far a plan is proved to be an optimum, from the least to the most. All but the last refer to
+/// neighbouring plans: a plan on another path may cost less.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Proved {
+    /// The plan meets its end and its limits. No optimum of its grid was found near it.
+    Feasible,
+    /// The first-order conditions hold, and the cost decreases in some direction.
+    Saddle,
+    /// The first-order conditions hold. Whether the plan is a minimum was not tested, or is
+    /// undecided.
+    Extremal,
+    /// To first order no neighbouring plan costs less, but for the gap of [`Solution::gap_part`].
+    FirstOrder,
+    /// No neighbouring plan costs less, to second order.
+    Minimum,
+    /// No plan costs less: the body is already where it should be.
+    Global,
+}
+
+impl Proved {
+    /// Returns the name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Feasible => "feasible",
+            Self::Saddle => "saddle",
+            Self::Extremal => "extremal",
+            Self::FirstOrder => "first_order",
+            Self::Minimum => "minimum",
+            Self::Global => "global",
+        }
+    }
+
+    /// Returns the name in sentences, as in "a local minimum".
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Feasible => "feasible, no optimum",
+            Self::Saddle => "a saddle, no minimum",
+            Self::Extremal => "an extremal, not known to be a minimum",
+            Self::FirstOrder => "a local minimum to first order",
+            Self::Minimum => "a local minimum",
+            Self::Global => "the global minimum",
+        }
+    }
+
+    /// All, the most first.
+    pub const ALL: [Self; 6] =
+        [Self::Global, Self::Minimum, Self::FirstOrder, Self::Extremal, Self::Saddle, Self::Feasible];
+}
+
+impl Solution {
+    /// Returns how far the plan is proved to be an optimum; `None` without a plan.
+    pub fn proved(&self, problem: &Problem) -> Option<Proved> {
+        if self.outcome != Outcome::Converged {
+            return None;
+        }
+        Some(match &self.switching {
+            Some(switching) if switching.structure == Structure::Rest => Proved::Global,
+            Some(switching) if switching.beside_optimum => Proved::Feasible,
+            Some(_) => Proved::FirstOrder,
+            // Time and fuel on equal steps have no second-order test.
+            None if self.on_grid(problem).is_shaped() => Proved::FirstOrder,
+            None => match self.optimality.second_order() {
+                SecondOrder::Minimum => Proved::Minimum,
+                SecondOrder::Saddle => Proved::Saddle,
+                SecondOrder::Undecided | SecondOrder::NotTested => Proved::Extremal,
+            },
+        })
+    }
+
+    /// Returns the part of the cost that neighbouring plans can save at most, to first order; 0
+    /// where the plan has no gap.
+    pub fn gap_part(&self) -> f64 {
+        let part = self.switching.as_ref().map(|switching| switching.gap / switching.continuous_cost);
+        part.filter(|part| part.is_finite()).unwrap_or(0.0)
+    }
+}
