@@ -404,7 +404,7 @@ impl Planned {
                 })
             };
             let chosen: Vec<&Picture> = names.iter().map(find).collect::<Result<_, _>>()?;
-            Ok(panel(&chosen))
+            Ok(panel(&chosen, 2))
         };
         detached(py, drawn)?.map_err(|reason: String| PyValueError::new_err(reason))
     }
