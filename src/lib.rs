@@ -90,8 +90,7 @@
 //!
 //! # Wheels, thrusters and targets
 //!
-//! [`Actuation::of_wheels`] takes the axes of reaction wheels, their torques and what they store;
-//! [`Actuation::of_thrusters`] takes places and directions of thrusters that push to one side. An
+//! [`Actuation::of_wheels`] takes the axes of reaction wheels, their torques and what they store. An
 //! [`Aim`] ends a maneuver with a boresight on a direction, which may move, at the roll of least
 //! cost. A telescope that four wheels turn to a star:
 //!
@@ -117,20 +116,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Least fuel by six thrusters of 1 N, in pairs on the faces of a cube:
+//! Thrusters push to one side. A body that only turns takes their torques, place × force;
+//! [`Actuation::of_thrusters`] takes places and directions for a body that translates as well. Least
+//! fuel by six thrusters of 1 N on the faces of a cube:
 //!
 //! ```
 //! # use slewkit::{Body, Inertia, Matrix3, Settings, Silent, State, Status, Vector3, lie, plan};
-//! use slewkit::{Actuation, Limits, Problem};
+//! use slewkit::{Actuation, ActuatorSet, AxisFrame, Limits, Problem};
 //!
 //! # let body = Body { inertia: Inertia::diagonal(Vector3::new(12.0, 10.0, 8.0))?, mass: None };
 //! # let start = State::at_rest(Matrix3::identity());
 //! # let end = State::at_rest(lie::exp(&Vector3::new(0.3, -0.5, 0.8)));
 //! let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
-//! let places = vec![0.5 * y, -0.5 * y, 0.5 * z, -0.5 * z, 0.5 * x, -0.5 * x];
+//! let places = [0.5 * y, -0.5 * y, 0.5 * z, -0.5 * z, 0.5 * x, -0.5 * x];
+//! let torques = places.iter().zip([z, z, x, x, y, y]).map(|(place, force)| place.cross(&force));
 //! let limits = Limits { size: Some(vec![1.0; 6]), one_sided: true, ..Limits::default() };
-//! let thrusters = Actuation::of_thrusters(places, vec![z, z, x, x, y, y], limits)?;
-//! let problem = Problem::minimum_fuel(body, start, end, 30.0).with_actuation(thrusters);
+//! let set = ActuatorSet::new(torques.collect(), AxisFrame::Body)?.with_limits(limits)?;
+//! let problem = Problem::minimum_fuel(body, start, end, 30.0).with_actuation(Actuation::torques(set));
 //!
 //! let plan = plan(&problem, &Settings::default(), None, &mut Silent)?;
 //! assert_eq!(plan.status, Status::Solved);
