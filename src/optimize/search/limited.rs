@@ -25,6 +25,7 @@ mod settings;
 mod tests;
 
 use super::context::Context;
+use crate::maneuver::constraint::{Constraint, Rule};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Formulation, Motion, Problem, Scheme};
 use crate::maneuver::settings::Thoroughness;
@@ -65,7 +66,13 @@ fn may_have_arcs(problem: &Problem) -> bool {
         let ramps = limits.rate.is_some() && problem.objective.fuel().is_some();
         limits.size.is_some() && limits.norm.is_none() && !ramps
     };
+    // A cone that acts at stated times begins and ends to act between nodes.
+    let at_all_times = |constraint: &Constraint| match &constraint.rule {
+        Rule::Pointing(pointing) => pointing.during.given().is_none(),
+        Rule::RateNorm(_) | Rule::RateAxes(_) => true,
+    };
     (!problem.is_free_turn() || problem.has_shaping_limits())
+        && problem.constraints.iter().all(at_all_times)
         && !problem.ends_in_any_attitude()
         && within_limits_of_each(torques)
         && forces.filter(|_| moves).is_none_or(within_limits_of_each)

@@ -113,7 +113,7 @@ fn text(value: &Value) -> String {
 mod tests {
     use super::*;
     use crate::batch::{CaseError, Verdict};
-    use slewkit::maneuver::{Outcome, SecondOrder, Sense, TerminalError};
+    use slewkit::maneuver::{Outcome, Proved, SecondOrder, Sense, TerminalError};
 
     /// Checks that every value of a result, except its set keys, has a column.
     #[test]
@@ -151,6 +151,7 @@ mod tests {
             turned_deg: number,
             terminal: Some(terminal),
             second_order: Some(SecondOrder::Minimum),
+            proof: Some(Proved::Minimum),
             gap: number,
             verified: Some(verified),
             obstruction: Some(text()),
