@@ -36,6 +36,7 @@ use crate::optimize::chain::model::Goal;
 use events::{Event, Level};
 use grids::{Grids, OnGrid, distance};
 use settings::ON_EVENTS;
+use std::cell::Cell;
 
 /// Most wheels whose torques a torque about all axes determines. More wheels share it in many ways while a limit of the rates, a cone or a
 /// full wheel acts. A thorough search alone looks for arcs then: time against arcs that are rarely found
@@ -91,8 +92,10 @@ fn arcs_of(problem: &Problem, context: &Context, plan: &Solution) -> Option<Swit
     let stated = problem.clone().with_duration(duration);
     let stated = Problem { scheme: Scheme::LieVerlet, objective: Objective::default(), ..stated };
     let most = if thorough { ON_EVENTS.steps.len() } else { ON_EVENTS.by_default };
+    let left = Cell::new(if thorough { usize::MAX } else { ON_EVENTS.most });
     let attempts = ON_EVENTS.steps.iter().take(most).take_while(|_| context.interrupt().is_none());
-    let mut arcs = attempts.filter_map(|steps| extrapolated_arcs(&stated, &goal, context, plan, *steps));
+    let mut arcs =
+        attempts.filter_map(|steps| extrapolated_arcs(&stated, &goal, context, plan, (*steps, &left)));
     arcs.next()
 }
 
@@ -102,7 +105,7 @@ fn extrapolated_arcs(
     goal: &Goal,
     context: &Context,
     plan: &Solution,
-    steps: usize,
+    steps: (usize, &Cell<usize>),
 ) -> Option<Switching> {
     let grids = Grids::of(stated, goal, context, steps);
     let coarse = grids.settled(&grids.first(&plan.trajectory)?, None)?;

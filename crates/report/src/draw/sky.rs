@@ -418,7 +418,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn distances_from_the_middle_are_true_and_east_is_left() {
+    fn distances_from_the_middle_are_true_and_east_is_right() {
         let mark = |at: Vector3| SkyMark { name: String::new(), at };
         let mut sky = Sky {
             title: String::new(),
@@ -433,7 +433,7 @@ mod tests {
         };
         let view = SkyView { reach: PI, ..sky.view() };
         let (x, y) = view.project(&sphere(0.0, 0.3));
-        assert!((x + 0.3 / PI).abs() < 1e-15 && y.abs() < 1e-15, "{x} {y}");
+        assert!((x - 0.3 / PI).abs() < 1e-15 && y.abs() < 1e-15, "{x} {y}");
         let (x, y) = view.project(&sphere(1.2, 0.0));
         assert!(x.abs() < 1e-15 && (y - 1.2 / PI).abs() < 1e-15, "{x} {y}");
         // All is on the map.

@@ -31,6 +31,7 @@ use crate::optimize::search::chains::along;
 use crate::optimize::search::cheapest::resampled;
 use crate::optimize::search::context::Context;
 use crate::optimize::search::transfer::{Interpolant, transfer};
+use std::cell::Cell;
 use std::rc::Rc;
 
 /// A discrete optimum, and its events: on a grid that has a node at each of them, once it is settled.
@@ -95,14 +96,21 @@ pub(super) struct Grids<'a, 'c> {
     equal: Rc<Chain>,
     /// Limits of the inputs in the stated duration.
     bounds: Vec<f64>,
+    /// Iterations times steps that are left.
+    left: &'a Cell<usize>,
 }
 
 impl<'a, 'c> Grids<'a, 'c> {
-    /// Returns the grids of an attempt with so many steps.
-    pub fn of(stated: &'a Problem, goal: &'a Goal, context: &'a Context<'c>, steps: usize) -> Self {
+    /// Returns the grids of an attempt with so many steps, while some of `left` is left.
+    pub fn of(
+        stated: &'a Problem,
+        goal: &'a Goal,
+        context: &'a Context<'c>,
+        (steps, left): (usize, &'a Cell<usize>),
+    ) -> Self {
         let equal = Chain::with_goal(stated, ON_EVENTS.read * steps, goal);
         let bounds = equal.model.input_bounds(stated);
-        Self { stated, goal, context, steps, equal: Rc::new(equal), bounds }
+        Self { stated, goal, context, steps, equal: Rc::new(equal), bounds, left }
     }
 
     /// Returns the limit of an input \[N or N·m\].
@@ -169,11 +177,16 @@ impl<'a, 'c> Grids<'a, 'c> {
         None
     }
 
-    /// Improves a candidate; `None` where that does not converge.
+    /// Improves a candidate; `None` where that does not converge, or nothing is left to spend.
     fn optimised(&self, chain: &Chain, start: Candidate, tuning: Tuning) -> Option<Attempt> {
+        if self.left.get() == 0 {
+            return None;
+        }
         let tuning = Tuning { last: ON_EVENTS.barrier, ..tuning };
         let method = InteriorPoint { chain, tuning: &tuning, family: None };
         let found = self.context.tried(Rung::InteriorPoint, &method, start);
+        let iterations: usize = found.runs.iter().map(|run| run.report.iterations).sum();
+        self.left.set(self.left.get().saturating_sub(iterations * chain.model.steps));
         found.converged().then_some(found)
     }
 

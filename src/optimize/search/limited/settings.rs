@@ -6,6 +6,9 @@ pub(super) struct OnEvents {
     pub steps: [usize; 3],
     /// Attempts of a search that is not thorough: time against arcs that are found.
     pub by_default: usize,
+    /// Iterations times steps of the interior point that a search takes at most, if it is not thorough: arcs that are found took a third of
+    /// it, and where inputs chatter none are.
+    pub most: usize,
     /// Equal steps on which the events are read first, as a multiple of those of the first grid: more of them tell shorter arcs.
     pub read: usize,
     /// Steps of an arc on the first grid, at least: the values of an input that holds a limit are continued from two cells to its ends.
@@ -39,6 +42,7 @@ pub(super) struct OnEvents {
 pub(super) const ON_EVENTS: OnEvents = OnEvents {
     steps: [24, 48, 96],
     by_default: 2,
+    most: 100_000,
     read: 4,
     of_arc: 3,
     apart: 1e-4,
