@@ -9,8 +9,8 @@
 //!
 //! with the values `u_L`, `u_R` of the arcs on either side, `t_L` where the last cell of the left one ends, and the sum over the cells
 //! between. Where a node is at the switch its input is the mean of both sides, and `t` is the time of that node. An input whose rate is
-//! limited has steps in place of cells, and its rates in place of its values. A cone that is touched has its event where the parabola
-//! through the nodes about the touch is highest.
+//! limited has steps in place of cells, and its rates in place of its values. A cone that is touched within a step has its
+//! event there; one that is touched at a node has it where the parabola through the nodes about the touch is highest.
 //!
 //! A row acts where its multiplier exceeds its slack: at an optimum of the interior point their product is the barrier term, and one
 //! of them is small.
@@ -105,7 +105,7 @@ impl<'a> Read<'a> {
     }
 
     /// Whether the rate of an input is limited.
-    pub fn has_rate(&self, input: usize) -> bool {
+    fn has_rate(&self, input: usize) -> bool {
         let stage = self.model().first_input();
         self.chain.rows.range(stage).any(
             |row| matches!(&self.chain.rows.rows[row].what, What::InputRate { input: own, .. } if *own == input),
@@ -184,6 +184,7 @@ impl<'a> Read<'a> {
         steps.map(cell).collect()
     }
 
+    /// The cells about all nodes, with the value, the level and the press that `of` gives.
     fn about_nodes(&self, of: impl Fn(usize) -> (f64, Level, f64)) -> Vec<Cell> {
         let nodes = &self.nodes;
         let middle = |step: usize| 0.5 * (nodes[step] + nodes[step + 1]);
@@ -201,7 +202,7 @@ impl<'a> Read<'a> {
         let apart = ON_EVENTS.apart;
         let mut events = Vec::new();
         for input in 0..self.model().m {
-            // Rates are drawn to nothing.
+            // A pull acts on the value of an input at a node: an input whose rate is limited has none.
             let drawn = !self.has_rate(input);
             let own = switches(&self.cells(input), &self.levels(input)).into_iter();
             events.extend(own.map(|(at, levels, slope)| {
@@ -297,8 +298,7 @@ impl<'a> Read<'a> {
         (0..rows.groups.len()).filter(all).collect()
     }
 
-    /// Returns what every input does about the middle of an arc: its level and its value as a part of its limit at the time `at`, and
-    /// its rate, with that.
+    /// Returns the level of an input in the middle of an arc, and that of its rate; zero where its rate is not limited.
     pub fn middle(&self, input: usize, from: f64, to: f64) -> (Level, Level) {
         let middle = 0.5 * (from + to);
         let after = self.nodes.partition_point(|node| *node <= middle).clamp(1, self.model().steps);

@@ -6,8 +6,8 @@ pub(super) struct OnEvents {
     pub steps: [usize; 3],
     /// Attempts of a search that is not thorough: time against arcs that are found.
     pub by_default: usize,
-    /// Iterations times steps of the interior point that a search takes at most, if it is not thorough: arcs that are found took a third of
-    /// it, and where inputs chatter none are.
+    /// Iterations times steps of the interior point that a search takes at most, if it is not thorough: time where inputs chatter against
+    /// arcs that are found late.
     pub most: usize,
     /// Equal steps on which the events are read first, as a multiple of those of the first grid: more of them tell shorter arcs.
     pub read: usize,
