@@ -18,34 +18,50 @@ pub(crate) struct Landed {
 /// Lands a plan of the chain where `aim` says.
 ///
 /// `recorded` gives the plan that an attempt is, and `solve` solves again, warm, from an attempt on the chain that is
-/// aimed: `None` where either cannot. `chain` is left aimed at what the plan that is returned was solved for.
+/// aimed, after a miss of such a size: `None` where either cannot. What `is_rough` is solved once more where it lands. `chain` is left aimed at what the plan that is returned was solved for.
 pub(crate) fn land_chain(
     mut aim: Aim,
     chain: &mut Chain,
     first: Attempt,
     mut recorded: impl FnMut(&Chain, &Attempt) -> Option<Trajectory>,
-    mut solve: impl FnMut(&Chain, &Attempt) -> Option<Attempt>,
+    is_rough: &dyn Fn(&Attempt) -> bool,
+    mut solve: impl FnMut(&Chain, &Attempt, f64) -> Option<Attempt>,
 ) -> Option<Landed> {
     let mut best: Option<Landed> = None;
     let mut attempt = first;
+    // The maneuver that the present plan was solved for, and the best one, where constraints are drawn in.
+    let (mut drawn, mut drawn_of_best) = (None, None);
     loop {
         let aimed = aim.target;
         let Some(plan) = recorded(chain, &attempt) else { break };
+        if best.as_ref().is_some_and(|best| is_rough(&best.attempt)) {
+            // What a rough plan misses says little about what the same plan does, solved to the end.
+            aim.begin_again();
+        }
         let next = aim.correct(&plan);
         if next == Next::GiveUp && best.is_some() {
             // The one before was the better one.
             break;
         }
+        drawn_of_best.clone_from(&drawn);
         best = Some(Landed { attempt: attempt.clone(), target: aimed, landing: aim.told() });
-        let Some(drawn_in) = aim.drawn_in().filter(|_| next == Next::Correct) else { break };
+        let goes_on = next == Next::Correct || next == Next::Landed && is_rough(&attempt);
+        let Some(drawn_in) = aim.drawn_in().filter(|_| goes_on) else { break };
         chain.model.aim(&aim.target);
         if aim.changes_constraints() {
             chain.rows = LimitRows::of(&drawn_in, &chain.model);
+            drawn = Some(drawn_in);
         }
-        let Some(again) = solve(chain, &attempt) else { break };
+        let Some(again) = solve(chain, &attempt, aim.best) else { break };
         attempt = again;
     }
-    let best = best?;
+    let mut best = best?;
     chain.model.aim(&best.target);
+    if is_rough(&best.attempt) {
+        // Corrections ended before the plan was solved to the end.
+        let drawn = drawn_of_best.as_ref().unwrap_or(aim.problem());
+        chain.rows = LimitRows::of(drawn, &chain.model);
+        best.attempt = solve(chain, &best.attempt, 0.0).unwrap_or(best.attempt);
+    }
     Some(best)
 }

@@ -201,6 +201,11 @@ impl<'a> Aim<'a> {
         Next::Correct
     }
 
+    /// Forgets how near the plans came: the next one is corrected whatever it misses.
+    pub fn begin_again(&mut self) {
+        self.best = f64::INFINITY;
+    }
+
     /// Shifts the target by what was missed.
     fn shift(&mut self, flown: &State, duration: f64) {
         if let Some(meeting) = self.problem.met().filter(|_| self.flight.is_none() || self.misses.len() > 1) {

@@ -101,7 +101,15 @@ fn short(chain: &Chain) -> Candidate {
 fn solved(problem: &Problem, kind: Kind) -> Attempt {
     let chain = chain_of(problem, kind);
     let budget = Budget { iterations: 200, watch: Watch::NONE };
-    InteriorPoint { chain: &chain, tuning: &Tuning::default(), family: None }.improve(short(&chain), &budget)
+    InteriorPoint {
+        chain: &chain,
+        tuning: &Tuning::default(),
+        family: None,
+        warm: None,
+        known: &[],
+        most: f64::INFINITY,
+    }
+    .improve(short(&chain), &budget)
 }
 
 /// Maneuvers of each kind.
