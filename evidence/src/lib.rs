@@ -7,6 +7,7 @@ pub mod attitude_files;
 pub mod combinations;
 pub mod constrained;
 pub mod damaged;
+pub mod ends;
 pub mod everyday;
 pub mod families;
 pub mod figures;

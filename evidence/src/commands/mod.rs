@@ -7,6 +7,7 @@ mod constrained_robustness;
 mod damaged;
 mod dearer;
 mod durations;
+mod ends;
 mod everyday;
 mod false_files;
 mod families;
@@ -83,6 +84,7 @@ pub const COMMANDS: &[Command] = commands! {
     damaged
     dearer
     durations
+    ends
     everyday
     false_files
     families

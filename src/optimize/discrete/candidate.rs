@@ -51,12 +51,15 @@ pub(crate) struct Provenance {
     pub iterations: usize,
     /// Subproblems among them.
     pub subproblems: usize,
+    /// Whether its path has been led past the cones as far as it is to be.
+    pub led_past: bool,
 }
 
 impl Candidate {
     /// Nothing but a grid and the name of a start.
     pub fn empty(method: Method, start: &str, grid: Grid) -> Self {
-        let provenance = Provenance { method, start: start.into(), iterations: 0, subproblems: 0 };
+        let provenance =
+            Provenance { method, start: start.into(), iterations: 0, subproblems: 0, led_past: false };
         Self {
             grid,
             states: Vec::new(),

@@ -18,13 +18,13 @@ pub(crate) struct Landed {
 /// Lands a plan of the chain where `aim` says.
 ///
 /// `recorded` gives the plan that an attempt is, and `solve` solves again, warm, from an attempt on the chain that is
-/// aimed: `None` where either cannot. `chain` is left aimed at what the plan that is returned was solved for.
+/// aimed, after a miss of such a size: `None` where either cannot. `chain` is left aimed at what the plan that is returned was solved for.
 pub(crate) fn land_chain(
     mut aim: Aim,
     chain: &mut Chain,
     first: Attempt,
     mut recorded: impl FnMut(&Chain, &Attempt) -> Option<Trajectory>,
-    mut solve: impl FnMut(&Chain, &Attempt) -> Option<Attempt>,
+    mut solve: impl FnMut(&Chain, &Attempt, f64) -> Option<Attempt>,
 ) -> Option<Landed> {
     let mut best: Option<Landed> = None;
     let mut attempt = first;
@@ -42,7 +42,7 @@ pub(crate) fn land_chain(
         if aim.changes_constraints() {
             chain.rows = LimitRows::of(&drawn_in, &chain.model);
         }
-        let Some(again) = solve(chain, &attempt) else { break };
+        let Some(again) = solve(chain, &attempt, aim.best) else { break };
         attempt = again;
     }
     let best = best?;

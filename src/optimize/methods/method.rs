@@ -5,6 +5,7 @@ use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::Node;
+use crate::optimize::methods::interior_point::chain::warm::Warm;
 use nalgebra::DVector;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -76,7 +77,9 @@ pub(crate) struct Attempt {
     /// What the sweep of its first costate showed, where that was kept.
     pub swept: Option<Swept>,
     /// The last barrier term of an interior point, and what all rows together cost by it, relative.
-    pub barrier: Option<[f64; 2]>,
+    pub barrier: Option<[f64; 3]>,
+    /// What an interior point leaves to a later solve of nearly the same maneuver.
+    pub warm: Option<Box<Warm>>,
     /// What is missing, where it did not converge.
     pub shortfall: Option<Shortfall>,
 }
@@ -119,6 +122,7 @@ impl Attempt {
             work,
             swept: None,
             barrier: None,
+            warm: None,
             shortfall: None,
         }
     }

@@ -181,7 +181,7 @@ pub(super) fn write_aimed<const N: usize>(
         Some(chain) if attempt.converged() => {
             solution.active = recorded.active;
             match attempt.barrier {
-                Some([mu, gap]) if provenance.method == Road::InteriorPoint => {
+                Some([mu, gap, _]) if provenance.method == Road::InteriorPoint => {
                     let ladder = search.context.ladder.borrow();
                     let starts = ladder.iter().filter(|run| run.rung == Rung::InteriorPoint).count();
                     let iterations = provenance.iterations;

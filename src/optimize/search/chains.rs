@@ -14,7 +14,7 @@
 //! wheels store momentum at the start: without it the body would move otherwise. A guess brings its path as one more seed, the first.
 
 use super::any_attitude;
-use super::asked;
+use super::asked::{self, goes_round_as_asked};
 use super::coarse::chain_steps;
 use super::detour::detours;
 use super::found::{Found, cheapest_first, same};
@@ -32,18 +32,12 @@ use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::{Candidate, Provenance};
 use crate::optimize::discrete::step::{Dynamics, Point};
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::methods::interior_point::chain::warm::Warm;
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::methods::scp::method::ConvexIteration;
-
-/// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the fine grid, and how many are.
-const CLOSE: f64 = 0.02;
-const CARRIED: usize = 3;
-
-/// Costs of one optimum on the coarse grid differ by less, relative.
-const ONE: f64 = 1e-5;
 
 /// The extremals of the maneuver without limits, as paths on a coarse grid.
 pub(super) fn unlimited_paths<const N: usize>(search: &Search<N>, coarse: &Chain) -> Vec<Candidate> {
@@ -67,6 +61,7 @@ pub(super) fn effort_paths<const N: usize>(search: &Search<N>, paths: &[Candidat
             }
         }
     }
+    let tuning = &search.context.tuning;
     let of_effort = |Attempt { candidate, .. }: Attempt| Candidate {
         costates: Vec::new(),
         multipliers: Default::default(),
@@ -76,7 +71,7 @@ pub(super) fn effort_paths<const N: usize>(search: &Search<N>, paths: &[Candidat
         },
         ..candidate
     };
-    distinct(cheapest_first(found.take_plans())).into_iter().take(CARRIED).map(of_effort).collect()
+    distinct(found.take_plans(), tuning.one).into_iter().take(tuning.carried).map(of_effort).collect()
 }
 
 /// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make them costlier.
@@ -106,33 +101,54 @@ pub(super) fn relaxed_paths<const N: usize>(
     seeds
 }
 
-/// Solves once from a seed, unless something asks to stop.
+/// Solves once from a seed, roughly, unless something asks to stop.
 pub(super) fn descend<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
     chain: &Chain,
     seed: Candidate,
 ) {
-    if !search.stopped() {
-        found.keep(optimised(search, chain, seed));
+    if search.stopped() {
+        return;
     }
+    let known = found.plans();
+    let as_asked = known.iter().filter(|plan| goes_round_as_asked(search, &plan.candidate));
+    let least = as_asked.map(|plan| plan.cost).fold(f64::INFINITY, f64::min);
+    let most = least + search.context.tuning.dear * least.abs();
+    let attempt = improved(search, chain, seed, (None, known, most), Tuning::roughly());
+    found.keep(attempt);
 }
 
-/// Improves a candidate by the interior point, or by SCP where the settings request it: roughly on a coarse grid whose plans are only
-/// compared.
+/// Improves a candidate to the end by the interior point, or by SCP where the settings request it.
 pub(super) fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
-    let is_fine = chain.model.steps == search.problem.steps;
-    improved(search, chain, from, if is_fine { Tuning::default() } else { Tuning::roughly() })
+    improved(search, chain, from, ALONE, Tuning::default())
 }
 
-/// Improves a candidate that is near an optimum: from there first, and then from anywhere.
-pub(super) fn optimised_near<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
-    let near = improved(search, chain, from.clone(), Tuning::near());
+/// Improves a candidate that is near an optimum: from there first, with the multipliers of another grid if known, and then from anywhere.
+pub(super) fn optimised_near<const N: usize>(
+    search: &Search<N>,
+    chain: &Chain,
+    from: Candidate,
+    warm: Option<&Warm>,
+) -> Attempt {
+    let near = improved(search, chain, from.clone(), (warm, &[], f64::INFINITY), Tuning::near());
     if near.converged() { near } else { optimised(search, chain, from) }
 }
 
+/// What is known beside a candidate: multipliers, other optima, and the cost above which an optimum is not wanted.
+type Beside<'a> = (Option<&'a Warm>, &'a [Attempt], f64);
+
+/// Nothing of all that.
+const ALONE: Beside<'static> = (None, &[], f64::INFINITY);
+
 /// Improves a candidate with these settings of the interior point.
-fn improved<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate, tuning: Tuning) -> Attempt {
+fn improved<const N: usize>(
+    search: &Search<N>,
+    chain: &Chain,
+    from: Candidate,
+    (warm, known, most): Beside,
+    tuning: Tuning,
+) -> Attempt {
     // What has a goal, as a duration that is sought for advice, SCP does not plan.
     if search.context.settings.method == settings::Method::Scp && search.ask.goal.is_none() {
         let options = if chain.model.steps == search.problem.steps {
@@ -142,15 +158,17 @@ fn improved<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate, 
         };
         return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
     }
-    let method = InteriorPoint { chain, tuning: &tuning, family: search.ask.family };
+    let method = InteriorPoint { chain, tuning: &tuning, family: search.ask.family, warm, known, most };
     search.context.attempt(Rung::InteriorPoint, &method, from)
 }
 
 /// Solves the cheapest coarse plans again on the requested grid and puts them first, the cheapest of all at the head. If a solve does
 /// not converge, the next coarse plan is tried.
 pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
-    found.reorder(|plans| distinct(cheapest_first(plans)));
-    if coarse.model.steps == search.problem.steps {
+    let (close, carried_at_most) = (search.context.tuning.close, search.context.tuning.carried);
+    found.reorder(|plans| distinct(plans, search.context.tuning.one));
+    let same_grid = coarse.model.steps == search.problem.steps;
+    if same_grid && search.context.settings.method == settings::Method::Scp {
         return;
     }
     let coarse_plans = found.take_plans();
@@ -160,13 +178,14 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
     for (index, plan) in coarse_plans.iter().enumerate() {
         // On the fine grid the order of costs may be another.
         let least = carried.iter().map(|plan| plan.cost).fold(f64::INFINITY, f64::min);
-        let hopeful = carried.is_empty() || plan.cost <= (best + CLOSE * best.abs()).max(least);
-        if search.stopped() || !hopeful || carried.len() == CARRIED {
+        let hopeful = carried.is_empty() || plan.cost <= (best + close * best.abs()).max(least);
+        if search.stopped() || !hopeful || carried.len() == carried_at_most {
             rivals.extend_from_slice(&coarse_plans[index..]);
             break;
         }
-        let start = transfer([coarse, &fine], &plan.candidate);
-        let next = optimised_near(search, &fine, start);
+        let start =
+            if same_grid { plan.candidate.clone() } else { transfer([coarse, &fine], &plan.candidate) };
+        let next = optimised_near(search, &fine, start, plan.warm.as_deref());
         if !next.converged() || !can_be_flown(search, &next) {
             rivals.push(plan.clone());
             found.keep(next);
@@ -180,14 +199,24 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
     }
     if !carried.is_empty() {
         found.reorder(|_| cheapest_first(carried).into_iter().chain(rivals).collect());
+    } else if same_grid && search.stopped() {
+        // As far as the search has come.
+        found.reorder(|_| rivals);
     }
 }
 
-/// Keeps the first of all plans with the same cost; `plans` are sorted by cost.
-pub(super) fn distinct(plans: Vec<Attempt>) -> Vec<Attempt> {
+/// Returns what the optimum that a plan is near costs.
+pub(super) fn foreseen(plan: &Attempt) -> f64 {
+    plan.cost - plan.barrier.map_or(0.0, |[.., excess]| excess) * plan.cost.abs()
+}
+
+/// Returns the plans by the costs of their optima, the cheapest first, and the first of all whose costs differ by a part of less than
+/// `one`.
+pub(super) fn distinct(mut plans: Vec<Attempt>, one: f64) -> Vec<Attempt> {
+    plans.sort_by(|a, b| foreseen(a).total_cmp(&foreseen(b)));
     let mut kept = Vec::<Attempt>::new();
     for plan in plans {
-        if kept.last().is_none_or(|last| plan.cost > last.cost + ONE * last.cost.abs()) {
+        if kept.last().is_none_or(|last| foreseen(&plan) > foreseen(last) + one * last.cost.abs()) {
             kept.push(plan);
         }
     }

@@ -1,5 +1,6 @@
 //! What every rung shares: settings, the clock, the observer, the record of what was tried.
 
+use super::tuning::SearchTuning;
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Rung, RungReport};
 use crate::optimize::discrete::candidate::Candidate;
@@ -58,6 +59,7 @@ impl Observer for Silent {}
 /// What every rung shares: settings, the clock, the observer, the record of what was tried.
 pub(crate) struct Context<'a> {
     pub settings: &'a Settings,
+    pub tuning: SearchTuning,
     observer: RefCell<&'a mut dyn Observer>,
     pub began: Instant,
     at: RefCell<(Rung, String, usize)>,
@@ -70,6 +72,7 @@ impl<'a> Context<'a> {
     pub fn new(settings: &'a Settings, observer: &'a mut dyn Observer) -> Self {
         Self {
             settings,
+            tuning: SearchTuning::default(),
             flag: observer.stop_flag(),
             observer: RefCell::new(observer),
             began: Instant::now(),

@@ -43,8 +43,20 @@ struct Seen {
     acts: bool,
 }
 
-/// The seed and its detours around every cone that it violates.
+/// The seed and its detours around every cone that it violates; alone if it has been led past them already.
 pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
+    if seed.provenance.led_past { vec![seed] } else { turned(problem, seed, false) }
+}
+
+/// The seed, past every cone that it violates on the nearer side, each cone once.
+pub(crate) fn past(problem: &Problem, seed: Candidate) -> Candidate {
+    let mut past = turned(problem, seed.clone(), true).pop().unwrap_or(seed);
+    past.provenance.led_past = true;
+    past
+}
+
+/// The seed turned aside, to the nearer side alone or to both.
+fn turned(problem: &Problem, seed: Candidate, nearer: bool) -> Vec<Candidate> {
     let mut cones = Vec::new();
     for constraint in &problem.constraints {
         let Rule::Pointing(pointing) = &constraint.rule else { continue };
@@ -72,7 +84,7 @@ pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
         let mut next = Vec::new();
         for seed in seeds {
             match cone.pointing.side {
-                Side::KeepOut => around(cone, seed, &mut next),
+                Side::KeepOut => around(cone, seed, nearer, &mut next),
                 Side::KeepIn | Side::On { .. } => next.push(into(cone, seed)),
             }
         }
@@ -100,7 +112,7 @@ impl Cone<'_> {
 }
 
 /// Both ways around a keep-out cone, or the path itself where it stays outside.
-fn around(cone: &Cone, seed: Candidate, out: &mut Vec<Candidate>) {
+fn around(cone: &Cone, seed: Candidate, nearer: bool, out: &mut Vec<Candidate>) {
     let last = seed.states.len() - 1;
     let poses: Vec<Pose> = seed.states.iter().map(Point::pose).collect();
     let part = |index: usize| index as f64 / last as f64;
@@ -125,7 +137,8 @@ fn around(cone: &Cone, seed: Candidate, out: &mut Vec<Candidate>) {
     let reach = 0.75 * (final_ - first + 2 * PARTS) as f64;
     let centre = 0.5 * (first + final_) as f64;
     let (low, high) = ((centre - 2.0 * reach).max(0.0), (centre + 2.0 * reach).min(last as f64));
-    for side in [1.0, -1.0] {
+    let near = if lateral > 0.0 { -1.0 } else { 1.0 };
+    for side in [1.0, -1.0].into_iter().filter(|side| !nearer || *side == near) {
         let shift = lateral + side * (half_angle + CLEARANCE);
         let turned = poses.iter().enumerate().map(|(index, pose)| {
             let at = index as f64;

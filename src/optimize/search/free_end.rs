@@ -12,7 +12,7 @@ use super::coarse::chain_steps;
 use super::context::Context;
 use super::detour::detours;
 use super::duration;
-use super::found::{Found, cheapest_first};
+use super::found::Found;
 use super::given_duration::search_of;
 use super::ladder::{Ask, Search};
 use super::{Observer, seeds};
@@ -135,7 +135,7 @@ fn past_cones<const N: usize>(
     let (chain, mut found) = (without.chain(coarse.model.steps), Found::default());
     let paths: Vec<Candidate> = paths.collect();
     paths.iter().for_each(|path| descend(&without, &mut found, &chain, path.clone()));
-    found.reorder(|plans| distinct(cheapest_first(plans)));
+    found.reorder(|plans| distinct(plans, search.context.tuning.one));
     let grid = &coarse.model.dynamics.grid;
     let along = |plan: &Attempt| {
         let candidate = &plan.candidate;

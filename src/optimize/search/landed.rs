@@ -33,8 +33,8 @@ pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> O
     let record = |chain: &Chain, attempt: &Attempt| {
         Some(record::chain(search.problem, &search.fine, chain, &attempt.candidate).ok()?.trajectory)
     };
-    land_chain(Aim::of(search.problem), &mut chain, attempt.clone(), record, |chain, attempt| {
-        again(search, chain, attempt)
+    land_chain(Aim::of(search.problem), &mut chain, attempt.clone(), record, |chain, attempt, miss| {
+        again(search, chain, attempt, miss)
     })
 }
 
@@ -60,7 +60,7 @@ fn costate_landed<const N: usize>(
 /// Solves again on a chain with a slightly different target, by the method that found the plan.
 ///
 /// Where several plans have the least cost the interior point finds their centre, which moves continuously with the target.
-fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt) -> Option<Attempt> {
+fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, miss: f64) -> Option<Attempt> {
     let candidate = &attempt.candidate;
     let next = search.context.within(|budget| {
         if candidate.provenance.method == Road::Scp {
@@ -68,8 +68,12 @@ fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt) -
         }
         // The target has moved by little: from close by at first, then from farther away.
         let mut last = Attempt::failed(candidate.clone(), Outcome::Stalled);
-        for tuning in &[Tuning::close(), Tuning::near(), Tuning::default()] {
-            last = InteriorPoint { chain, tuning, family: None }.improve(candidate.clone(), budget);
+        let warm = attempt.warm.as_deref();
+        for (tuning, warm) in
+            [(Tuning::beside(miss), warm), (Tuning::near(), None), (Tuning::default(), None)]
+        {
+            last = InteriorPoint { warm, ..InteriorPoint::of(chain, &tuning) }
+                .improve(candidate.clone(), budget);
             if last.converged() {
                 break;
             }
@@ -105,9 +109,6 @@ fn recorded<const N: usize>(
     Some((planned, found))
 }
 
-/// Largest scaled miss of the true motion at the end of a plan: beyond it the plan is none of this body.
-const FAR: f64 = 1.0;
-
 /// Returns whether the inputs of a plan with a goal, replayed from the start, meet the end, and whether the true motion ends near it. On few
 /// steps a discrete motion may pass by the center of a field, which costs little and which no body does.
 pub(super) fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bool {
@@ -118,7 +119,7 @@ pub(super) fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt
     let chain = search.chain(attempt.candidate.steps());
     recorded(search, goal, &chain, attempt).is_some_and(|(planned, found)| {
         found.terminal.largest() <= search.context.settings.tolerance
-            && left(&planned, &found.trajectory) <= FAR
+            && left(&planned, &found.trajectory) <= search.context.tuning.far
     })
 }
 
@@ -133,5 +134,7 @@ pub(super) fn landed_with_goal<const N: usize>(search: &Search<N>, found: &Attem
     let mut chain = Chain::with_goal(problem, steps, goal);
     let record =
         |chain: &Chain, attempt: &Attempt| Some(recorded(search, goal, chain, attempt)?.1.trajectory);
-    land_chain(aim, &mut chain, found.clone(), record, |chain, attempt| again(search, chain, attempt))
+    land_chain(aim, &mut chain, found.clone(), record, |chain, attempt, miss| {
+        again(search, chain, attempt, miss)
+    })
 }

@@ -43,8 +43,8 @@ const NUMBER: f64 = 8.0;
 const ELEMENT: f64 = 24.0;
 /// Numbers that the interior point holds for each unknown of a stage and for each row: points, multipliers, residuals, slacks,
 /// steps, and the best of each.
-const OF_UNKNOWN: f64 = 15.0;
-const OF_ROW: f64 = 24.0;
+const OF_UNKNOWN: f64 = 18.0;
+const OF_ROW: f64 = 28.0;
 /// Numbers of a stage that do not go with its size: the attitude, three times, and what a step allocates.
 const OF_STAGE: f64 = 80.0;
 /// What a growing list has set aside, as a multiple of what is in it, on the mean.

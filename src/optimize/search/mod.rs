@@ -40,6 +40,7 @@ mod starts;
 mod steps;
 mod switching;
 mod transfer;
+mod tuning;
 mod way;
 
 pub use context::{Control, Observer, Progress, Silent};

@@ -5,6 +5,7 @@
 //! minimum. V is the least of several extremals, so its kinks are concave and no minimum is at one.
 
 use super::halt::Halt;
+use super::tuning::SearchTuning;
 use super::{Observer, without_arcs};
 use crate::maneuver::aim::Ends;
 use crate::maneuver::problem::Problem;
@@ -18,12 +19,6 @@ const RESOLVED: f64 = 1e-5;
 
 /// Steps of the grid on which rolls are compared, at most: arcs do not depend on it.
 const COMPARED: usize = 32;
-
-/// First stride from the roll of the chain \[rad\]: of second order in the step.
-const STRIDE: f64 = 0.05;
-
-/// Rolls beside that of the chain that are looked at first \[rad\]: several extremals may have their minima near it.
-const BESIDE: [f64; 4] = [-0.2, -0.1, 0.1, 0.2];
 
 /// Most evaluations about one minimum.
 const MOST_EVALUATIONS: usize = 40;
@@ -42,6 +37,7 @@ pub(super) struct Rolls<'a> {
     problem: Problem,
     ends: Ends,
     settings: Settings,
+    tuning: SearchTuning,
     observer: &'a mut dyn Observer,
     began: Instant,
 }
@@ -51,7 +47,7 @@ impl<'a> Rolls<'a> {
         // Rolls are compared by their discrete optima; the plan of the best lands.
         let settings = Settings { target: Target::Discrete, test_second_order: false, ..settings.clone() };
         let problem = problem.clone().with_steps(problem.steps.min(COMPARED));
-        Self { problem, ends, settings, observer, began: Instant::now() }
+        Self { problem, ends, settings, tuning: SearchTuning::default(), observer, began: Instant::now() }
     }
 
     /// Returns the plan at a roll; `None` where there is none.
@@ -81,7 +77,7 @@ impl<'a> Rolls<'a> {
         if !self.ends.has_roll() {
             return Ok(Some(best));
         }
-        for beside in BESIDE {
+        for beside in self.tuning.beside {
             let roll = self.held(from + beside);
             if let Some(found) = self.at(roll)?.filter(|found| found.cost < best.cost) {
                 best = found;
@@ -103,7 +99,7 @@ impl<'a> Rolls<'a> {
         // Both sides, as far as the cost goes on falling; a roll without a plan costs any price.
         let mut sides = [(best.roll, f64::INFINITY); 2];
         for (side, sign) in [(0, -1.0), (1, 1.0)] {
-            let mut reach = sign * STRIDE;
+            let mut reach = sign * self.tuning.stride;
             loop {
                 let roll = self.held(best.roll + reach);
                 if roll == best.roll {

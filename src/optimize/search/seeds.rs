@@ -3,6 +3,7 @@
 //! The interior point ends in an optimum near its first path, so the paths need variety: a turn about a fixed axis is often a saddle,
 //! and several optima may lie about it. `cargo run --release -p evidence -- guard` counts what the paths lead to.
 
+use super::detour::past;
 use super::ladder::Search;
 use super::{paths, starts};
 use crate::Vector3;
@@ -16,15 +17,8 @@ use crate::optimize::discrete::step::Point;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use std::f64::consts::{PI, TAU};
 
-/// How far a path is bent to either side \[rad\]: of a path that is bent less the optimum is that of the straight one, and one that is
-/// bent more crosses more cones.
-const BEND: f64 = 0.5;
-
 /// Sides to which a path is bent, evenly about its axis.
 const SIDES: usize = 6;
-
-/// A turn by more than this may be longer than the other way round \[rad\].
-const NEARLY_HALF: f64 = 150.0 / 180.0 * PI;
 
 /// Returns paths on a grid of `steps` steps, the likeliest first, as many as a search takes that is so thorough.
 pub(super) fn of<const N: usize>(
@@ -36,28 +30,33 @@ pub(super) fn of<const N: usize>(
     let rests =
         [&search.problem.start, &search.problem.end].map(|end| end.angular_velocity == Vector3::zeros());
     let moves = rests != [true; 2];
-    let nearly_half = paths::rotation(&bvp, 0).norm() > NEARLY_HALF;
+    let nearly_half = paths::rotation(&bvp, 0).norm() > search.context.tuning.nearly_half;
     let turns = turns(search, moves, nearly_half);
     let mut found = Vec::new();
     if moves && let Ok(coasts) = paths::coasting(&bvp, &turns) {
-        found.extend(coasts);
+        found.extend(coasts.into_iter().map(|coast| (false, coast)));
     }
     let thorough = thoroughness == Thoroughness::Thorough;
     for (index, turn) in turns.iter().enumerate() {
         let rotation = paths::rotation(&bvp, *turn);
         let name = starts::name_of(*turn);
-        found.push(paths::smooth(&bvp, name.clone(), &rotation, paths::straight));
+        found.push((false, paths::smooth(&bvp, name.clone(), &rotation, paths::straight)));
         // Of two ways that are about as long both are bent, and all where the search is to be thorough.
         let is_bent = index == 0 || thorough || index == 1 && nearly_half;
         let bends = if is_bent && thoroughness != Thoroughness::Quick { SIDES } else { 0 };
-        for (side, bend) in sides(&rotation).into_iter().enumerate().take(bends) {
+        for (side, bend) in sides(&rotation, search.context.tuning.bend).into_iter().enumerate().take(bends) {
             let name = format!("{name}, bent {}", side + 1);
-            found.push(paths::smooth(&bvp, name, &rotation, |t| bend * (PI * t).sin()));
+            found.push((true, paths::smooth(&bvp, name, &rotation, |t| bend * (PI * t).sin().powi(2))));
         }
     }
     let grid = &bvp.dynamics.grid;
     let poses = |seed: &Candidate| seed.states.iter().map(Point::pose).collect::<Vec<Pose>>();
-    found.iter().map(|seed| path(&seed.provenance.start, grid, poses(seed).into_iter())).collect()
+    let written = found.into_iter().map(|(is_bent, seed)| {
+        let seed = path(&seed.provenance.start, grid, poses(&seed).into_iter());
+        // Paths past either side of every cone are those of the straight path.
+        if is_bent { past(search.problem, seed) } else { seed }
+    });
+    written.collect()
 }
 
 /// Returns the turns beside the shortest rotation, the likeliest first.
@@ -76,14 +75,14 @@ fn turns<const N: usize>(search: &Search<N>, moves: bool, nearly_half: bool) -> 
     }
 }
 
-/// Returns bends across a rotation, evenly about its axis.
-fn sides(rotation: &Vector3) -> [Vector3; SIDES] {
+/// Returns bends by an angle across a rotation, evenly about its axis.
+fn sides(rotation: &Vector3, bend: f64) -> [Vector3; SIDES] {
     let axis = rotation.try_normalize(1e-9).unwrap_or_else(Vector3::x);
     let least = axis.iamin();
     let first = axis.cross(&Vector3::ith(least, 1.0)).normalize();
     let second = axis.cross(&first);
     std::array::from_fn(|side| {
         let (sine, cosine) = (TAU * side as f64 / SIDES as f64).sin_cos();
-        (first * cosine + second * sine) * BEND
+        (first * cosine + second * sine) * bend
     })
 }

@@ -1,5 +1,6 @@
 //! Plans that land: under their torques, held over the steps, the true motion meets the end.
 
+use evidence::everyday::{Kind, maneuver};
 use slewkit::maneuver::{Problem, Settings, State, Target};
 use slewkit::mechanics::{Body, Inertia};
 use slewkit::plan::{Plan, Silent, Status, plan};
@@ -33,6 +34,16 @@ fn shipped(name: &str, target: Target) -> (Problem, Settings) {
 
 fn planned(problem: &Problem, settings: &Settings) -> Plan {
     plan(problem, settings, None, &mut Silent).unwrap()
+}
+
+/// Four wheels turn a body in many ways in about the least time, a valley of plans whose costs differ by 1e-8. The plan and each
+/// correction stay at one point of it, and the motion lands.
+#[test]
+fn plans_land_in_valleys_of_nearly_equal_ones() {
+    for case in [23, 25, 34] {
+        let found = planned(&maneuver(Kind::Time, 1, case), &Settings::default());
+        assert_eq!(found.status, Status::Solved, "case {case}");
+    }
 }
 
 /// A wheel that holds 20 N·m·s makes the body nutate by 0.2 rad/s: the flow by which a plan lands

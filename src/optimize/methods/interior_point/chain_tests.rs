@@ -13,6 +13,7 @@ use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, State};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits};
 use crate::mechanics::body::{Body, Inertia};
+use crate::mechanics::environment::Pose;
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::goal::with_goal;
 use crate::optimize::chain::model::{Goal, Model, Pull, step};
@@ -455,7 +456,30 @@ fn short(chain: &Chain) -> Candidate {
 
 /// What the interior point makes of that path.
 fn improved(chain: &Chain) -> Attempt {
-    InteriorPoint { chain, tuning: &Tuning::default(), family: None }.improve(short(chain), &BUDGET)
+    InteriorPoint::of(chain, &Tuning::default()).improve(short(chain), &BUDGET)
+}
+
+/// A bent path that leads to a known optimum ends there, before it has converged.
+#[test]
+fn a_run_ends_at_an_optimum_that_is_known() {
+    let problem = reference_slew(Some(0.65));
+    let chain = Chain::with_goal(&problem, problem.steps, &Goal { objective: Objective::Time });
+    let found = improved(&chain);
+    let bent = straight(&chain.model).into_iter().enumerate().map(|(node, pose)| {
+        let side = (std::f64::consts::PI * node as f64 / problem.steps as f64).sin().powi(2);
+        Pose { attitude: pose.attitude * lie::exp(&Vector3::new(0.0, 0.1 * side, 0.0)), ..pose }
+    });
+    let bent = path("bent", &chain.model.dynamics.grid, bent);
+    let ended = |known: &[Attempt]| {
+        let tuning = Tuning { known_from: 1e-5, ..Tuning::default() };
+        InteriorPoint { known, ..InteriorPoint::of(&chain, &tuning) }.improve(bent.clone(), &BUDGET)
+    };
+    let known = [found];
+    let (alone, beside) = (ended(&[]), ended(&known));
+    let count = |attempt: &Attempt| attempt.runs[0].report.iterations;
+    assert!((alone.cost / known[0].cost - 1.0).abs() < 1e-8, "{} {}", alone.cost, known[0].cost);
+    assert!(count(&beside) < count(&alone), "{} {}", count(&beside), count(&alone));
+    assert_eq!(beside.cost, known[0].cost);
 }
 
 /// Only rows that act have a multiplier.

@@ -101,7 +101,7 @@ fn short(chain: &Chain) -> Candidate {
 fn solved(problem: &Problem, kind: Kind) -> Attempt {
     let chain = chain_of(problem, kind);
     let budget = Budget { iterations: 200, watch: Watch::NONE };
-    InteriorPoint { chain: &chain, tuning: &Tuning::default(), family: None }.improve(short(&chain), &budget)
+    InteriorPoint::of(&chain, &Tuning::default()).improve(short(&chain), &budget)
 }
 
 /// Maneuvers of each kind.

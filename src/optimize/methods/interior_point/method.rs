@@ -3,6 +3,7 @@
 
 use super::chain::ChainProgram;
 use super::chain::family::Family;
+use super::chain::warm::Warm;
 use super::iteration::{End, Run, Solver};
 use super::program::Program;
 use super::tuning::Tuning;
@@ -30,6 +31,19 @@ pub(crate) struct InteriorPoint<'a> {
     pub tuning: &'a Tuning,
     /// The ends, where the end is one of a family instead of that of the chain.
     pub family: Option<&'a Family>,
+    /// What a solve of nearly the same maneuver has left, if any.
+    pub warm: Option<&'a Warm>,
+    /// Optima of the same chain that are known: a run that nears one of them ends there.
+    pub known: &'a [Attempt],
+    /// Cost above which an optimum is not wanted.
+    pub most: f64,
+}
+
+impl<'a> InteriorPoint<'a> {
+    /// Makes the method for the end of a chain, with nothing known beside.
+    pub fn of(chain: &'a Chain, tuning: &'a Tuning) -> Self {
+        Self { chain, tuning, family: None, warm: None, known: &[], most: f64::INFINITY }
+    }
 }
 
 impl Method for InteriorPoint<'_> {
@@ -41,11 +55,26 @@ impl Method for InteriorPoint<'_> {
         if let Some(nothing) = self.costs_nothing(&candidate, &start) {
             return nothing;
         }
-        let program = ChainProgram::of(model, rows, self.family, &start, self.tuning);
+        let mut program = ChainProgram::of(model, rows, self.family, &start, self.tuning);
+        program.known = self.known;
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
         let most = self.tuning.for_each.saturating_mul(budget.iterations);
-        let mut run = self.run(&program, &mut solver, most, &budget.watch);
+        let resumes =
+            self.warm.is_some_and(|warm| program.resume(warm, &mut solver.point, &mut solver.duals));
+        let mut run = self.run(&program, &mut solver, (most, resumes), &budget.watch);
+        if let End::Known(known) = run.end {
+            // The same plan once more.
+            let Attempt { runs, .. } = Attempt::of(
+                candidate,
+                Report {
+                    outcome: Outcome::Converged,
+                    iterations: run.iterations,
+                    residuals: vec![f64::NAN, run.dual],
+                },
+            );
+            return Attempt { runs, work: Default::default(), ..self.known[known].clone() };
+        }
         if !run.dual.is_finite() {
             let stopped = (budget.watch.interrupt)().filter(|_| run.end == End::Stopped);
             return unsolved(candidate, stopped.unwrap_or(Outcome::Stalled));
@@ -75,7 +104,7 @@ impl Method for InteriorPoint<'_> {
         let kept = excess <= tuning.violated.max(tuning.tolerance);
         let outcome = match run.end {
             End::Converged if kept => Outcome::Converged,
-            End::Converged | End::Stalled => Outcome::Stalled,
+            End::Converged | End::Stalled | End::Dear | End::Known(_) => Outcome::Stalled,
             End::NotFinite => Outcome::NotFinite,
             // At its own limit the method gives up, and the user's limit has nothing to do with it.
             End::Iterations if most >= tuning.iterations => Outcome::Stalled,
@@ -87,14 +116,17 @@ impl Method for InteriorPoint<'_> {
         let stationarity = run.dual.max(run.primal).max(run.complementarity);
         let residuals = vec![f64::NAN, run.dual.max(residual)];
         let pairs = program.shape().rows() + 2 * program.shape().terminal;
+        let warm = Some(Box::new(program.left(&solver.point, &solver.duals)));
         let scaled = solver.at.values.cost.abs();
-        let barrier = [run.barrier, pairs as f64 * run.barrier / scaled.max(f64::MIN_POSITIVE)];
+        let least = scaled.max(f64::MIN_POSITIVE);
+        let barrier =
+            [run.barrier, pairs as f64 * run.barrier / least, solver.excess(program.shape()) / least];
         let cost = if outcome == Outcome::Converged { iterate.cost(model) } else { f64::NAN };
         let mut candidate = with_iterate(candidate, iterate, multipliers);
         candidate.provenance.method = settings::Method::InteriorPoint;
         let report = Report { outcome, iterations: run.iterations, residuals };
         let attempt = Attempt::of(candidate, report);
-        Attempt { cost, residual, stationarity, shortfall, barrier: Some(barrier), ..attempt }
+        Attempt { cost, residual, stationarity, shortfall, barrier: Some(barrier), warm, ..attempt }
     }
 }
 
@@ -120,10 +152,20 @@ impl InteriorPoint<'_> {
 
     /// Runs the solver, again at a higher price of violations and terminal errors as long as some remain: at a low one they may pay
     /// although a maneuver without them exists.
-    fn run(&self, program: &ChainProgram, solver: &mut Solver, most: usize, watch: &Watch) -> Run {
+    fn run(
+        &self,
+        program: &ChainProgram,
+        solver: &mut Solver,
+        (most, resumes): (usize, bool),
+        watch: &Watch,
+    ) -> Run {
         let iterations = self.tuning.iterations.min(most);
-        let mut tuning = Tuning { iterations, ..self.tuning.clone() };
-        let mut run = solver.run(program, &tuning, watch);
+        let mut tuning = Tuning { iterations, most: self.most * program.scale(), ..self.tuning.clone() };
+        let mut run = if resumes {
+            solver.resume(program, &tuning, watch)
+        } else {
+            solver.run(program, &tuning, watch)
+        };
         for _ in 0..tuning.raises {
             let lacks = run.violation.max(run.miss) > tuning.violated.max(tuning.tolerance);
             if !lacks || !matches!(run.end, End::Converged | End::Stalled) {
@@ -155,7 +197,7 @@ impl InteriorPoint<'_> {
         candidate.provenance.method = settings::Method::InteriorPoint;
         let report = Report { outcome: Outcome::Converged, iterations: 0, residuals: vec![0.0] };
         let found = Attempt { cost: 0.0, residual: 0.0, stationarity: 0.0, ..Attempt::of(candidate, report) };
-        met.then_some(Attempt { barrier: Some([0.0; 2]), ..found })
+        met.then_some(Attempt { barrier: Some([0.0; 3]), ..found })
     }
 
     /// Returns the duration that the path of a candidate needs, as a multiple of the stated one.
@@ -217,7 +259,7 @@ pub fn with_cold_solve<T>(problem: &Problem, work: impl FnOnce(&mut dyn FnMut() 
         Pose { position: Vector3::zeros(), attitude }
     };
     let path = path("short", &model.dynamics.grid, (0..=steps).map(pose));
-    let start = InteriorPoint { chain: &chain, tuning: &tuning, family: None }.start(&path, &Watch::NONE);
+    let start = InteriorPoint::of(&chain, &tuning).start(&path, &Watch::NONE);
     let program = ChainProgram::of(model, &chain.rows, None, &start, &tuning);
     let mut solver = Solver::of(program.shape());
     program.point(&start, &mut solver.point);

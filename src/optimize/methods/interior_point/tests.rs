@@ -204,6 +204,37 @@ fn the_least_effort_of_a_double_integrator_is_found_at_once() {
     assert!((solver.at.values.cost - least).abs() < 1e-10 * least, "{} {least}", solver.at.values.cost);
 }
 
+/// From the multipliers of its own solution a program that has changed by little is solved in a third of the iterations, to the same
+/// optimum.
+#[test]
+fn a_solve_goes_on_from_known_multipliers() {
+    let (first, next) = (Line::new(20, Some(2.5), None, true), Line::new(20, Some(2.501), None, true));
+    let mut fresh = next.solver(2.501);
+    let cold = fresh.run(&next, &Tuning::default(), &Watch::NONE);
+    let mut solver = first.solver(2.5);
+    assert_eq!(solver.run(&first, &Tuning::default(), &Watch::NONE).end, End::Converged);
+    solver.point.states.chunks_exact_mut(3).for_each(|state| state[2] = 2.501);
+    let tuning = Tuning { first: 1e-8, ..Tuning::default() };
+    let warm = solver.resume(&next, &tuning, &Watch::NONE);
+    assert_eq!((cold.end, warm.end), (End::Converged, End::Converged), "{cold:?} {warm:?}");
+    assert!(3 * warm.iterations <= 2 * cold.iterations, "{} {}", warm.iterations, cold.iterations);
+    let off = solver.at.values.cost - fresh.at.values.cost;
+    assert!(off.abs() < 1e-9 * fresh.at.values.cost, "{off:.1e}");
+}
+
+/// The shortest time is 2: a run that is to cost less than 1.9 is given up, and earlier than it would end.
+#[test]
+fn an_optimum_that_costs_too_much_is_given_up() {
+    let line = Line::new(20, None, None, true);
+    let ended = |most: f64| {
+        let tuning = Tuning { most, ..Tuning::default() };
+        line.solver(3.0).run(&line, &tuning, &Watch::NONE)
+    };
+    let (all, cut, kept) = (ended(f64::INFINITY), ended(1.9), ended(2.1));
+    assert_eq!((all.end, cut.end, kept.end), (End::Converged, End::Dear, End::Converged));
+    assert!(cut.iterations < all.iterations && kept.iterations == all.iterations);
+}
+
 /// In too short a time the miss is the least, and the multiplier of the end says that it is one.
 #[test]
 fn too_short_a_duration_ends_in_the_least_miss() {

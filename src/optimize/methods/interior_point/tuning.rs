@@ -16,8 +16,17 @@ pub(crate) struct Tuning {
     /// First barrier term: a larger one takes more iterations and keeps farther from bounds that
     /// the first path crosses.
     pub first: f64,
+    /// First barrier term for each unit by which the target of a known optimum has moved, and the largest one.
+    pub beside: f64,
     /// Last barrier term: the cost exceeds the optimum by this for each active row.
     pub last: f64,
+    /// Barrier term at which a run may end where there is no minimum for a smaller one nearby, as along a valley of nearly equal
+    /// plans: a larger one costs more beside the optimum, a smaller one takes more iterations along the valley.
+    pub enough: f64,
+    /// Part of the barrier term that was met last which the next one is at most, and the largest barrier term that a run ends at
+    /// otherwise; from a larger one it goes on along the valley.
+    pub worth: f64,
+    pub tolerable: f64,
     /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does
     /// not outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of
     /// optima.
@@ -27,8 +36,11 @@ pub(crate) struct Tuning {
     /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated
     /// rows, too large.
     pub slack: f64,
-    /// Residual, in barrier terms, at which the tail decreases the barrier term.
+    /// Residual, in barrier terms, at which the tail decreases the barrier term, and at which the last one is met.
     pub lowered_at: f64,
+    pub near: f64,
+    /// Multiple of the last barrier term from which the next one is the last: a larger one skips a term and may lose the path of minima.
+    pub snapped: f64,
     /// Factor and power of the decrease in the tail: the smaller of the two results is used.
     pub lowered: (f64, f64),
     /// Part of the way to a bound that a step may go: this, or one minus the barrier term if
@@ -40,6 +52,9 @@ pub(crate) struct Tuning {
     /// Price of a unit of a terminal error, times the price that the program reports for its own
     /// scale.
     pub terminal_price: f64,
+    /// Largest multiplier that a resumed solve begins with, as a part of its price: nearer to it a
+    /// violation begins larger.
+    pub known_price: f64,
     /// What both prices are multiplied by where a violation or a terminal error remains, and how often.
     pub dearer: f64,
     pub raises: usize,
@@ -67,6 +82,9 @@ pub(crate) struct Tuning {
     /// Iterations at the last barrier term without a decrease of the residual by a tenth, after
     /// which the method gives up.
     pub patience: usize,
+    /// Iterations before the tail in which neither the barrier term nor the violation of the equations halves, after which the method
+    /// gives up: a smaller number gives up hard maneuvers, a larger one follows starts that lead nowhere.
+    pub search_patience: usize,
     /// Residual of stationarity and complementarity with which a run that cannot go on is a solution, as along faces of optima
     /// and valleys of saddles: a larger one accepts poorer ones, which the residual in the plan shows.
     pub acceptable: f64,
@@ -107,6 +125,12 @@ pub(crate) struct Tuning {
     pub filter: usize,
     /// Mean multiplier above which residuals are divided by it: a smaller one converges earlier.
     pub large: f64,
+    /// Cost above which an optimum is not wanted: a run that nears a dearer one is given up.
+    pub most: f64,
+    /// Residual of the equations from which on a run is judged by what it nears, and mean complementarity from which on it is compared
+    /// with known optima: larger ones judge earlier, and take one optimum for another.
+    pub judged: f64,
+    pub known_from: f64,
     /// Violation or terminal error, relative or in radians, above which a solution is not accepted.
     pub violated: f64,
     /// Factor on the inputs that the first path needs: a smaller one starts nearer the middle of
@@ -145,6 +169,10 @@ pub(crate) struct OfProgram {
     pub room: f64,
     /// Least size of a maneuver, in its units, by which errors at its end are measured.
     pub least_size: f64,
+    /// Distance of a path from that of a known optimum \[rad, and parts of a duration\] within which it is the same, and what it may
+    /// foresee to cost less: larger ones end more runs early and miss optima that are as near.
+    pub same: f64,
+    pub same_cost: f64,
     /// Step of the central differences of a cone's gradient by the logarithm of the duration, where
     /// a direction moves: its truncation and round-off slow the last iterations.
     pub difference: f64,
@@ -162,6 +190,8 @@ impl Default for OfProgram {
             felt: 1e-9,
             room: 1.1,
             least_size: 1e-12,
+            same: 5e-3,
+            same_cost: 1e-4,
             difference: 1e-5,
         }
     }
@@ -204,15 +234,22 @@ impl Default for Tuning {
             for_each: 4,
             tolerance: 1e-11,
             first: 0.1,
+            beside: 1e-5,
             last: 1e-12,
+            enough: 2e-10,
+            worth: 0.3,
+            tolerable: 5e-9,
             tail: 1e-7,
             tail_mean: 1e-6,
             slack: 0.1,
-            lowered_at: 10.0,
+            lowered_at: 100.0,
+            near: 10.0,
+            snapped: 30.0,
             lowered: (0.2, 1.5),
             to_boundary: 0.99,
             price: 100.0,
             terminal_price: 100.0,
+            known_price: 0.9,
             dearer: 100.0,
             raises: 2,
             rho: 1e3,
@@ -227,6 +264,7 @@ impl Default for Tuning {
             second_order: 3,
             halvings: 12,
             patience: 40,
+            search_patience: usize::MAX,
             acceptable: 1e-6,
             acceptable_patience: 15,
             round_off: 1e-13,
@@ -242,6 +280,9 @@ impl Default for Tuning {
             level: 1e-9,
             filter: 64,
             large: 100.0,
+            most: f64::INFINITY,
+            judged: 1e-2,
+            known_from: 0.0,
             violated: 1e-8,
             centred: 0.5,
             fitted: 3,
@@ -253,18 +294,30 @@ impl Default for Tuning {
 
 impl Tuning {
     /// Returns the settings for a start near an optimum, as that of a coarser grid: a large barrier term or slack would lead to
-    /// another one.
+    /// another one. With known multipliers the price of an error at the end may be higher, and what is left of it is less.
     pub fn near() -> Self {
-        Self { first: 1e-4, slack: 1e-3, ..Self::default() }
+        Self { first: 1e-4, slack: 1e-3, terminal_price: 1e4, ..Self::default() }
     }
 
-    /// Returns the settings for a start beside an optimum on the same grid, as towards a target that has moved by little.
-    pub fn close() -> Self {
-        Self { first: 1e-6, slack: 1e-5, ..Self::default() }
+    /// Returns the settings for a start from an optimum on the same grid, towards a target that has moved by `distance`, a part of the
+    /// maneuver: a smaller first barrier term takes fewer iterations, and more if what acts changes.
+    pub fn beside(distance: f64) -> Self {
+        let plan = Self::near();
+        let first = (plan.beside * distance).clamp(plan.last, plan.beside);
+        Self { first, slack: 1e-5, ..plan }
     }
 
     /// Returns the settings for comparing optima on a coarse grid.
     pub fn roughly() -> Self {
-        Self { tolerance: 1e-6, acceptable: 1e-3, last: 1e-7, raises: 1, ..Self::default() }
+        Self {
+            search_patience: 25,
+            tolerance: 1e-5,
+            acceptable: 1e-3,
+            last: 1e-6,
+            raises: 1,
+            replays: 0,
+            known_from: 1e-5,
+            ..Self::default()
+        }
     }
 }

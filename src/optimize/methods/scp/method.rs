@@ -63,7 +63,19 @@ fn attempt(chain: &Chain, candidate: Candidate, convex: Option<Convex>) -> Attem
     };
     let candidate = with_iterate(candidate, iterate, multipliers);
     let (swept, barrier) = (None, None);
-    Attempt { candidate, outcome, cost, residual, stationarity, runs, work, swept, barrier, shortfall }
+    Attempt {
+        candidate,
+        outcome,
+        cost,
+        residual,
+        stationarity,
+        runs,
+        work,
+        swept,
+        barrier,
+        warm: None,
+        shortfall,
+    }
 }
 
 /// What stays violated at the last iterate.

@@ -24,6 +24,7 @@ use crate::optimize::chain::model::{Goal, Pull};
 use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
+use crate::optimize::methods::interior_point::chain::warm::Warm;
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
@@ -65,7 +66,7 @@ impl OnGrid {
 
     /// Returns what the cost exceeds the optimum by, relative.
     pub fn gap(&self) -> Option<f64> {
-        self.found.barrier.map(|[_, gap]| gap)
+        self.found.barrier.map(|[_, gap, _]| gap)
     }
 
     /// Returns the name of a group of rows.
@@ -121,7 +122,7 @@ impl<'a, 'c> Grids<'a, 'c> {
     /// Returns the optimum on equal steps near a plan, and its events.
     pub fn first(&self, plan: &Trajectory) -> Option<OnGrid> {
         let start = resampled(&self.equal, "arcs", plan).pop()?;
-        let found = self.optimised(&self.equal, start, Tuning::default())?;
+        let found = self.optimised(&self.equal, start, None, Tuning::default())?;
         let mut first = OnGrid { chain: self.equal.clone(), found, events: Vec::new() };
         first.events = self.read(&first)?.events();
         Some(first)
@@ -129,7 +130,7 @@ impl<'a, 'c> Grids<'a, 'c> {
 
     /// Returns an optimum as it is read; `None` where it cannot be evaluated.
     pub fn read<'b>(&self, at: &'b OnGrid) -> Option<Read<'b>> {
-        let [barrier, _] = at.found.barrier?;
+        let [barrier, ..] = at.found.barrier?;
         Read::of(&at.chain, &at.found.candidate, &self.bounds, barrier)
     }
 
@@ -144,12 +145,12 @@ impl<'a, 'c> Grids<'a, 'c> {
     /// between events, and how many times as many there are here, no arc may come any more.
     pub fn settled(&self, from: &OnGrid, counts: Option<(&[usize], usize)>) -> Option<OnGrid> {
         let (mut at, mut rounds) = (from.clone(), Anderson::default());
+        let mut moved = None;
         for round in 0..ON_EVENTS.rounds {
             let (own, finer) =
                 counts.map_or_else(|| (self.counts(&at.events), 1), |(own, finer)| (own.to_vec(), finer));
             let chain = Rc::new(self.chain(&at, &own, finer)?);
-            let tuning = if round == 0 { Tuning::near() } else { Tuning::close() };
-            let found = self.carried(&at, &chain, tuning)?;
+            let found = self.carried(&at, &chain, moved)?;
             let next = OnGrid { chain, found, events: at.events.clone() };
             let events = self.read(&next)?.events();
             let is_new =
@@ -162,28 +163,34 @@ impl<'a, 'c> Grids<'a, 'c> {
             if comes || free && counts.is_none() {
                 // A node where nothing switches does no harm: after the first rounds no event is dropped.
                 let events = if free { events } else { together(&at.events, &events) };
-                (at, rounds) = (OnGrid { events, ..next }, Anderson::default());
+                (at, rounds, moved) = (OnGrid { events, ..next }, Anderson::default(), None);
                 continue;
             }
             let events = nearest(&at.events, &events);
-            let moved = events.iter().zip(&at.events).map(|(a, b)| (a.at - b.at).abs()).fold(0.0, f64::max);
-            if moved <= ON_EVENTS.settled {
+            let by = events.iter().zip(&at.events).map(|(a, b)| (a.at - b.at).abs()).fold(0.0, f64::max);
+            if by <= ON_EVENTS.settled {
                 // They tell the events better than the grid has them.
                 return Some(OnGrid { events, ..next });
             }
             let events = in_order(rounds.next(&times(&at.events), &times(&events)), events);
-            at = OnGrid { events, ..next };
+            (at, moved) = (OnGrid { events, ..next }, Some(by));
         }
         None
     }
 
     /// Improves a candidate; `None` where that does not converge, or nothing is left to spend.
-    fn optimised(&self, chain: &Chain, start: Candidate, tuning: Tuning) -> Option<Attempt> {
+    fn optimised(
+        &self,
+        chain: &Chain,
+        start: Candidate,
+        warm: Option<&Warm>,
+        tuning: Tuning,
+    ) -> Option<Attempt> {
         if self.left.get() == 0 {
             return None;
         }
         let tuning = Tuning { last: ON_EVENTS.barrier, ..tuning };
-        let method = InteriorPoint { chain, tuning: &tuning, family: None };
+        let method = InteriorPoint { warm, ..InteriorPoint::of(chain, &tuning) };
         let found = self.context.tried(Rung::InteriorPoint, &method, start);
         let iterations: usize = found.runs.iter().map(|run| run.report.iterations).sum();
         self.left.set(self.left.get().saturating_sub(iterations * chain.model.steps));
@@ -244,13 +251,16 @@ impl<'a, 'c> Grids<'a, 'c> {
     }
 
     /// The optimum on another grid, from that on a grid whose events are nearly the same.
-    fn carried(&self, from: &OnGrid, chain: &Chain, tuning: Tuning) -> Option<Attempt> {
+    fn carried(&self, from: &OnGrid, chain: &Chain, moved: Option<f64>) -> Option<Attempt> {
         let (few, many) = (from.chain.model.steps, chain.model.steps);
         let known = &from.found.candidate;
-        if many.is_multiple_of(few)
-            && let Some(found) = self.optimised(chain, transfer([&from.chain, chain], known), tuning)
-        {
-            return Some(found);
+        if many.is_multiple_of(few) {
+            let tuning = moved.map_or_else(Tuning::near, Tuning::beside);
+            let start = transfer([&from.chain, chain], known);
+            let found = self.optimised(chain, start, from.found.warm.as_deref(), tuning);
+            if found.is_some() {
+                return found;
+            }
         }
         let times: Vec<f64> = (0..=few).map(|node| known.grid.time(node) / known.grid.duration()).collect();
         let nodes = Interpolant::of(known.states.iter().map(Point::pose).collect());
@@ -259,7 +269,7 @@ impl<'a, 'c> Grids<'a, 'c> {
             nodes.at(low, share)
         };
         let along = path("arcs", &chain.model.dynamics.grid, (0..=many).map(pose));
-        self.optimised(chain, along, Tuning::default())
+        self.optimised(chain, along, None, Tuning::default())
     }
 }
 

@@ -21,9 +21,6 @@ use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::{paths, seeds};
 
-/// A violation on the coarse grid that spares the fine solve of the relaxed maneuver.
-const CLEAR_VIOLATION: f64 = 0.05;
-
 /// The optima near all seeds, and the cheapest of them on the requested grid. As the last resort its miss says more where
 /// something is limited, and that of the shooting where nothing is.
 pub(super) struct Effort;
@@ -160,7 +157,8 @@ fn unlimited<const N: usize>(
     let (_, seed) = seeds.first().filter(|_| problem.actuation.wheels.is_none())?;
     // A clear violation on the coarse grid spares the fine solve, where there is but one best path.
     let coarse = Chain::new(problem, seed.steps());
-    if search.fine.dynamics.has_all_axes() && coarse.worst_violation(&coarse.opened(seed))? > CLEAR_VIOLATION
+    if search.fine.dynamics.has_all_axes()
+        && coarse.worst_violation(&coarse.opened(seed))? > search.context.tuning.clear_violation
     {
         return None;
     }

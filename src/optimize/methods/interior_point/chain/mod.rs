@@ -42,6 +42,7 @@ mod space;
 mod stage;
 #[cfg(test)]
 mod testing;
+pub(crate) mod warm;
 
 use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
 use super::tuning::{OfProgram, Tuning};
@@ -49,6 +50,7 @@ use crate::lie;
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::{ChainState, Model};
 use crate::optimize::chain::rows::{LimitRows, What};
+use crate::optimize::methods::method::Attempt;
 use crate::{Matrix3, Vector3};
 use family::Family;
 use space::Space;
@@ -127,6 +129,8 @@ pub(crate) struct ChainProgram<'a> {
     /// The ends, where the end is not given, and where their roll stands in a tangent vector.
     family: Option<&'a Family>,
     roll: Option<usize>,
+    /// Optima that are known.
+    pub known: &'a [Attempt],
     /// Components of the terminal error that are given.
     given: Vec<usize>,
     /// A cost of the program is this times that of the chain.
@@ -209,6 +213,7 @@ impl<'a> ChainProgram<'a> {
             before,
             family,
             roll,
+            known: &[],
             scale: 1.0,
             prices: vec![1.0; given.len()],
             given,
@@ -272,6 +277,11 @@ impl<'a> ChainProgram<'a> {
         }
     }
 
+    /// Returns what a cost of the program is, as a multiple of that of the chain.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// Returns what a row of the chain bounds, if the row is one of the chain.
     fn what_of(&self, row: &Row) -> Option<&What> {
         self.limits.rows.get(row.row).map(|row| &row.what)
@@ -332,6 +342,15 @@ impl Program for ChainProgram<'_> {
         }
         self.terminal(at, &mut out.values.terminal);
         self.ends(at, duals, out)
+    }
+
+    fn known(&self, at: &Point, excess: f64) -> Option<usize> {
+        let cost = (self.cost_of(at) - excess) / self.scale;
+        self.known.iter().position(|known| {
+            let foreseen = known.cost * (1.0 - known.barrier.map_or(0.0, |barrier| barrier[2]));
+            cost >= foreseen * (1.0 - self.tuning.same_cost)
+                && self.apart(at, &known.candidate) <= self.tuning.same
+        })
     }
 
     fn moved(&self, at: &Point, by: &Increment, part: f64, out: &mut Point) {

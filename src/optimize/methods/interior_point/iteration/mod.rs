@@ -62,6 +62,10 @@ pub(crate) enum End {
     NotFinite,
     /// The run was interrupted or reached its deadline.
     Stopped,
+    /// The optimum nearby costs more than was asked for.
+    Dear,
+    /// The point is at an optimum that is known.
+    Known(usize),
 }
 
 /// How a run went.
@@ -113,14 +117,18 @@ pub(crate) struct Solver {
     /// What rows lack, and the same of equations, in the right-hand side.
     lacking: Values,
     filter: Vec<(f64, f64)>,
-    /// The best point of the tail.
+    /// The best point of the tail, and the last one that a barrier term was met at.
     saved: Saved,
+    met: Saved,
 }
 
 /// State of the iteration besides its point.
 struct State {
     barrier: f64,
     tail: bool,
+    /// The barrier term to end at, and the last one whose conditions were met.
+    last: f64,
+    met: f64,
     /// The last shift, and the least that the line search asks for.
     shift: f64,
     least_shift: f64,
@@ -129,6 +137,8 @@ struct State {
     best: f64,
     best_at_last: f64,
     idle: usize,
+    /// The least mean complementarity and infeasibility before the tail that counted as a gain.
+    least: [f64; 2],
     /// Mean complementarity at the last point.
     mean: f64,
 }
@@ -176,24 +186,44 @@ impl Solver {
             lacking: Values::of(shape),
             filter: Vec::new(),
             saved: Saved::of(shape),
+            met: Saved::of(shape),
         }
     }
 
     /// Solves from [`Solver::point`] without known multipliers. The result is in `point` and
     /// `duals`.
     pub fn run(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
+        self.solve(program, tuning, watch, Self::begin)
+    }
+
+    /// Solves from `point` and `duals`, those of nearly the same program.
+    pub fn resume(&mut self, program: &impl Program, tuning: &Tuning, watch: &Watch) -> Run {
+        self.solve(program, tuning, watch, Self::centre)
+    }
+
+    /// Solves from a point whose slacks and multipliers `begin` sets for the first barrier term.
+    fn solve<P: Program>(
+        &mut self,
+        program: &P,
+        tuning: &Tuning,
+        watch: &Watch,
+        begin: impl FnOnce(&mut Self, &P, &Tuning, f64),
+    ) -> Run {
         let shape = program.shape();
         let weight = 100.0 / shape.stages as f64;
         let first = tuning.first * weight;
         let mut state = State {
             barrier: first,
             tail: false,
+            last: tuning.last * weight,
+            met: f64::INFINITY,
             shift: 0.0,
             least_shift: 0.0,
             exact: false,
             best: f64::INFINITY,
             best_at_last: f64::INFINITY,
             idle: 0,
+            least: [f64::INFINITY; 2],
             mean: first,
         };
         let mut run = Run {
@@ -213,8 +243,7 @@ impl Solver {
         if !(program.values(&self.point, &mut self.at.values) && self.at.values.are_finite()) {
             return run;
         }
-        self.begin(program, tuning, first);
-        let last = tuning.last * weight;
+        begin(self, program, tuning, first);
         for iteration in 0..=tuning.iterations {
             run.iterations = iteration;
             if watch.stopped() {
@@ -240,14 +269,39 @@ impl Solver {
                 state.best = residuals.largest();
                 self.saved.copy(&self.point, &self.duals, [&self.slacks, &self.violations], &self.misses);
             }
+            let last = state.last;
             let at_last = state.barrier <= last * (1.0 + 1e-9);
             let near = residuals.dual.max(residuals.primal) <= tuning.tolerance;
             if near
                 && (residuals.complementarity <= tuning.tolerance && residuals.mean <= 2.0 * last
-                    || at_last && residuals.off <= tuning.lowered_at * state.barrier)
+                    || at_last && residuals.off <= tuning.near * state.barrier)
             {
                 run.end = End::Converged;
                 break;
+            }
+            if residuals.primal <= tuning.judged {
+                if residuals.mean <= tuning.known_from * weight
+                    && let Some(known) = program.known(&self.point, self.excess(shape))
+                {
+                    run.end = End::Known(known);
+                    break;
+                }
+                if tuning.most.is_finite() && self.least_cost(shape) > tuning.most {
+                    run.end = End::Dear;
+                    break;
+                }
+            }
+            if !state.tail {
+                let now = [residuals.mean, residuals.primal];
+                let gains = now.iter().zip(&state.least).any(|(now, least)| *now <= 0.5 * least);
+                if gains {
+                    state.least = [0, 1].map(|of| now[of].min(state.least[of]));
+                }
+                state.idle = if gains { 0 } else { state.idle + 1 };
+                if state.idle > tuning.search_patience {
+                    run.end = End::Stalled;
+                    break;
+                }
             }
             if at_last {
                 let error = residuals.dual.max(residuals.primal).max(residuals.off);
@@ -269,14 +323,21 @@ impl Solver {
                 && residuals.mean <= tuning.tail_mean * weight
             {
                 state.tail = true;
+                state.idle = 0;
                 self.filter.clear();
             }
             if state.tail {
                 let mut off = residuals.dual.max(residuals.primal).max(residuals.off);
                 while state.barrier > last && off <= tuning.lowered_at * state.barrier / weight {
+                    if state.barrier < state.met {
+                        state.met = state.barrier;
+                        let rows = [&self.slacks, &self.violations];
+                        self.met.copy(&self.point, &self.duals, rows, &self.misses);
+                    }
                     let of_hundred = state.barrier / weight;
                     let next = (tuning.lowered.0 * of_hundred).min(of_hundred.powf(tuning.lowered.1));
-                    state.barrier = (next * weight).max(last);
+                    let next = next * weight;
+                    state.barrier = if next <= tuning.snapped * last { last } else { next };
                     self.filter.clear();
                     let again = self.residuals(shape, tuning, state.barrier);
                     off = again.dual.max(again.primal).max(again.off);
@@ -288,15 +349,34 @@ impl Solver {
             }
         }
         if matches!(run.end, End::Stalled | End::Iterations) && state.best <= tuning.acceptable {
-            self.settle(program, tuning, last, &mut run, watch);
+            self.settle(program, tuning, state.last, &mut run, watch);
         }
         run.violation = self.violations.iter().fold(0.0, |worst, value| nan_max(worst, *value));
         run.miss = self.at.values.terminal.iter().fold(0.0, |worst, value| nan_max(worst, value.abs()));
         run
     }
 
+    /// Returns by how much the cost exceeds that of the optimum by the barrier term, to first order: the products of the rows that act.
+    pub fn excess(&self, shape: &Shape) -> f64 {
+        let stages = shape.stages as f64;
+        let acts = |row: &usize| stages * self.duals.rows[*row] > self.slacks[*row];
+        (0..shape.rows()).filter(acts).map(|row| self.slacks[row] * self.duals.rows[row]).sum()
+    }
+
+    /// Returns what the optimum nearby costs at least, as if the program were convex: the value of the dual program at the multipliers,
+    /// but for what moves of all unknowns by one decrease it where the Lagrangian is not stationary.
+    fn least_cost(&self, shape: &Shape) -> f64 {
+        let sum = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
+        let mut least =
+            self.at.values.cost - sum(&self.plain.gradients) - sum(&self.plain.last) - sum(&self.plain.start);
+        let after = &self.duals.costates[shape.n..];
+        least += dot(&self.at.values.defects, after);
+        least += dot(&self.at.values.rows, &self.duals.rows);
+        least + dot(&self.at.values.terminal, &self.duals.terminal)
+    }
+
     /// Sets the first slacks and multipliers.
-    fn begin(&mut self, program: &impl Program, tuning: &Tuning, barrier: f64) {
+    fn begin<P: Program>(&mut self, program: &P, tuning: &Tuning, barrier: f64) {
         self.duals.costates.fill(0.0);
         self.duals.terminal.fill(0.0);
         for (row, (kind, c)) in program.shape().kinds.iter().zip(&self.at.values.rows).enumerate() {
@@ -316,14 +396,48 @@ impl Solver {
             let least = barrier / (tuning.price - multiplier);
             self.violations[row] = if elastic { (c + slack).max(least) } else { 0.0 };
         }
-        program.terminal_prices(&mut self.prices);
-        for price in &mut self.prices {
-            *price *= tuning.terminal_price;
-        }
+        self.set_prices(program, tuning);
         for (index, (e, price)) in self.at.values.terminal.iter().zip(&self.prices).enumerate() {
             let least = barrier / price;
             self.misses[0][index] = e.max(0.0) + least;
             self.misses[1][index] = (-e).max(0.0) + least;
+        }
+    }
+
+    /// Sets slacks and violations that go with the present multipliers: products are all the barrier
+    /// term. The slack of a row that acts follows from its multiplier, and the multiplier of any other
+    /// from its slack, which are about equally far from nothing.
+    fn centre<P: Program>(&mut self, program: &P, tuning: &Tuning, barrier: f64) {
+        let stages = program.shape().stages as f64;
+        let [least_slack, least] = [(barrier * stages).sqrt(), (barrier / stages).sqrt()];
+        for (row, (kind, c)) in program.shape().kinds.iter().zip(&self.at.values.rows).enumerate() {
+            let (z, room) = (self.duals.rows[row], (-c).max(0.0));
+            if *kind == RowKind::Equation {
+                (self.slacks[row], self.violations[row]) = (0.0, 0.0);
+                continue;
+            }
+            let slack = if z * stages > room { barrier / z.max(least) } else { room.max(least_slack) };
+            let elastic = *kind == RowKind::Elastic;
+            let most = if elastic { tuning.known_price * tuning.price } else { f64::INFINITY };
+            let multiplier = (barrier / slack).min(most);
+            (self.slacks[row], self.duals.rows[row]) = (slack, multiplier);
+            self.violations[row] = if elastic { barrier / (tuning.price - multiplier) } else { 0.0 };
+        }
+        self.set_prices(program, tuning);
+        for (index, price) in self.prices.iter().enumerate() {
+            let most = tuning.known_price * price;
+            let nu = self.duals.terminal[index].clamp(-most, most);
+            self.duals.terminal[index] = nu;
+            self.misses[0][index] = barrier / (price - nu);
+            self.misses[1][index] = barrier / (price + nu);
+        }
+    }
+
+    /// Sets the prices of the terminal equations.
+    fn set_prices(&mut self, program: &impl Program, tuning: &Tuning) {
+        program.terminal_prices(&mut self.prices);
+        for price in &mut self.prices {
+            *price *= tuning.terminal_price;
         }
     }
 
@@ -410,6 +524,27 @@ impl Solver {
         }
     }
 
+    /// Returns to the last barrier term that was met where the path of its minima ends: beyond it a valley of nearly equal plans has
+    /// no minimum nearby. The run goes on to a larger term than before, or ends at the one that was met if that costs little; returns
+    /// whether it went back.
+    fn back(&mut self, tuning: &Tuning, weight: f64, state: &mut State) -> bool {
+        if !(state.met.is_finite() && state.barrier < state.met) {
+            return false;
+        }
+        let enough = (tuning.enough * weight).max(state.last).min(state.met);
+        let next = (state.barrier * state.met).sqrt().max(enough);
+        let is_worth_it = next <= tuning.worth * state.met;
+        if !is_worth_it && state.met > tuning.tolerable * weight {
+            return false;
+        }
+        (state.barrier, state.last) = if is_worth_it { (next, enough) } else { (state.met, state.met) };
+        let rows = [&mut self.slacks, &mut self.violations];
+        self.met.restore(&mut self.point, &mut self.duals, rows, &mut self.misses);
+        self.filter.clear();
+        (state.best_at_last, state.idle) = (f64::INFINITY, 0);
+        true
+    }
+
     /// Computes and takes one step; returns `false` if no step can be found or the watch ends the
     /// run.
     fn iterate(
@@ -427,6 +562,9 @@ impl Solver {
         let mut taken = Taken { curved: true, shift: state.least_shift };
         state.exact = state.least_shift == 0.0;
         if !self.riccati.factor(shape, &self.at, &self.sigma, &self.yields, taken) {
+            if self.back(tuning, weight, state) {
+                return true;
+            }
             state.exact = false;
             let mut found = false;
             if !curved_only {

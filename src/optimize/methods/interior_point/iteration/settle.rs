@@ -47,6 +47,27 @@ impl Saved {
     }
 }
 
+impl Saved {
+    /// Copies the point back without allocating.
+    pub(super) fn restore(
+        &self,
+        point: &mut Point,
+        duals: &mut Duals,
+        [slacks, violations]: [&mut Vec<f64>; 2],
+        misses: &mut [Vec<f64>; 2],
+    ) {
+        point.states.copy_from_slice(&self.point.states);
+        point.inputs.copy_from_slice(&self.point.inputs);
+        duals.costates.copy_from_slice(&self.duals.costates);
+        duals.terminal.copy_from_slice(&self.duals.terminal);
+        duals.rows.copy_from_slice(&self.duals.rows);
+        slacks.copy_from_slice(&self.slacks);
+        violations.copy_from_slice(&self.violations);
+        misses[0].copy_from_slice(&self.misses[0]);
+        misses[1].copy_from_slice(&self.misses[1]);
+    }
+}
+
 impl Solver {
     /// Returns to the best point of a run that cannot go on, as along the valley of a saddle, and makes its equations hold to round-off by
     /// Newton steps with a Hessian that is positive. The point is a solution where its other residuals stay small.

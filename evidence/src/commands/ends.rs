@@ -1,0 +1,152 @@
+//! Plans to ends that leave something free, and between motions: how many are solved, in what time.
+//!
+//! `cargo run --release -p evidence -- ends [COUNT] [--thorough MORE] [--rolls FEW] [--only WORD]`:
+//! COUNT (20) random maneuvers of each end with each of the inputs and limits, and of each motion,
+//! by the law of `evidence::ends`, in least effort, time and fuel, each with default settings. Of
+//! the first MORE (5) the same with `search = "thorough"`, and of the first FEW (1) to a free roll
+//! or a moving target in a given duration also the best of 24 given rolls. WORD keeps the rows whose
+//! name has it.
+//!
+//! It prints a row for each: how many are solved and verified, the wall time (median, worst), and
+//! how many of those compared cost more than the best known by more than 0.1 %, and by how much.
+
+use evidence::ends::{ENDS, INPUTS, MOTIONS, OBJECTIVES, between, to_end};
+use evidence::words::Words;
+use slewkit::maneuver::{EndCondition, Settings, Target, Thoroughness};
+use slewkit::plan::{Silent, Status, plan};
+use slewkit::{Problem, State, Vector3};
+use std::error::Error;
+use std::f64::consts::TAU;
+use std::time::{Duration, Instant};
+
+/// Given rolls.
+const ROLLS: usize = 24;
+/// Part by which a cost may exceed the best known one.
+const NEAR: f64 = 1e-3;
+/// Longest wall time of a plan \[s\].
+const LONGEST: f64 = 60.0;
+/// Cases apart that replace one whose ends violate a limit.
+const APART: usize = 1000;
+
+/// Returns the discrete cost and the wall time of a plan; no cost where it is not solved and verified.
+fn planned(problem: &Problem, settings: &Settings) -> (Option<f64>, f64) {
+    let settings = Settings { time_limit: Some(Duration::from_secs_f64(LONGEST)), ..settings.clone() };
+    let began = Instant::now();
+    let found = plan(problem, &settings, None, &mut Silent);
+    let took = began.elapsed().as_secs_f64();
+    let solved = found.ok().filter(|found| found.status == Status::Solved);
+    (
+        solved.map(|found| found.solution.landing.map_or(found.solution.cost, |landing| landing.cost_before)),
+        took,
+    )
+}
+
+/// Returns the cheapest of the plans to given rolls, in the duration of the maneuver.
+fn of_rolls(problem: &Problem) -> Option<f64> {
+    let duration = problem.duration.known()?;
+    let ends = problem.aim()?.ends(duration, &problem.start.attitude, &Vector3::zeros()).ok()?;
+    let settings = Settings { target: Target::Discrete, ..Settings::default() };
+    let mut best = f64::INFINITY;
+    for index in 0..ROLLS {
+        let (attitude, rate) = ends.at(TAU * index as f64 / ROLLS as f64);
+        let end = State::attitude(attitude, rate);
+        let given = Problem { end, end_condition: EndCondition::State, ..problem.clone() };
+        if given.check().is_ok() {
+            best = best.min(planned(&given, &settings).0.unwrap_or(f64::INFINITY));
+        }
+    }
+    best.is_finite().then_some(best)
+}
+
+/// Returns the case of a number, or the next one whose ends keep all limits; `None` where these parts do not go together.
+fn usable(draw: &dyn Fn(usize) -> Problem, number: usize) -> Option<Problem> {
+    (0..50).map(|again| draw(number + again * APART)).find(|problem| problem.check().is_ok())
+}
+
+pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
+    let (mut count, mut more, mut few, mut only) = (20, 5, 1, String::new());
+    while let Some(word) = words.take() {
+        match word.as_str() {
+            "--thorough" => more = words.required("number of cases")?,
+            "--rolls" => few = words.required("number of cases")?,
+            "--only" => only = words.word("part of a name")?,
+            _ => count = evidence::words::parsed("number of cases", &word)?,
+        }
+    }
+    type Draw = Box<dyn Fn(usize) -> Problem>;
+    let mut rows: Vec<(String, &str, Draw)> = Vec::new();
+    for end in ENDS {
+        for input in INPUTS {
+            for of in OBJECTIVES {
+                let draw = Box::new(move |number| to_end(end, input, of, number));
+                rows.push((format!("{end}, {input}"), of, draw));
+            }
+        }
+    }
+    for motion in MOTIONS {
+        for of in OBJECTIVES {
+            rows.push((motion.to_string(), of, Box::new(move |number| between(motion, of, number))));
+        }
+    }
+    println!(
+        "{:<38}{:<8}{:>9}{:>10}{:>10}{:>10}{:>10}",
+        "end or motion", "cost", "solved", "median s", "worst s", "dearer", "worst"
+    );
+    let (mut all, mut solved_of_all, mut dearer_of_all, mut compared_of_all) = (Vec::new(), 0, 0, 0);
+    for (name, objective, draw) in rows.iter().filter(|(name, of, _)| format!("{name}, {of}").contains(&only))
+    {
+        let (mut solved, mut dearer, mut compared, mut worst) = (0, 0, 0, 0.0_f64);
+        let mut seconds = Vec::new();
+        for number in 0..count {
+            let Some(problem) = usable(draw, number) else { continue };
+            let (cost, took) = planned(&problem, &Settings::default());
+            seconds.push(took);
+            solved += usize::from(cost.is_some());
+            if cost.is_none() {
+                println!("  {}: no plan in {took:.2} s", problem.name);
+            }
+            let mut best = f64::INFINITY;
+            if number < more {
+                let thorough = Settings { search: Thoroughness::Thorough, ..Settings::default() };
+                best = planned(&problem, &thorough).0.unwrap_or(best);
+            }
+            if number < few {
+                best = best.min(of_rolls(&problem).unwrap_or(best));
+            }
+            let Some(cost) = cost.filter(|_| best.is_finite()) else { continue };
+            let apart = cost / best - 1.0;
+            compared += 1;
+            worst = worst.max(apart);
+            if apart > NEAR {
+                dearer += 1;
+                println!("  {}: {cost:.6e} where {best:.6e} exists", problem.name);
+            }
+        }
+        if seconds.is_empty() {
+            println!("{name:<38}{objective:<8}{:>9}", "refused");
+            continue;
+        }
+        seconds.sort_by(f64::total_cmp);
+        let [median, longest] = [seconds.len() / 2, seconds.len().saturating_sub(1)]
+            .map(|place| seconds.get(place).copied().unwrap_or(f64::NAN));
+        println!(
+            "{name:<38}{objective:<8}{:>9}{median:>10.3}{longest:>10.3}{:>10}{worst:>10.1e}",
+            format!("{solved}/{}", seconds.len()),
+            format!("{dearer}/{compared}")
+        );
+        all.extend(seconds);
+        solved_of_all += solved;
+        dearer_of_all += dearer;
+        compared_of_all += compared;
+    }
+    all.sort_by(f64::total_cmp);
+    println!(
+        "all: {solved_of_all} of {} solved and verified, median {:.3} s, worst {:.3} s; {dearer_of_all} of \
+            {compared_of_all} dearer by more than {:.1} %",
+        all.len(),
+        all.get(all.len() / 2).copied().unwrap_or(f64::NAN),
+        all.last().copied().unwrap_or(f64::NAN),
+        100.0 * NEAR
+    );
+    Ok(())
+}
