@@ -14,7 +14,7 @@
 //! wheels store momentum at the start: without it the body would move otherwise. A guess brings its path as one more seed, the first.
 
 use super::any_attitude;
-use super::asked::{self, goes_round_as_asked};
+use super::asked;
 use super::coarse::chain_steps;
 use super::detour::detours;
 use super::found::{Found, cheapest_first, same};
@@ -32,7 +32,6 @@ use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::{Candidate, Provenance};
 use crate::optimize::discrete::step::{Dynamics, Point};
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
-use crate::optimize::methods::interior_point::chain::warm::Warm;
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
@@ -111,46 +110,28 @@ pub(super) fn descend<const N: usize>(
     if search.stopped() {
         return;
     }
-    let known = found.plans();
-    let as_asked = known.iter().filter(|plan| goes_round_as_asked(search, &plan.candidate));
-    let least = as_asked.map(|plan| plan.cost).fold(f64::INFINITY, f64::min);
-    let most = least + search.context.tuning.dear * least.abs();
-    let attempt = improved(search, chain, seed, (None, known, most), Tuning::roughly());
+    let tuning = Tuning::roughly();
+    let method = InteriorPoint { known: found.plans(), ..InteriorPoint::of(chain, &tuning) };
+    let attempt = improved(search, &method, seed);
     found.keep(attempt);
 }
 
 /// Improves a candidate to the end by the interior point, or by SCP where the settings request it.
 pub(super) fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
-    improved(search, chain, from, ALONE, Tuning::default())
+    improved(search, &InteriorPoint::of(chain, &Tuning::default()), from)
 }
 
-/// Improves a candidate that is near an optimum: from there first, with the multipliers of another grid if known, and then from anywhere.
-pub(super) fn optimised_near<const N: usize>(
-    search: &Search<N>,
-    chain: &Chain,
-    from: Candidate,
-    warm: Option<&Warm>,
-) -> Attempt {
-    let near = improved(search, chain, from.clone(), (warm, &[], f64::INFINITY), Tuning::near());
+/// Improves a candidate that is near an optimum: from there first, and then from anywhere.
+pub(super) fn optimised_near<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
+    let near = improved(search, &InteriorPoint::of(chain, &Tuning::near()), from.clone());
     if near.converged() { near } else { optimised(search, chain, from) }
 }
 
-/// What is known beside a candidate: multipliers, other optima, and the cost above which an optimum is not wanted.
-type Beside<'a> = (Option<&'a Warm>, &'a [Attempt], f64);
-
-/// Nothing of all that.
-const ALONE: Beside<'static> = (None, &[], f64::INFINITY);
-
-/// Improves a candidate with these settings of the interior point.
-fn improved<const N: usize>(
-    search: &Search<N>,
-    chain: &Chain,
-    from: Candidate,
-    (warm, known, most): Beside,
-    tuning: Tuning,
-) -> Attempt {
+/// Improves a candidate by this interior point, or by SCP where the settings request it.
+fn improved<const N: usize>(search: &Search<N>, method: &InteriorPoint, from: Candidate) -> Attempt {
     // What has a goal, as a duration that is sought for advice, SCP does not plan.
     if search.context.settings.method == settings::Method::Scp && search.ask.goal.is_none() {
+        let chain = method.chain;
         let options = if chain.model.steps == search.problem.steps {
             &search.ask.last
         } else {
@@ -158,7 +139,7 @@ fn improved<const N: usize>(
         };
         return search.context.attempt(Rung::Scp, &ConvexIteration { chain, options }, from);
     }
-    let method = InteriorPoint { chain, tuning: &tuning, family: search.ask.family, warm, known, most };
+    let method = InteriorPoint { family: search.ask.family, ..*method };
     search.context.attempt(Rung::InteriorPoint, &method, from)
 }
 
@@ -185,7 +166,7 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
         }
         let start =
             if same_grid { plan.candidate.clone() } else { transfer([coarse, &fine], &plan.candidate) };
-        let next = optimised_near(search, &fine, start, plan.warm.as_deref());
+        let next = optimised_near(search, &fine, start);
         if !next.converged() || !can_be_flown(search, &next) {
             rivals.push(plan.clone());
             found.keep(next);
@@ -205,15 +186,15 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
     }
 }
 
-/// Returns what the optimum that a plan is near costs.
+/// Returns what the optimum that a plan is near costs: no cost is negative.
 pub(super) fn foreseen(plan: &Attempt) -> f64 {
-    plan.cost - plan.barrier.map_or(0.0, |[.., excess]| excess) * plan.cost.abs()
+    plan.cost * (1.0 - plan.barrier.map_or(0.0, |[.., excess]| excess.min(1.0)))
 }
 
 /// Returns the plans by the costs of their optima, the cheapest first, and the first of all whose costs differ by a part of less than
 /// `one`.
 pub(super) fn distinct(mut plans: Vec<Attempt>, one: f64) -> Vec<Attempt> {
-    plans.sort_by(|a, b| foreseen(a).total_cmp(&foreseen(b)));
+    plans.sort_by(|a, b| foreseen(a).total_cmp(&foreseen(b)).then(a.cost.total_cmp(&b.cost)));
     let mut kept = Vec::<Attempt>::new();
     for plan in plans {
         if kept.last().is_none_or(|last| foreseen(&plan) > foreseen(last) + one * last.cost.abs()) {

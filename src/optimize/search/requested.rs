@@ -67,6 +67,6 @@ fn replay<const N: usize>(search: &Search<N>, found: &mut Found<N>, nodes: &Cand
         let chain = search.chain(search.problem.steps);
         let name = &nodes.provenance.start;
         let nodes = path(name, &chain.model.dynamics.grid, nodes.states.iter().map(Point::pose));
-        found.keep(optimised_near(search, &chain, nodes, None));
+        found.keep(optimised_near(search, &chain, nodes));
     }
 }

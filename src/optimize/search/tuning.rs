@@ -20,9 +20,6 @@ pub(super) struct SearchTuning {
     /// By how much coarse costs of one optimum differ, relative: a larger one loses optima that cost about the same
     /// (`cargo bench -p benches --bench everyday`).
     pub one: f64,
-    /// By how much an optimum may cost more than the cheapest one, relative, for a coarse solve to go on to it: time against rivals
-    /// that are told (`cargo bench -p benches --bench everyday`).
-    pub dear: f64,
     /// A violation on the coarse grid that spares the fine solve of the maneuver without limits: a smaller one loses its proof that
     /// nothing is cheaper (`evidence -- guard --part problems`).
     pub clear_violation: f64,
@@ -45,7 +42,6 @@ impl Default for SearchTuning {
             close: 0.02,
             carried: 3,
             one: 1e-5,
-            dear: 0.5,
             clear_violation: 0.05,
             far: 1.0,
             beside: [-0.2, -0.1, 0.1, 0.2],

@@ -35,14 +35,12 @@ pub(crate) struct InteriorPoint<'a> {
     pub warm: Option<&'a Warm>,
     /// Optima of the same chain that are known: a run that nears one of them ends there.
     pub known: &'a [Attempt],
-    /// Cost above which an optimum is not wanted.
-    pub most: f64,
 }
 
 impl<'a> InteriorPoint<'a> {
     /// Makes the method for the end of a chain, with nothing known beside.
     pub fn of(chain: &'a Chain, tuning: &'a Tuning) -> Self {
-        Self { chain, tuning, family: None, warm: None, known: &[], most: f64::INFINITY }
+        Self { chain, tuning, family: None, warm: None, known: &[] }
     }
 }
 
@@ -104,7 +102,7 @@ impl Method for InteriorPoint<'_> {
         let kept = excess <= tuning.violated.max(tuning.tolerance);
         let outcome = match run.end {
             End::Converged if kept => Outcome::Converged,
-            End::Converged | End::Stalled | End::Dear | End::Known(_) => Outcome::Stalled,
+            End::Converged | End::Stalled | End::Known(_) => Outcome::Stalled,
             End::NotFinite => Outcome::NotFinite,
             // At its own limit the method gives up, and the user's limit has nothing to do with it.
             End::Iterations if most >= tuning.iterations => Outcome::Stalled,
@@ -160,7 +158,7 @@ impl InteriorPoint<'_> {
         watch: &Watch,
     ) -> Run {
         let iterations = self.tuning.iterations.min(most);
-        let mut tuning = Tuning { iterations, most: self.most * program.scale(), ..self.tuning.clone() };
+        let mut tuning = Tuning { iterations, ..self.tuning.clone() };
         let mut run = if resumes {
             solver.resume(program, &tuning, watch)
         } else {

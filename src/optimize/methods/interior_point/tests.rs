@@ -222,19 +222,6 @@ fn a_solve_goes_on_from_known_multipliers() {
     assert!(off.abs() < 1e-9 * fresh.at.values.cost, "{off:.1e}");
 }
 
-/// The shortest time is 2: a run that is to cost less than 1.9 is given up, and earlier than it would end.
-#[test]
-fn an_optimum_that_costs_too_much_is_given_up() {
-    let line = Line::new(20, None, None, true);
-    let ended = |most: f64| {
-        let tuning = Tuning { most, ..Tuning::default() };
-        line.solver(3.0).run(&line, &tuning, &Watch::NONE)
-    };
-    let (all, cut, kept) = (ended(f64::INFINITY), ended(1.9), ended(2.1));
-    assert_eq!((all.end, cut.end, kept.end), (End::Converged, End::Dear, End::Converged));
-    assert!(cut.iterations < all.iterations && kept.iterations == all.iterations);
-}
-
 /// In too short a time the miss is the least, and the multiplier of the end says that it is one.
 #[test]
 fn too_short_a_duration_ends_in_the_least_miss() {

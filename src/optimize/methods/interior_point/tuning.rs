@@ -20,12 +20,8 @@ pub(crate) struct Tuning {
     pub beside: f64,
     /// Last barrier term: the cost exceeds the optimum by this for each active row.
     pub last: f64,
-    /// Barrier term at which a run may end where there is no minimum for a smaller one nearby, as along a valley of nearly equal
-    /// plans: a larger one costs more beside the optimum, a smaller one takes more iterations along the valley.
-    pub enough: f64,
-    /// Part of the barrier term that was met last which the next one is at most, and the largest barrier term that a run ends at
-    /// otherwise; from a larger one it goes on along the valley.
-    pub worth: f64,
+    /// Largest barrier term at which a run may end where the path of minima ends, as along a valley of nearly equal plans: a larger one
+    /// costs more beside the optimum, a smaller one follows the valley.
     pub tolerable: f64,
     /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does
     /// not outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of
@@ -36,9 +32,8 @@ pub(crate) struct Tuning {
     /// Least first slack: a smaller one makes multipliers, and with them the curvature of violated
     /// rows, too large.
     pub slack: f64,
-    /// Residual, in barrier terms, at which the tail decreases the barrier term, and at which the last one is met.
+    /// Residual, in barrier terms, at which the tail decreases the barrier term.
     pub lowered_at: f64,
-    pub near: f64,
     /// Multiple of the last barrier term from which the next one is the last: a larger one skips a term and may lose the path of minima.
     pub snapped: f64,
     /// Factor and power of the decrease in the tail: the smaller of the two results is used.
@@ -125,10 +120,8 @@ pub(crate) struct Tuning {
     pub filter: usize,
     /// Mean multiplier above which residuals are divided by it: a smaller one converges earlier.
     pub large: f64,
-    /// Cost above which an optimum is not wanted: a run that nears a dearer one is given up.
-    pub most: f64,
-    /// Residual of the equations from which on a run is judged by what it nears, and mean complementarity from which on it is compared
-    /// with known optima: larger ones judge earlier, and take one optimum for another.
+    /// Residual of the equations, and mean complementarity, from which on a run is compared with known optima: larger ones judge
+    /// earlier, and take one optimum for another.
     pub judged: f64,
     pub known_from: f64,
     /// Violation or terminal error, relative or in radians, above which a solution is not accepted.
@@ -236,14 +229,11 @@ impl Default for Tuning {
             first: 0.1,
             beside: 1e-5,
             last: 1e-12,
-            enough: 2e-10,
-            worth: 0.3,
             tolerable: 5e-9,
             tail: 1e-7,
             tail_mean: 1e-6,
             slack: 0.1,
-            lowered_at: 100.0,
-            near: 10.0,
+            lowered_at: 10.0,
             snapped: 30.0,
             lowered: (0.2, 1.5),
             to_boundary: 0.99,
@@ -280,7 +270,6 @@ impl Default for Tuning {
             level: 1e-9,
             filter: 64,
             large: 100.0,
-            most: f64::INFINITY,
             judged: 1e-2,
             known_from: 0.0,
             violated: 1e-8,
@@ -314,6 +303,8 @@ impl Tuning {
             tolerance: 1e-5,
             acceptable: 1e-3,
             last: 1e-6,
+            tail: 1e-6,
+            tail_mean: 1e-5,
             raises: 1,
             replays: 0,
             known_from: 1e-5,

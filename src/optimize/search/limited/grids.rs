@@ -189,7 +189,7 @@ impl<'a, 'c> Grids<'a, 'c> {
         if self.left.get() == 0 {
             return None;
         }
-        let tuning = Tuning { last: ON_EVENTS.barrier, ..tuning };
+        let tuning = Tuning { last: ON_EVENTS.barrier, tolerable: 0.0, ..tuning };
         let method = InteriorPoint { warm, ..InteriorPoint::of(chain, &tuning) };
         let found = self.context.tried(Rung::InteriorPoint, &method, start);
         let iterations: usize = found.runs.iter().map(|run| run.report.iterations).sum();

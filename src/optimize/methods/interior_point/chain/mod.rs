@@ -277,11 +277,6 @@ impl<'a> ChainProgram<'a> {
         }
     }
 
-    /// Returns what a cost of the program is, as a multiple of that of the chain.
-    pub fn scale(&self) -> f64 {
-        self.scale
-    }
-
     /// Returns what a row of the chain bounds, if the row is one of the chain.
     fn what_of(&self, row: &Row) -> Option<&What> {
         self.limits.rows.get(row.row).map(|row| &row.what)

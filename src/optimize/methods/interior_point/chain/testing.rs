@@ -6,6 +6,11 @@ use crate::Matrix3;
 use crate::optimize::chain::rows::What;
 
 impl ChainProgram<'_> {
+    /// A cost of the program over that of the chain.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// Rows of the program, and those of the chain that they stand for where both are the same.
     pub fn of_rows(&self) -> impl Iterator<Item = (usize, usize)> {
         self.rows.iter().map(|row| row.row).enumerate()

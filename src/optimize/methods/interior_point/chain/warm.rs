@@ -1,4 +1,4 @@
-//! What a solve leaves to a later one of nearly the same maneuver, or of the same on another grid: its multipliers.
+//! What a solve leaves to a later one of nearly the same maneuver on the same grid: its multipliers.
 
 use super::super::program::{Duals, Point, Shape};
 use super::ChainProgram;
@@ -60,52 +60,24 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes multipliers, and the inputs that count norms, from those of an earlier solve, in proportion to the steps; returns `false`
-    /// where that was one of another kind.
-    ///
-    /// Multipliers of rows are those of the nearest stage, and the others are linear between the stages.
+    /// Writes the multipliers of an earlier solve, and the inputs that count norms; returns `false` where that was one of another shape.
     pub fn resume(&self, warm: &Warm, at: &mut Point, duals: &mut Duals) -> bool {
-        let Shape { m, n, stages, terminal, .. } = self.shape;
-        let known = warm.first_row.len() - 1;
-        if warm.n != n || warm.terminal != terminal || known < 2 || stages < 2 {
+        let Shape { m, n, terminal, .. } = self.shape;
+        let count = self.norms.len() * self.shape.stages;
+        let same = (n, terminal, count) == (warm.n, warm.terminal, warm.norms.len());
+        if !same || self.shape.first_row != warm.first_row {
             return false;
         }
         let scale = self.scale / warm.scale;
-        let ratio = (known - 1) as f64 / (stages - 1) as f64;
-        let fill = |to: &mut [f64], from: &[f64], size: usize| {
-            for (stage, to) in to.chunks_exact_mut(size).enumerate() {
-                let place = stage as f64 * ratio;
-                let low = (place.floor() as usize).min(from.len() / size - 2);
-                let share = (place - low as f64).min(1.0);
-                for (i, to) in to.iter_mut().enumerate() {
-                    let [a, b] = [low, low + 1].map(|stage| from[stage * size + i]);
-                    *to = a + share * (b - a);
-                }
-            }
-        };
-        fill(&mut duals.costates, &warm.duals.costates, n);
-        duals.costates.iter_mut().for_each(|value| *value *= scale);
-        duals.terminal.iter_mut().zip(&warm.duals.terminal).for_each(|(to, from)| *to = scale * from);
-        duals.rows.fill(0.0);
-        for stage in 0..stages {
-            let near = ((stage as f64 * ratio).round() as usize).min(known - 1);
-            let (own, from) = (self.shape.rows_of(stage), warm.first_row[near]..warm.first_row[near + 1]);
-            if own.len() == from.len() {
-                let pairs = duals.rows[own].iter_mut().zip(&warm.duals.rows[from]);
-                pairs.for_each(|(to, from)| *to = scale * ratio * from);
-            }
-        }
-        let count = self.norms.len();
-        if count > 0 && warm.norms.len() == count * known {
-            for (stage, inputs) in at.inputs.chunks_exact_mut(m).enumerate() {
-                let place = stage as f64 * ratio;
-                let low = (place.floor() as usize).min(known - 2);
-                let share = (place - low as f64).min(1.0);
-                for (index, norm) in self.norms.iter().enumerate() {
-                    let [a, b] = [low, low + 1].map(|stage| warm.norms[stage * count + index]);
-                    inputs[norm.place] = a + share * (b - a);
-                }
-            }
+        let fill =
+            |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to = scale * from);
+        fill(&mut duals.costates, &warm.duals.costates);
+        fill(&mut duals.terminal, &warm.duals.terminal);
+        fill(&mut duals.rows, &warm.duals.rows);
+        let places = self.norms.iter().map(|norm| norm.place);
+        let mut known = warm.norms.iter();
+        for inputs in at.inputs.chunks_exact_mut(m) {
+            places.clone().zip(known.by_ref()).for_each(|(place, known)| inputs[place] = *known);
         }
         true
     }

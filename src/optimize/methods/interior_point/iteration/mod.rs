@@ -62,8 +62,6 @@ pub(crate) enum End {
     NotFinite,
     /// The run was interrupted or reached its deadline.
     Stopped,
-    /// The optimum nearby costs more than was asked for.
-    Dear,
     /// The point is at an optimum that is known.
     Known(usize),
 }
@@ -274,22 +272,17 @@ impl Solver {
             let near = residuals.dual.max(residuals.primal) <= tuning.tolerance;
             if near
                 && (residuals.complementarity <= tuning.tolerance && residuals.mean <= 2.0 * last
-                    || at_last && residuals.off <= tuning.near * state.barrier)
+                    || at_last && residuals.off <= tuning.lowered_at * state.barrier)
             {
                 run.end = End::Converged;
                 break;
             }
-            if residuals.primal <= tuning.judged {
-                if residuals.mean <= tuning.known_from * weight
-                    && let Some(known) = program.known(&self.point, self.excess(shape))
-                {
-                    run.end = End::Known(known);
-                    break;
-                }
-                if tuning.most.is_finite() && self.least_cost(shape) > tuning.most {
-                    run.end = End::Dear;
-                    break;
-                }
+            if residuals.primal <= tuning.judged
+                && residuals.mean <= tuning.known_from * weight
+                && let Some(known) = program.known(&self.point, self.excess(shape))
+            {
+                run.end = End::Known(known);
+                break;
             }
             if !state.tail {
                 let now = [residuals.mean, residuals.primal];
@@ -361,18 +354,6 @@ impl Solver {
         let stages = shape.stages as f64;
         let acts = |row: &usize| stages * self.duals.rows[*row] > self.slacks[*row];
         (0..shape.rows()).filter(acts).map(|row| self.slacks[row] * self.duals.rows[row]).sum()
-    }
-
-    /// Returns what the optimum nearby costs at least, as if the program were convex: the value of the dual program at the multipliers,
-    /// but for what moves of all unknowns by one decrease it where the Lagrangian is not stationary.
-    fn least_cost(&self, shape: &Shape) -> f64 {
-        let sum = |values: &[f64]| values.iter().map(|value| value.abs()).sum::<f64>();
-        let mut least =
-            self.at.values.cost - sum(&self.plain.gradients) - sum(&self.plain.last) - sum(&self.plain.start);
-        let after = &self.duals.costates[shape.n..];
-        least += dot(&self.at.values.defects, after);
-        least += dot(&self.at.values.rows, &self.duals.rows);
-        least + dot(&self.at.values.terminal, &self.duals.terminal)
     }
 
     /// Sets the first slacks and multipliers.
@@ -524,20 +505,13 @@ impl Solver {
         }
     }
 
-    /// Returns to the last barrier term that was met where the path of its minima ends: beyond it a valley of nearly equal plans has
-    /// no minimum nearby. The run goes on to a larger term than before, or ends at the one that was met if that costs little; returns
-    /// whether it went back.
+    /// Ends at the last barrier term that was met, if that is small, where the path of minima ends: beyond it a valley of nearly equal
+    /// plans has no minimum nearby. Returns whether it went back.
     fn back(&mut self, tuning: &Tuning, weight: f64, state: &mut State) -> bool {
-        if !(state.met.is_finite() && state.barrier < state.met) {
+        if state.barrier >= state.met || state.met > tuning.tolerable * weight {
             return false;
         }
-        let enough = (tuning.enough * weight).max(state.last).min(state.met);
-        let next = (state.barrier * state.met).sqrt().max(enough);
-        let is_worth_it = next <= tuning.worth * state.met;
-        if !is_worth_it && state.met > tuning.tolerable * weight {
-            return false;
-        }
-        (state.barrier, state.last) = if is_worth_it { (next, enough) } else { (state.met, state.met) };
+        (state.barrier, state.last) = (state.met, state.met);
         let rows = [&mut self.slacks, &mut self.violations];
         self.met.restore(&mut self.point, &mut self.duals, rows, &mut self.misses);
         self.filter.clear();
