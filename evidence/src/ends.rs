@@ -1,22 +1,23 @@
 //! Random maneuvers to ends that leave something free, and between motions, within limits.
 //!
-//! The law. A bus of mean moment 40 kg·m², its principal moments as in [`crate::everyday`], with four
-//! wheels of 0.1 N·m and 2 N·m·s about (±0.8, 0, 0.6) and (0, ±0.8, 0.6), turns from rest by θ uniform
-//! in 25 … 150°, on 100 steps. The unit of time is t = √(θ 40 kg·m²/0.16 N·m), and effort and fuel are
-//! minimised in 2.2 t times a number uniform in 1.3 … 2.
+//! The law. A bus of mean moment 40 kg·m², its principal moments as in [`crate::everyday`], with
+//! four wheels of 0.1 N·m and 2 N·m·s about (±0.8, 0, 0.6) and (0, ±0.8, 0.6), turns from rest by θ
+//! uniform in 25 … 150°, on 100 steps. The unit of time is t = √(θ 40 kg·m²/0.16 N·m), and effort
+//! and fuel are minimised in 2.2 t times a number uniform in 1.3 … 2.
 //!
 //! Ends: a boresight at rest on a fixed direction with its roll free, or within 40° of a second
 //! direction; on a direction that moves at up to 0.1 θ/t, at rest or with its rate; and rest in any
 //! attitude, from rates of up to 0.02 rad/s about each axis.
 //!
-//! Inputs: the wheels; four couples of one-sided thrusters of 0.1 N at 1 m; the wheels with each rate
-//! at most θ/t times a number uniform in 0.5 … 0.8; the wheels past a cone of 8 … 20° beside the way;
-//! and the wheels with three trackers, of which two must see past a cone of 25° about the Sun.
+//! Inputs: the wheels; four couples of one-sided thrusters of 0.1 N at 1 m; the wheels with each
+//! rate at most θ/t times a number uniform in 0.5 … 0.8; the wheels past a cone of 8 … 20° beside
+//! the way; and the wheels with three trackers, of which two must see past a cone of 25° about the
+//! Sun.
 //!
-//! Motions: a torque of 0.16 N·m about each axis that changes within 0.1 … 0.4 t from nothing to its
-//! limit, between states of rest; the same torque without that limit, from and to spins about random
-//! axes, which turn the body by up to five turns in the time that it takes to stop each; and wheels
-//! that store up to half of their momentum at the start.
+//! Motions: a torque of 0.16 N·m about each axis that changes within 0.1 … 0.4 t from nothing to
+//! its limit, between states of rest; the same torque without that limit, from and to spins about
+//! random axes, which turn the body by up to five turns in the time that it takes to stop each; and
+//! wheels that store up to half of their momentum at the start.
 
 use crate::Random;
 use slewkit::maneuver::{
@@ -35,7 +36,8 @@ pub const MOTIONS: [&str; 3] = ["torque rates", "spins", "stored momentum"];
 /// The objectives.
 pub const OBJECTIVES: [&str; 3] = ["effort", "time", "fuel"];
 
-/// Mean moment \[kg·m²\], torque \[N·m\] and momentum [N·m·s] of a wheel, and its torque about an axis.
+/// Mean moment \[kg·m²\], torque \[N·m\] and momentum [N·m·s] of a wheel, and its torque about an
+/// axis.
 const MOMENT: f64 = 40.0;
 const TORQUE: f64 = 0.1;
 const MOMENTUM: f64 = 2.0;
@@ -149,7 +151,8 @@ pub fn to_end(end: &str, input: &str, objective: &str, number: usize) -> Problem
         }
         "two of three trackers" => {
             let names: Vec<String> = (1..=3).map(|number| format!("tracker {number}")).collect();
-            // A constraint belongs to one set: each tracker is named once for each pair that it is in.
+            // A constraint belongs to one set: each tracker is named once for each pair that it is
+            // in.
             let pairs = [[0, 1], [1, 2], [2, 0]];
             let mut sets = Vec::new();
             for pair in pairs {

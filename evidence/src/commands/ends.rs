@@ -4,8 +4,8 @@
 //! COUNT (20) random maneuvers of each end with each of the inputs and limits, and of each motion,
 //! by the law of `evidence::ends`, in least effort, time and fuel, each with default settings. Of
 //! the first MORE (5) the same with `search = "thorough"`, and of the first FEW (1) to a free roll
-//! or a moving target in a given duration also the best of 24 given rolls. WORD keeps the rows whose
-//! name has it.
+//! or a moving target in a given duration also the best of 24 given rolls. WORD keeps the rows
+//! whose name has it.
 //!
 //! It prints a row for each: how many are solved and verified, the wall time (median, worst), and
 //! how many of those compared cost more than the best known by more than 0.1 %, and by how much.
@@ -28,7 +28,8 @@ const LONGEST: f64 = 60.0;
 /// Cases apart that replace one whose ends violate a limit.
 const APART: usize = 1000;
 
-/// Returns the discrete cost and the wall time of a plan; no cost where it is not solved and verified.
+/// Returns the discrete cost and the wall time of a plan; no cost where it is not solved and
+/// verified.
 fn planned(problem: &Problem, settings: &Settings) -> (Option<f64>, f64) {
     let settings = Settings { time_limit: Some(Duration::from_secs_f64(LONGEST)), ..settings.clone() };
     let began = Instant::now();
@@ -58,7 +59,8 @@ fn of_rolls(problem: &Problem) -> Option<f64> {
     best.is_finite().then_some(best)
 }
 
-/// Returns the case of a number, or the next one whose ends keep all limits; `None` where these parts do not go together.
+/// Returns the case of a number, or the next one whose ends keep all limits; `None` where these
+/// parts do not go together.
 fn usable(draw: &dyn Fn(usize) -> Problem, number: usize) -> Option<Problem> {
     (0..50).map(|again| draw(number + again * APART)).find(|problem| problem.check().is_ok())
 }

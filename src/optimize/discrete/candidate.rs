@@ -1,16 +1,18 @@
 //! What every method improves: a maneuver on one grid, whole or in part, in the solver's units.
 //!
-//! A candidate holds what the method that made it knows. The rest follows: states and inputs from the first
-//! costate by the sweep, momenta and inputs from poses by inverse dynamics.
+//! A candidate holds what the method that made it knows. The rest follows: states and inputs from
+//! the first costate by the sweep, momenta and inputs from poses by inverse dynamics.
 //!
 //! # What does every method improve?
 //!
-//! A `Candidate`: a maneuver on one grid, whole or in part. It owns the grid (its steps and its duration), states, inputs,
-//! costates, multipliers, and its provenance: the start and what it has taken so far. It holds what the method that made it
-//! knows, and the rest follows: from the first costate by the sweep, from poses by inverse dynamics. A shooting candidate is
-//! one costate, a path around a cone is poses alone. `Method::improve(candidate, budget) -> Attempt` is the whole interface:
-//! shooting, coarse to fine, descents on paths, the lifted Newton, the interior point and SCP are its implementations,
-//! so a search that wants another method adds a line. Drawing limits in is not one of them: its result is a candidate within
+//! A `Candidate`: a maneuver on one grid, whole or in part. It owns the grid (its steps and its
+//! duration), states, inputs, costates, multipliers, and its provenance: the start and what it has
+//! taken so far. It holds what the method that made it knows, and the rest follows: from the first
+//! costate by the sweep, from poses by inverse dynamics. A shooting candidate is one costate, a
+//! path around a cone is poses alone. `Method::improve(candidate, budget) -> Attempt` is the whole
+//! interface: shooting, coarse to fine, descents on paths, the lifted Newton, the interior point
+//! and SCP are its implementations, so a search that wants another method adds a line. Drawing
+//! limits in is not one of them: its result is a candidate within
 //! *wider* limits, which is no candidate of the maneuver.
 
 use crate::maneuver::grid::Grid;
@@ -29,10 +31,11 @@ pub(crate) struct Candidate {
     pub wheels: Vec<DVector<f64>>,
     /// Inputs `u_0 … u_N` (`u_0` is unused by Lie–Euler), or none.
     pub inputs: Vec<Vec<f64>>,
-    /// Costates `λ_{−1} … λ_{N−1}`; the first alone where a sweep gives the others; or none. Those of the
-    /// wheels come last.
+    /// Costates `λ_{−1} … λ_{N−1}`; the first alone where a sweep gives the others; or none. Those
+    /// of the wheels come last.
     pub costates: Vec<DVector<f64>>,
-    /// Multipliers of the terminal condition and of the rows of all limits, where a method has them.
+    /// Multipliers of the terminal condition and of the rows of all limits, where a method has
+    /// them.
     pub multipliers: (DVector<f64>, Vec<f64>),
     /// `Ψ₁₂`, where a method derived it.
     pub sensitivity: Option<DMatrix<f64>>,

@@ -1,5 +1,5 @@
-//! Landing a plan of the chain: solved again, warm from what the correction before left, towards the shifted
-//! target and within constraints that are drawn in.
+//! Landing a plan of the chain: solved again, warm from what the correction before left, towards
+//! the shifted target and within constraints that are drawn in.
 
 use super::{Aim, Next};
 use crate::maneuver::problem::State;
@@ -18,7 +18,8 @@ pub(crate) struct Landed {
 /// Lands a plan of the chain where `aim` says.
 ///
 /// `recorded` gives the plan that an attempt is, and `solve` solves again, warm, from an attempt on the chain that is
-/// aimed, after a miss of such a size: `None` where either cannot. `chain` is left aimed at what the plan that is returned was solved for.
+/// aimed, after a miss of such a size: `None` where either cannot. `chain` is left aimed at what
+/// the plan that is returned was solved for.
 pub(crate) fn land_chain(
     mut aim: Aim,
     chain: &mut Chain,

@@ -13,7 +13,8 @@ use std::time::Instant;
 
 /// A way to improve a candidate.
 pub(crate) trait Method {
-    /// The candidate, improved as far as method and budget go; where that stops, the best that was met.
+    /// The candidate, improved as far as method and budget go; where that stops, the best that was
+    /// met.
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt;
 }
 

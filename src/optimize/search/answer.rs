@@ -53,7 +53,8 @@ pub(super) fn conclude<const N: usize>(search: &Search<N>, found: &mut Found<N>)
 /// The best of what was found, or the nearest miss, with its rivals.
 fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution {
     let unsolved = Solution::unsolved(search.problem, search.context.settings.tolerance);
-    // What is found on chains is ranked already: the winner is on the requested grid, its rivals are not.
+    // What is found on chains is ranked already: the winner is on the requested grid, its rivals
+    // are not.
     let ranked = |plan: &Attempt| plan.candidate.provenance.method.is_on_equal_steps();
     let elsewhere = |plan: &Attempt| plan.candidate.steps() != search.problem.steps;
     let own = !search.is_free() || found.is_guessed() || found.plans().iter().any(elsewhere);
@@ -112,9 +113,9 @@ pub(super) fn write<const N: usize>(
 
 /// Everything that is told of an attempt at a target other than the end of the maneuver.
 ///
-/// The optimality of an extremal of the shooting is that of `optimum`, the discrete optimum that it was before it was made
-/// to land: a shift by `O(h²)` takes a circle of equal minima apart into a minimum and a saddle, and neither is one of the
-/// maneuver.
+/// The optimality of an extremal of the shooting is that of `optimum`, the discrete optimum that it
+/// was before it was made to land: a shift by `O(h²)` takes a circle of equal minima apart into a
+/// minimum and a saddle, and neither is one of the maneuver.
 pub(super) fn write_aimed<const N: usize>(
     search: &Search<N>,
     work: &ConvexWork,
@@ -241,8 +242,9 @@ fn recorded<const N: usize>(
     (recorded, Some(optimality))
 }
 
-/// The shooting's word on an answer on the chain, started from its duals: whether it is an extremal, and of which
-/// second order. Where its terminal error is above the tolerance, the shooting's own answer.
+/// The shooting's word on an answer on the chain, started from its duals: whether it is an
+/// extremal, and of which second order. Where its terminal error is above the tolerance, the
+/// shooting's own answer.
 pub(super) fn confirm<const N: usize>(search: &Search<N>, solution: Solution) -> Solution {
     if solution.outcome != Outcome::Converged || search.stopped() {
         return solution;
@@ -269,8 +271,8 @@ pub(super) fn confirm<const N: usize>(search: &Search<N>, solution: Solution) ->
     Solution { optimality, solve_time: confirmed.solve_time, ..solution }
 }
 
-/// The answer of a search without limits, made to land: where its true motion then exceeds a constraint, it is
-/// planned again along its path.
+/// The answer of a search without limits, made to land: where its true motion then exceeds a
+/// constraint, it is planned again along its path.
 pub(super) fn answer_landed<const N: usize>(search: &Search<N>, answer: Solution) -> Solution {
     if !search.ask.lands || answer.outcome != Outcome::Converged || search.stopped() {
         return answer;

@@ -1,17 +1,22 @@
-//! Maneuvers within limits, on a coarse grid first: every seed is improved there, and the cheapest plans again on the requested grid.
+//! Maneuvers within limits, on a coarse grid first: every seed is improved there, and the cheapest
+//! plans again on the requested grid.
 //!
 //! # Which method does a limited maneuver take?
 //!
-//! Where only the inputs are limited, by size or by norm, and effort is the cost, the shooting goes first: from each extremal without
-//! limits Newton continues with the saturated law (`control_law/saturated`), which costs nothing but a clamp in the kick, and brings
-//! costates to round-off and a count of conjugate points. That count comes from the inertia of the accessory problem, because the
-//! sensitivity matrix loses rank while all inputs are at their limits. Where the shooting finds nothing, and for all other limits and
-//! costs, the interior point is taken ([`crate::optimize::methods::interior_point`]), or SCP where the settings request it.
+//! Where only the inputs are limited, by size or by norm, and effort is the cost, the shooting goes
+//! first: from each extremal without limits Newton continues with the saturated law
+//! (`control_law/saturated`), which costs nothing but a clamp in the kick, and brings costates to
+//! round-off and a count of conjugate points. That count comes from the inertia of the accessory
+//! problem, because the sensitivity matrix loses rank while all inputs are at their limits. Where
+//! the shooting finds nothing, and for all other limits and costs, the interior point is taken
+//! ([`crate::optimize::methods::interior_point`]), or SCP where the settings request it.
 //!
-//! For effort the maneuver without limits is solved first, by shooting, for each sense. If the cheapest of those meets every limit it
-//! is the answer. Otherwise each of these paths, and its detours to either side of every cone that it crosses, is a seed. Limits only
-//! make a maneuver costlier. A sense whose path without limits costs more than what is already found is therefore not tried, unless
-//! wheels store momentum at the start: without it the body would move otherwise. A guess brings its path as one more seed, the first.
+//! For effort the maneuver without limits is solved first, by shooting, for each sense. If the
+//! cheapest of those meets every limit it is the answer. Otherwise each of these paths, and its
+//! detours to either side of every cone that it crosses, is a seed. Limits only make a maneuver
+//! costlier. A sense whose path without limits costs more than what is already found is therefore
+//! not tried, unless wheels store momentum at the start: without it the body would move otherwise.
+//! A guess brings its path as one more seed, the first.
 
 use super::any_attitude;
 use super::asked;
@@ -47,8 +52,8 @@ pub(super) fn unlimited_paths<const N: usize>(search: &Search<N>, coarse: &Chain
     seeds.into_iter().map(|(_, seed)| seed).collect()
 }
 
-/// Plans of least effort within all limits along paths on the coarse grid, cheapest first: states and inputs to begin
-/// from.
+/// Plans of least effort within all limits along paths on the coarse grid, cheapest first: states
+/// and inputs to begin from.
 pub(super) fn effort_paths<const N: usize>(search: &Search<N>, paths: &[Candidate]) -> Vec<Candidate> {
     let search = search.of(search.problem, Ask::of_goal(None, search.context.settings));
     let mut found = Found::default();
@@ -73,7 +78,8 @@ pub(super) fn effort_paths<const N: usize>(search: &Search<N>, paths: &[Candidat
     distinct(found.take_plans(), tuning.one).into_iter().take(tuning.carried).map(of_effort).collect()
 }
 
-/// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make them costlier.
+/// The extremals of the relaxed maneuver, with their scaled costs, cheapest first: limits only make
+/// them costlier.
 pub(super) fn relaxed_paths<const N: usize>(
     search: &Search<N>,
     relaxed: &Problem,
@@ -143,8 +149,8 @@ fn improved<const N: usize>(search: &Search<N>, method: &InteriorPoint, from: Ca
     search.context.attempt(Rung::InteriorPoint, &method, from)
 }
 
-/// Solves the cheapest coarse plans again on the requested grid and puts them first, the cheapest of all at the head. If a solve does
-/// not converge, the next coarse plan is tried.
+/// Solves the cheapest coarse plans again on the requested grid and puts them first, the cheapest
+/// of all at the head. If a solve does not converge, the next coarse plan is tried.
 pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &Chain) {
     let (close, carried_at_most) = (search.context.tuning.close, search.context.tuning.carried);
     found.reorder(|plans| distinct(plans, search.context.tuning.one));
@@ -191,7 +197,8 @@ pub(super) fn foreseen(plan: &Attempt) -> f64 {
     plan.cost * (1.0 - plan.barrier.map_or(0.0, |[.., excess]| excess.min(1.0)))
 }
 
-/// Returns the plans by the costs of their optima, the cheapest first, and the first of all whose costs differ by a part of less than
+/// Returns the plans by the costs of their optima, the cheapest first, and the first of all whose
+/// costs differ by a part of less than
 /// `one`.
 pub(super) fn distinct(mut plans: Vec<Attempt>, one: f64) -> Vec<Attempt> {
     plans.sort_by(|a, b| foreseen(a).total_cmp(&foreseen(b)).then(a.cost.total_cmp(&b.cost)));

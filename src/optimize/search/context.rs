@@ -42,9 +42,9 @@ pub trait Observer {
         Control::Continue
     }
 
-    /// A flag that is set where somebody asks to stop. Inside the cone solver nobody can be called: between its iterations it looks at
-    /// this flag alone. On fine grids it works on a thread of its own, which a plan that is stopped leaves behind: it ends with the
-    /// iteration under way.
+    /// A flag that is set where somebody asks to stop. Inside the cone solver nobody can be called:
+    /// between its iterations it looks at this flag alone. On fine grids it works on a thread of
+    /// its own, which a plan that is stopped leaves behind: it ends with the iteration under way.
     fn stop_flag(&self) -> Option<Arc<AtomicBool>> {
         None
     }

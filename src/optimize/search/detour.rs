@@ -1,7 +1,8 @@
 //! Paths around cones: seeds for what only finds its way locally.
 //!
-//! A path whose boresight crosses a keep-out cone is turned aside over the crossing, to either side; one
-//! that leaves a keep-in cone is pulled back into it node by node, and one that is to be on a cone is pulled onto it.
+//! A path whose boresight crosses a keep-out cone is turned aside over the crossing, to either
+//! side; one that leaves a keep-in cone is pulled back into it node by node, and one that is to be
+//! on a cone is pulled onto it.
 
 use crate::Vector3;
 use crate::lie;
@@ -43,7 +44,8 @@ struct Seen {
     acts: bool,
 }
 
-/// The seed and its detours around every cone that it violates; alone if it has been led past them already.
+/// The seed and its detours around every cone that it violates; alone if it has been led past them
+/// already.
 pub(crate) fn detours(problem: &Problem, seed: Candidate) -> Vec<Candidate> {
     if seed.provenance.led_past { vec![seed] } else { turned(problem, seed, false) }
 }

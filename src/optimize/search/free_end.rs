@@ -1,9 +1,11 @@
-//! The best ends of a maneuver on a target: the roll, and the time where the target moves, are unknowns of the interior point
-//! ([`crate::optimize::methods::interior_point::chain`]).
+//! The best ends of a maneuver on a target: the roll, and the time where the target moves, are
+//! unknowns of the interior point ([`crate::optimize::methods::interior_point::chain`]).
 //!
-//! A plan that the interior point finds so is stationary in roll and time, as its terminal equations have these unknowns. Least costs
-//! over the roll have several minima: paths are therefore tried to three rolls, each with its bends and detours. One solve from each
-//! path finds a cheaper end than a solve to each of 24 given rolls (`cargo run --release -p evidence -- rolls`).
+//! A plan that the interior point finds so is stationary in roll and time, as its terminal
+//! equations have these unknowns. Least costs over the roll have several minima: paths are
+//! therefore tried to three rolls, each with its bends and detours. One solve from each path finds
+//! a cheaper end than a solve to each of 24 given rolls (`cargo run --release -p evidence --
+//! rolls`).
 
 use super::asked::{goes_round_as_asked, way};
 use super::chains::{carry, descend, distinct};
@@ -31,8 +33,8 @@ use crate::optimize::methods::interior_point::chain::family::Family;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
 
-/// Rolls to which paths are tried, as parts of what is free to either side: where the roll is free these are 120° apart, and a path
-/// to a band ends inside of it.
+/// Rolls to which paths are tried, as parts of what is free to either side: where the roll is free
+/// these are 120° apart, and a path to a band ends inside of it.
 const ROLLS: [f64; 3] = [0.0, 2.0 / 3.0, -2.0 / 3.0];
 
 /// An end that a plan has found, and what the plan costs.
@@ -52,7 +54,8 @@ pub(super) struct FreeEnd {
     pub stopped: Option<Outcome>,
 }
 
-/// Finds the ends of least cost on `aim`, on the steps of `problem`; rolls are looked for about those of `ends`.
+/// Finds the ends of least cost on `aim`, on the steps of `problem`; rolls are looked for about
+/// those of `ends`.
 pub(super) fn found(
     problem: &Problem,
     (aim, ends): (&Aim, &Ends),
@@ -108,7 +111,8 @@ fn of_dimension<const N: usize>(
     carry(&search, &mut found, &coarse);
     let told = |plan: Attempt| reached(problem, aim, &search, plan);
     let mut reached: Vec<_> = found.take_plans().into_iter().filter_map(told).collect();
-    // Plans of the requested way round come first, and coarse plans last: their costs are of another grid.
+    // Plans of the requested way round come first, and coarse plans last: their costs are of
+    // another grid.
     let rank = |end: &(Kind, Reached)| (!end.0.as_asked, !end.0.fine);
     reached.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.1.rival.cost.total_cmp(&b.1.rival.cost)));
     if reached.first().is_none_or(|(kind, _)| !kind.fine) {
@@ -122,8 +126,9 @@ fn is_cone(constraint: &Constraint) -> bool {
     matches!(constraint.rule, Rule::Pointing(_))
 }
 
-/// Returns the paths of the optima without cones, and the first paths, with their detours past the cones. Where the cheapest optimum keeps
-/// the cones as it is, nothing costs less, and it is the only path.
+/// Returns the paths of the optima without cones, and the first paths, with their detours past the
+/// cones. Where the cheapest optimum keeps the cones as it is, nothing costs less, and it is the
+/// only path.
 fn past_cones<const N: usize>(
     search: &Search<N>,
     coarse: &Chain,
@@ -159,7 +164,8 @@ struct Kind {
     as_asked: bool,
 }
 
-/// States a duration for a maneuver that seeks one, and effort as its cost, and returns what is minimised instead.
+/// States a duration for a maneuver that seeks one, and effort as its cost, and returns what is
+/// minimised instead.
 fn stated(given: &Problem) -> (Problem, Option<Goal>) {
     let objective = &given.objective;
     let goal = Goal { objective: objective.clone() };

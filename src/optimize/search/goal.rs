@@ -65,7 +65,8 @@ impl Cheapest {
     }
 }
 
-/// Returns the cheapest of the local minima along the paths of a search with a goal, and what else is known.
+/// Returns the cheapest of the local minima along the paths of a search with a goal, and what else
+/// is known.
 pub(super) fn cheapest<const N: usize>(search: &Search<N>) -> (Found<N>, Option<Cheapest>) {
     let mut found = search.climb();
     let mut plans = found.take_plans();

@@ -19,7 +19,8 @@ use nalgebra::{DVector, SVector};
 /// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.
 const BEGUN_ON: usize = 2;
 
-/// An attempt on the requested grid, made to land; `None` where that is not asked for or cannot begin.
+/// An attempt on the requested grid, made to land; `None` where that is not asked for or cannot
+/// begin.
 pub(super) fn landed<const N: usize>(search: &Search<N>, attempt: &Attempt) -> Option<Landed> {
     let candidate = &attempt.candidate;
     let ready = search.ask.lands && attempt.converged() && candidate.steps() == search.problem.steps;
@@ -59,7 +60,8 @@ fn costate_landed<const N: usize>(
 
 /// Solves again on a chain with a slightly different target, by the method that found the plan.
 ///
-/// Where several plans have the least cost the interior point finds their centre, which moves continuously with the target.
+/// Where several plans have the least cost the interior point finds their centre, which moves
+/// continuously with the target.
 fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, miss: f64) -> Option<Attempt> {
     let candidate = &attempt.candidate;
     let next = search.context.within(|budget| {
@@ -89,7 +91,8 @@ fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, m
     })
 }
 
-/// Records a plan of a chain with a goal, and the maneuver in the duration that it takes; `None` where it cannot be replayed.
+/// Records a plan of a chain with a goal, and the maneuver in the duration that it takes; `None`
+/// where it cannot be replayed.
 fn recorded<const N: usize>(
     search: &Search<N>,
     goal: &Goal,
@@ -109,8 +112,9 @@ fn recorded<const N: usize>(
     Some((planned, found))
 }
 
-/// Returns whether the inputs of a plan with a goal, replayed from the start, meet the end, and whether the true motion ends near it. On few
-/// steps a discrete motion may pass by the center of a field, which costs little and which no body does.
+/// Returns whether the inputs of a plan with a goal, replayed from the start, meet the end, and
+/// whether the true motion ends near it. On few steps a discrete motion may pass by the center of a
+/// field, which costs little and which no body does.
 pub(super) fn can_be_flown<const N: usize>(search: &Search<N>, attempt: &Attempt) -> bool {
     let passes = search.problem.motion == Motion::RigidBody && !search.problem.environment.is_free();
     // An end of a family is none of the maneuver's.

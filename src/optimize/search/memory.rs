@@ -1,21 +1,24 @@
 //! What a solve will hold in memory, told before it begins.
 //!
-//! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much again. The interior point
-//! also holds its workspace, in proportion to the square of the unknowns of a stage, and after it the test of the second
-//! order the matrix of the conditions with its blocks. SCP holds the band matrix of Newton on the active set, or its cone
-//! program with the factors.
+//! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much
+//! again. The interior point also holds its workspace, in proportion to the square of the unknowns
+//! of a stage, and after it the test of the second order the matrix of the conditions with its
+//! blocks. SCP holds the band matrix of Newton on the active set, or its cone program with the
+//! factors.
 //!
 //! # How does a plan know what memory it takes?
 //!
-//! Of the interior point by counting what its parts allocate for a step, of all else by a measured rule: so many bytes a
-//! step, for each unknown and each row of a limit. `slew check` tells two figures where the shooting may be followed by the
-//! interior point, and for SCP, of which Newton takes a fraction of what the convex iteration takes. A plan of which even the
-//! smaller does not fit into what the system gives (free memory, its group, `ulimit -v`) is refused with 6 and the steps that
-//! would fit; one of which the larger does not is warned of. `cargo run --release -p evidence -- memory` holds both against
-//! what plans take. An allocation that fails all the same ends with 6 as well: the standard library aborts, and the handler of
-//! that signal ends with our code. That the words are the library's ("memory allocation of … bytes failed") is the price of
-//! having no unsafe code; where a system promises more than it has, its killer comes first, which is what the estimate is
-//! for.
+//! Of the interior point by counting what its parts allocate for a step, of all else by a measured
+//! rule: so many bytes a step, for each unknown and each row of a limit. `slew check` tells two
+//! figures where the shooting may be followed by the interior point, and for SCP, of which Newton
+//! takes a fraction of what the convex iteration takes. A plan of which even the smaller does not
+//! fit into what the system gives (free memory, its group, `ulimit -v`) is refused with 6 and the
+//! steps that would fit; one of which the larger does not is warned of. `cargo run --release -p
+//! evidence -- memory` holds both against what plans take. An allocation that fails all the same
+//! ends with 6 as well: the standard library aborts, and the handler of that signal ends with our
+//! code. That the words are the library's ("memory allocation of … bytes failed") is the price of
+//! having no unsafe code; where a system promises more than it has, its killer comes first, which
+//! is what the estimate is for.
 
 use crate::maneuver::objective::Fuel;
 use crate::maneuver::problem::{Formulation, Problem};
@@ -33,7 +36,8 @@ const CHAIN_BASE: f64 = 17e6;
 /// Of each step, by what moves.
 const NODE: f64 = 200.0;
 const NODE_WITH_POSITION: f64 = 650.0;
-/// Of each step in Newton's matrix and the derivatives: for each unknown of a stage, and for each row of a limit.
+/// Of each step in Newton's matrix and the derivatives: for each unknown of a stage, and for each
+/// row of a limit.
 const NEWTON: [f64; 2] = [1300.0, 900.0];
 /// The same in the cone program and its factors.
 const CONVEX: [f64; 2] = [5000.0, 3000.0];
@@ -41,11 +45,12 @@ const CONVEX: [f64; 2] = [5000.0, 3000.0];
 /// A number \[bytes\], and an element of a matrix with its two places.
 const NUMBER: f64 = 8.0;
 const ELEMENT: f64 = 24.0;
-/// Numbers that the interior point holds for each unknown of a stage and for each row: points, multipliers, residuals, slacks,
-/// steps, and the best of each.
+/// Numbers that the interior point holds for each unknown of a stage and for each row: points,
+/// multipliers, residuals, slacks, steps, and the best of each.
 const OF_UNKNOWN: f64 = 18.0;
 const OF_ROW: f64 = 28.0;
-/// Numbers of a stage that do not go with its size: the attitude, three times, and what a step allocates.
+/// Numbers of a stage that do not go with its size: the attitude, three times, and what a step
+/// allocates.
 const OF_STAGE: f64 = 80.0;
 /// What a growing list has set aside, as a multiple of what is in it, on the mean.
 const GROWN: f64 = 1.33;
@@ -55,7 +60,8 @@ const GROWN: f64 = 1.33;
 pub struct PeakMemory {
     /// What it takes as a rule.
     pub likely: f64,
-    /// What it may take, where the shooting or Newton on the active set does not find the plan alone.
+    /// What it may take, where the shooting or Newton on the active set does not find the plan
+    /// alone.
     pub most: f64,
 }
 
@@ -86,7 +92,8 @@ impl PeakMemory {
         Self { likely: if shooting { plain } else { chain }, most: chain }
     }
 
-    /// Steps of a maneuver that likely fit into `room` \[bytes\], in two digits; `None` where not even a few do.
+    /// Steps of a maneuver that likely fit into `room` \[bytes\], in two digits; `None` where not
+    /// even a few do.
     pub fn steps_within(problem: &Problem, settings: &Settings, room: f64) -> Option<usize> {
         let base = Self::of(&Problem { steps: 0, ..problem.clone() }, settings).likely;
         let per_step = (Self::of(problem, settings).likely - base) / problem.steps as f64;
@@ -99,8 +106,9 @@ impl PeakMemory {
     }
 }
 
-/// What the interior point allocates for a step \[bytes\]: the chain with its rows, and the larger of the workspace and of the
-/// matrix for the test of the second order, which comes after it where effort is the cost.
+/// What the interior point allocates for a step \[bytes\]: the chain with its rows, and the larger
+/// of the workspace and of the matrix for the test of the second order, which comes after it where
+/// effort is the cost.
 fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
     let (inputs, given) = (problem.actuation.count() as f64, state(problem));
     let changes = problem.actuation.limits().any(|limit| limit.kind == LimitKind::Rate);
@@ -159,7 +167,8 @@ fn burning(problem: &Problem) -> impl Iterator<Item = &ActuatorSet> {
     burning.into_iter().flatten().filter(|_| problem.objective.fuel().is_some())
 }
 
-/// Inputs that the interior point adds to a set whose fuel is counted: its norm, or the other side of each.
+/// Inputs that the interior point adds to a set whose fuel is counted: its norm, or the other side
+/// of each.
 fn lanes(set: &ActuatorSet) -> usize {
     if Fuel::is_of_norm(set) {
         1
@@ -191,8 +200,8 @@ mod tests {
         assert_eq!(PeakMemory::steps_within(&problem, &settings, BASE), None);
     }
 
-    /// Peak resident memory of the program on Linux, as the growth from 2,000 to 6,000 steps of the plans of `problems/` that
-    /// are named, each over the steps between.
+    /// Peak resident memory of the program on Linux, as the growth from 2,000 to 6,000 steps of the
+    /// plans of `problems/` that are named, each over the steps between.
     #[test]
     fn the_interior_point_is_said_to_take_what_it_takes() {
         let plain = || attitude_only(moving_ends(&mut Random(1), AxisFrame::Body));

@@ -132,7 +132,8 @@ pub enum Misfit {
     Methods,
 }
 
-/// Most steps of a plan on the chain: its methods hold all of them at once, in some gigabytes of memory.
+/// Most steps of a plan on the chain: its methods hold all of them at once, in some gigabytes of
+/// memory.
 pub const MAX_CONVEX_STEPS: usize = 100_000;
 
 fn check(problem: &Problem, settings: &Settings) -> Result<(), PlanError> {
@@ -158,7 +159,8 @@ fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
     guess.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
 }
 
-/// Checks that settings and guess are such that least time or fuel, or a duration, can be sought on the chain.
+/// Checks that settings and guess are such that least time or fuel, or a duration, can be sought on
+/// the chain.
 fn check_for_chain(problem: &Problem, settings: &Settings, guess: Option<&Guess>) -> Result<(), PlanError> {
     match settings.method {
         Method::Shooting => return Err(PlanError::NotForShooting { reason: Obstacle::EqualSteps }),
@@ -186,11 +188,12 @@ fn check_for_shooting(problem: &Problem) -> Result<(), PlanError> {
     control_law::obstacle(problem).map_or(Ok(()), |reason| Err(PlanError::NotForShooting { reason }))
 }
 
-/// Polishes a costate guess, as [`Solution::costates_0`] gives it (SI units; `λ_0` for Lie–Euler, `λ_{−1}` for
-/// Lie–Verlet), by the shooting's Newton alone, without the ladder: what the duals of another method need.
+/// Polishes a costate guess, as [`Solution::costates_0`] gives it (SI units; `λ_0` for Lie–Euler,
+/// `λ_{−1}` for Lie–Verlet), by the shooting's Newton alone, without the ladder: what the duals of
+/// another method need.
 ///
-/// Limits of the inputs act through the saturated control law, so that a guess within Newton's reach is
-/// brought to the tolerance in a step or two.
+/// Limits of the inputs act through the saturated control law, so that a guess within Newton's
+/// reach is brought to the tolerance in a step or two.
 ///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A Newton that stops is no error.
@@ -225,8 +228,9 @@ pub fn polish(
     })
 }
 
-/// Polishes `λ_{−1}`, SI units, by Newton alone in `most` steps, without the ladder: what is near an extremal already. The plan is
-/// recorded and tested, made to land where `settings` ask for it, and held to the way round that `problem` asks for.
+/// Polishes `λ_{−1}`, SI units, by Newton alone in `most` steps, without the ladder: what is near
+/// an extremal already. The plan is recorded and tested, made to land where `settings` ask for it,
+/// and held to the way round that `problem` asks for.
 ///
 /// # Errors
 /// [`PlanError`] when problem or settings cannot be used. A Newton that stops is no error.
@@ -256,15 +260,17 @@ pub(crate) fn warm(
 
 /// Solves a maneuver. The solution says how the solve ended; it is not yet verified.
 ///
-/// The shooting takes limits of the size of the inputs, or of the norm of what they give, through the
-/// saturated control law. By default ([`Method::Auto`]) it is tried first wherever it applies; where it finds
-/// nothing the interior point does, whose costates then start the shooting once more. Everything else (constraints
-/// on pointing or rates, limits of how fast inputs change, reaction wheels) takes the interior point.
+/// The shooting takes limits of the size of the inputs, or of the norm of what they give, through
+/// the saturated control law. By default ([`Method::Auto`]) it is tried first wherever it applies;
+/// where it finds nothing the interior point does, whose costates then start the shooting once
+/// more. Everything else (constraints on pointing or rates, limits of how fast inputs change,
+/// reaction wheels) takes the interior point.
 ///
 /// `guess` is tried first: its costates by the shooting, its path by the interior point.
 ///
-/// A plan that is to land takes more steps than [`Problem::steps`] where it needs them and none were given
-/// ([`Problem::with_steps`]); how many stands in [`Solution::steps`], and why in [`Solution::chosen`].
+/// A plan that is to land takes more steps than [`Problem::steps`] where it needs them and none
+/// were given ([`Problem::with_steps`]); how many stands in [`Solution::steps`], and why in
+/// [`Solution::chosen`].
 ///
 /// # Errors
 /// [`PlanError`] when problem, settings or guess cannot be used. A solver that stops is no error.
@@ -373,21 +379,25 @@ fn solve_on(
     }
 }
 
-/// Most steps on which equal steps are tried unasked: ten thousand take the interior point seconds, and memory that is told of no plan
-/// of arcs (`cargo run --release -p evidence -- best_known fuel_price_rod 1000`).
+/// Most steps on which equal steps are tried unasked: ten thousand take the interior point seconds,
+/// and memory that is told of no plan of arcs (`cargo run --release -p evidence -- best_known
+/// fuel_price_rod 1000`).
 const MOST_EQUAL_STEPS: usize = 10_000;
 
-/// The plan of arcs, or that of the interior point on equal steps if it is cheaper. This is tried where there are no arcs, where they are
-/// dearer than their certificate and the grid account for, and where the body spins at an end: where inputs are singular no arcs that the
-/// grid can hold may be near, and a first path may lead nowhere.
+/// The plan of arcs, or that of the interior point on equal steps if it is cheaper. This is tried
+/// where there are no arcs, where they are dearer than their certificate and the grid account for,
+/// and where the body spins at an end: where inputs are singular no arcs that the grid can hold may
+/// be near, and a first path may lead nowhere.
 fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> Solution {
     let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
-    // Arcs that miss the end by round-off alone are the plan, and in less time than the quickest extremal takes there is none.
+    // Arcs that miss the end by round-off alone are the plan, and in less time than the quickest
+    // extremal takes there is none.
     let settled =
         if found.trajectory.time.is_empty() { found.shortest.is_some() } else { !switching::is_dear(&found) };
     let settings = context.settings;
     let asked = settings.method == Method::Auto && settings.search != Thoroughness::Quick;
-    // Where the motion without inputs turns the body by more than half a turn, there are ways round that smoothed extremals rarely find.
+    // Where the motion without inputs turns the body by more than half a turn, there are ways round
+    // that smoothed extremals rarely find.
     let fastest =
         [&problem.start, &problem.end].map(|end| end.angular_velocity.norm()).into_iter().fold(0.0, f64::max);
     let spins = fastest * found.trajectory.time.last().copied().unwrap_or(0.0) > PI;
@@ -400,7 +410,8 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
         cheapest::solve(&problem.clone().planned_by(Method::InteriorPoint), context, &found.trajectory);
     // What was stopped is told as such, with its best iterate.
     let stopped = context.interrupt().is_some() && !converged(&found);
-    // Arcs are dearer on their grid than in continuous time: what is another plan is cheaper by more.
+    // Arcs are dearer on their grid than in continuous time: what is another plan is cheaper by
+    // more.
     let least = if settled { found.cost * (1.0 - switching::OF_THE_GRID) } else { found.cost };
     let better = stopped || converged(&other) && !(converged(&found) && least <= other.cost);
     let mut chosen = if better { other } else { Solution { solve_time: other.solve_time, ..found } };
@@ -408,7 +419,8 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
     chosen
 }
 
-/// Solves a maneuver of least effort in a known duration, by shooting, by the interior point, or by SCP where it is requested.
+/// Solves a maneuver of least effort in a known duration, by shooting, by the interior point, or by
+/// SCP where it is requested.
 fn in_given_duration(
     problem: &Problem,
     settings: &Settings,
@@ -472,8 +484,8 @@ pub fn solve_smoothed(
 /// Solves a maneuver by SCP, limited or not, from its own seeds or along a trajectory on the
 /// same grid.
 ///
-/// Without `polish` the iteration on the requested grid goes on to its own convergence, and Newton does
-/// not touch what it returns: the costates are the duals of the last subproblem, and
+/// Without `polish` the iteration on the requested grid goes on to its own convergence, and Newton
+/// does not touch what it returns: the costates are the duals of the last subproblem, and
 /// [`Solution::optimality`] has the residual of all the conditions.
 ///
 /// # Errors

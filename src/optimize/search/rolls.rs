@@ -1,8 +1,9 @@
 //! The least cost over the roll about a boresight of plans whose inputs switch, at one time.
 //!
-//! The least cost `V(ρ)` of a maneuver to the end of roll ρ is planned as any maneuver to a given end, in continuous time. From the roll
-//! that the chain of equal steps leads to, parabolas through values of V, or the golden section where they fail, lead to the nearest
-//! minimum. V is the least of several extremals, so its kinks are concave and no minimum is at one.
+//! The least cost `V(ρ)` of a maneuver to the end of roll ρ is planned as any maneuver to a given
+//! end, in continuous time. From the roll that the chain of equal steps leads to, parabolas through
+//! values of V, or the golden section where they fail, lead to the nearest minimum. V is the least
+//! of several extremals, so its kinks are concave and no minimum is at one.
 
 use super::halt::Halt;
 use super::tuning::SearchTuning;
@@ -27,7 +28,8 @@ const MOST_EVALUATIONS: usize = 40;
 #[derive(Clone)]
 pub(super) struct Known {
     pub roll: f64,
-    /// What it costs in continuous time, which changes smoothly with the roll as that on a grid does not.
+    /// What it costs in continuous time, which changes smoothly with the roll as that on a grid
+    /// does not.
     pub cost: f64,
     pub solution: Solution,
 }

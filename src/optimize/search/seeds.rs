@@ -1,7 +1,9 @@
-//! Paths from which maneuvers within limits are solved: turns about a fixed axis and coasts, bent to several sides.
+//! Paths from which maneuvers within limits are solved: turns about a fixed axis and coasts, bent
+//! to several sides.
 //!
-//! The interior point ends in an optimum near its first path, so the paths need variety: a turn about a fixed axis is often a saddle,
-//! and several optima may lie about it. `cargo run --release -p evidence -- guard` counts what the paths lead to.
+//! The interior point ends in an optimum near its first path, so the paths need variety: a turn
+//! about a fixed axis is often a saddle, and several optima may lie about it. `cargo run --release
+//! -p evidence -- guard` counts what the paths lead to.
 
 use super::detour::past;
 use super::ladder::Search;
@@ -20,7 +22,8 @@ use std::f64::consts::{PI, TAU};
 /// Sides to which a path is bent, evenly about its axis.
 const SIDES: usize = 6;
 
-/// Returns paths on a grid of `steps` steps, the likeliest first, as many as a search takes that is so thorough.
+/// Returns paths on a grid of `steps` steps, the likeliest first, as many as a search takes that is
+/// so thorough.
 pub(super) fn of<const N: usize>(
     search: &Search<N>,
     steps: usize,
@@ -41,7 +44,8 @@ pub(super) fn of<const N: usize>(
         let rotation = paths::rotation(&bvp, *turn);
         let name = starts::name_of(*turn);
         found.push((false, paths::smooth(&bvp, name.clone(), &rotation, paths::straight)));
-        // Of two ways that are about as long both are bent, and all where the search is to be thorough.
+        // Of two ways that are about as long both are bent, and all where the search is to be
+        // thorough.
         let is_bent = index == 0 || thorough || index == 1 && nearly_half;
         let bends = if is_bent && thoroughness != Thoroughness::Quick { SIDES } else { 0 };
         for (side, bend) in sides(&rotation, search.context.tuning.bend).into_iter().enumerate().take(bends) {

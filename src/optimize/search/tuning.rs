@@ -6,31 +6,34 @@ use std::f64::consts::PI;
 /// for one.
 #[derive(Clone, Debug)]
 pub(super) struct SearchTuning {
-    /// How far a path is bent to either side \[rad\]: of a path that is bent less the optimum is that of the straight one, and one that
-    /// is bent more crosses more cones (`cargo bench -p benches --bench everyday`).
+    /// How far a path is bent to either side \[rad\]: of a path that is bent less the optimum is
+    /// that of the straight one, and one that is bent more crosses more cones (`cargo bench -p
+    /// benches --bench everyday`).
     pub bend: f64,
-    /// A turn by more than this may be longer than the other way round \[rad\]: a smaller one takes more starts
-    /// (`evidence -- guard --part best_known`).
+    /// A turn by more than this may be longer than the other way round \[rad\]: a smaller one takes
+    /// more starts (`evidence -- guard --part best_known`).
     pub nearly_half: f64,
-    /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the requested grid: a larger one takes
-    /// more solves there (`cargo bench -p benches --bench everyday`).
+    /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the
+    /// requested grid: a larger one takes more solves there (`cargo bench -p benches --bench
+    /// everyday`).
     pub close: f64,
-    /// How many are carried at most: time against optima whose order changes with the grid (`evidence -- guard --part best_known`).
+    /// How many are carried at most: time against optima whose order changes with the grid
+    /// (`evidence -- guard --part best_known`).
     pub carried: usize,
-    /// By how much coarse costs of one optimum differ, relative: a larger one loses optima that cost about the same
-    /// (`cargo bench -p benches --bench everyday`).
+    /// By how much coarse costs of one optimum differ, relative: a larger one loses optima that
+    /// cost about the same (`cargo bench -p benches --bench everyday`).
     pub one: f64,
-    /// A violation on the coarse grid that spares the fine solve of the maneuver without limits: a smaller one loses its proof that
-    /// nothing is cheaper (`evidence -- guard --part problems`).
+    /// A violation on the coarse grid that spares the fine solve of the maneuver without limits: a
+    /// smaller one loses its proof that nothing is cheaper (`evidence -- guard --part problems`).
     pub clear_violation: f64,
-    /// Largest scaled miss of the true motion at the end of a plan: beyond it the plan is none of this body
-    /// (`evidence -- guard --part problems`).
+    /// Largest scaled miss of the true motion at the end of a plan: beyond it the plan is none of
+    /// this body (`evidence -- guard --part problems`).
     pub far: f64,
-    /// Rolls beside that of the chain that are looked at first \[rad\]: several extremals may have their minima near it
-    /// (`evidence -- rolls`).
+    /// Rolls beside that of the chain that are looked at first \[rad\]: several extremals may have
+    /// their minima near it (`evidence -- rolls`).
     pub beside: [f64; 4],
-    /// First stride from the roll of the chain \[rad\], of second order in the step: a larger one takes more plans
-    /// (`evidence -- rolls`).
+    /// First stride from the roll of the chain \[rad\], of second order in the step: a larger one
+    /// takes more plans (`evidence -- rolls`).
     pub stride: f64,
 }
 

@@ -36,8 +36,8 @@ fn planned(problem: &Problem, settings: &Settings) -> Plan {
     plan(problem, settings, None, &mut Silent).unwrap()
 }
 
-/// Four wheels turn a body in many ways in about the least time, a valley of plans whose costs differ by 1e-8. The plan and each
-/// correction stay at one point of it, and the motion lands.
+/// Four wheels turn a body in many ways in about the least time, a valley of plans whose costs
+/// differ by 1e-8. The plan and each correction stay at one point of it, and the motion lands.
 #[test]
 fn plans_land_in_valleys_of_nearly_equal_ones() {
     for case in [23, 25, 34] {

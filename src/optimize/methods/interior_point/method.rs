@@ -79,7 +79,8 @@ impl Method for InteriorPoint<'_> {
         }
         let found = |solver: &Solver| program.found(&solver.point, &solver.duals, &solver.at.values.rows);
         let (mut iterate, mut multipliers) = found(&solver);
-        // Along motions that are not stable the inputs replayed from the start miss the end by what round-off grows to.
+        // Along motions that are not stable the inputs replayed from the start miss the end by what
+        // round-off grows to.
         for _ in 0..self.tuning.replays {
             // An end of a family is none of the chain's.
             let Some(replayed) = iterate.replayed(model).ok().filter(|_| self.family.is_none()) else {
@@ -148,8 +149,8 @@ impl InteriorPoint<'_> {
         start
     }
 
-    /// Runs the solver, again at a higher price of violations and terminal errors as long as some remain: at a low one they may pay
-    /// although a maneuver without them exists.
+    /// Runs the solver, again at a higher price of violations and terminal errors as long as some
+    /// remain: at a low one they may pay although a maneuver without them exists.
     fn run(
         &self,
         program: &ChainProgram,
@@ -178,7 +179,8 @@ impl InteriorPoint<'_> {
         run
     }
 
-    /// Returns the candidate as an optimum where it meets all conditions and costs nothing, as no effort, fuel or time costs less.
+    /// Returns the candidate as an optimum where it meets all conditions and costs nothing, as no
+    /// effort, fuel or time costs less.
     fn costs_nothing(&self, candidate: &Candidate, start: &Iterate) -> Option<Attempt> {
         let Chain { model, rows } = self.chain;
         if start.cost(model) != 0.0 {

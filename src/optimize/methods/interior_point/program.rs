@@ -233,7 +233,8 @@ pub(crate) trait Program {
     /// complementarity while that is larger: rows with corners are rounded by it.
     fn at_barrier(&self, _barrier: f64) {}
 
-    /// Returns which of the optima that are known a point is at, whose cost exceeds that of its optimum by so much.
+    /// Returns which of the optima that are known a point is at, whose cost exceeds that of its
+    /// optimum by so much.
     fn known(&self, _at: &Point, _excess: f64) -> Option<usize> {
         None
     }

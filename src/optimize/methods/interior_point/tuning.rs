@@ -7,8 +7,8 @@
 pub(crate) struct Tuning {
     /// Iterations after which the method gives up.
     pub iterations: usize,
-    /// Iterations for each that the settings allow to Newton's method: one costs little, and hard maneuvers take more than
-    /// a hundred.
+    /// Iterations for each that the settings allow to Newton's method: one costs little, and hard
+    /// maneuvers take more than a hundred.
     pub for_each: usize,
     /// Residual of all conditions at which the method has converged: a smaller one is nearer to
     /// round-off and takes an iteration or two more.
@@ -16,12 +16,14 @@ pub(crate) struct Tuning {
     /// First barrier term: a larger one takes more iterations and keeps farther from bounds that
     /// the first path crosses.
     pub first: f64,
-    /// First barrier term for each unit by which the target of a known optimum has moved, and the largest one.
+    /// First barrier term for each unit by which the target of a known optimum has moved, and the
+    /// largest one.
     pub beside: f64,
     /// Last barrier term: the cost exceeds the optimum by this for each active row.
     pub last: f64,
-    /// Largest barrier term at which a run may end where the path of minima ends, as along a valley of nearly equal plans: a larger one
-    /// costs more beside the optimum, a smaller one follows the valley.
+    /// Largest barrier term at which a run may end where the path of minima ends, as along a valley
+    /// of nearly equal plans: a larger one costs more beside the optimum, a smaller one follows the
+    /// valley.
     pub tolerable: f64,
     /// Barrier term below which a monotone rule replaces Mehrotra's, so that the barrier term does
     /// not outrun the residual, and a shift replaces Gauss–Newton, which is slow along faces of
@@ -34,7 +36,8 @@ pub(crate) struct Tuning {
     pub slack: f64,
     /// Residual, in barrier terms, at which the tail decreases the barrier term.
     pub lowered_at: f64,
-    /// Multiple of the last barrier term from which the next one is the last: a larger one skips a term and may lose the path of minima.
+    /// Multiple of the last barrier term from which the next one is the last: a larger one skips a
+    /// term and may lose the path of minima.
     pub snapped: f64,
     /// Factor and power of the decrease in the tail: the smaller of the two results is used.
     pub lowered: (f64, f64),
@@ -50,11 +53,12 @@ pub(crate) struct Tuning {
     /// Largest multiplier that a resumed solve begins with, as a part of its price: nearer to it a
     /// violation begins larger.
     pub known_price: f64,
-    /// What both prices are multiplied by where a violation or a terminal error remains, and how often.
+    /// What both prices are multiplied by where a violation or a terminal error remains, and how
+    /// often.
     pub dearer: f64,
     pub raises: usize,
-    /// Weight of the terminal equations in the Hessian. It changes no step and makes blocks positive
-    /// that are positive on the terminal manifold only.
+    /// Weight of the terminal equations in the Hessian. It changes no step and makes blocks
+    /// positive that are positive on the terminal manifold only.
     pub rho: f64,
     /// Proximal term of rows that are equations: a larger one conditions better and converges
     /// slower.
@@ -77,15 +81,19 @@ pub(crate) struct Tuning {
     /// Iterations at the last barrier term without a decrease of the residual by a tenth, after
     /// which the method gives up.
     pub patience: usize,
-    /// Iterations before the tail in which neither the barrier term nor the violation of the equations halves, after which the method
-    /// gives up: a smaller number gives up hard maneuvers, a larger one follows starts that lead nowhere.
+    /// Iterations before the tail in which neither the barrier term nor the violation of the
+    /// equations halves, after which the method gives up: a smaller number gives up hard maneuvers,
+    /// a larger one follows starts that lead nowhere.
     pub search_patience: usize,
-    /// Residual of stationarity and complementarity with which a run that cannot go on is a solution, as along faces of optima
-    /// and valleys of saddles: a larger one accepts poorer ones, which the residual in the plan shows.
+    /// Residual of stationarity and complementarity with which a run that cannot go on is a
+    /// solution, as along faces of optima and valleys of saddles: a larger one accepts poorer ones,
+    /// which the residual in the plan shows.
     pub acceptable: f64,
-    /// Iterations at the last barrier term without a decrease of the residual, after which a run with such a point ends.
+    /// Iterations at the last barrier term without a decrease of the residual, after which a run
+    /// with such a point ends.
     pub acceptable_patience: usize,
-    /// Residual of the equations that such a solution has at most, and the Newton steps that may take it there.
+    /// Residual of the equations that such a solution has at most, and the Newton steps that may
+    /// take it there.
     pub round_off: f64,
     pub settling: usize,
     /// Corrections of inputs that, replayed from the start, miss the end.
@@ -120,8 +128,8 @@ pub(crate) struct Tuning {
     pub filter: usize,
     /// Mean multiplier above which residuals are divided by it: a smaller one converges earlier.
     pub large: f64,
-    /// Residual of the equations, and mean complementarity, from which on a run is compared with known optima: larger ones judge
-    /// earlier, and take one optimum for another.
+    /// Residual of the equations, and mean complementarity, from which on a run is compared with
+    /// known optima: larger ones judge earlier, and take one optimum for another.
     pub judged: f64,
     pub known_from: f64,
     /// Violation or terminal error, relative or in radians, above which a solution is not accepted.
@@ -153,8 +161,8 @@ pub(crate) struct OfProgram {
     /// Part of what a set is counted to burn that one iteration may remove, less than one: a larger
     /// one leaves the domain in which the row of the norm is nearly linear.
     pub to_nothing: f64,
-    /// The square of the length by which a norm in the cost of fuel is rounded at nothing, over the barrier term: a smaller one
-    /// costs less beside the optimum and bends more.
+    /// The square of the length by which a norm in the cost of fuel is rounded at nothing, over the
+    /// barrier term: a smaller one costs less beside the optimum and bends more.
     pub rounding: f64,
     /// Multiplier of a cone below which its second derivatives are left out.
     pub felt: f64,
@@ -162,8 +170,9 @@ pub(crate) struct OfProgram {
     pub room: f64,
     /// Least size of a maneuver, in its units, by which errors at its end are measured.
     pub least_size: f64,
-    /// Distance of a path from that of a known optimum \[rad, and parts of a duration\] within which it is the same, and what it may
-    /// foresee to cost less: larger ones end more runs early and miss optima that are as near.
+    /// Distance of a path from that of a known optimum \[rad, and parts of a duration\] within
+    /// which it is the same, and what it may foresee to cost less: larger ones end more runs early
+    /// and miss optima that are as near.
     pub same: f64,
     pub same_cost: f64,
     /// Step of the central differences of a cone's gradient by the logarithm of the duration, where
@@ -282,14 +291,16 @@ impl Default for Tuning {
 }
 
 impl Tuning {
-    /// Returns the settings for a start near an optimum, as that of a coarser grid: a large barrier term or slack would lead to
-    /// another one. With known multipliers the price of an error at the end may be higher, and what is left of it is less.
+    /// Returns the settings for a start near an optimum, as that of a coarser grid: a large barrier
+    /// term or slack would lead to another one. With known multipliers the price of an error at the
+    /// end may be higher, and what is left of it is less.
     pub fn near() -> Self {
         Self { first: 1e-4, slack: 1e-3, terminal_price: 1e4, ..Self::default() }
     }
 
-    /// Returns the settings for a start from an optimum on the same grid, towards a target that has moved by `distance`, a part of the
-    /// maneuver: a smaller first barrier term takes fewer iterations, and more if what acts changes.
+    /// Returns the settings for a start from an optimum on the same grid, towards a target that has
+    /// moved by `distance`, a part of the maneuver: a smaller first barrier term takes fewer
+    /// iterations, and more if what acts changes.
     pub fn beside(distance: f64) -> Self {
         let plan = Self::near();
         let first = (plan.beside * distance).clamp(plan.last, plan.beside);

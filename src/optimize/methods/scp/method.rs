@@ -1,5 +1,5 @@
-//! SCP as a method: from the path of a candidate, and its inputs and multipliers where it has them, to an
-//! optimum within all limits.
+//! SCP as a method: from the path of a candidate, and its inputs and multipliers where it has them,
+//! to an optimum within all limits.
 
 use super::tuning::VIOLATED;
 use super::{Convex, ScpOptions, run};

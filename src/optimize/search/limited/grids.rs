@@ -1,16 +1,18 @@
 //! Optima on grids that have a node at every event.
 //!
-//! An input that switches has one node between its two levels. At an optimum of the discrete maneuver that input is at one of its limits
-//! or where its switching function vanishes, and of these there are no more than equations at the end. Where there are more switches
-//! than equations the input is therefore drawn to the mean of both sides: with
+//! An input that switches has one node between its two levels. At an optimum of the discrete
+//! maneuver that input is at one of its limits or where its switching function vanishes, and of
+//! these there are no more than equations at the end. Where there are more switches than equations
+//! the input is therefore drawn to the mean of both sides: with
 //!
 //! ```text
 //! ½ w (u − ū)² ,     w = |ṡ| κ²/|u_L − u_R|
 //! ```
 //!
-//! for the rate `ṡ` of the switching function and the weight `κ` of the kick, the node has the value that a switch has which Newton's
-//! step moves by `−s/ṡ`. At the fixed point `u = ū`: the term and its slope are zero, the switching function vanishes at the node, and
-//! the plan is a discrete optimum without the term.
+//! for the rate `ṡ` of the switching function and the weight `κ` of the kick, the node has the
+//! value that a switch has which Newton's step moves by `−s/ṡ`. At the fixed point `u = ū`: the
+//! term and its slope are zero, the switching function vanishes at the node, and the plan is a
+//! discrete optimum without the term.
 
 use super::events::{Event, Read};
 use super::fixed_point::Anderson;
@@ -35,7 +37,8 @@ use crate::optimize::search::transfer::{Interpolant, transfer};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// A discrete optimum, and its events: on a grid that has a node at each of them, once it is settled.
+/// A discrete optimum, and its events: on a grid that has a node at each of them, once it is
+/// settled.
 #[derive(Clone)]
 pub(super) struct OnGrid {
     chain: Rc<Chain>,
@@ -141,8 +144,9 @@ impl<'a, 'c> Grids<'a, 'c> {
         times.windows(2).map(|pair| steps(pair).max(ON_EVENTS.of_arc)).collect()
     }
 
-    /// Returns the optimum on the grid of its own events, from one on a grid near that. Where `counts` gives the steps of the first grid
-    /// between events, and how many times as many there are here, no arc may come any more.
+    /// Returns the optimum on the grid of its own events, from one on a grid near that. Where
+    /// `counts` gives the steps of the first grid between events, and how many times as many there
+    /// are here, no arc may come any more.
     pub fn settled(&self, from: &OnGrid, counts: Option<(&[usize], usize)>) -> Option<OnGrid> {
         let (mut at, mut rounds) = (from.clone(), Anderson::default());
         let mut moved = None;
@@ -161,7 +165,8 @@ impl<'a, 'c> Grids<'a, 'c> {
             }
             let free = round < ON_EVENTS.free && events.len() != at.events.len();
             if comes || free && counts.is_none() {
-                // A node where nothing switches does no harm: after the first rounds no event is dropped.
+                // A node where nothing switches does no harm: after the first rounds no event is
+                // dropped.
                 let events = if free { events } else { together(&at.events, &events) };
                 (at, rounds, moved) = (OnGrid { events, ..next }, Anderson::default(), None);
                 continue;
@@ -199,7 +204,8 @@ impl<'a, 'c> Grids<'a, 'c> {
 
     /// The chain on a grid that has so many steps between one event and the next, times `finer`.
     ///
-    /// A touch is in the middle of equal steps. So it is in the middle of one step, or at a node, on every grid of three times as many.
+    /// A touch is in the middle of equal steps. So it is in the middle of one step, or at a node,
+    /// on every grid of three times as many.
     fn chain(&self, at: &OnGrid, counts: &[usize], finer: usize) -> Option<Chain> {
         let ends = with_ends(&at.events);
         // Times, with the steps until each.
@@ -322,7 +328,8 @@ fn together(known: &[Event], found: &[Event]) -> Vec<Event> {
     all
 }
 
-/// The events nearest to those known, each between its neighbours; what is known where there is none.
+/// The events nearest to those known, each between its neighbours; what is known where there is
+/// none.
 fn nearest(known: &[Event], found: &[Event]) -> Vec<Event> {
     let ends = with_ends(known);
     let of = |(index, event): (usize, &Event)| {

@@ -1,5 +1,5 @@
-//! The rung of least effort in a given duration on the chain: by the interior point, or by SCP where the settings request it.
-//! It is the only road, or the last resort behind the shooting.
+//! The rung of least effort in a given duration on the chain: by the interior point, or by SCP
+//! where the settings request it. It is the only road, or the last resort behind the shooting.
 
 use crate::Vector3;
 use crate::maneuver::problem::{Path, Problem};
@@ -21,8 +21,8 @@ use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::{Ask, Climb, Search};
 use crate::optimize::search::{paths, seeds};
 
-/// The optima near all seeds, and the cheapest of them on the requested grid. As the last resort its miss says more where
-/// something is limited, and that of the shooting where nothing is.
+/// The optima near all seeds, and the cheapest of them on the requested grid. As the last resort
+/// its miss says more where something is limited, and that of the shooting where nothing is.
 pub(super) struct Effort;
 
 impl<const N: usize> Climb<N> for Effort {
@@ -40,7 +40,8 @@ impl<const N: usize> Climb<N> for Effort {
     }
 }
 
-/// Solves from all seeds; leaves the winner on the requested grid, before its rivals on the coarse one.
+/// Solves from all seeds; leaves the winner on the requested grid, before its rivals on the coarse
+/// one.
 fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let problem = search.problem;
     if let Some(trajectory) = search.ask.along {
@@ -68,8 +69,8 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     {
         descend(search, found, &coarse, seed);
     }
-    // Without what its wheels store a body moves otherwise: those costs bound nothing, and the best plan may lie near none
-    // of those paths.
+    // Without what its wheels store a body moves otherwise: those costs bound nothing, and the best
+    // plan may lie near none of those paths.
     let bounds = problem.actuation.stored_momentum() == Vector3::zeros();
     for (cost, seed) in seeds {
         let cheaper = |plan: &Attempt| plan.cost < cost && goes_round_as_asked(search, &plan.candidate);
@@ -116,8 +117,8 @@ fn from_bent<const N: usize>(search: &Search<N>, found: &mut Found<N>, coarse: &
     }
 }
 
-/// Solves from the paths that descents of the relaxed maneuver start from, bent and random ones among them: optima within
-/// limits need not lie near any extremal without them.
+/// Solves from the paths that descents of the relaxed maneuver start from, bent and random ones
+/// among them: optima within limits need not lie near any extremal without them.
 fn from_paths<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
@@ -138,8 +139,8 @@ fn from_paths<const N: usize>(
     }
 }
 
-/// The solution of the problem without limits: the shooting's, or where torques about an axis are missing and that may
-/// arrive nowhere, that of the chain.
+/// The solution of the problem without limits: the shooting's, or where torques about an axis are
+/// missing and that may arrive nowhere, that of the chain.
 fn shot<const N: usize>(search: &Search<N>, relaxed: &Problem) -> Solution {
     let convex = search.problem.is_constrained() && !search.fine.dynamics.has_all_axes();
     let ask = Ask { convex, last: ScpOptions::default(), ..search.ask.of_relaxed() };
@@ -178,11 +179,13 @@ fn unlimited<const N: usize>(
     if fine.worst_violation(&candidate)? > 0.0 {
         return None;
     }
-    // The rivals are those of the relaxed maneuver: nobody knows whether they keep within the limits.
+    // The rivals are those of the relaxed maneuver: nobody knows whether they keep within the
+    // limits.
     Some(Solution { rivals: Vec::new(), ..solution })
 }
 
-/// Whether a guess goes the way round that the problem asks for; one may well lead to the rotation that is given.
+/// Whether a guess goes the way round that the problem asks for; one may well lead to the rotation
+/// that is given.
 fn as_asked<const N: usize>(search: &Search<N>, seed: &Candidate) -> bool {
     matches!(search.problem.path, Path::AsGiven(_)) || goes_round_as_asked(search, seed)
 }

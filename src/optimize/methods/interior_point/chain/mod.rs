@@ -1,5 +1,5 @@
-//! The chain of a maneuver (`optimize/chain/model`) with the rows of its limits (`optimize/chain/rows`) as a program of
-//! stages.
+//! The chain of a maneuver (`optimize/chain/model`) with the rows of its limits
+//! (`optimize/chain/rows`) as a program of stages.
 //!
 //! States are those **before** the kick of their node, so that a stage has all that its inputs act
 //! on:
@@ -29,8 +29,8 @@
 //! of arcs that come and go. An input whose fuel is counted by its size is two, one to each side,
 //! and a set whose fuel is counted by the norm of what it gives has one more. Inputs are in units
 //! of their limits, and where their changes are limited the last ones are part of the state.
-//! Multipliers are told in the terms of the chain's rows ([`ChainProgram::found`]), and costates are
-//! those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
+//! Multipliers are told in the terms of the chain's rows ([`ChainProgram::found`]), and costates
+//! are those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
 
 mod curvature;
 mod ends;
@@ -142,8 +142,8 @@ pub(crate) struct ChainProgram<'a> {
 }
 
 impl<'a> ChainProgram<'a> {
-    /// Builds the program of a chain, scaled for a first point of about the size of `start`, to the end
-    /// of the chain or to one of a family.
+    /// Builds the program of a chain, scaled for a first point of about the size of `start`, to the
+    /// end of the chain or to one of a family.
     pub fn of(
         model: &'a Model,
         limits: &'a LimitRows,

@@ -1,4 +1,5 @@
-//! What a solve leaves to a later one of nearly the same maneuver on the same grid: its multipliers.
+//! What a solve leaves to a later one of nearly the same maneuver on the same grid: its
+//! multipliers.
 
 use super::super::program::{Duals, Point, Shape};
 use super::ChainProgram;
@@ -30,7 +31,8 @@ impl ChainProgram<'_> {
         cost
     }
 
-    /// Returns how far a path is from that of a candidate: the largest turn between two nodes, or the difference of their durations.
+    /// Returns how far a path is from that of a candidate: the largest turn between two nodes, or
+    /// the difference of their durations.
     pub(super) fn apart(&self, at: &Point, from: &Candidate) -> f64 {
         let (c, zeta) = (self.shape.coordinates, self.model.zeta());
         let s = at.states[zeta + 12 + self.model.wheels];
@@ -60,7 +62,8 @@ impl ChainProgram<'_> {
         }
     }
 
-    /// Writes the multipliers of an earlier solve, and the inputs that count norms; returns `false` where that was one of another shape.
+    /// Writes the multipliers of an earlier solve, and the inputs that count norms; returns `false`
+    /// where that was one of another shape.
     pub fn resume(&self, warm: &Warm, at: &mut Point, duals: &mut Duals) -> bool {
         let Shape { m, n, terminal, .. } = self.shape;
         let count = self.norms.len() * self.shape.stages;

@@ -349,7 +349,8 @@ impl Solver {
         run
     }
 
-    /// Returns by how much the cost exceeds that of the optimum by the barrier term, to first order: the products of the rows that act.
+    /// Returns by how much the cost exceeds that of the optimum by the barrier term, to first
+    /// order: the products of the rows that act.
     pub fn excess(&self, shape: &Shape) -> f64 {
         let stages = shape.stages as f64;
         let acts = |row: &usize| stages * self.duals.rows[*row] > self.slacks[*row];
@@ -385,9 +386,9 @@ impl Solver {
         }
     }
 
-    /// Sets slacks and violations that go with the present multipliers: products are all the barrier
-    /// term. The slack of a row that acts follows from its multiplier, and the multiplier of any other
-    /// from its slack, which are about equally far from nothing.
+    /// Sets slacks and violations that go with the present multipliers: products are all the
+    /// barrier term. The slack of a row that acts follows from its multiplier, and the multiplier
+    /// of any other from its slack, which are about equally far from nothing.
     fn centre<P: Program>(&mut self, program: &P, tuning: &Tuning, barrier: f64) {
         let stages = program.shape().stages as f64;
         let [least_slack, least] = [(barrier * stages).sqrt(), (barrier / stages).sqrt()];
@@ -505,8 +506,9 @@ impl Solver {
         }
     }
 
-    /// Ends at the last barrier term that was met, if that is small, where the path of minima ends: beyond it a valley of nearly equal
-    /// plans has no minimum nearby. Returns whether it went back.
+    /// Ends at the last barrier term that was met, if that is small, where the path of minima ends:
+    /// beyond it a valley of nearly equal plans has no minimum nearby. Returns whether it went
+    /// back.
     fn back(&mut self, tuning: &Tuning, weight: f64, state: &mut State) -> bool {
         if state.barrier >= state.met || state.met > tuning.tolerable * weight {
             return false;

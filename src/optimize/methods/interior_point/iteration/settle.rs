@@ -1,4 +1,5 @@
-//! What a run that cannot go on returns to: the best point of its tail, with its equations met to round-off.
+//! What a run that cannot go on returns to: the best point of its tail, with its equations met to
+//! round-off.
 
 use super::{End, Run, Solver, nan_max};
 use crate::optimize::methods::interior_point::program::{Duals, Point, Program, Shape};
@@ -69,8 +70,9 @@ impl Saved {
 }
 
 impl Solver {
-    /// Returns to the best point of a run that cannot go on, as along the valley of a saddle, and makes its equations hold to round-off by
-    /// Newton steps with a Hessian that is positive. The point is a solution where its other residuals stay small.
+    /// Returns to the best point of a run that cannot go on, as along the valley of a saddle, and
+    /// makes its equations hold to round-off by Newton steps with a Hessian that is positive. The
+    /// point is a solution where its other residuals stay small.
     pub(super) fn settle(
         &mut self,
         program: &impl Program,
@@ -87,7 +89,8 @@ impl Solver {
         self.correct(program, tuning, barrier, run, watch);
     }
 
-    /// Makes the equations at the present point hold to round-off by Newton steps with a Hessian that is positive.
+    /// Makes the equations at the present point hold to round-off by Newton steps with a Hessian
+    /// that is positive.
     pub(in super::super) fn correct(
         &mut self,
         program: &impl Program,
