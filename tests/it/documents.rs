@@ -470,6 +470,18 @@ fn the_page_of_validation_is_made_from_its_claims() {
     assert!(page.matches("\n| ").count() > 60);
 }
 
+/// A maneuver that is added makes the figure old.
+#[test]
+fn the_figure_of_best_known_plans_counts_all_of_them() {
+    let data = fs::read_to_string(evidence::figures::data()).unwrap();
+    let figure = data.split("[[section.figure]]").find(|figure| figure.contains("\nname = \"Best known\"\n"));
+    let maneuvers = fs::read_dir(Path::new(evidence::ROOT).join("evidence/best_known")).unwrap().count();
+    assert!(
+        figure.unwrap().contains(&format!("\nunit = \"of {maneuvers}\"\n")),
+        "evidence -- best_known: {maneuvers}"
+    );
+}
+
 #[test]
 fn claims_without_a_test_are_refused() {
     let figures = "[[section]]\n[[section.figure]]\nname = \"n\"\ncommand = \"c\"\nvalue = \"1\"\n\
