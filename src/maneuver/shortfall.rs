@@ -20,11 +20,6 @@ pub enum Shortfall {
         /// Whether the path reaches the end.
         reaches_end: bool,
     },
-    /// The limits of the inputs are too tight for the continuation of the shooting.
-    TightLimits {
-        /// The factor on the limits with which a plan exists.
-        factor: f64,
-    },
     /// The conditions of the optimum hold, but the inputs replayed from the start miss the end.
     Missed {
         /// The largest terminal error, scaled.
@@ -128,11 +123,6 @@ impl fmt::Display for Shortfall {
             Self::Violated { cut_short_after, violations, reaches_end } => {
                 f.write_str(&violated(*cut_short_after, violations, *reaches_end))
             }
-            Self::TightLimits { factor } => write!(
-                f,
-                "the limits of the inputs are too tight for this search: it found a plan within limits \
-                    {factor:.4} times as large"
-            ),
             Self::Missed { error, tolerance } => write!(
                 f,
                 "the conditions of the optimum hold, but the inputs replayed from the start miss the \

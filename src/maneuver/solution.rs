@@ -305,10 +305,8 @@ pub enum Rung {
     Descent,
     /// Lifted Newton from the nodes of a path, or of an extremal without limits.
     Lifted,
-    /// Newton with the saturated law, from an extremal without limits.
+    /// Newton with the saturated law, from an extremal without limits or from the interior point.
     Saturated,
-    /// The limits of the inputs drawn in from where they do not act.
-    Limits,
     /// Sequential convex programming.
     Scp,
     /// Newton on the active set, from the result of the convex iteration.
@@ -338,7 +336,6 @@ impl Rung {
             Self::Descent => "descent",
             Self::Lifted => "lifted",
             Self::Saturated => "saturated",
-            Self::Limits => "limits",
             Self::Scp => "scp",
             Self::Polish => "polish",
             Self::InteriorPoint => "interior_point",

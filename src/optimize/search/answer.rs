@@ -64,11 +64,10 @@ fn chosen<const N: usize>(search: &Search<N>, found: &mut Found<N>) -> Solution 
     let rivals = found.plans().iter().skip(1).chain(&found.pool.rivals).map(|plan| rival(search, plan));
     // One that cannot be followed from its start is no plan.
     let rivals = rivals.filter(|rival| rival.turned_deg.is_finite() && rival.cost.is_finite()).collect();
-    let shortfall = found.shortfall.clone();
 
     let own = if search.context.settings.method == Road::Scp { Road::Scp } else { Road::InteriorPoint };
     let method = if search.ask.shooting { Road::Shooting } else { own };
-    let mut solution = Solution { method, rivals, shortfall, ..unsolved };
+    let mut solution = Solution { method, rivals, ..unsolved };
     if let Some(chosen) = found.best().or(found.missed()) {
         write(search, &found.work, &mut solution, chosen);
     } else if search.context.ladder.borrow().iter().any(|rung| rung.outcome == Outcome::IterationLimit) {

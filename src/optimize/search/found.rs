@@ -2,7 +2,6 @@
 
 use super::pool::{Pool, SAME};
 use super::starts::GUESS;
-use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Solution};
 use crate::optimize::methods::method::Attempt;
 
@@ -26,8 +25,6 @@ pub(super) struct Found<const N: usize> {
     pub answer: Option<Solution>,
     /// The answer as it is written, where a rung had to read it.
     pub told: Option<Solution>,
-    /// What is missing, where no plan was found.
-    pub shortfall: Option<Shortfall>,
     /// The shortest duration that was found \[s\], where none was for the one asked for.
     pub shortest: Option<f64>,
 }

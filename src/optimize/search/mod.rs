@@ -10,7 +10,6 @@ mod chains;
 mod cheapest;
 mod coarse;
 mod context;
-mod continuation;
 mod descents;
 mod detour;
 mod duration;

@@ -20,7 +20,7 @@ impl<const N: usize> Steps<N> {
         &given::Given,
         // newton, descent and lifted
         &extremals::Extremals,
-        // saturated, lifted and limits
+        // saturated, and interior_point where only the shooting is asked for
         &saturated::Saturated,
         // interior_point: of time, fuel and a duration that is sought
         &interior::Interior,
