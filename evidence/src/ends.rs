@@ -88,7 +88,9 @@ fn thrusters() -> Actuation {
         [(z, x), (x, y), (y, z)].map(|(arm, push)| [(arm, push), (arm, -push), (-arm, push), (-arm, -push)]);
     let (positions, directions) = couples.concat().into_iter().unzip();
     let limits = Limits { size: Some(vec![TORQUE; 12]), one_sided: true, ..Limits::default() };
-    Actuation::of_thrusters(positions, directions, limits).expect("twelve thrusters")
+    let thrusters = Actuation::of_thrusters(positions, directions, limits).expect("twelve thrusters");
+    // The body turns, and goes nowhere.
+    Actuation::torques(thrusters.torque)
 }
 
 fn torques(rate: Option<f64>) -> Actuation {

@@ -25,21 +25,25 @@ const ROLLS: usize = 24;
 const NEAR: f64 = 1e-3;
 /// Longest wall time of a plan \[s\].
 const LONGEST: f64 = 60.0;
+/// Wall time above which a plan is named \[s\].
+const SLOW: f64 = 2.0;
 /// Cases apart that replace one whose ends violate a limit.
 const APART: usize = 1000;
 
-/// Returns the discrete cost and the wall time of a plan; no cost where it is not solved and
-/// verified.
-fn planned(problem: &Problem, settings: &Settings) -> (Option<f64>, f64) {
+/// Returns the discrete cost of a plan, or why there is none that is solved and verified, and the
+/// wall time.
+fn planned(problem: &Problem, settings: &Settings) -> (Result<f64, String>, f64) {
     let settings = Settings { time_limit: Some(Duration::from_secs_f64(LONGEST)), ..settings.clone() };
     let began = Instant::now();
     let found = plan(problem, &settings, None, &mut Silent);
     let took = began.elapsed().as_secs_f64();
-    let solved = found.ok().filter(|found| found.status == Status::Solved);
-    (
-        solved.map(|found| found.solution.landing.map_or(found.solution.cost, |landing| landing.cost_before)),
-        took,
-    )
+    let cost = found.map_err(|error| error.to_string()).and_then(|found| match found.status {
+        Status::Solved => {
+            Ok(found.solution.landing.map_or(found.solution.cost, |landing| landing.cost_before))
+        }
+        status => Err(found.solution.shortfall.map_or(format!("{status:?}"), |lacks| lacks.to_string())),
+    });
+    (cost, took)
 }
 
 /// Returns the cheapest of the plans to given rolls, in the duration of the maneuver.
@@ -103,9 +107,11 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
             let Some(problem) = usable(draw, number) else { continue };
             let (cost, took) = planned(&problem, &Settings::default());
             seconds.push(took);
-            solved += usize::from(cost.is_some());
-            if cost.is_none() {
-                println!("  {}: no plan in {took:.2} s", problem.name);
+            solved += usize::from(cost.is_ok());
+            if let Err(reason) = &cost {
+                println!("  {}: no plan in {took:.2} s: {reason}", problem.name);
+            } else if took > SLOW {
+                println!("  {}: {took:.2} s", problem.name);
             }
             let mut best = f64::INFINITY;
             if number < more {
@@ -115,7 +121,7 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
             if number < few {
                 best = best.min(of_rolls(&problem).unwrap_or(best));
             }
-            let Some(cost) = cost.filter(|_| best.is_finite()) else { continue };
+            let Some(cost) = cost.ok().filter(|_| best.is_finite()) else { continue };
             let apart = cost / best - 1.0;
             compared += 1;
             worst = worst.max(apart);
