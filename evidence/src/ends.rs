@@ -16,7 +16,8 @@
 //!
 //! Motions: a torque of 0.16 N·m about each axis that changes within 0.1 … 0.4 t from nothing to
 //! its limit, between states of rest; the same torque without that limit, from and to spins about
-//! random axes, which turn the body by up to five turns in the time that it takes to stop each; and
+//! random axes, which turn the body by up to five turns in the time that it takes to stop each, on
+//! as many steps as it takes to land; and
 //! wheels that store up to half of their momentum at the start.
 
 use crate::Random;
@@ -193,6 +194,8 @@ pub fn between(motion: &str, objective: &str, number: usize) -> Problem {
     };
     let [start, end] = ends;
     let mut problem = drawn.problem(start, end, objective).with_actuation(actuation);
+    // A body that makes ten turns needs more steps than one that makes none.
+    problem.chooses_steps = motion == "spins";
     problem.name = format!("{motion}, {objective} {number}");
     problem
 }

@@ -80,12 +80,7 @@ fn effort_sought(problem: &Problem, context: &Context) -> Solution {
 /// In a given duration, or in the best one of all.
 fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
     let unsolved = Solution::unsolved(problem, context.settings.tolerance);
-    let mut bare = Problem {
-        constraints: Vec::new(),
-        actuation: problem.actuation.of_jumping_inputs(),
-        stepping: Stepping::Formulated,
-        ..problem.clone()
-    };
+    let mut bare = bare(problem);
     // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.
     let free = problem.is_free_turn();
     let open = problem.ends_in_any_attitude();
@@ -147,6 +142,26 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     solution.ladder = context.ladder.take();
     solution.solve_time = context.began.elapsed().as_secs_f64();
     solution
+}
+
+/// Returns the cheapest plan of arcs of a free turn that keeps all constraints, without a search on equal steps.
+pub(super) fn of_arcs(problem: &Problem, context: &Context) -> Option<Solution> {
+    let free = problem.motion == Motion::Attitude && problem.is_free_turn();
+    if !free || problem.ends_in_any_attitude() || !may_be_unconstrained(problem) {
+        return None;
+    }
+    let bare = without_field(bare(problem));
+    switching::solve_unconstrained(&bare, context, &|plan| keeps_all(problem, plan)).within
+}
+
+/// A maneuver without its constraints, whose inputs may jump.
+fn bare(problem: &Problem) -> Problem {
+    Problem {
+        constraints: Vec::new(),
+        actuation: problem.actuation.of_jumping_inputs(),
+        stepping: Stepping::Formulated,
+        ..problem.clone()
+    }
 }
 
 /// Whether a maneuver without its constraints is one of arcs, so that these may be its plan.

@@ -247,6 +247,38 @@ pub(super) fn coasting<const N: usize>(
     Ok(blended.collect())
 }
 
+/// The way that a free body turns by itself: its rate passes from that of the motion without inputs from the start to that
+/// of the motion to the target, and what it misses then is spread over the way, with the given turns more.
+pub(super) fn natural<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    turns: i32,
+) -> Result<Candidate, StepError> {
+    let rates = |from: BoundaryValueProblem<N>, sign: f64| {
+        let mut rates = Vec::new();
+        let rate = |point: &Point| from.dynamics.j_inverse * point.momentum.value * sign;
+        from.sweep_observed(&SVector::zeros(), |node| rates.push(rate(&node.point)))?;
+        Ok::<Vec<Vector3>, StepError>(rates)
+    };
+    let forward = rates(bvp.clone(), 1.0)?;
+    let mut backward = rates(bvp.reversed(), -1.0)?;
+    backward.reverse();
+    let grid = &bvp.dynamics.grid;
+    let mixed = |node: usize| forward[node].lerp(&backward[node], blend(grid.after(node)));
+    let mut attitudes = vec![bvp.start.attitude.value];
+    for node in 0..grid.steps() {
+        let rate = 0.5 * (mixed(node) + mixed(node + 1));
+        attitudes.push(attitudes[node] * lie::exp(&(rate * grid.step(node))));
+    }
+    let last = attitudes[grid.steps()];
+    let missed = last * wound(&lie::minus(&bvp.terminal.target().attitude.value, &last), turns);
+    let poses = attitudes.iter().enumerate().map(|(node, attitude)| Pose {
+        position: position(bvp, grid.after(node)),
+        attitude: lie::exp(&(missed * blend(grid.after(node)))) * attitude,
+    });
+    let name = if turns == 0 { "natural".into() } else { format!("natural, {turns:+} turns") };
+    Ok(candidate(bvp, name, poses.collect::<Vec<_>>().into_iter()))
+}
+
 /// At which paces coasts are slowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Paces {

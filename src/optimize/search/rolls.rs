@@ -5,6 +5,8 @@
 //! values of V, or the golden section where they fail, lead to the nearest minimum. V is the least
 //! of several extremals, so its kinks are concave and no minimum is at one.
 
+use super::cheapest::of_arcs;
+use super::context::Context;
 use super::halt::Halt;
 use super::tuning::SearchTuning;
 use super::{Observer, without_arcs};
@@ -61,7 +63,12 @@ impl<'a> Rolls<'a> {
         }
         let remaining = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
         let settings = Settings { time_limit: remaining, ..self.settings.clone() };
-        let solution = without_arcs(&problem, &settings, None, self.observer)?;
+        // Arcs do not depend on a grid, so that none is searched where they tell the cost.
+        let arcs = of_arcs(&problem, &Context::new(&settings, self.observer));
+        let solution = match arcs {
+            Some(arcs) => arcs,
+            None => without_arcs(&problem, &settings, None, self.observer)?,
+        };
         match solution.outcome {
             Outcome::Converged => {
                 let continuous = solution.switching.as_ref().map(|found| found.continuous_cost);

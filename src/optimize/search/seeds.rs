@@ -10,6 +10,7 @@ use super::ladder::Search;
 use super::{paths, starts};
 use crate::Vector3;
 use crate::maneuver::constraint::Rule;
+use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
 use crate::mechanics::environment::Pose;
@@ -39,6 +40,9 @@ pub(super) fn of<const N: usize>(
     if moves && let Ok(coasts) = paths::coasting(&bvp, &turns) {
         found.extend(coasts.into_iter().map(|coast| (false, coast)));
     }
+    if moves && search.problem.is_free_turn() {
+        found.extend(turns.iter().flat_map(|turn| natural(search, steps, *turn)).map(|way| (false, way)));
+    }
     let thorough = thoroughness == Thoroughness::Thorough;
     for (index, turn) in turns.iter().enumerate() {
         let rotation = paths::rotation(&bvp, *turn);
@@ -56,11 +60,25 @@ pub(super) fn of<const N: usize>(
     let grid = &bvp.dynamics.grid;
     let poses = |seed: &Candidate| seed.states.iter().map(Point::pose).collect::<Vec<Pose>>();
     let written = found.into_iter().map(|(is_bent, seed)| {
+        let grid = if seed.grid.duration() == bvp.dynamics.grid.duration() { grid } else { &seed.grid };
         let seed = path(&seed.provenance.start, grid, poses(&seed).into_iter());
         // Paths past either side of every cone are those of the straight path.
         if is_bent { past(search.problem, seed) } else { seed }
     });
     written.collect()
+}
+
+/// Returns the ways that a body turns by itself with the given turns more: in the duration, or in several where it is sought, as the
+/// body makes more turns in a longer one.
+fn natural<const N: usize>(search: &Search<N>, steps: usize, turns: i32) -> Vec<Candidate> {
+    let sought = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.counts_time());
+    let parts = if sought { &search.context.tuning.durations[..] } else { &[1.0] };
+    let way = |part: &f64| {
+        let problem = search.problem.clone().with_duration(part * search.problem.seconds());
+        let way = paths::natural(&BoundaryValueProblem::<N>::new(&problem, steps), turns).ok()?;
+        Some(Candidate { grid: Grid::uniform(search.problem.scheme, *part, steps), ..way })
+    };
+    parts.iter().filter_map(way).collect()
 }
 
 /// Returns the turns beside the shortest rotation, the likeliest first.

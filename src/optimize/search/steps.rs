@@ -18,6 +18,7 @@
 //!
 //! Steps that are given stay as given. A coarser plan that lands is kept where a finer one does not, or costs more.
 
+use super::cheapest::about;
 use super::{Guess, Observer, PlanError, solve_on};
 use crate::maneuver::objective::effort;
 use crate::maneuver::problem::Problem;
@@ -37,6 +38,9 @@ const MOST: usize = 20_000;
 
 /// The same of plans whose error falls with the step alone: one of a thousandth takes many more steps than one of a hundredth.
 const MOST_OF_FIRST_ORDER: usize = 1_000;
+
+/// A step that turns a body by more tells little of its motion \[rad\]: where there is no plan, more steps are taken.
+const TURN: f64 = 0.3;
 
 /// Solves a maneuver on as many steps as it needs, from [`Problem::steps`] upwards.
 pub(super) fn chosen(
@@ -62,8 +66,14 @@ pub(super) fn chosen(
             found.ladder.splice(0..0, before.ladder.iter().cloned());
         }
         if found.outcome != Outcome::Converged {
+            let stalled = found.outcome == Outcome::Stalled;
             // A finer grid took nothing away from the plan that is there.
             best = before.or(Some(found));
+            let turning = turning(problem);
+            if stalled && steps < turning {
+                steps = turning;
+                continue;
+            }
             break;
         }
         let flown = found.on_grid(problem);
@@ -108,6 +118,14 @@ pub(super) fn chosen(
     };
     solution.solve_time = solution.solve_time.max(began.elapsed().as_secs_f64());
     Ok(solution)
+}
+
+/// The steps of which none turns a body that spins at an end by more than [`TURN`].
+fn turning(problem: &Problem) -> usize {
+    let rates = [&problem.start, &problem.end].map(|end| end.angular_velocity.norm());
+    let seconds = problem.duration.known().unwrap_or_else(|| about(problem));
+    let steps = rates[0].max(rates[1]) * seconds / TURN;
+    if steps < MOST_OF_FIRST_ORDER as f64 { steps.ceil() as usize } else { MOST_OF_FIRST_ORDER }
 }
 
 /// The settings with the time that is left; `None` where none is.

@@ -135,7 +135,8 @@ impl InteriorPoint<'_> {
     fn start(&self, candidate: &Candidate, watch: &Watch) -> Iterate {
         let Chain { model, rows } = self.chain;
         let sought = candidate.inputs.is_empty() && model.duration.is_some();
-        let stretch = sought.then(|| self.fitting(candidate, watch)).flatten();
+        let own = Some(candidate.grid.duration()).filter(|own| *own != 1.0);
+        let stretch = own.or_else(|| self.fitting(candidate, watch)).filter(|_| sought);
         let mut start = match stretch {
             Some(stretch) => {
                 let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
