@@ -230,6 +230,39 @@ def elements(slew, folder, random):
     return count
 
 
+def verification(slew, folder, random):
+    """The satellites by which SGP4 is verified, from the package sgp4: at a moment of the span for
+    which each is listed the direction of its code in C++, or a refusal where that has an error."""
+    import sgp4
+    from sgp4.api import Satrec
+
+    rows = [row for row in (Path(sgp4.__file__).parent / "SGP4-VER.TLE").read_text().splitlines()
+        if row[:2] in ("1 ", "2 ")]
+    refused = 0
+    for one, two in zip(rows[::2], rows[1::2], strict=True):
+        # Behind the elements stand the minutes from their epoch: first, last and between.
+        first, last, _ = (float(part) for part in two[69:].split())
+        lines = checked(one[:68]), checked(two[:68])
+        satellite = Satrec.twoline2rv(*lines)
+        days = satellite.jdsatepoch - 2451544.5 + satellite.jdsatepochF
+        epoch = datetime(2000, 1, 1, tzinfo=timezone.utc) + timedelta(days=days)
+        minutes = random.uniform(max(first, -1440.0), min(last, 1440.0))
+        seconds = round((epoch - EPOCH).total_seconds() + 60.0 * minutes, 3)
+        found, words = told(slew, folder, spec(f"tle = {json.dumps(lines)}\noldest_days = 4000", seconds))
+        try:
+            truth = by_sgp4(lines, seconds)
+        except AssertionError:
+            assert found is None, f"{lines} {minutes} min"
+            refused += 1
+            continue
+        assert found is not None, f"{lines} {minutes} min: {words}"
+        # Two years after their epoch, where no elements are worth anything, the codes differ by more.
+        limit = ELEMENTS_WITHIN if abs(minutes) < 50_000 else 10 * ELEMENTS_WITHIN
+        assert apart(found, truth) < limit, f"{lines} {minutes} min: {apart(found, truth):.1e}"
+    assert len(rows) == 66, len(rows)
+    return len(rows) // 2, refused
+
+
 # ---- ephemerides
 
 
@@ -343,5 +376,8 @@ def corpus(slew):
         folder = Path(name)
         print(f"{elements(slew, folder, cases)} messages and lines with elements have their word, "
               f"directions those of SGP4", flush=True)
+        count, refused = verification(slew, folder, cases)
+        print(f"{count} satellites of the verification of SGP4 are where its code has them, {refused} are "
+              f"refused as by it", flush=True)
         print(f"{ephemerides(slew, folder, cases)} ephemerides have theirs, directions those of the orbit "
               f"and of oem", flush=True)
