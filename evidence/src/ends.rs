@@ -10,8 +10,8 @@
 //! attitude, from rates of up to 0.02 rad/s about each axis.
 //!
 //! Inputs: the wheels; four couples of one-sided thrusters of 0.1 N at 1 m; the wheels with each
-//! rate at most θ/t times a number uniform in 0.5 … 0.8; the wheels past a cone of 8 … 20° beside
-//! the way; and the wheels with three trackers, of which two must see past a cone of 25° about the
+//! rate at most θ/t times a number uniform in 0.5 … 0.8; the wheels past a cone of 8 … 20°, and at
+//! most 0.3 θ, beside the way; and the wheels with three trackers, of which two must see past a cone of 25° about the
 //! Sun.
 //!
 //! Motions: a torque of 0.16 N·m about each axis that changes within 0.1 … 0.4 t from nothing to
@@ -147,7 +147,8 @@ pub fn to_end(end: &str, input: &str, objective: &str, number: usize) -> Problem
             problem.with_constraint(Constraint { name: "rates".into(), rule: Rule::RateAxes(limit) })
         }
         "cone" => {
-            let half = half.to_radians();
+            // The end of a short way is not in it.
+            let half = half.to_radians().min(0.3 * drawn.angle);
             let passed = lie::exp(&(turn * 0.5)) * boresight;
             let beside = (side - passed * passed.dot(&side)).normalize() * (0.6 * half).tan();
             problem.with_constraint(keep_out("cone", boresight, (passed + beside).normalize(), half))

@@ -12,7 +12,7 @@ use super::halt::Halt;
 use super::{Guess, Observer, PlanError, without_arcs};
 use crate::lie;
 use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
-use crate::maneuver::problem::{Problem, ProblemError};
+use crate::maneuver::problem::{Formulation, Problem, ProblemError};
 use crate::maneuver::settings::{Settings, Thoroughness};
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
 use std::time::Instant;
@@ -119,7 +119,7 @@ impl InTurns<'_> {
         let problem = self.problem.in_turns(schedule);
         let remaining = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
         let settings = Settings { time_limit: remaining, search, ..self.settings.clone() };
-        let takes_one = problem.duration.known().is_some() && problem.aim().is_none() && !problem.switches();
+        let takes_one = Formulation::of(&problem) == Formulation::Extremal && problem.aim().is_none();
         let own = from.filter(|_| takes_one).map(|from| Guess::of(from, &problem));
         let guess = own.as_ref().or(self.guess);
         let found = match without_arcs(&problem, &settings, guess, self.observer) {

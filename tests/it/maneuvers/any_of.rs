@@ -1,7 +1,10 @@
 //! Cones that hold in turns, of which at every time one is enough.
 
 use super::shortest::cone;
-use slewkit::maneuver::{Alternatives, Constraint, During, Outcome, Problem, Rule, Settings, Side, Target};
+use slewkit::maneuver::{
+    Alternatives, Constraint, During, Fuel, Objective, Outcome, Problem, Rule, Settings, Side, Target,
+};
+use slewkit::mechanics::{Actuation, ActuatorSet, AxisFrame, Limits};
 use slewkit::plan::{Plan, Silent, Status, plan};
 use slewkit::{Body, Inertia, Matrix3, State, Vector3, lie};
 
@@ -68,6 +71,23 @@ fn no_moment_of_handing_over_is_cheaper() {
         }
     }
     assert!(tried > 30, "{tried}");
+}
+
+/// Least fuel costs no less than without trackers, and no more than with one hand-over halfway.
+#[test]
+fn least_fuel_in_a_given_duration_is_planned_in_turns() {
+    let limits = Limits { size: Some(vec![0.8; 3]), ..Limits::default() };
+    let torques = ActuatorSet::three_axes(AxisFrame::Body).with_limits(limits).unwrap();
+    let cost = |problem: Problem| {
+        let fuel = problem.with_objective(Objective::Fuel(Fuel::default()));
+        let found = planned(&fuel.with_actuation(Actuation::torques(torques.clone())), Target::Discrete);
+        assert_eq!(found.status, Status::Solved);
+        found.solution.cost
+    };
+    let halfway = with([[30.0, 60.0], [0.0, 30.0]]);
+    let (without, turns, halfway) = (cost(free()), cost(in_turns()), cost(halfway));
+    // On 40 steps the cost without them is that of continuous time to a thousandth.
+    assert!(0.999 * without < turns && turns < halfway * (1.0 + 1e-6), "{without} {turns} {halfway}");
 }
 
 /// One of the trackers is off the Sun at every node of the motion, whatever the plan states about
