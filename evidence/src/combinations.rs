@@ -17,14 +17,17 @@ const MOVING: &str =
 const BORESIGHT: &str = "[end]\npoint = { boresight_body = [0, 0, 1], ra_deg = 0, dec_deg = 30 }\n";
 const TARGET: &str = "[end]\npoint = { boresight_body = [0, 0, 1], at = \"turning\", \
     turning_vector = [1, 0, 0.6], turning_rate_deg_s = [0, 0, 0.2] }\n";
+const SPIN: &str = "[end]\npoint = { boresight_body = [0, 0, 1], ra_deg = 0, dec_deg = 30 }\n\
+    angular_velocity_deg_s = [0, 0, 2]\n";
 const RATE: &str = "[end]\nangular_velocity_deg_s = [0, 0, 0]\n";
 
 /// The ends.
-pub const ENDS: [Part; 5] = [
+pub const ENDS: [Part; 6] = [
     ("attitude, at rest", REST),
     ("attitude and rate", MOVING),
     ("boresight, roll free", BORESIGHT),
     ("moving target, roll free", TARGET),
+    ("boresight and a spin", SPIN),
     ("rate alone", RATE),
 ];
 
@@ -35,13 +38,16 @@ const WHEELS: &str = "[[actuators.wheel]]\naxis_body = [1, 0, 0]\ntorque_limit_n
     momentum_limit_n_m_s = 8\n[[actuators.wheel]]\naxis_body = [0, 0, 1]\ntorque_limit_n_m = 0.5\n\
     momentum_limit_n_m_s = 8\n";
 
+const RATES: &str = "torque_rate_limit_n_m_per_s = 0.1\n";
+
 /// The inputs. Limited torque rates and pulses add to [`AXES`].
-pub const INPUTS: [Part; 7] = [
+pub const INPUTS: [Part; 8] = [
     ("torque", ""),
     ("limited torques", AXES),
     ("limit of the norm", "[actuators]\ntorque_norm_limit_n_m = 0.5\n"),
-    ("limited torque rates", "torque_rate_limit_n_m_per_s = 0.1\n"),
+    ("limited torque rates", RATES),
     ("wheels", WHEELS),
+    ("wheels, limited torque rates", "slow wheels"),
     ("thrusters", "thrusters"),
     ("shortest pulses", "shortest_pulse_s = 1\n"),
 ];
@@ -103,9 +109,14 @@ fn text(of: &str, parts: &[Part]) -> &'static str {
 impl Combination {
     /// Returns the spec.
     pub fn spec(&self) -> String {
-        let turns = if self.end == "rate alone" { "angular_velocity_deg_s = [2, -1, 1]\n" } else { "" };
+        let turns = match self.end {
+            "rate alone" => "angular_velocity_deg_s = [2, -1, 1]\n",
+            "boresight and a spin" => "angular_velocity_deg_s = [0, 0, 2]\n",
+            _ => "",
+        };
         let input = match text(self.input, &INPUTS) {
             "thrusters" => thrusters(),
+            "slow wheels" => format!("[actuators]\n{RATES}{WHEELS}"),
             more if more.starts_with("torque_rate") || more.starts_with("shortest") => {
                 format!("{AXES}{more}")
             }

@@ -1,8 +1,9 @@
 //! Combinations of ends, inputs, limits and objectives on 40 steps: planned, in which time, or
 //! refused.
 //!
-//! `cargo run --release -p evidence -- combinations [SECONDS]`, 10 for each plan by default. It
-//! prints the tables of `docs/combinations.md`, and what differs from that page.
+//! `cargo run --release -p evidence -- combinations [SECONDS [WORD]]`, 10 for each plan by default.
+//! It prints the tables of `docs/combinations.md`, and what differs from that page. With WORD it
+//! plans the cells whose end or input contains it, and leaves the others as on the page.
 //!
 //! Ends with 1 where a cell of the page is wrong.
 
@@ -13,6 +14,7 @@ use slewkit::plan::Status;
 
 pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let most = words.number("seconds", 10.0)?;
+    let word = words.take().unwrap_or_default();
     words.end()?;
     let page = std::fs::read_to_string(format!("{ROOT}/docs/combinations.md"))?;
     let mut wrong = Vec::new();
@@ -23,7 +25,11 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
         for (end, _) in ENDS {
             for (limit, _) in LIMITS {
                 let of = |(input, _)| Combination { objective, end, limit, input };
-                let found = INPUTS.map(|input| shown(&of(input).became(most)));
+                let found = INPUTS.map(|input| {
+                    let asked = end.contains(&word) || input.0.contains(&word);
+                    let told = cell(&page, of(input)).filter(|_| !asked);
+                    told.unwrap_or_else(|| shown(&of(input).became(most)))
+                });
                 println!("| {end} | {limit} | {} |", found.join(" | "));
                 for (input, found) in INPUTS.into_iter().zip(found) {
                     let told = cell(&page, of(input)).unwrap_or_default();

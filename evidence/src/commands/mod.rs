@@ -1,6 +1,7 @@
 //! All commands. Each file of this folder is one command, and the comment at its top is its page.
 
 mod best_known;
+mod biased;
 mod combinations;
 mod consistency;
 mod constrained_robustness;
@@ -14,6 +15,7 @@ mod families;
 mod figures;
 mod flies;
 mod fuel_of_forces;
+mod gains;
 mod global_bound;
 mod grids;
 mod guard;
@@ -22,6 +24,7 @@ mod images;
 mod infeasible;
 mod killed_runs;
 mod landing;
+mod limbs;
 mod limited_arcs;
 mod memory;
 mod metamorphic;
@@ -78,6 +81,7 @@ macro_rules! commands {
 /// The index.
 pub const COMMANDS: &[Command] = commands! {
     best_known
+    biased
     combinations
     consistency
     constrained_robustness
@@ -91,6 +95,7 @@ pub const COMMANDS: &[Command] = commands! {
     figures
     flies
     fuel_of_forces
+    gains
     global_bound
     grids
     guard
@@ -99,6 +104,7 @@ pub const COMMANDS: &[Command] = commands! {
     infeasible
     killed_runs
     landing
+    limbs
     limited_arcs
     memory
     metamorphic

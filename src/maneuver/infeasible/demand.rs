@@ -26,7 +26,7 @@ use crate::{Matrix3, Vector3};
 use nalgebra::SymmetricEigen;
 
 /// The angle by which a claim must exceed a bound \[rad\]: round-off of the sums.
-const ROUND_OFF: f64 = 1e-9;
+pub(super) const ROUND_OFF: f64 = 1e-9;
 
 /// The growth of a limit beyond which a larger limit is reported to have no effect.
 const MUCH: f64 = 100.0;
@@ -38,11 +38,11 @@ const LONG: f64 = 1e6;
 const MAX_CONES: usize = 1000;
 
 /// A way to go.
-struct Demand {
+pub(super) struct Demand {
     /// "the body has to turn by", …
-    words: String,
+    pub words: String,
     /// The required angle \[rad\].
-    angle: f64,
+    pub angle: f64,
     /// The body axis that must move; `None` for the whole body.
     axis: Option<Lever>,
     /// Largest speed that the rate limits allow [rad/s].
@@ -53,6 +53,8 @@ struct Demand {
 
 /// A bound on the rate of a body axis b.
 struct Lever {
+    /// `S(b)`.
+    cross: Matrix3,
     /// For each unit of `|Π|`: `|S(b)J⁻¹|`.
     by_momentum: f64,
     /// For each unit of `√(Π·J⁻¹Π)`: `|S(b)J^−½|`.
@@ -109,7 +111,7 @@ impl<'a> Case<'a> {
     /// Returns the largest progress of a demand on an arc \[rad\].
     fn way(&self, demand: &Demand, means: &Means, step: f64, arc: &Arc) -> f64 {
         let mut way = arc.turn.min(step * demand.fastest * means.rate_growth);
-        if let Some(Lever { by_momentum, by_speed }) = demand.axis {
+        if let Some(Lever { by_momentum, by_speed, .. }) = demand.axis {
             let bent = if arc.turn > 0.0 { arc.turn / arc.turn.sin() } else { 1.0 };
             let momentum = if self.motion.wheels.is_some() { f64::INFINITY } else { arc.momentum };
             let by_speed = (arc.speed + arc.share / self.motion.moments[0].sqrt()) * by_speed;
@@ -127,7 +129,15 @@ impl<'a> Case<'a> {
 // ---- the requirements of the ends
 // ------------------------------------------------------------------
 
-fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
+impl Demand {
+    /// Returns the matrix whose product with the angular velocity is the rate of what must move: of
+    /// the whole body, or of a body axis b, `S(b)`.
+    pub fn of_rate(&self) -> Matrix3 {
+        self.axis.as_ref().map_or_else(Matrix3::identity, |lever| lever.cross)
+    }
+}
+
+pub(super) fn demands(problem: &Problem, ends: &Ends) -> Vec<Demand> {
     let [start, end] = &ends.attitude;
     let angle = lie::minus(end, start).norm();
     let words = "the body must turn by".into();
@@ -179,6 +189,7 @@ impl Lever {
         let largest = |square: Matrix3| principal_moments(&square)[2].max(0.0).sqrt();
         let by_momentum = cross * j_inverse;
         Self {
+            cross,
             by_momentum: largest(by_momentum * by_momentum.transpose()),
             by_speed: largest(cross * j_inverse * cross.transpose()),
         }

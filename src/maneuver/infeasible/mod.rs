@@ -7,7 +7,9 @@
 //!   suffice;
 //! - `demand`: an angle, or the path of a boresight, for which torque, rate and time do not
 //!   suffice. The bounds of `envelope` hold for the discrete maneuver and for the continuous
-//!   one: a claim is made if both are impossible.
+//!   one: a claim is made if both are impossible;
+//! - `full_wheels`: the same angles, for which full wheels turn the body too slowly. It holds for
+//!   the continuous motion alone, so it is asked only of plans that land.
 //!
 //! Some infeasible maneuvers have no such proof.
 //!
@@ -37,6 +39,7 @@ mod conserved;
 mod demand;
 mod detour;
 mod envelope;
+mod full_wheels;
 mod impulse;
 mod outputs;
 mod storage;
@@ -44,6 +47,7 @@ mod sufficient;
 mod words;
 
 pub(crate) use capability::strongest;
+pub(crate) use full_wheels::proof as of_motion;
 pub(crate) use sufficient::sufficient;
 
 use crate::maneuver::constraint::{Conflict, conflict};

@@ -57,7 +57,7 @@ impl Problem {
         self.check_pulses()?;
         self.check_any_attitude()?;
         self.check_aim()?;
-        self.ends().try_for_each(|(end, state, _)| self.check_state(end, state))
+        self.ends().try_for_each(|(end, state, _)| self.check_state(end, &state))
     }
 
     /// Returns every constraint that the start or the end violates: no plan can hold it.
@@ -108,11 +108,17 @@ impl Problem {
 
     /// Returns name, state and time \[s\] of both ends; the time is `None` while the duration is
     /// free.
-    fn ends(&self) -> impl Iterator<Item = (&'static str, &State, Option<f64>)> {
-        let end = ("end", &self.end, self.duration.known());
-        // An end on a target is judged roll by roll.
-        let end = (self.aim().is_none()).then_some(end);
-        [Some(("start", &self.start, Some(0.0))), end].into_iter().flatten()
+    fn ends(&self) -> impl Iterator<Item = (&'static str, State, Option<f64>)> {
+        let time = self.duration.known();
+        let end = match self.aim() {
+            None => Some(self.end),
+            // An end on a target is judged roll by roll, and where it moves, time by time.
+            Some(aim) => time.filter(|_| !aim.has_roll()).and_then(|time| {
+                let (attitude, angular_velocity) = self.ends_on(aim, time).ok()?.at(0.0);
+                Some(State { attitude, angular_velocity, ..self.end })
+            }),
+        };
+        [Some(("start", self.start, Some(0.0))), end.map(|end| ("end", end, time))].into_iter().flatten()
     }
 
     /// Checks the duration: in range; given if nothing selects it; free if the cost includes

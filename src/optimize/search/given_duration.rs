@@ -13,7 +13,8 @@ use std::f64::consts::PI;
 
 /// The answer of a search, or the proof that there is none.
 pub(super) fn searched(problem: &Problem, context: &Context, ask: Ask) -> Solution {
-    if let Some(proof) = infeasible::proof(problem) {
+    let of_motion = || if context.lands() { infeasible::of_motion(problem) } else { None };
+    if let Some(proof) = infeasible::proof(problem).or_else(of_motion) {
         let unsolved = Solution::unsolved(problem, context.settings.tolerance);
         // The bound of a proof need not suffice; a turn about a fixed axis does.
         let longer = ask.advise.then(|| infeasible::sufficient(problem)).flatten();

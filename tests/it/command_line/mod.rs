@@ -6,7 +6,7 @@
 mod batches;
 mod batches_refused;
 mod batches_shown;
-mod binary;
+pub(crate) mod binary;
 mod browser;
 mod check;
 mod compare;

@@ -375,6 +375,13 @@ fn a_spin_about_the_axis_that_points_is_told() {
     assert!((loaded.problem.aim().unwrap().roll_rate - 2_f64.to_radians()).abs() < 1e-16);
     let written = SpecDocument::new(&loaded.problem, &Settings::default()).unwrap();
     assert_eq!(written.read("plan", &[]).unwrap().problem.end_condition, loaded.problem.end_condition);
+    // An angular velocity along the axis is the same spin.
+    for same in ["angular_velocity_deg_s = [0, 0, 2]", "angular_velocity_rad_s = [0, 0, 0.03490658503988659]"]
+    {
+        let spun = super::good(&text.replace("roll_rate_deg_s = 2", same), &[]).problem;
+        assert_eq!(spun.end_condition, loaded.problem.end_condition, "{same}");
+        assert_eq!((spun.end, spun.steps), (loaded.problem.end, loaded.problem.steps), "{same}");
+    }
     let alone = text.replace(
         "point = { boresight_body = [0, 0, 1], vector = [1, 0, 0] }",
         "attitude = { axis = [1, 0, 0], angle_deg = 9 }",

@@ -94,6 +94,7 @@ fn every_notation_comes_back_bit_for_bit() {
     for text in [BASE, ORBIT, CONSTRAINED, WHEELS] {
         comes_back(&good(text, &[]), text);
     }
+    comes_back(&good(WHEELS, &["actuators.torque_rate_limit_n_m_per_s=0.7"]), "wheels");
     let turns = [
         "{ axis = [0.3, -2, 1], angle_deg = 480.1 }",
         "{ quaternion_xyzw = [0.1, -0.2, 0.3, 0.927361849549570] }",

@@ -4,6 +4,7 @@
 //! its source in the file.
 
 mod course;
+mod found;
 mod maneuvers;
 mod published;
 mod simulations;

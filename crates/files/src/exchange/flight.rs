@@ -25,6 +25,8 @@ use std::io::Write;
 
 /// The largest relative deviation of the duration from a whole number of ticks.
 const WHOLE: f64 = 1e-6;
+/// Least rows of which one can be left out and found again from its neighbours.
+const LEFT_OUT: usize = 3;
 /// The most rows.
 const MAX_ROWS: f64 = 1e7;
 
@@ -70,11 +72,23 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     }
     let times: Vec<f64> = (0..rows.len()).map(|index| index as f64 * tick).collect();
     let mut text = head(record, tick, rows.len())?;
-    let (by_line, by_cubic) = missed(&rows, &times);
-    writeln!(text, "# between rows, at one rate: at most {by_line:.1e} rad")?;
-    writeln!(text, "# between rows, cubic with rates: at most {by_cubic:.1e} rad")?;
-    let of_nodes = if on_nodes { 0.0 } else { missed(&nodes, time).1 };
-    writeln!(text, "# rows against the plan: at most {of_nodes:.1e} rad")?;
+    if rows.len() < LEFT_OUT {
+        writeln!(text, "# between rows: not known, since none of {} rows can be left out", rows.len())?;
+    } else {
+        let (by_line, by_cubic) = missed(&rows, &times);
+        writeln!(text, "# between rows, at one rate: at most {by_line:.1e} rad")?;
+        writeln!(text, "# between rows, cubic with rates: at most {by_cubic:.1e} rad")?;
+    }
+    if on_nodes || nodes.len() >= LEFT_OUT {
+        let of_nodes = if on_nodes { 0.0 } else { missed(&nodes, time).1 };
+        writeln!(text, "# rows against the plan: at most {of_nodes:.1e} rad")?;
+    } else {
+        writeln!(
+            text,
+            "# rows against the plan: not known, since none of its {} nodes can be left out",
+            nodes.len()
+        )?;
+    }
     let inputs = record.input_heads();
     let (gains, units) = (record.gain_rows(), record.input_units());
     let mut heads = inputs.clone();

@@ -132,21 +132,8 @@ const UNIT_ROUNDING: f64 = 1e-3;
 fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&str; 3]) -> Option<Channel> {
     // Reported whether or not there are axes to count.
     let (channel, weight) = channel?;
-    let count = channel.count();
     let each = |name: &str| -> Option<Option<Vec<f64>>> {
-        if !section.has(name) {
-            return Some(None);
-        }
-        let limits = match section.limits(name)? {
-            Limits::All(limit) => vec![limit; count],
-            Limits::Each(limits) if limits.len() == count => limits,
-            Limits::Each(limits) => {
-                let reason =
-                    format!("`{name}` has values for {} axes, and the maneuver has {count}", limits.len());
-                let remedy = "give one limit for each axis, or one for all";
-                return section.refuse("E0026", name, reason, remedy);
-            }
-        };
+        let Some(limits) = limits_of_each(section, name, channel.count())? else { return Some(None) };
         let mut lengths = channel.axes().iter().map(|axis| axis.norm());
         if let Some(index) = lengths.position(|length| (length - 1.0).abs() > UNIT_ROUNDING) {
             let length = short(channel.axes()[index].norm());
@@ -173,6 +160,23 @@ fn limited(channel: Option<Channel>, section: &Section, [size, norm, rate]: &[&s
         .map_err(|error| section.error_here("E0061", error.to_string(), "write positive limits"))
         .ok()
         .map(|channel| (channel, weight))
+}
+
+/// Reads the limit of each of `count` inputs; none if the key is absent.
+fn limits_of_each(section: &Section, name: &str, count: usize) -> Option<Option<Vec<f64>>> {
+    if !section.has(name) {
+        return Some(None);
+    }
+    match section.limits(name)? {
+        Limits::All(limit) => Some(Some(vec![limit; count])),
+        Limits::Each(limits) if limits.len() == count => Some(Some(limits)),
+        Limits::Each(limits) => {
+            let reason =
+                format!("`{name}` has values for {} axes, and the maneuver has {count}", limits.len());
+            let remedy = "give one limit for each axis, or one for all";
+            section.refuse("E0026", name, reason, remedy)
+        }
+    }
 }
 
 /// Returns the inputs of one kind: axes under one of two names (the first is the default), and

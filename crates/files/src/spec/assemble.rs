@@ -69,6 +69,8 @@ pub(crate) fn assemble(root: &Section, default_name: &str, folder: &FilePath) ->
     };
     if let (Some(end), Some(_), Some(start)) = (&mut end, &aim, &start) {
         end.rotation.clone_from(&start.rotation);
+        // The end has the spin of its aim.
+        end.rate = Some(Vector3::zeros());
     }
     let solver = root.section("solver");
     let (scheme, settings) = maneuver::solver(solver);
@@ -366,7 +368,8 @@ fn refuse(
         ProblemError::Violated { end, name, .. } => {
             let (code, remedy) = constraint::violated(problem, name, end);
             let at = at(end);
-            let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(at.key) };
+            let key = if at.section.has("point") { "point" } else { at.key };
+            let spot = if code == "E0060" { at.rate_spot() } else { at.section.spot(key) };
             maneuver.report.error(code, spot, escape(&error.to_string()), remedy);
         }
         ProblemError::Aim(error) => {

@@ -35,13 +35,7 @@ impl<'a> Boundary<'a> {
             }
             _ => attitude::rotation(rotation, purpose),
         });
-        let rate = match section.rate_key() {
-            None => Some(Vector3::zeros()),
-            Some(name) => {
-                let scale = if name.ends_with("deg_s") { 1_f64.to_radians() } else { 1.0 };
-                section.vector(name).map(|rate| rate * scale)
-            }
-        };
+        let rate = section.rate();
         let (position, velocity) = (section.vector("position_m"), section.vector("velocity_m_s"));
         let turn = if section.knows(TURN) { section.vector(TURN) } else { None };
         Self { section, key, rotation, turn, rate, position, velocity }
@@ -121,5 +115,12 @@ impl Section {
     /// Returns the key that gives the angular velocity.
     pub fn rate_key(&self) -> Option<&'static str> {
         ["angular_velocity_deg_s", "angular_velocity_rad_s"].into_iter().find(|name| self.has(name))
+    }
+
+    /// Returns the angular velocity \[rad/s\]: zero without a key, `None` if it is given wrongly.
+    pub fn rate(&self) -> Option<Vector3> {
+        let Some(name) = self.rate_key() else { return Some(Vector3::zeros()) };
+        let scale = if name.ends_with("deg_s") { 1_f64.to_radians() } else { 1.0 };
+        self.vector(name).map(|rate| rate * scale)
     }
 }

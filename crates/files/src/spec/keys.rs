@@ -337,8 +337,8 @@ tables! {
         "torque_norm_limit_chance": Number(q::CHANCE);
         /// The reserve of the limit of the norm. Default: 0.
         "torque_norm_limit_reserve_n_m": Spread(q::SPREAD);
-        /// Limit of the rate of change of each torque input: one number for all, or one for each
-        /// axis. Default: none.
+        /// Limit of the rate of change of each torque input, also of the torques of wheels: one
+        /// number for all, or one for each axis. Default: none.
         "torque_rate_limit_n_m_per_s": Limits(q::TORQUE_RATE, None);
         /// The chance that the change of a held command from one step to the next exceeds the
         /// limit for a step.
@@ -603,7 +603,8 @@ shared_keys! {
     /// With point: whether the body turns with the target or is at rest. Default: matched.
     AIM_RATE_KEY = "rate": Choice(&["matched", "zero"], &[]);
     /// With point: the rate about the axis that points, besides: a spin that is kept, of any phase
-    /// where the roll is free. Default: 0.
+    /// where the roll is free. An angular velocity along boresight_body means the same if the
+    /// target does not move. Default: 0.
     ROLL_RATE_KEY = "roll_rate_deg_s": Number(q::RATE_DEG);
 }
 
@@ -723,6 +724,8 @@ shared_keys! {
     VELOCITY_KEY = "velocity_m_s": Vector(q::VELOCITY);
 }
 const RATES: &[&str] = &["angular_velocity_deg_s", "angular_velocity_rad_s", "angular_velocity"];
+/// Keys of the spin about an axis that points.
+const SPINS: &[&str] = &["roll_rate_deg_s", "angular_velocity_deg_s", "angular_velocity_rad_s"];
 /// The key with the value "at rest in LVLH".
 pub(super) const REST_IN_ORBIT: &str = "angular_velocity";
 const END_ATTITUDES: &[&str] = &["attitude", "rotation_from_start", "point"];
@@ -732,7 +735,7 @@ const ATTITUDE_SAMPLE: &str = "attitude = { axis = [0, 0, 1], angle_deg = 90 }";
 
 tables! {
     static START[
-        exclusive: &[&["attitude", "point"], RATES, &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"]],
+        exclusive: &[&["attitude", "point"], RATES, SPINS],
         one_of: &[(&["attitude", "point"], ATTITUDE_SAMPLE)],
     ] {
         ATTITUDE_KEY;
@@ -752,7 +755,7 @@ tables! {
     static END[
         exclusive: &[
             END_ATTITUDES,
-            &["point", "angular_velocity_deg_s", "angular_velocity_rad_s"],
+            SPINS,
             &["rotation_from_start", "rotation_from_start_rad"],
             RATES,
         ],

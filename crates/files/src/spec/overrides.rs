@@ -100,6 +100,7 @@ pub(super) fn apply(
         let (source, path_at, value_at) = given.source();
         sources.push(source);
         let node = typed(&given.value, index, value_at);
+        let shown = node.span;
         let mut start = path_at.unwrap_or_default();
         let mut keys = Vec::new();
         for part in given.path.split('.') {
@@ -112,6 +113,12 @@ pub(super) fn apply(
             let spot = Spot { span, key: given.path.clone() };
             let remedy = "set a key of a table, or an element that exists";
             findings.push(Finding::error_at("E0025", spot, reason, remedy));
+            continue;
+        }
+        // What is said of the whole value, such as an attitude, shows the part that was set.
+        let inside = keys.len() > 2 && keys[keys.len() - 2].0.parse::<usize>().is_err();
+        if inside && let Some(value) = root.at_mut(&keys[..keys.len() - 1]) {
+            value.span = shown;
         }
     }
     (root, findings)

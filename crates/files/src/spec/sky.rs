@@ -13,7 +13,7 @@ use super::{Section, short};
 use crate::epoch::Epoch;
 use crate::scenery::TargetShown;
 pub(super) use acting::within;
-use slewkit::maneuver::{Aim, AimRate};
+use slewkit::maneuver::{Aim, AimRate, Roll};
 use slewkit::{Direction, Vector3};
 use slewkit_sky::{Condition, EarthRotation, Light, OrbitError, Sky, SkyError, Target};
 use std::path::Path;
@@ -295,10 +295,7 @@ impl Reading {
         }
         let aim =
             if boundary.word("rate") == Some("zero") { Aim { rate: AimRate::Zero, ..aim } } else { aim };
-        let spin = match boundary.has("roll_rate_deg_s") {
-            true => boundary.number("roll_rate_deg_s")?.to_radians(),
-            false => 0.0,
-        };
+        let spin = spin(boundary, &aim)?;
         Some(aim.spinning(spin))
     }
 
@@ -342,4 +339,42 @@ impl Reading {
         );
         section.refuse("E0077", "at", reason, remedy)
     }
+}
+
+/// The largest part of an angular velocity across the axis that points which is round-off.
+const ACROSS: f64 = 1e-6;
+
+/// Reads the rate about the axis that points \[rad/s\]: under its own key, or as an angular
+/// velocity along the axis, which then is the whole one.
+fn spin(boundary: &Section, aim: &Aim) -> Option<f64> {
+    if boundary.has("roll_rate_deg_s") {
+        return boundary.number("roll_rate_deg_s").map(f64::to_radians);
+    }
+    let Some(key) = boundary.rate_key() else { return Some(0.0) };
+    let rate = boundary.rate()?;
+    let spin = rate.dot(&aim.boresight);
+    let second = match &aim.roll {
+        Roll::Free => None,
+        Roll::Towards { at, .. } => Some(at),
+    };
+    let moves = |at: &Direction| !matches!(at, Direction::Fixed(_));
+    if aim.rate == AimRate::Matched && (moves(&aim.at) || second.is_some_and(moves)) {
+        let reason = format!("`{key}` is given, but the target moves, and the body turns with it");
+        let remedy = if spin == 0.0 {
+            "remove the key; write rate = \"zero\" for rest".into()
+        } else {
+            format!("write roll_rate_deg_s = {}, the spin besides", short(spin.to_degrees()))
+        };
+        return boundary.refuse("E0028", key, reason, remedy);
+    }
+    let across = (rate - aim.boresight * spin).norm();
+    if across > ACROSS * rate.norm() {
+        let reason = format!(
+            "`{key}` is {} deg from the axis that points, which then leaves its target",
+            short(across.atan2(spin).to_degrees())
+        );
+        let remedy = "give a rate along boresight_body; or give an attitude in place of `point`";
+        return boundary.refuse("E0028", key, reason, remedy);
+    }
+    Some(spin)
 }

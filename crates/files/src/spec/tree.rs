@@ -105,6 +105,17 @@ impl Node {
         self.entries().iter().find(|entry| entry.key == key)
     }
 
+    /// Returns the node at `path` below this one.
+    pub fn at_mut(&mut self, path: &[(String, Span)]) -> Option<&mut Self> {
+        path.iter().try_fold(self, |node, (key, _)| match &mut node.value {
+            Value::Table(entries) => {
+                entries.iter_mut().find(|entry| entry.key == *key).map(|entry| &mut entry.node)
+            }
+            Value::Array(items) => items.get_mut(key.parse::<usize>().ok()?),
+            _ => None,
+        })
+    }
+
     /// Sets `path` below this node to `value`, making the tables on the way.
     ///
     /// Sets a value. A number in the path selects an element of a list, from 0. The error names

@@ -547,9 +547,10 @@ fn pushing_thrusters(spec: &mut Writing, problem: &Problem, thrusters: &Thruster
 fn wheels(spec: &mut Writing, inputs: &Weighted, wheels: &Wheels) -> Result<(), Unwritable> {
     let (torque, weight) = (inputs.set, &inputs.weight);
     let limits = torque.limits();
-    if torque.frame() != AxisFrame::Body || limits.norm.is_some() || limits.rate.is_some() {
-        return Err(Unwritable("wheels that turn with the frame, or with a limit of their norm or rate"));
+    if torque.frame() != AxisFrame::Body || limits.norm.is_some() {
+        return Err(Unwritable("wheels that turn with the frame, or with a limit of their norm"));
     }
+    spec.table("actuators", |table| table.some("torque_rate_limit_n_m_per_s", limits.rate.clone()));
     if (0..weight.len()).any(|index| index % (weight.nrows() + 1) != 0 && weight[index] != 0.0) {
         return Err(Unwritable("a weight of wheels that is not diagonal"));
     }

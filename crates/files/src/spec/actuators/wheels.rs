@@ -1,6 +1,6 @@
 //! `[[actuators.wheel]]`: reaction wheels behind the torque inputs.
 
-use super::{SMALLEST, TORQUE_LIMITS, called};
+use super::{SMALLEST, TORQUE_LIMITS, called, limits_of_each};
 use crate::spec::{Section, short, show};
 use nalgebra::{DMatrix, DVector};
 use slewkit::Vector3;
@@ -23,7 +23,8 @@ const SILENT: f64 = 1e-4;
 /// Returns the torque channel of the wheels, and the wheels.
 pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, Weights)> {
     let others = ["torque_axes_body", "torque_axes_reference", "effort_weight"];
-    let others = others.into_iter().chain(TORQUE_LIMITS).filter(|key| section.has(key));
+    let [size, norm, rate] = TORQUE_LIMITS;
+    let others = others.into_iter().chain([size, norm]).filter(|key| section.has(key));
     let mut good = true;
     for key in others {
         let reason = format!("both `wheel` and `{key}` are given: each wheel is a torque input by itself");
@@ -56,14 +57,15 @@ pub(super) fn wheels(section: &Section, motion: Motion) -> Option<(Actuation, We
     }
     let wheels: Vec<_> = sections.iter().enumerate().map(|(index, wheel)| read(wheel, index)).collect();
     let wheels: Vec<Wheel> = wheels.into_iter().collect::<Option<_>>()?;
-    let size = torque_limits(&wheels, sections)?;
+    let (size, rate) = (torque_limits(&wheels, sections), limits_of_each(section, rate, wheels.len()));
+    let (size, rate) = (size?, rate?);
     let weight = DMatrix::from_diagonal(&DVector::from_iterator(
         wheels.len(),
         wheels.iter().map(|wheel| wheel.weight),
     ));
     let axes = wheels.iter().map(|wheel| wheel.axis).collect();
     let channel = ActuatorSet::new(axes, AxisFrame::Body);
-    let channel = channel.and_then(|channel| channel.with_limits(Limits { size, ..Limits::default() }));
+    let channel = channel.and_then(|channel| channel.with_limits(Limits { size, rate, ..Limits::default() }));
     let checked = channel.map_err(|error| error.to_string()).and_then(|channel| {
         Weighted::new(&channel, Some(&weight)).map_err(|error| error.to_string())?;
         Ok(channel)
