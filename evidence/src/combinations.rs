@@ -40,7 +40,7 @@ const WHEELS: &str = "[[actuators.wheel]]\naxis_body = [1, 0, 0]\ntorque_limit_n
 
 const RATES: &str = "torque_rate_limit_n_m_per_s = 0.1\n";
 
-/// The inputs. Limited torque rates and pulses add to [`AXES`].
+/// The inputs. Limited torque rates and pulses are those of limited torques about three axes.
 pub const INPUTS: [Part; 8] = [
     ("torque", ""),
     ("limited torques", AXES),
