@@ -11,8 +11,8 @@
 //!
 //! Inputs: the wheels; four couples of one-sided thrusters of 0.1 N at 1 m; the wheels with each
 //! rate at most θ/t times a number uniform in 0.5 … 0.8; the wheels past a cone of 8 … 20°, and at
-//! most 0.3 θ, beside the way; and the wheels with three trackers, of which two must see past a cone of 25° about the
-//! Sun.
+//! most 0.3 θ, beside the way; and the wheels with three trackers, of which two must see past a
+//! cone of 25° about the Sun.
 //!
 //! Motions: a torque of 0.16 N·m about each axis that changes within 0.1 … 0.4 t from nothing to
 //! its limit, between states of rest; the same torque without that limit, from and to spins about

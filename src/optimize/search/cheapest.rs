@@ -144,7 +144,8 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     solution
 }
 
-/// Returns the cheapest plan of arcs of a free turn that keeps all constraints, without a search on equal steps.
+/// Returns the cheapest plan of arcs of a free turn that keeps all constraints, without a search on
+/// equal steps.
 pub(super) fn of_arcs(problem: &Problem, context: &Context) -> Option<Solution> {
     let free = problem.motion == Motion::Attitude && problem.is_free_turn();
     if !free || problem.ends_in_any_attitude() || !may_be_unconstrained(problem) {

@@ -247,8 +247,9 @@ pub(super) fn coasting<const N: usize>(
     Ok(blended.collect())
 }
 
-/// The way that a free body turns by itself: its rate passes from that of the motion without inputs from the start to that
-/// of the motion to the target, and what it misses then is spread over the way, with the given turns more.
+/// The way that a free body turns by itself: its rate passes from that of the motion without inputs
+/// from the start to that of the motion to the target, and what it misses then is spread over the
+/// way, with the given turns more.
 pub(super) fn natural<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     turns: i32,

@@ -68,8 +68,8 @@ pub(super) fn of<const N: usize>(
     written.collect()
 }
 
-/// Returns the ways that a body turns by itself with the given turns more: in the duration, or in several where it is sought, as the
-/// body makes more turns in a longer one.
+/// Returns the ways that a body turns by itself with the given turns more: in the duration, or in
+/// several where it is sought, as the body makes more turns in a longer one.
 fn natural<const N: usize>(search: &Search<N>, steps: usize, turns: i32) -> Vec<Candidate> {
     let sought = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.counts_time());
     let parts = if sought { &search.context.tuning.durations[..] } else { &[1.0] };

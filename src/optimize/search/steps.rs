@@ -39,7 +39,8 @@ const MOST: usize = 20_000;
 /// The same of plans whose error falls with the step alone: one of a thousandth takes many more steps than one of a hundredth.
 const MOST_OF_FIRST_ORDER: usize = 1_000;
 
-/// A step that turns a body by more tells little of its motion \[rad\]: where there is no plan, more steps are taken.
+/// A step that turns a body by more tells little of its motion \[rad\]: where there is no plan,
+/// more steps are taken.
 const TURN: f64 = 0.3;
 
 /// Solves a maneuver on as many steps as it needs, from [`Problem::steps`] upwards.

@@ -13,8 +13,9 @@ pub(super) struct SearchTuning {
     /// A turn by more than this may be longer than the other way round \[rad\]: a smaller one takes
     /// more starts (`evidence -- guard --part best_known`).
     pub nearly_half: f64,
-    /// Durations in which a body that moves at an end begins, as parts of the stated one, where the duration is sought: more of them
-    /// find quicker plans with fewer turns, and take longer (`evidence -- ends --only spins`).
+    /// Durations in which a body that moves at an end begins, as parts of the stated one, where the
+    /// duration is sought: more of them find quicker plans with fewer turns, and take longer
+    /// (`evidence -- ends --only spins`).
     pub durations: [f64; 4],
     /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the
     /// requested grid: a larger one takes more solves there (`cargo bench -p benches --bench
