@@ -408,3 +408,39 @@ pub(super) fn shortest_way(model: &Model) -> Candidate {
     };
     path("straight", &model.dynamics.grid, (0..=model.steps).map(pose))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::natural;
+    use crate::lie;
+    use crate::maneuver::problem::{Problem, State};
+    use crate::mechanics::body::{Body, Inertia};
+    use crate::optimize::discrete::sweep::BoundaryValueProblem;
+    use crate::{Matrix3, Vector3};
+
+    /// Where the end is what the motion without inputs comes to, the way is that motion; with a turn
+    /// more it meets the same end.
+    #[test]
+    fn a_body_that_needs_no_inputs_goes_as_it_does_by_itself() {
+        let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap(), mass: None };
+        let start = State::attitude(Matrix3::identity(), Vector3::new(0.3, -0.2, 0.5));
+        let of = |end: State| Problem::attitude(body.clone(), start, end, 20.0).with_steps(400);
+        let problem = of(start);
+        let mut coast = Vec::new();
+        let bvp = BoundaryValueProblem::<6>::new(&problem, 400);
+        bvp.coast(|attitude| coast.push(*attitude)).unwrap();
+        let last = *coast.last().unwrap();
+        // The momentum in space stays.
+        let momentum = last.tr_mul(&(body.inertia.j() * start.angular_velocity));
+        let problem = of(State::attitude(last, body.inertia.j_inverse() * momentum));
+        let bvp = BoundaryValueProblem::<6>::new(&problem, 400);
+        let [way, longer] = [0, 1].map(|turns| natural(&bvp, turns).unwrap());
+        let off =
+            |node: usize, attitude: &Matrix3| lie::minus(&way.states[node].attitude.value, attitude).norm();
+        let worst = coast.iter().enumerate().map(|(node, attitude)| off(node, attitude)).fold(0.0, f64::max);
+        assert!(coast.len() == 401 && worst < 1e-3, "{worst:.1e}");
+        for path in [&way, &longer] {
+            assert!(lie::minus(&path.states[400].attitude.value, &last).norm() < 1e-12);
+        }
+    }
+}
