@@ -77,7 +77,8 @@ pub(crate) struct Attempt {
     pub work: ConvexWork,
     /// What the sweep of its first costate showed, where that was kept.
     pub swept: Option<Swept>,
-    /// The last barrier term of an interior point, and what all rows together cost by it, relative.
+    /// The last barrier term of an interior point; what all rows together cost by it at most, and
+    /// what those that act cost by it to first order, both as parts of the cost.
     pub barrier: Option<[f64; 3]>,
     /// What an interior point leaves to a later solve of nearly the same maneuver.
     pub warm: Option<Box<Warm>>,
@@ -126,6 +127,17 @@ impl Attempt {
             warm: None,
             shortfall: None,
         }
+    }
+
+    /// Returns the share of the cost that the optimum nearby has: what the barrier term adds to it is left
+    /// out, to first order. No optimum costs less than nothing.
+    pub fn share_of_optimum(&self) -> f64 {
+        1.0 - self.barrier.map_or(0.0, |[.., excess]| excess.min(1.0))
+    }
+
+    /// Returns what the optimum nearby costs.
+    pub fn foreseen(&self) -> f64 {
+        self.cost * self.share_of_optimum()
     }
 
     /// A run that could not begin.

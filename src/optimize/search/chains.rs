@@ -192,19 +192,14 @@ pub(super) fn carry<const N: usize>(search: &Search<N>, found: &mut Found<N>, co
     }
 }
 
-/// Returns what the optimum that a plan is near costs: no cost is negative.
-pub(super) fn foreseen(plan: &Attempt) -> f64 {
-    plan.cost * (1.0 - plan.barrier.map_or(0.0, |[.., excess]| excess.min(1.0)))
-}
-
 /// Returns the plans by the costs of their optima, the cheapest first, and the first of all whose
 /// costs differ by a part of less than
 /// `one`.
 pub(super) fn distinct(mut plans: Vec<Attempt>, one: f64) -> Vec<Attempt> {
-    plans.sort_by(|a, b| foreseen(a).total_cmp(&foreseen(b)).then(a.cost.total_cmp(&b.cost)));
+    plans.sort_by(|a, b| a.foreseen().total_cmp(&b.foreseen()).then(a.cost.total_cmp(&b.cost)));
     let mut kept = Vec::<Attempt>::new();
     for plan in plans {
-        if kept.last().is_none_or(|last| foreseen(&plan) > foreseen(last) + one * last.cost.abs()) {
+        if kept.last().is_none_or(|last| plan.foreseen() > last.foreseen() + one * last.cost.abs()) {
             kept.push(plan);
         }
     }

@@ -2,7 +2,6 @@
 
 use super::answer::{rival_of_cost, write_aimed};
 use super::asked::held_to_all;
-use super::chains::foreseen;
 use super::found::Found;
 use super::ladder::Search;
 use super::landed::{can_be_flown, landed_with_goal};
@@ -54,7 +53,7 @@ impl Cheapest {
         let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
         let duration = |plan: &Attempt| stated * plan.candidate.grid.duration();
         let before = if of_duration { duration(&plan) } else { chain.price(&plan.candidate) };
-        let before = before * (foreseen(&plan) / plan.cost);
+        let before = before * plan.share_of_optimum();
         let landed = landed_with_goal(search, &plan).map(|Landed { attempt, target, landing }| {
             plan = attempt;
             (target, Landing { cost_before: before, ..landing })

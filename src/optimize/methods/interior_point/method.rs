@@ -136,7 +136,7 @@ impl InteriorPoint<'_> {
         let Chain { model, rows } = self.chain;
         let sought = candidate.inputs.is_empty() && model.duration.is_some();
         let own = Some(candidate.grid.duration()).filter(|own| *own != 1.0);
-        let stretch = own.or_else(|| self.fitting(candidate, watch)).filter(|_| sought);
+        let stretch = sought.then(|| own.or_else(|| self.fitting(candidate, watch))).flatten();
         let mut start = match stretch {
             Some(stretch) => {
                 let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();

@@ -204,8 +204,8 @@ fn the_least_effort_of_a_double_integrator_is_found_at_once() {
     assert!((solver.at.values.cost - least).abs() < 1e-10 * least, "{} {least}", solver.at.values.cost);
 }
 
-/// From the multipliers of its own solution a program that has changed by little is solved in a
-/// third of the iterations, to the same optimum.
+/// From the multipliers of its own solution a program that has changed by little is solved in
+/// two thirds of the iterations at most, to the same optimum.
 #[test]
 fn a_solve_goes_on_from_known_multipliers() {
     let (first, next) = (Line::new(20, Some(2.5), None, true), Line::new(20, Some(2.501), None, true));

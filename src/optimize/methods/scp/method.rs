@@ -62,20 +62,8 @@ fn attempt(chain: &Chain, candidate: Candidate, convex: Option<Convex>) -> Attem
         cone_seconds: convex.cone_seconds,
     };
     let candidate = with_iterate(candidate, iterate, multipliers);
-    let (swept, barrier) = (None, None);
-    Attempt {
-        candidate,
-        outcome,
-        cost,
-        residual,
-        stationarity,
-        runs,
-        work,
-        swept,
-        barrier,
-        warm: None,
-        shortfall,
-    }
+    let ended = Attempt::failed(candidate, outcome);
+    Attempt { cost, residual, stationarity, runs, work, shortfall, ..ended }
 }
 
 /// What stays violated at the last iterate.

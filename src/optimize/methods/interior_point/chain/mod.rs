@@ -342,8 +342,7 @@ impl Program for ChainProgram<'_> {
     fn known(&self, at: &Point, excess: f64) -> Option<usize> {
         let cost = (self.cost_of(at) - excess) / self.scale;
         self.known.iter().position(|known| {
-            let foreseen = known.cost * (1.0 - known.barrier.map_or(0.0, |barrier| barrier[2]));
-            cost >= foreseen * (1.0 - self.tuning.same_cost)
+            cost >= known.foreseen() * (1.0 - self.tuning.same_cost)
                 && self.apart(at, &known.candidate) <= self.tuning.same
         })
     }

@@ -46,9 +46,7 @@ impl Saved {
         self.misses[0].copy_from_slice(&misses[0]);
         self.misses[1].copy_from_slice(&misses[1]);
     }
-}
 
-impl Saved {
     /// Copies the point back without allocating.
     pub(super) fn restore(
         &self,
