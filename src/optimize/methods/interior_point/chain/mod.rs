@@ -37,6 +37,7 @@ mod ends;
 pub(crate) mod family;
 mod layout;
 mod point;
+mod row_slopes;
 mod slopes;
 mod space;
 mod stage;
