@@ -19,7 +19,9 @@ Units are such that torques, moments and durations are near one. Cones are asked
 Therefore what IPOPT finds counts only if its torques, which are held over the intervals, lead to
 the end and keep all limits to 1e-4 (rad, or of the limit) when the motion is sampled 20 times an
 interval; where they do not, both programs solve the maneuver on `--fine` steps once more, and these
-costs are compared. Seconds are those of the processor: of the whole process of slew, and of the
+costs are compared. With `--starts` the expanded form also solves from ways that are bent to a side,
+and every other one from the long way round: the cheapest motion that counts is compared. Seconds
+are those of the first start. They are those of the processor: of the whole process of slew, and of the
 call of IPOPT alone.
 """
 
@@ -44,6 +46,8 @@ KINDS = ["time", "rate", "cone", "effort"]
 KEPT = 1e-4
 # Samples of an interval.
 SAMPLES = 20
+# How far a start is bent to a side, rad.
+BEND = 0.5
 # A plan is dearer or cheaper where costs differ by more than this part.
 APART = 2e-3
 
@@ -90,19 +94,34 @@ class Maneuver:
         """A cost of these units in seconds, or N²·m²·s."""
         return value * self.time * (self.torque**2 if self.effort else 1.0)
 
-    def guess(self, intervals):
-        """States, torques and duration of the turn about its axis, within the limits of everything
-        but cones."""
+    def way(self, s, number):
+        """Attitudes of a start: the turn about its axis, and others bent to a random side, every
+        other one the long way round."""
         turn = (self.start.inv() * self.end).as_rotvec()
+        aside = np.zeros(3)
+        if number > 0:
+            angle = np.linalg.norm(turn)
+            axis = turn / angle if angle > 0 else np.eye(3)[0]
+            turn = turn - 2 * np.pi * axis if number % 2 == 0 else turn
+            aside = np.cross(axis, np.random.default_rng(number).standard_normal(3))
+            aside *= BEND / np.linalg.norm(aside)
+        smooth, bent = 3 * s**2 - 2 * s**3, np.sin(np.pi * s) ** 2
+        return self.start * Rotation.from_rotvec(np.outer(smooth, turn)) * Rotation.from_rotvec(np.outer(bent, aside))
+
+    def guess(self, intervals, number=0):
+        """States, torques and duration along the way of a start, within the limits of everything but
+        cones."""
         s = np.linspace(0.0, 1.0, intervals + 1)
-        rates = 6 * s * (1 - s) * turn[:, None]
+        attitudes = self.way(s, number)
+        turned = ((attitudes[:-1].inv() * attitudes[1:]).as_rotvec() * intervals).T
+        rates = np.zeros((3, intervals + 1))
+        rates[:, 1:-1] = (turned[:, 1:] + turned[:, :-1]) / 2
         angular = self.inertia @ rates
         # Of a duration of one; rates and momenta go with its inverse, torques with the square of
         # that.
         back = -np.linalg.pinv(self.axes)
         stored = self.stored[:, None] + back @ angular
-        middle = (s[1:] + s[:-1]) / 2
-        held = -back @ (self.inertia @ ((6 - 12 * middle) * turn[:, None]))
+        held = -back @ np.diff(angular, axis=1) * intervals
         duration = self.duration
         if duration is None:
             of_torques = np.sqrt((np.abs(held) / self.most[:, None]).max())
@@ -111,8 +130,7 @@ class Maneuver:
             duration = 1.1 * max(of_torques, of_rates, of_momenta)
         stored = self.stored[:, None] + back @ angular / duration
         held = np.clip(held / duration**2, -0.98 * self.most[:, None], 0.98 * self.most[:, None])
-        smooth = 3 * s**2 - 2 * s**3
-        quaternions = quaternion(self.start * Rotation.from_rotvec(smooth[:, None] * turn))
+        quaternions = quaternion(attitudes)
         for k in range(1, len(quaternions)):
             if quaternions[k] @ quaternions[k - 1] < 0:
                 quaternions[k] *= -1
@@ -271,10 +289,10 @@ class Discrete:
         both = np.vstack([states[:, :-1], torques])
         return np.concatenate([both.ravel("F"), states[:, -1]])
 
-    def solve(self):
-        """Cost, seconds, and whether the motion counts; the cost is infinite where IPOPT ends at no
+    def solve(self, number=0):
+        """From the start of this number: cost, seconds, and whether the motion counts; the cost is infinite where IPOPT ends at no
         minimum."""
-        states, torques, duration = self.maneuver.guess(self.intervals)
+        states, torques, duration = self.maneuver.guess(self.intervals, number)
         if self.expanded:
             given = [] if self.maneuver.effort else [np.full((1, self.intervals + 1), duration)]
             start = self.by_stages(np.vstack([states, *given]), torques)
@@ -326,6 +344,7 @@ def compared(spec, folder, asked):
     row = {"slew": (cost, seconds)}
     for name, form, (value, took, _) in zip(("direct", "expanded"), forms, found):
         row[name] = value, took, form.building
+    found += [forms[1].solve(number) for number in range(1, asked.starts)]
     counted = min((value for value, _, kept in found if kept), default=np.inf)
     pair = cost, counted
     if not np.isfinite(counted) and any(np.isfinite(value) for value, *_ in found) and asked.fine:
@@ -369,6 +388,7 @@ def main():
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--steps", type=int, default=100)
+    parser.add_argument("--starts", type=int, default=1, help="of IPOPT, the cheapest of which is compared")
     parser.add_argument("--fine", type=int, default=400, help="steps where IPOPT's motion does not count; 0: none")
     parser.add_argument("--patience", type=float, default=120.0, help="what a solve may take of the processor [s]")
     asked = parser.parse_args()
