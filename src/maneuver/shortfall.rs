@@ -70,18 +70,6 @@ pub enum Shortfall {
         /// The shortest that was found, locally minimal \[s\].
         shortest: f64,
     },
-    /// No plan up to the longest duration.
-    NoneWithin {
-        /// The longest duration \[s\].
-        longest: f64,
-    },
-    /// No duration at which a second is worth its price.
-    NoWorthwhile {
-        /// The shortest duration that was looked at \[s\].
-        from: f64,
-        /// The longest \[s\].
-        to: f64,
-    },
     /// The maneuver cannot be planned in the first duration of the search.
     Unusable(ProblemError),
     /// The reason, and the results for other durations.
@@ -154,13 +142,6 @@ impl fmt::Display for Shortfall {
                 "no plan of {} s was found; the shortest duration found is {} s (locally minimal)",
                 short(*asked),
                 significant(*shortest, 6)
-            ),
-            Self::NoneWithin { longest } => write!(f, "no plan of {} s or less was found", short(*longest)),
-            Self::NoWorthwhile { from, to } => write!(
-                f,
-                "no duration from {} s to {} s was found at which a second gains its price",
-                short(*from),
-                short(*to)
             ),
             Self::Unusable(error) => error.fmt(f),
             Self::InOtherTime { missing, asked, shortest, longer } => {

@@ -268,6 +268,25 @@ pub struct InteriorWork {
     /// What a plan near this one may cost less by complementarity, relative: the barrier term of
     /// all rows over the cost.
     pub gap: f64,
+    /// What the plan costs in continuous time, estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub continuous: Option<ContinuousCost>,
+}
+
+/// The estimated cost of a plan in continuous time, from its grid and one of half as many steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ContinuousCost {
+    /// The estimate, in the unit of [`Solution::cost`].
+    pub cost: f64,
+    /// By how much it may be off: the difference of the costs on both grids, in the same unit.
+    pub error: f64,
+}
+
+impl ContinuousCost {
+    pub(crate) fn new(cost: f64, error: f64) -> Self {
+        Self { cost, error }
+    }
 }
 
 /// The nodes at which a constraint is active, and its multipliers.
@@ -476,8 +495,7 @@ pub struct Solution {
     /// found.
     pub shortfall: Option<Shortfall>,
     /// The shortest duration \[s\] that was found, a local minimum, if no plan was found for the
-    /// requested duration. For a free duration: less time would cost less, but no plan that takes
-    /// less was found.
+    /// requested duration.
     pub shortest: Option<f64>,
     /// A longer duration \[s\] that has a plan, if no plan was found for the requested one: a
     /// plan was found for it, or it suffices for a turn about a fixed axis within the limits.
@@ -499,6 +517,9 @@ impl Solution {
         }
         if let Some(landing) = &mut self.landing {
             landing.cost_before += price;
+        }
+        if let Some(continuous) = self.interior.as_mut().and_then(|work| work.continuous.as_mut()) {
+            continuous.cost += price;
         }
         if let Some(switching) = &mut self.switching {
             switching.continuous_cost += price;

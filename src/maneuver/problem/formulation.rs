@@ -1,6 +1,6 @@
 //! The kind of discrete problem as which a maneuver is planned.
 
-use super::{Motion, Problem};
+use super::Problem;
 
 /// The steps that a plan of minimum time or fuel is to have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum Stepping {
 /// ```text
 ///                      what the shooting takes        more: cones, rates, wheels; equal steps
 /// effort, T given      Extremal                       Extremal
-/// effort, T sought     OverDurations                  Chain
+/// effort, T sought     Chain                          Chain
 /// time, fuel           Switching                      Chain
 /// ```
 ///
@@ -36,9 +36,6 @@ pub enum Formulation {
     /// Least effort in a duration that is known: an extremal of the discrete action, by shooting,
     /// or within limits by the interior point.
     Extremal,
-    /// Least effort in a free duration: extremals of given durations, until the mean of their
-    /// Hamiltonians vanishes.
-    OverDurations,
     /// Minimum time or fuel of a body that nothing acts on, under limits of the torques alone:
     /// arcs, and steps that end where inputs switch.
     Switching,
@@ -64,7 +61,6 @@ impl Formulation {
         let whole = || problem.actuation.torque.rank().0 == 3;
         match (problem.objective.switches(), problem.duration.known()) {
             (true, _) if taken && problem.is_free_turn() && whole() => Self::Switching,
-            (false, None) if taken && problem.motion == Motion::Attitude => Self::OverDurations,
             (true, _) | (false, None) => Self::Chain,
             (false, Some(_)) => Self::Extremal,
         }

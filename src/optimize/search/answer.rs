@@ -2,6 +2,7 @@
 
 use super::asked;
 use super::chains::{along, optimised};
+use super::continuous::estimated;
 use super::found::{Found, SAME_COST};
 use super::ladder::Search;
 use super::landed::landed;
@@ -108,6 +109,9 @@ pub(super) fn write<const N: usize>(
         }
         None => write_aimed(search, work, solution, attempt, None, attempt),
     }
+    if let Some(work) = &mut solution.interior {
+        work.continuous = estimated(search, attempt);
+    }
 }
 
 /// Everything that is told of an attempt at a target other than the end of the maneuver.
@@ -185,7 +189,7 @@ pub(super) fn write_aimed<const N: usize>(
                     let ladder = search.context.ladder.borrow();
                     let starts = ladder.iter().filter(|run| run.rung == Rung::InteriorPoint).count();
                     let iterations = provenance.iterations;
-                    solution.interior = Some(InteriorWork { iterations, starts, mu, gap });
+                    solution.interior = Some(InteriorWork { iterations, starts, mu, gap, continuous: None });
                 }
                 _ => solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..*work }),
             }

@@ -24,7 +24,7 @@ use super::advice;
 use super::chains::{effort_paths, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
-use super::duration;
+use super::first_duration;
 use super::given_duration::{search_of, searched};
 use super::goal::{SAME_COST, cheapest};
 use super::ladder::Ask;
@@ -38,7 +38,6 @@ use crate::maneuver::problem::{Formulation, Motion, Problem, State, Stepping};
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
-use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::environment::{Free, Pose};
 use crate::optimize::chain::model::Goal;
 use crate::optimize::chain::{Chain, path};
@@ -64,13 +63,13 @@ pub(super) fn solve(problem: &Problem, context: &Context, known: &Trajectory) ->
 /// Least effort in the best duration. The search for it is a local one, from that of a turn about a fixed axis without limits.
 fn effort_sought(problem: &Problem, context: &Context) -> Solution {
     let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
-    let free = duration::about_a_fixed_axis(problem, problem.objective.time_price());
+    let free = first_duration::of_effort(problem, problem.objective.time_price());
     let stated = problem.clone().with_duration(free.min(longest));
     let stated = stated.with_objective(problem.objective.with_time_price(None));
     let unsolved = Solution::unsolved(problem, context.settings.tolerance);
     let mut solution = match stated.check() {
         Err(error) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
-        Ok(()) => of_stated(&stated, &problem.objective, context, &Trajectory::default()),
+        Ok(()) => of_stated(&stated, problem, context, &Trajectory::default()),
     };
     solution.ladder = context.ladder.take();
     solution.solve_time = context.began.elapsed().as_secs_f64();
@@ -123,13 +122,13 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     let sought = problem.duration.known().is_none();
     let stated = quick.trajectory.time.last().copied().filter(|_| sought && free);
     let path = if known.time.len() > 1 { known } else { &quick.trajectory };
-    let duration = stated.or(problem.duration.known()).unwrap_or_else(|| about(problem));
+    let duration = stated.or(problem.duration.known()).unwrap_or_else(|| first_duration::of_time(problem));
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
     // Checked as what it is: effort takes less than time and fuel.
     let mut solution = match (problem.clone().lasting(duration).check(), context.interrupt()) {
         (_, Some(stopped)) => Solution { outcome: stopped, ..unsolved },
         (Err(error), _) => Solution { shortfall: Some(Shortfall::Unusable(error)), ..unsolved },
-        (Ok(()), None) => of_stated(&stated, &problem.objective, context, path),
+        (Ok(()), None) => of_stated(&stated, problem, context, path),
     };
     if sought && let Some(cheaper) = by_its_duration(problem, context, &solution) {
         solution = cheaper;
@@ -211,7 +210,7 @@ fn by_its_duration(problem: &Problem, context: &Context, found: &Solution) -> Op
         return None;
     }
     let stated = Problem { objective: Objective::default(), ..problem.clone().with_duration(duration) };
-    let again = of_stated(&stated, &problem.objective, context, &given.trajectory);
+    let again = of_stated(&stated, problem, context, &given.trajectory);
     (converged(&again) && again.cost < dearer).then_some(again)
 }
 
@@ -226,25 +225,28 @@ fn without_field(problem: Problem) -> Problem {
     Problem { start, end, ..problem }.with_environment(Free)
 }
 
-/// The solution of a maneuver of minimum time or fuel, with the duration of `stated` as the unit of time.
-fn of_stated(stated: &Problem, objective: &Objective, context: &Context, quick: &Trajectory) -> Solution {
+/// The solution of a maneuver of minimum time or fuel, or of least effort in a duration that is sought, with the duration of `stated` as
+/// the unit of time.
+fn of_stated(stated: &Problem, problem: &Problem, context: &Context, quick: &Trajectory) -> Solution {
     match stated.motion {
-        Motion::Attitude => of_dimension::<6>(stated, objective, context, quick),
-        Motion::RigidBody => of_dimension::<12>(stated, objective, context, quick),
+        Motion::Attitude => of_dimension::<6>(stated, problem, context, quick),
+        Motion::RigidBody => of_dimension::<12>(stated, problem, context, quick),
     }
 }
 
 /// The same in the tangent dimension of the motion.
 fn of_dimension<const N: usize>(
     stated: &Problem,
-    objective: &Objective,
+    problem: &Problem,
     context: &Context,
     quick: &Trajectory,
 ) -> Solution {
+    let objective = &problem.objective;
     let goal = Goal { objective: objective.clone() };
     let advise = !objective.counts_time();
     let lands = context.lands() || stated.met().is_some();
-    let ask = Ask { advise, lands, ..Ask::of_goal(Some(goal), context.settings) };
+    let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
+    let ask = Ask { advise, lands, longest, ..Ask::of_goal(Some(goal), context.settings) };
     let search = search_of::<N>(stated, context, ask.clone());
     let coarse = search.chain(chain_steps(stated));
     let mut paths = resampled(&coarse, objective.name(), quick);
@@ -299,49 +301,4 @@ pub(super) fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> V
         Pose { position, attitude: from * lie::exp(&turn) }
     };
     vec![path(&format!("minimum {objective}"), grid, (0..=grid.steps()).map(pose))]
-}
-
-/// About how long a turn about a fixed axis takes, or a flight along a line where that is longer \[s\].
-pub(super) fn about(problem: &Problem) -> f64 {
-    let lasting = |way: &Vector3, least: f64, speeds: &Vector3, inertia: f64, set: &ActuatorSet| {
-        let way_there = 2.0 * (way.norm().max(least) * inertia / given(set, way)).sqrt();
-        way_there + speeds.norm() * inertia / given(set, speeds)
-    };
-    let (start, end, torque) = (&problem.start, &problem.end, &problem.actuation.torque);
-    let of_body = |vector: &Vector3| torque.frame().of_body(&start.attitude, vector);
-    let turn = of_body(&lie::minus(&end.attitude, &start.attitude));
-    let rates = of_body(&(end.angular_velocity - start.angular_velocity));
-    let turning = if problem.ends_in_any_attitude() {
-        // By a torque along the change of the momentum, whichever way the body turns meanwhile.
-        let change = problem.body.inertia.j() * (end.angular_velocity - start.angular_velocity);
-        change.norm() / given(torque, &of_body(&change))
-    } else {
-        lasting(&turn, 0.1, &rates, problem.body.inertia.j().norm(), torque)
-    };
-    let mass = problem.body.mass.filter(|_| problem.motion == Motion::RigidBody);
-    let flying = mass.zip(problem.actuation.force.as_ref()).map_or(0.0, |(mass, force)| {
-        let of_reference = |vector: &Vector3| force.frame().of_reference(&start.attitude, vector);
-        let way = of_reference(&(end.position - start.position));
-        lasting(&way, 0.0, &of_reference(&(end.velocity - start.velocity)), mass, force)
-    });
-    turning.max(flying)
-}
-
-/// About what a set gives along and against a direction: that of its weakest input or, where all that helps is much more, a part
-/// of that.
-fn given(set: &ActuatorSet, direction: &Vector3) -> f64 {
-    let Limits { size, norm, one_sided, .. } = set.limits();
-    let inputs = || set.axes().iter().zip(size.iter().flatten());
-    // A thruster through the mass center turns nothing.
-    let each = inputs().map(|(axis, bound)| axis.norm() * bound).chain(*norm);
-    let weakest = each.filter(|bound| *bound > 0.0).fold(f64::INFINITY, f64::min);
-    let along = |direction: &Vector3| -> f64 {
-        let helps = |axis: &Vector3| {
-            if *one_sided { axis.dot(direction).max(0.0) } else { axis.dot(direction).abs() }
-        };
-        inputs().map(|(axis, bound)| helps(axis) * bound).sum()
-    };
-    let unit = direction.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
-    let together = along(&unit).min(along(&-unit)) / 3.0_f64.sqrt();
-    weakest.max(together.min(norm.unwrap_or(f64::INFINITY)))
 }

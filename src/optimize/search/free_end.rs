@@ -9,11 +9,10 @@
 
 use super::asked::{goes_round_as_asked, way};
 use super::chains::{carry, descend, distinct};
-use super::cheapest::about;
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::detour::detours;
-use super::duration;
+use super::first_duration;
 use super::found::Found;
 use super::given_duration::search_of;
 use super::ladder::{Ask, Search};
@@ -171,14 +170,14 @@ fn stated(given: &Problem) -> (Problem, Option<Goal>) {
     let goal = Goal { objective: objective.clone() };
     match given.duration.known() {
         known if objective.switches() => {
-            let duration = known.unwrap_or_else(|| about(given));
+            let duration = known.unwrap_or_else(|| first_duration::of_time(given));
             let effort = Objective::default();
             (Problem { objective: effort, ..given.clone().with_duration(duration) }, Some(goal))
         }
         Some(_) => (given.clone(), None),
         None => {
             let longest = given.duration.at_most().unwrap_or(f64::INFINITY);
-            let duration = duration::about_a_fixed_axis(given, objective.time_price()).min(longest);
+            let duration = first_duration::of_effort(given, objective.time_price()).min(longest);
             let effort = objective.with_time_price(None);
             (given.clone().with_duration(duration).with_objective(effort), Some(goal))
         }

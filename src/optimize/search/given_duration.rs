@@ -88,26 +88,3 @@ fn turns_the_shortest_way(problem: &Problem) -> bool {
     let missing = problem.actuation.torque.rank().0 < 3;
     free && missing && still == [true; 2] && rotation.norm() < PI - HALF_TURN
 }
-
-/// A plan of least effort whose duration was sought, made to land in that duration.
-pub(super) fn with_duration_found(problem: &Problem, solution: Solution, context: &Context) -> Solution {
-    let Some(duration) = solution.trajectory.time.last().copied() else { return solution };
-    if !context.lands() || solution.outcome != Outcome::Converged {
-        return solution;
-    }
-    let given = problem.clone().lasting(duration);
-    let ask = Ask { lands: true, ..Ask::of_goal(None, context.settings) };
-    let priced = problem.objective.time_price() * duration;
-    let (ladder, solve_time, stationarity) =
-        (solution.ladder.clone(), solution.solve_time, solution.optimality.stationarity);
-    let landed = match given.motion {
-        Motion::Attitude => answer::answer_landed(&search_of::<6>(&given, context, ask), solution),
-        Motion::RigidBody => answer::answer_landed(&search_of::<12>(&given, context, ask), solution),
-    };
-    let mut landed = Solution { ladder, solve_time, ..landed };
-    if landed.landing.is_some() {
-        landed.cost += priced;
-        landed.optimality.stationarity = landed.optimality.stationarity.max(stationarity);
-    }
-    landed
-}

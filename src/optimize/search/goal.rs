@@ -2,11 +2,12 @@
 
 use super::answer::{rival_of_cost, write_aimed};
 use super::asked::held_to_all;
+use super::continuous::estimated;
 use super::found::Found;
 use super::ladder::Search;
 use super::landed::{can_be_flown, landed_with_goal};
 use crate::maneuver::problem::State;
-use crate::maneuver::solution::{Landing, Solution};
+use crate::maneuver::solution::{ContinuousCost, Landing, Solution};
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::Attempt;
 
@@ -23,6 +24,8 @@ pub(super) struct Cheapest {
     pub attempt: Attempt,
     /// Other local minima, each with its cost. They cost more, and some are on a coarse grid.
     pub rivals: Vec<(Attempt, f64)>,
+    /// What it costs in continuous time, estimated.
+    pub continuous: Option<ContinuousCost>,
     /// The target at which it lands, where that was asked for.
     pub landed: Option<(State, Landing)>,
 }
@@ -30,7 +33,7 @@ pub(super) struct Cheapest {
 impl Cheapest {
     /// Writes the plan as a solution.
     pub fn written<const N: usize>(self, search: &Search<N>, found: &Found<N>) -> Solution {
-        let Self { duration, cost, attempt, rivals, landed } = self;
+        let Self { duration, cost, attempt, rivals, continuous, landed } = self;
         let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
         let planned = search.problem.clone().with_duration(duration);
         let written = search.of(&planned, search.ask.clone());
@@ -39,6 +42,9 @@ impl Cheapest {
         write_aimed(&written, &found.work, &mut solution, &attempt, target, &attempt);
         if let Some((_, landing)) = landed {
             solution.landing = Some(landing);
+        }
+        if let Some(work) = &mut solution.interior {
+            work.continuous = continuous;
         }
         // A duration to the last bit.
         solution.cost = if of_duration { duration } else { cost };
@@ -54,13 +60,14 @@ impl Cheapest {
         let duration = |plan: &Attempt| stated * plan.candidate.grid.duration();
         let before = if of_duration { duration(&plan) } else { chain.price(&plan.candidate) };
         let before = before * plan.share_of_optimum();
+        let continuous = estimated(search, &plan);
         let landed = landed_with_goal(search, &plan).map(|Landed { attempt, target, landing }| {
             plan = attempt;
             (target, Landing { cost_before: before, ..landing })
         });
         let (duration, cost) = (duration(&plan), chain.price(&plan.candidate));
         let attempt = chain.of_given_duration(plan, &search.problem.clone().with_duration(duration));
-        Self { duration, cost, attempt, rivals: Vec::new(), landed }
+        Self { duration, cost, attempt, rivals: Vec::new(), continuous, landed }
     }
 }
 

@@ -34,6 +34,8 @@ pub(super) struct Ask<'a> {
     pub advise: bool,
     /// What is minimised in place of the effort (`cheapest`).
     pub goal: Option<Goal>,
+    /// The longest duration of a plan with a goal \[s\].
+    pub longest: f64,
     /// The paths that it begins from for a goal.
     pub paths: &'a [Candidate],
     /// Whether what is written is made to land.
@@ -69,6 +71,7 @@ impl Ask<'_> {
             last,
             advise: false,
             goal,
+            longest: f64::INFINITY,
             paths: &[],
             lands: false,
             family: None,

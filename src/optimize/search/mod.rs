@@ -10,11 +10,12 @@ mod chains;
 mod cheapest;
 mod coarse;
 mod context;
+mod continuous;
 mod descents;
 mod detour;
-mod duration;
 mod effort;
 mod ends;
+mod first_duration;
 mod found;
 mod free_end;
 mod given_duration;
@@ -58,7 +59,7 @@ use crate::optimize::discrete::linear_plan::Vector6;
 use crate::optimize::methods::scp::ScpOptions;
 use context::Context;
 use found::Found;
-use given_duration::{polished, search_of, searched, with_duration_found};
+use given_duration::{polished, search_of, searched};
 use ladder::Ask;
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -208,19 +209,7 @@ pub fn polish(
     check_for_shooting(problem)?;
     let context = Context::new(settings, observer);
     let guess = Guess::costates(guess);
-    let last = ScpOptions::default();
-    let ask = Ask {
-        shooting: true,
-        convex: false,
-        guess: Some(&guess),
-        along: None,
-        last,
-        advise: false,
-        goal: None,
-        paths: &[],
-        lands: false,
-        family: None,
-    };
+    let ask = Ask { shooting: true, convex: false, guess: Some(&guess), ..Ask::of_goal(None, settings) };
     Ok(match problem.motion {
         Motion::Attitude => polished(&search_of::<6>(problem, &context, ask)),
         Motion::RigidBody => polished(&search_of::<12>(problem, &context, ask)),
@@ -352,17 +341,6 @@ fn solve_on(
     }
     match Formulation::of(problem) {
         Formulation::Extremal => in_given_duration(problem, settings, guess, observer),
-        Formulation::OverDurations => {
-            check_for_no_guess(guess)?;
-            // Durations are compared by their discrete optima; the one that is found lands.
-            let discrete = Settings { target: Target::Discrete, ..settings.clone() };
-            let mut given = |problem: &Problem, settings: &Settings, observer: &mut dyn Observer| {
-                check(problem, settings)?;
-                in_given_duration(problem, settings, None, observer)
-            };
-            let solution = duration::solve(problem, &discrete, observer, &mut given)?;
-            Ok(with_duration_found(problem, solution, &Context::new(settings, observer)))
-        }
         Formulation::Switching => {
             check_for_no_guess(guess)?;
             let context = Context::new(settings, observer);
@@ -447,22 +425,10 @@ fn in_given_duration(
     let convex = settings.method != Method::Shooting && fits.is_ok();
     // From here on the clock runs.
     let context = Context::new(settings, observer);
-    let last = ScpOptions::default().within(settings.max_iterations);
     Ok(searched(
         problem,
         &context,
-        Ask {
-            shooting,
-            convex,
-            guess,
-            along: None,
-            last,
-            advise: true,
-            goal: None,
-            paths: &[],
-            lands: context.lands(),
-            family: None,
-        },
+        Ask { shooting, convex, guess, advise: true, lands: context.lands(), ..Ask::of_goal(None, settings) },
     ))
 }
 
@@ -504,17 +470,6 @@ pub fn solve_convex(
     let context = Context::new(&settings, observer);
     let last = if polish { ScpOptions::default() } else { ScpOptions::unpolished() };
     let last = last.within(settings.max_iterations);
-    let ask = Ask {
-        shooting: false,
-        convex: true,
-        guess: None,
-        along,
-        last,
-        advise: false,
-        goal: None,
-        paths: &[],
-        lands: false,
-        family: None,
-    };
+    let ask = Ask { along, last, ..Ask::of_goal(None, &settings) };
     Ok(searched(problem, &context, ask))
 }

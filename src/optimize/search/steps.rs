@@ -13,16 +13,16 @@
 //!
 //!   What is stated of a Lie–Verlet plan is the trapezoidal sum over its nodes, which is above the effort of the held means by
 //!   `(h/4) Σ_k ½ δ_kᵀW δ_k` more: together `h/3` (a turn from rest to rest about one axis: `ΔJ/J = 4/N²`). Plans whose inputs switch know the cost of the extremal in
-//!   continuous time. Of time and fuel on equal steps, where an input jumps within a step, no such formula holds: two grids
-//!   tell, of which one has half of the steps, and the difference stands for the error of the finer one, as at first order.
+//!   continuous time. Of time and fuel on equal steps, where an input jumps within a step, no such formula holds: the
+//!   difference from the optimum on half of the steps stands for the error, as at first order (`search/continuous`).
 //!
 //! Steps that are given stay as given. A coarser plan that lands is kept where a finer one does not, or costs more.
 
-use super::cheapest::about;
+use super::first_duration;
 use super::{Guess, Observer, PlanError, solve_on};
 use crate::maneuver::objective::effort;
 use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::{Settings, Target, Thoroughness};
+use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::{ChosenSteps, Outcome, Solution};
 use crate::optimize::landing;
 use std::time::{Duration, Instant};
@@ -82,7 +82,7 @@ pub(super) fn chosen(
         // Half as long steps bring the end twice as near at least, by a scheme of first order.
         let (lands, nearer) = (left <= landing::MET, left <= 0.5 * missed);
         missed = left;
-        let estimate = cost_error(&on, settings, &found, observer, began);
+        let estimate = cost_error(&on, &found);
         found.chosen = Some(ChosenSteps {
             began: problem.steps,
             lands,
@@ -124,7 +124,7 @@ pub(super) fn chosen(
 /// The steps of which none turns a body that spins at an end by more than [`TURN`].
 fn turning(problem: &Problem) -> usize {
     let rates = [&problem.start, &problem.end].map(|end| end.angular_velocity.norm());
-    let seconds = problem.duration.known().unwrap_or_else(|| about(problem));
+    let seconds = problem.duration.known().unwrap_or_else(|| first_duration::of_time(problem));
     let steps = rates[0].max(rates[1]) * seconds / TURN;
     if steps < MOST_OF_FIRST_ORDER as f64 { steps.ceil() as usize } else { MOST_OF_FIRST_ORDER }
 }
@@ -143,35 +143,22 @@ struct Estimate {
 }
 
 /// `None` where nothing can be told, as of a plan that costs nothing.
-fn cost_error(
-    problem: &Problem,
-    settings: &Settings,
-    found: &Solution,
-    observer: &mut dyn Observer,
-    began: Instant,
-) -> Option<Estimate> {
-    let estimate = if let Some(switching) =
-        found.switching.as_ref().filter(|_| found.on_grid(problem).switches())
-    {
-        // The price of time is in both, where there is one.
-        let (discrete, continuous) = if problem.objective.is_duration() {
-            (found.duration(problem), switching.continuous_duration_s)
+fn cost_error(problem: &Problem, found: &Solution) -> Option<Estimate> {
+    let estimate =
+        if let Some(switching) = found.switching.as_ref().filter(|_| found.on_grid(problem).switches()) {
+            // The price of time is in both, where there is one.
+            let (discrete, continuous) = if problem.objective.is_duration() {
+                (found.duration(problem), switching.continuous_duration_s)
+            } else {
+                (found.cost, switching.continuous_cost)
+            };
+            Estimate { error: ((discrete - continuous) / continuous).abs(), order: 2.0 }
+        } else if problem.objective.switches() {
+            let continuous = found.interior.as_ref()?.continuous?;
+            Estimate { error: (continuous.error / found.cost).abs(), order: 1.0 }
         } else {
-            (found.cost, switching.continuous_cost)
+            Estimate { error: held_above(problem, found) / found.cost, order: 2.0 }
         };
-        Estimate { error: ((discrete - continuous) / continuous).abs(), order: 2.0 }
-    } else if problem.objective.switches() {
-        let half = problem.steps / 2;
-        let quick = Settings { target: Target::Discrete, search: Thoroughness::Quick, ..settings.clone() };
-        let quick = remaining(&quick, began)?;
-        let coarser =
-            solve_on(&problem.clone().with_steps(half.max(Problem::MIN_STEPS)), &quick, None, observer)
-                .ok()?;
-        (coarser.outcome == Outcome::Converged).then_some(())?;
-        Estimate { error: ((coarser.cost - found.cost) / found.cost).abs(), order: 1.0 }
-    } else {
-        Estimate { error: held_above(problem, found) / found.cost, order: 2.0 }
-    };
     estimate.error.is_finite().then_some(estimate)
 }
 

@@ -200,13 +200,20 @@ fn a_duration_is_sought_in_a_frame_that_turns() {
 }
 
 #[test]
-fn a_duration_of_least_effort_is_the_same_by_both_roads_in_a_frame_that_turns() {
-    // The secant of its derivative, and the length of the steps as an unknown.
-    let effort = on_an_orbit(0.2).with_objective(effort(2e-3)).with_duration(Duration::SOUGHT);
-    let secant = solved(&effort).solution;
-    let unknown = on_equal_steps(&effort).solution;
-    assert_eq!((secant.method, unknown.method), (Method::Shooting, Method::InteriorPoint));
-    near(unknown.cost, secant.cost, 1e-10);
+fn a_duration_of_least_effort_is_the_best_of_those_given_to_the_shooting_in_a_frame_that_turns() {
+    let price = 2e-3;
+    let turning = on_an_orbit(0.2).with_objective(Objective::default());
+    let sought = turning.clone().with_objective(effort(price)).with_duration(Duration::SOUGHT);
+    let found = solved(&sought).solution;
+    let best = found.duration(&sought);
+    let given = |part: f64| {
+        let plan = solved(&turning.clone().with_duration(part * best)).solution;
+        assert_eq!(plan.method, Method::Shooting);
+        plan.cost + price * part * best
+    };
+    assert_eq!(found.method, Method::InteriorPoint);
+    near(found.cost, given(1.0), 1e-10);
+    assert!(given(0.999) > found.cost && given(1.001) > found.cost);
 }
 
 #[test]

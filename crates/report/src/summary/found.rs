@@ -68,9 +68,6 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
             let duration = significant(solution.duration(problem), 9);
             let priced = problem.objective.given_time_price().is_some();
             let why = match problem.duration.at_most() {
-                _ if solution.shortest.is_some() => {
-                    "the shortest found: less time would cost less, but no plan was found"
-                }
                 Some(longest) if solution.duration(problem) >= longest * (1.0 - SAME_DURATION) => {
                     "the longest allowed"
                 }
@@ -89,6 +86,11 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
             lines.line("fuel", format!("{fuel}, {MINIMAL}"));
         }
         None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
+    }
+    let work = solution.interior.filter(|_| solution.switching.is_none());
+    if let Some(continuous) = work.and_then(|work| work.continuous) {
+        let (cost, error) = (significant(continuous.cost, 6), significant(continuous.error, 1));
+        lines.line("continuous", format!("{cost} within about {error}, estimated from two grids"));
     }
     lines.extend(iterations(solution));
     lines.line("terminal", terminal(&solution.terminal));

@@ -112,7 +112,9 @@ impl Method for InteriorPoint<'_> {
         };
         let shortfall = (outcome != Outcome::Converged).then(|| self.lacking(&iterate, &run, outcome));
         let residual = run.primal.max(excess);
-        let stationarity = run.dual.max(run.primal).max(run.complementarity);
+        // Without rows the products are those of the end, which is met.
+        let complementarity = if program.shape().rows() == 0 { 0.0 } else { run.complementarity };
+        let stationarity = run.dual.max(run.primal).max(complementarity);
         let residuals = vec![f64::NAN, run.dual.max(residual)];
         let pairs = program.shape().rows() + 2 * program.shape().terminal;
         let warm = Some(Box::new(program.left(&solver.point, &solver.duals)));

@@ -13,6 +13,9 @@ pub(crate) struct Tuning {
     /// Residual of all conditions at which the method has converged: a smaller one is nearer to
     /// round-off and takes an iteration or two more.
     pub tolerance: f64,
+    /// The same of a maneuver without rows, whose last steps converge quadratically: one more takes
+    /// it to round-off (`slew plan problems/free_duration_xte.toml -v`).
+    pub tolerance_without_rows: f64,
     /// First barrier term: a larger one takes more iterations and keeps farther from bounds that
     /// the first path crosses.
     pub first: f64,
@@ -235,6 +238,7 @@ impl Default for Tuning {
             iterations: 240,
             for_each: 4,
             tolerance: 1e-11,
+            tolerance_without_rows: 1e-12,
             first: 0.1,
             beside: 1e-5,
             last: 1e-12,
@@ -312,6 +316,7 @@ impl Tuning {
         Self {
             search_patience: 25,
             tolerance: 1e-5,
+            tolerance_without_rows: 1e-5,
             acceptable: 1e-3,
             last: 1e-6,
             tail: 1e-6,

@@ -4,6 +4,7 @@
 //! more than accuracy: about the fixed axis, bent to six sides, past either side of each cone. On few steps each takes milliseconds.
 //! The cheapest coarse plan starts the solve on the requested grid.
 
+use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::chains::{carry, descend};
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::detour::detours;
@@ -25,6 +26,9 @@ impl<const N: usize> Climb<N> for Interior {
                 descend(search, found, &coarse, seed);
             }
         }
+        let duration = |plan: &Attempt| plan.candidate.grid.duration() * search.problem.seconds();
+        let within = |plan: &Attempt| duration(plan) <= search.ask.longest;
+        found.reorder(|plans| plans.into_iter().filter(within).collect());
         carry(search, found, &coarse);
     }
 }

@@ -269,7 +269,8 @@ impl Solver {
             }
             let last = state.last;
             let at_last = state.barrier <= last * (1.0 + 1e-9);
-            let near = residuals.dual.max(residuals.primal) <= tuning.tolerance;
+            let asked = if shape.rows() == 0 { tuning.tolerance_without_rows } else { tuning.tolerance };
+            let near = residuals.dual.max(residuals.primal) <= asked;
             if near
                 && (residuals.complementarity <= tuning.tolerance && residuals.mean <= 2.0 * last
                     || at_last && residuals.off <= tuning.lowered_at * state.barrier)
