@@ -29,6 +29,7 @@
 //! recursion; the borders are the Schur complement of what couples all stages.
 
 use super::program::{Derivatives, Increment, Shape};
+use crate::numerics::widest::widest;
 
 /// What a terminal equation gives way by, and the term that makes the problem convex beside it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -189,11 +190,12 @@ impl Riccati {
                 row[self.wide_n + c] = slope[j];
             }
         }
-        for stage in (0..self.stages).rev() {
-            self.gather(shape, at, sigma, taken, stage);
-            if !self.eliminate(stage) {
-                return false;
-            }
+        let positive = widest(
+            #[inline(always)]
+            || self.recur(shape, at, sigma, taken),
+        );
+        if !positive {
+            return false;
         }
         let ends = width - self.wide_n;
         for c in 0..terminal {
@@ -204,8 +206,21 @@ impl Riccati {
         self.close(at)
     }
 
+    /// Eliminates all stages, from the last; `false` where a Hessian by inputs is not positive.
+    #[inline(always)]
+    fn recur(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken) -> bool {
+        for stage in (0..self.stages).rev() {
+            self.gather(shape, at, sigma, taken, stage);
+            if !self.eliminate(stage) {
+                return false;
+            }
+        }
+        true
+    }
+
     /// Writes the Hessian of a stage with all that depends on its unknowns: rows, the states after
     /// it, and the terminal columns.
+    #[inline(always)]
     fn gather(&mut self, shape: &Shape, at: &Derivatives, sigma: &[f64], taken: Taken, stage: usize) {
         let (n, m, width) = (self.n, self.m, self.width);
         let (z, wide) = (n + m, self.wide_m + self.wide_n);
@@ -289,6 +304,7 @@ impl Riccati {
     }
 
     /// Eliminates the inputs of a stage; `false` where its Hessian by them is not positive.
+    #[inline(always)]
     fn eliminate(&mut self, stage: usize) -> bool {
         let (n, m, width, wide_m) = (self.n, self.m, self.width, self.wide_m);
         let h_width = wide_m + width;
@@ -390,6 +406,22 @@ impl Riccati {
     /// Solves for a right-hand side: increments of the point and of the multipliers of its
     /// equations.
     pub fn solve(
+        &mut self,
+        at: &Derivatives,
+        right: &Right,
+        point: &mut Increment,
+        costates: &mut [f64],
+        terminals: &mut [f64],
+    ) {
+        widest(
+            #[inline(always)]
+            || self.pass(at, right, point, costates, terminals),
+        );
+    }
+
+    /// A pass backward and one forward.
+    #[inline(always)]
+    fn pass(
         &mut self,
         at: &Derivatives,
         right: &Right,

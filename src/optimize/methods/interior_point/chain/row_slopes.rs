@@ -4,8 +4,8 @@ use super::super::program::{Derivatives, Duals};
 use super::slopes::Here;
 use super::space::{Space, bend_limit, both};
 use super::{Bound, ChainProgram};
-use crate::optimize::chain::rows::{Cone, What};
 use crate::Vector3;
+use crate::optimize::chain::rows::{Cone, What};
 
 /// A row as its derivatives are formed.
 struct Bent<'a> {
