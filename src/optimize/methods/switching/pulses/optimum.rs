@@ -8,13 +8,13 @@ use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
 use super::super::tuning::pulses::*;
 use super::super::tuning::{MET, UNDETERMINED, VANISHED};
-use super::motion::{Motion, gradient};
+use super::motion::Motion;
 use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Best, Schedule};
 use super::ties::settled;
 use crate::numerics::least_squares::shortest;
 use crate::optimize::methods::PROMISED;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector};
 
 /// The bounds of a step from given times, none longer than `trust`.
 fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bound> {
@@ -36,11 +36,11 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
     let bounds = first.bounds(ask);
     let mut schedule = first.clone();
     let mut trust = TRUST * schedule.duration;
-    let mut miss = Motion::of(extremal, &schedule, &[0.0; 6]).miss()?;
+    let mut miss = Motion::of(extremal, &schedule, &[0.0; 6])?.kkt;
     let mut acting = vec![false; bounds.len() + 2 * schedule.times().len()];
     let mut slow = 0;
     for _ in 0..iterations {
-        let size = miss.residual.norm();
+        let size = miss.constraints().norm();
         if size < MET {
             return Some(schedule);
         }
@@ -51,14 +51,14 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
         let (hessian, gradient) = (DMatrix::from_diagonal(&weights), DVector::zeros(count + 6));
         let rows = DMatrix::from_fn(6, count + 6, |row, column| {
             if column < count {
-                miss.jacobian[(row, column)]
+                miss.by_unknowns()[(row, column)]
             } else if column - count == row {
                 -1.0
             } else {
                 0.0
             }
         });
-        let right = DVector::from_column_slice((-miss.residual).as_slice());
+        let right = -miss.constraints();
         let limits = bounds_of_step(&bounds, &times, trust);
         let program = Quadratic {
             hessian: &hessian,
@@ -70,10 +70,10 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
         acting = step.acting;
         let moved = step.p.rows(0, count);
         let next = schedule.at(&(times + moved));
-        let after = Motion::of(extremal, &next, &[0.0; 6]).miss();
+        let after = Motion::of(extremal, &next, &[0.0; 6]).map(|motion| motion.kkt);
         match after {
-            Some(after) if after.residual.norm() < size => {
-                let left = after.residual.norm() / size;
+            Some(after) if after.constraints().norm() < size => {
+                let left = after.constraints().norm() / size;
                 slow = if left < LESS { 0 } else { slow + 1 };
                 (schedule, miss) = (next, after);
             }
@@ -90,8 +90,8 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
 }
 
 /// Orthonormal rows of a matrix that span its rows, and the right side of `A p = b` in them.
-fn independent(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
-    let svd = matrix.clone().svd(true, true);
+fn independent(matrix: DMatrixView<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    let svd = matrix.into_owned().svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
     let least = UNDETERMINED * svd.singular_values.max();
     let kept: Vec<usize> =
@@ -103,7 +103,7 @@ fn independent(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DMatrix<f
 }
 
 /// A positive definite matrix that agrees with `hessian` along the equations where that is positive.
-fn convex(hessian: &DMatrix<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
+fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
     let count = hessian.nrows();
     let along = DMatrix::identity(count, count) - rows.tr_mul(rows);
     let projected = &along * (hessian + hessian.transpose()) * &along * 0.5;
@@ -120,26 +120,18 @@ fn convex(hessian: &DMatrix<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
 /// The best times near those of a schedule; `None` where the terminal conditions are not met near it.
 pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Option<Best> {
     let mut schedule = met(extremal, first, ask, FIRST_ITERATIONS)?;
-    let gradient = gradient(extremal, &schedule);
+    let start = Motion::of(extremal, &schedule, &[0.0; 6])?.kkt;
+    // Without costates what the times cost.
+    let gradient = start.slope().into_owned();
+    let mut costates = array(&shortest(&start.by_multipliers().into_owned(), &-&gradient, UNDETERMINED)?);
     let bounds = schedule.bounds(ask);
     let mut trust = TRUST * schedule.duration;
     let mut acting = vec![false; bounds.len() + 2 * schedule.times().len()];
-    let mut costates = None;
     for _ in 0..MOST_STEPS {
         let cost = schedule.cost(extremal);
-        let own = match costates {
-            Some(own) => own,
-            None => {
-                let motion = Motion::of(extremal, &schedule, &[0.0; 6]);
-                let linear = motion.curvature()?.of_costates;
-                array(&shortest(&linear, &-&gradient, UNDETERMINED)?)
-            }
-        };
-        let motion = Motion::of(extremal, &schedule, &own);
-        let (miss, curvature) = (motion.miss()?, motion.curvature()?);
-        let residual = DVector::from_column_slice(miss.residual.as_slice());
-        let (rows, right) = independent(&miss.jacobian, &-residual)?;
-        let hessian = convex(&curvature.hessian, &rows);
+        let kkt = Motion::of(extremal, &schedule, &costates)?.kkt;
+        let (rows, right) = independent(kkt.by_unknowns(), &-kkt.constraints())?;
+        let hessian = convex(kkt.hessian(), &rows);
         let times = schedule.times();
         let limits = bounds_of_step(&bounds, &times, trust);
         let program = Quadratic {
@@ -149,18 +141,19 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
             bounds: &limits,
         };
         let Some(step) = program.solve(&acting) else {
-            return Some(Best { schedule, costates: own, cost });
+            return Some(Best { schedule, costates, cost });
         };
         acting = step.acting;
         let mut pull = &hessian * &step.p + &gradient;
         for (bound, multiplier) in limits.iter().zip(&step.multipliers) {
             bound.add_to(&mut pull, -multiplier);
         }
-        let next_costates = shortest(&curvature.of_costates, &-pull, UNDETERMINED).map(|found| array(&found));
-        costates = next_costates.or(Some(own));
+        if let Some(next) = shortest(&kkt.by_multipliers().into_owned(), &-pull, UNDETERMINED) {
+            costates = array(&next);
+        }
         let predicted = -(gradient.dot(&step.p) + 0.5 * step.p.dot(&(&hessian * &step.p)));
         if predicted < NO_GAIN * cost {
-            return Some(Best { schedule, costates: costates.unwrap_or(own), cost });
+            return Some(Best { schedule, costates, cost });
         }
         let trial = met(extremal, &schedule.at(&(times + &step.p)), ask, ITERATIONS);
         let gained = trial.as_ref().map_or(f64::NEG_INFINITY, |trial| cost - trial.cost(extremal));
@@ -176,7 +169,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
         }
     }
     let cost = schedule.cost(extremal);
-    Some(Best { schedule, costates: costates.unwrap_or([0.0; 6]), cost })
+    Some(Best { schedule, costates, cost })
 }
 
 /// Arcs with the best times of their pulses, however short; pulses that have vanished are left out. `None` where the terminal conditions
@@ -196,7 +189,7 @@ pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
         Some(settled) => (settled.schedule, settled.costates),
         None => (best.schedule, best.costates),
     };
-    Some(Motion::fine(extremal, &schedule, &costates).arcs())
+    Some(Motion::fine(extremal, &schedule, &costates)?.arcs)
 }
 
 fn array(values: &DVector<f64>) -> [f64; 6] {

@@ -1,6 +1,6 @@
 //! Derivatives of the motion under pulses against finite differences, quadratic programs against their conditions, and ties.
 
-use super::motion::{Motion, gradient};
+use super::motion::Motion;
 use super::on_grid::{Placed, placed};
 use super::optimum::{best_arcs, best_times};
 use super::quadratic::{Bound, Quadratic};
@@ -82,9 +82,9 @@ fn differences(times: &DVector<f64>, of: impl Fn(&DVector<f64>) -> DVector<f64>)
 fn a_pulse_that_is_off_again_at_the_start_is_none() {
     let extremal = extremal();
     let mut schedule = schedule();
-    let without = Motion::fine(&extremal, &schedule, &[0.0; 6]).arcs();
+    let without = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
     schedule.pulses.push(Pulse { level: 1, on: 0.0, off: 0.0 });
-    let with = Motion::fine(&extremal, &schedule, &[0.0; 6]).arcs();
+    let with = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
     assert_eq!(with.signs, without.signs);
     assert_eq!(with.switches.len(), without.switches.len());
 }
@@ -94,11 +94,10 @@ fn the_end_answers_to_the_times_as_finite_differences_say() {
     let (sought, with_duration, _) = sought();
     for (extremal, schedule) in [(extremal(), schedule()), (sought, with_duration)] {
         let end = |times: &DVector<f64>| {
-            let miss = Motion::fine(&extremal, &schedule.at(times), &[0.0; 6]).miss().unwrap();
-            DVector::from_column_slice(miss.residual.as_slice())
+            Motion::fine(&extremal, &schedule.at(times), &[0.0; 6]).unwrap().kkt.constraints().into_owned()
         };
-        let found = Motion::fine(&extremal, &schedule, &[0.0; 6]).miss().unwrap().jacobian;
-        let apart = (&found - differences(&schedule.times(), end)).amax();
+        let found = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().kkt;
+        let apart = (found.by_unknowns() - differences(&schedule.times(), end)).amax();
         // The error of the differences is a third derivative times 4e-10 / 6.
         assert!(apart < 1e-8, "{apart:e}");
     }
@@ -113,25 +112,23 @@ fn the_lagrangian_answers_to_the_times_as_finite_differences_say() {
 
 fn lagrangian_answers(extremal: &Extremal, schedule: &Schedule) {
     let costates = [0.3, -0.7, 0.4, -0.9, 0.5, 0.8];
-    let cost = gradient(extremal, schedule);
-    let slope = |times: &DVector<f64>| {
-        let schedule = schedule.at(times);
-        let curvature = Motion::of(extremal, &schedule, &costates).curvature().unwrap();
-        &cost + curvature.of_costates * DVector::from_column_slice(&costates)
-    };
-    let motion = Motion::of(extremal, schedule, &costates);
-    let curvature = motion.curvature().unwrap();
-    let apart = (&curvature.hessian - differences(&schedule.times(), slope)).amax();
+    let at = |times: &DVector<f64>| Motion::of(extremal, &schedule.at(times), &costates).unwrap().kkt;
+    let times = schedule.times();
+    let kkt = at(&times);
+    let apart = (kkt.hessian() - differences(&times, |times| at(times).slope().into_owned())).amax();
     assert!(apart < 1e-8, "{apart:e}");
+    // Without costates the slope is that of the cost, and it is linear in them.
+    let cost = differences(&times, |times| DVector::from_element(1, schedule.at(times).cost(extremal)));
+    let pull = kkt.by_multipliers() * DVector::from_column_slice(&costates);
+    assert!((kkt.slope() - pull - cost.transpose()).amax() < 1e-8);
     // Along the terminal conditions the costates have no say: both derivatives have one null space.
-    let jacobian = motion.miss().unwrap().jacobian;
-    let svd = jacobian.svd(true, true);
+    let svd = kkt.by_unknowns().into_owned().svd(true, true);
     let rows = svd.v_t.unwrap();
     let count = rows.ncols();
     let along = DMatrix::identity(count, count) - rows.tr_mul(&rows);
-    assert!((along.clone() * &curvature.of_costates).amax() < 1e-10);
+    assert!((along.clone() * kkt.by_multipliers()).amax() < 1e-10);
     // And there the second derivative is symmetric, whatever the costates.
-    let reduced = &along * &curvature.hessian * &along;
+    let reduced = &along * kkt.hessian() * &along;
     assert!((&reduced - reduced.transpose()).amax() < 1e-10 * (1.0 + reduced.amax()));
 }
 
@@ -213,8 +210,8 @@ fn placed_well(extremal: &Extremal, ask: &Ask) -> Placed {
     let first = Schedule::kept(schedule().pulses, DURATION, ask).unwrap();
     let best = best_times(extremal, &first, ask).expect("a schedule that meets the end");
     assert!(best.cost < first.cost(extremal) * 2.0);
-    let miss = Motion::of(extremal, &best.schedule, &best.costates).miss().unwrap();
-    assert!(miss.residual.norm() < 1e-9);
+    let kkt = Motion::of(extremal, &best.schedule, &best.costates).unwrap().kkt;
+    assert!(kkt.constraints().norm() < 1e-9);
     let placed = placed(extremal, &best, ask, 200).expect("a grid");
     assert!(placed.grid.residual < 1e-12, "{}", placed.grid.residual);
     for pulse in &placed.schedule.pulses {
@@ -249,12 +246,12 @@ fn a_sought_duration_is_the_best_of_those_that_are_given() {
 fn arcs_of_the_best_times_meet_the_end_to_round_off() {
     let (sought, with_duration, _) = sought();
     for (extremal, schedule) in [(extremal(), schedule()), (sought, with_duration)] {
-        let arcs = Motion::fine(&extremal, &schedule, &[0.0; 6]).arcs();
+        let arcs = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
         let best = best_arcs(&extremal, &arcs).expect("arcs that meet the end");
         assert!(best.signs.iter().any(|sign| *sign > 0.0), "{:?}", best.signs);
         let pulses = Schedule::of_arcs(&best);
         let again = Schedule { pulses, duration: best.duration, ..schedule };
-        let miss = Motion::fine(&extremal, &again, &[0.0; 6]).miss().unwrap().residual.norm();
+        let miss = Motion::fine(&extremal, &again, &[0.0; 6]).unwrap().kkt.constraints().norm();
         assert!(miss < 1e-13, "{miss:e}");
     }
 }

@@ -3,11 +3,11 @@
 use super::super::extremal::Extremal;
 use super::super::tuning::pulses::*;
 use super::super::tuning::{MET, NEAR_ITERATIONS, UNDETERMINED};
-use super::motion::{Motion, gradient};
+use super::motion::Motion;
 use super::quadratic::Bound;
 use super::schedule::{Ask, Best, Schedule};
-use crate::numerics::least_squares::shortest;
-use nalgebra::{DMatrix, DVector};
+use crate::optimize::nlp::kkt::Steps;
+use nalgebra::{DMatrix, DVector, Vector6};
 
 /// What a time is: a free number, if any, and what is added to it.
 #[derive(Clone, Copy, Debug)]
@@ -117,52 +117,35 @@ pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &Ask) -> Option<Set
     let times = best.schedule.times();
     let at = |time: Option<usize>, times: &DVector<f64>| time.map_or(0.0, |time| times[time]);
     let slack = |bound: &Bound, times: &DVector<f64>| at(bound.b, times) - at(bound.a, times) - bound.least;
-    let attempts = [true, false].into_iter().flat_map(|stationary| NEAR.map(|near| (stationary, near)));
-    attempts.into_iter().find_map(|(stationary, near)| {
+    let all = [Steps::Shortest, Steps::Feasible].into_iter();
+    all.flat_map(|steps| NEAR.map(|near| (steps, near))).find_map(|(steps, near)| {
         let acting: Vec<bool> =
             bounds.iter().map(|bound| slack(bound, &times) < near * best.schedule.duration).collect();
         let ties = Ties::of(&best.schedule, &bounds, &acting);
-        let (schedule, costates) = newton(extremal, best, &ties, stationary)?;
+        let (schedule, costates) = newton(extremal, best, &ties, steps)?;
         let times = schedule.times();
         let kept = bounds.iter().all(|bound| slack(bound, &times) >= -KEPT * best.schedule.duration);
         kept.then(|| Settled { schedule, costates, bounds: bounds.clone(), acting })
     })
 }
 
-/// Newton on costates and free times, or on the times alone.
-fn newton(extremal: &Extremal, best: &Best, ties: &Ties, stationary: bool) -> Option<(Schedule, [f64; 6])> {
+/// Newton on costates and free times.
+fn newton(extremal: &Extremal, best: &Best, ties: &Ties, steps: Steps) -> Option<(Schedule, [f64; 6])> {
     let (matrix, first) = (ties.matrix(), ties.snapped(&best.schedule.times()));
-    let free = matrix.ncols();
-    let cost = gradient(extremal, &best.schedule);
-    let (mut times, mut costates) = (first.clone(), DVector::from_column_slice(&best.costates));
+    let (mut times, mut costates) = (first.clone(), Vector6::from(best.costates));
     let mut last = f64::INFINITY;
     for _ in 0..NEAR_ITERATIONS {
         let schedule = best.schedule.at(&times);
-        let own = std::array::from_fn(|index| costates[index]);
-        let motion = Motion::fine(extremal, &schedule, &own);
-        let miss = motion.miss()?;
-        let count = if stationary { 6 } else { 0 };
-        let mut residual = DVector::zeros(6 + if stationary { free } else { 0 });
-        let mut jacobian = DMatrix::zeros(residual.len(), count + free);
-        residual.rows_mut(0, 6).copy_from(&miss.residual);
-        jacobian.view_mut((0, count), (6, free)).copy_from(&(&miss.jacobian * &matrix));
-        if stationary {
-            let curvature = motion.curvature()?;
-            let pull = &cost + &curvature.of_costates * &costates;
-            residual.rows_mut(6, free).copy_from(&matrix.tr_mul(&pull));
-            jacobian.view_mut((6, 0), (free, 6)).copy_from(&matrix.tr_mul(&curvature.of_costates));
-            let of_times = matrix.tr_mul(&(&curvature.hessian * &matrix));
-            jacobian.view_mut((6, 6), (free, free)).copy_from(&of_times);
-        }
-        let size = residual.norm();
+        let kkt = Motion::fine(extremal, &schedule, &costates.into())?.kkt.tied(&matrix);
+        let size = kkt.merit(steps);
         if size < SHARP || size < MET && size >= 0.5 * last {
             let moved = (&times - &first).amax();
-            return (moved < NEARBY * schedule.duration).then_some((schedule, own));
+            return (moved < NEARBY * schedule.duration).then_some((schedule, costates.into()));
         }
         last = size;
-        let step = shortest(&jacobian, &-residual, UNDETERMINED)?;
-        costates += step.rows(0, count).resize_vertically(6, 0.0);
-        times += &matrix * step.rows(count, free);
+        let step = kkt.newton_step(steps, UNDETERMINED)?;
+        costates += step.fixed_rows::<6>(0);
+        times += &matrix * step.rows(6, matrix.ncols());
     }
     None
 }

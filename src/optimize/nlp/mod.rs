@@ -1,0 +1,3 @@
+//! Dense nonlinear programs: a handful of unknowns, as the lengths of arcs and the times of pulses.
+
+pub(crate) mod kkt;
