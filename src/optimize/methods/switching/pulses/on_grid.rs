@@ -10,8 +10,9 @@ use super::super::on_grid::OnGrid;
 use super::super::tuning::grid::{MOST_CHANGES, MOST_ITERATIONS};
 use super::super::tuning::pulses::{KEPT, NEARBY_ON_GRID};
 use super::motion::Motion;
+use super::optimum::{Settled, acts, settled};
 use super::schedule::{Ask, Best, Schedule};
-use super::ties::{Settled, Ties, settled};
+use crate::optimize::nlp::bounds::{Bound, Ties};
 use nalgebra::DMatrix;
 
 /// Pulses as arcs of the equations of motion, and on their grid.
@@ -44,9 +45,9 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
     let mut layout = Layout::of(&arcs);
     for _ in 0..MOST_CHANGES {
-        let mut ties = Ties::of(&schedule, &bounds, &acting);
+        let mut ties = Ties::of(times.len(), acts(&bounds, &acting));
         for arc in (1..order.len()).filter(|arc| layout.joined[*arc]) {
-            ties.join(order[arc - 1], order[arc]);
+            ties.add(&Bound { a: Some(order[arc - 1]), b: Some(order[arc]), least: 0.0 });
         }
         let (counts, kept) = (layout.counts(steps).map_err(Unplaced::Steps)?, layout.kept());
         let matrix = ties.matrix();
@@ -96,10 +97,9 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
         if let Some(end) = schedule.end() {
             found[end] = grid.duration();
         }
-        let at = |time: Option<usize>| time.map_or(0.0, |time| found[time]);
-        let violated = bounds.iter().zip(&acting).position(|(bound, acts)| {
-            !acts && at(bound.b) - at(bound.a) - bound.least < -KEPT * schedule.duration
-        });
+        let least = -KEPT * schedule.duration;
+        let violated =
+            bounds.iter().zip(&acting).position(|(bound, acts)| !acts && bound.slack(&found) < least);
         match violated {
             Some(violated) => acting[violated] = true,
             None => return Ok(Placed { schedule, arcs: continuous, grid }),

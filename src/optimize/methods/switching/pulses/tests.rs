@@ -3,12 +3,12 @@
 use super::motion::Motion;
 use super::on_grid::{Placed, placed};
 use super::optimum::{best_arcs, best_times};
-use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Pulse, Schedule};
-use super::ties::Ties;
 use crate::numerics::random::Stream;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
 use crate::optimize::methods::switching::work::Halt;
+use crate::optimize::nlp::bounds::{Bound, Ties};
+use crate::optimize::nlp::quadratic::{Quadratic, QuadraticSettings};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 
@@ -153,21 +153,33 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
             gradient: &gradient,
             equations: Some((&equations, &right)),
             bounds: &bounds,
+            settings: QuadraticSettings::default(),
         };
         let found = program.solve(&vec![false; bounds.len()]).unwrap_or_else(|| panic!("case {case}"));
         assert!((&equations * &found.p).amax() < 1e-9, "case {case}");
-        let mut pull = &hessian * &found.p + &gradient;
-        for (bound, multiplier) in bounds.iter().zip(&found.multipliers) {
-            bound.add_to(&mut pull, -multiplier);
-            let at = |time: Option<usize>| time.map_or(0.0, |time| found.p[time]);
-            let slack = at(bound.b) - at(bound.a) - bound.least;
-            assert!(slack > -1e-9 && *multiplier > -1e-9, "case {case}: {slack} {multiplier}");
-            assert!(slack * multiplier < 1e-7, "case {case}: {slack} {multiplier}");
+        for (bound, acts) in bounds.iter().zip(&found.acting) {
+            let slack = bound.slack(&found.p);
+            assert!(slack > -1e-9 && (!acts || slack < 1e-7), "case {case}: {slack}");
         }
-        // What is left is a combination of the equations.
-        let svd = equations.transpose().svd(true, true);
-        let shares = svd.solve(&pull, 1e-12).unwrap();
-        assert!((pull - equations.tr_mul(&shares)).amax() < 1e-7, "case {case}");
+        // The pull is a combination of the equations, and the slope beside it one of the bounds that are met, none of which pulls.
+        let combined = |rows: DMatrix<f64>, slope: &DVector<f64>| {
+            let shares = rows.clone().svd(true, true).solve(slope, 1e-12).unwrap();
+            assert!((slope - rows * &shares).amax() < 1e-7, "case {case}");
+            shares
+        };
+        combined(equations.transpose(), &found.pull);
+        let mut met = DMatrix::zeros(n, 0);
+        for bound in bounds.iter().zip(&found.acting).filter(|(_, acts)| **acts).map(|(bound, _)| bound) {
+            let column = met.ncols();
+            met = met.insert_column(column, 0.0);
+            bound.write(1.0, |unknown, sign| met[(unknown, column)] += sign);
+        }
+        let left = &hessian * &found.p + &gradient - &found.pull;
+        if met.ncols() > 0 {
+            assert!(combined(met, &left).min() > -1e-7, "case {case}");
+        } else {
+            assert!(left.amax() < 1e-7, "case {case}");
+        }
     }
 }
 
@@ -175,7 +187,9 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
 fn a_program_without_room_has_no_solution() {
     let (hessian, gradient) = (DMatrix::identity(2, 2), DVector::zeros(2));
     let bounds = [Bound { a: None, b: Some(0), least: 1.0 }, Bound { a: Some(0), b: None, least: 0.5 }];
-    let program = Quadratic { hessian: &hessian, gradient: &gradient, equations: None, bounds: &bounds };
+    let settings = QuadraticSettings::default();
+    let (equations, bounds) = (None, &bounds);
+    let program = Quadratic { hessian: &hessian, gradient: &gradient, equations, bounds, settings };
     assert!(program.solve(&[false; 2]).is_none());
 }
 
@@ -188,10 +202,10 @@ fn times_hang_on_the_bounds_that_act() {
     let first = of(None, Some(0));
     let short = of(Some(0), Some(1));
     let last = of(Some(3), None);
-    let acting: Vec<bool> = bounds.iter().map(|bound| first(bound) || short(bound) || last(bound)).collect();
-    let mut ties = Ties::of(&schedule, &bounds, &acting);
+    let acting = bounds.iter().filter(|bound| first(bound) || short(bound) || last(bound));
+    let mut ties = Ties::of(schedule.times().len(), acting);
     assert_eq!(ties.matrix().ncols(), 9);
-    ties.join(4, 8);
+    ties.add(&Bound { a: Some(4), b: Some(8), least: 0.0 });
     assert_eq!(ties.matrix().ncols(), 8);
     let times = ties.snapped(&schedule.times());
     assert_eq!((times[0], times[1], times[3]), (0.0, 0.2, DURATION));
