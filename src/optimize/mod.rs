@@ -7,6 +7,7 @@ mod landing;
 #[cfg(feature = "sdp")]
 pub mod lower_bound;
 pub(crate) mod methods;
+mod nlp;
 pub mod search;
 
 /// Why the shooting cannot take a problem; `None` where it can.

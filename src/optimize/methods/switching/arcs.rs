@@ -1,22 +1,23 @@
 //! Extremals whose inputs are at their limits: Newton on costates, duration and switching times.
 //!
-//! Unknown are `M`, `e_0`, `T` and the times `t_j` at which one input each changes from one limit to the other; the
-//! equations are the six terminal conditions, `H(0) = 0` or the given `T`, and `s_j(t_j) = 0` of the input that switches.
-//! Arcs are integrated one from the other's stored node, as in the smoothed problem, so that a long maneuver amplifies
-//! nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton step
+//! Unknown are `M`, `e_0`, the times `t_j` at which one input each changes from one limit to the other, and `T` where it is sought; the
+//! equations are the six terminal conditions, and that the Hamiltonian is one on all arcs, and zero where `T` is sought: `s_j(t_j) = 0` of
+//! the input that switches. Arcs are integrated one from the other's stored node (`sequence`), as in the smoothed problem, so that a long
+//! maneuver amplifies nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton step
 //! is then the shortest one.
 
-use super::condensed::Condensed;
 use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Lanes, Node};
+use super::grid_step::Torque;
+use super::sequence::{Over, Sequence, Step, Swept, of_times};
 use super::smooth::Path;
 use super::tuning::arcs::*;
 use super::tuning::smooth::{COSTATE_STEP, TIME_STEP};
 use super::tuning::{COARSER, FAR_ITERATIONS, FINE, SAME, UNDETERMINED};
 use crate::Vector3;
-use crate::numerics::least_squares::shortest;
 use crate::numerics::widest::widest;
-use nalgebra::DVector;
+use crate::optimize::nlp::kkt::{Kkt, Steps, untied};
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// One input goes to its other limit.
@@ -137,40 +138,23 @@ impl Arcs {
         arcs
     }
 
-    fn equations<const L: usize>(&self, extremal: &Extremal, longest: f64) -> Option<Condensed> {
-        let count = self.switches.len();
-        let time_lane = 6 + count;
-        let mut equations = Condensed::new(7 + count);
-        let mut lanes = Lanes::<L>::of_costate();
-        let arcs = self.arcs();
-        for (index, (from, start, end, signs)) in arcs.iter().enumerate() {
-            let law = extremal.on_arc(signs);
-            let reached =
-                over_arc(extremal, &self.m, from, &law, (end - start, self.duration), longest, &mut lanes);
-            let rate = extremal.rate(&self.m, &reached, &law.at(&reached.e).torque);
-            lanes.add(if index < count { 6 + index } else { time_lane }, &rate, 1.0);
-            if index > 0 {
-                lanes.add(5 + index, &rate, -1.0);
-            }
-            if let Some(given) = extremal.given_duration {
-                equations.residual[6] = self.duration - given;
-                equations.jacobian[(6, time_lane)] = 1.0;
-            } else if index == 0 {
-                let (value, slope) = extremal.hamiltonian_at_start(&self.m, from, &law);
-                equations.residual[6] = value;
-                equations.jacobian.view_mut((6, 0), (1, 6)).tr_copy_from(&slope);
-            }
-            if let Some(switch) = self.switches.get(index) {
-                equations.gap(&reached, &switch.node, &mut lanes);
-                let slope = extremal.switching_slope(switch.input, &switch.node.e);
-                equations.residual[7 + index] = extremal.switching(switch.input, &switch.node.e);
-                equations.slope(7 + index, |lane| slope.dot(&lanes.block(2, lane)));
-                equations.keep(&lanes);
-            } else {
-                equations.end(extremal, &reached, &lanes);
-            }
+    /// Sweeps in steps of at most this part of the duration; the conditions are in costates and times.
+    fn swept(&self, extremal: &Extremal, longest: f64) -> Option<(Swept, Kkt)> {
+        let (mut lengths, mut nodes, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+        for (arc, (node, start, end, signs)) in self.arcs().into_iter().enumerate() {
+            lengths.push(end - start);
+            nodes.push(node);
+            steps.push(Step { arc, part: 1.0, torque: Torque::Arc(extremal.on_arc(&signs)) });
         }
-        equations.closed()
+        let (beside, over) = (Sequence::AT_THE_NODE, Over::Flow { longest });
+        let sequence = Sequence { m: &self.m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, over };
+        let swept = sequence.swept(extremal)?;
+        let kkt = swept.kkt.tied(&self.of_times(extremal));
+        Some((swept, kkt))
+    }
+
+    fn of_times(&self, extremal: &Extremal) -> DMatrix<f64> {
+        of_times(self.switches.len() + 1, extremal.given_duration.is_some())
     }
 
     /// Newton, and again without the pulses that have vanished; `None` where it does not converge or the switches vanish.
@@ -191,39 +175,39 @@ impl Arcs {
     }
 
     fn solved(mut self, extremal: &Extremal) -> Option<Self> {
+        if let Some(given) = extremal.given_duration {
+            let factor = given / self.duration;
+            self.switches.iter_mut().for_each(|switch| switch.time *= factor);
+            self.duration = given;
+        }
         let mut longest = COARSER * FINE;
         for _ in 0..FAR_ITERATIONS {
             let count = self.switches.len();
             if !(extremal.fewest_switches()..=MOST_SWITCHES).contains(&count) {
                 return None;
             }
-            let found = match count + 8 {
-                ..=16 => self.equations::<16>(extremal, longest),
-                17..=32 => self.equations::<32>(extremal, longest),
-                _ => self.equations::<64>(extremal, longest),
-            }?;
-            if found.merit < CONVERGED && longest <= FINE {
+            let (swept, kkt) = self.swept(extremal, longest)?;
+            let merit = kkt.residual.norm_squared() + swept.gaps;
+            if merit < CONVERGED.powi(2) && longest <= FINE {
                 return Some(self);
             }
-            if found.merit < NEAR && longest > FINE {
+            if merit < NEAR.powi(2) && longest > FINE {
                 longest = FINE;
                 continue;
             }
-            let step = newton_step(&found, count)?;
-            self.take(&step, &found)?;
+            let steps = if count >= DETERMINED { Steps::Determined } else { Steps::Shortest };
+            self.take(&kkt.newton_step(steps, UNDETERMINED)?, &swept, extremal)?;
         }
         None
     }
 
-    /// A limited Newton step, after which switches stand in order again.
-    fn take(&mut self, step: &DVector<f64>, equations: &Condensed) -> Option<()> {
+    /// A limited Newton step of costates and times, after which switches stand in order again.
+    fn take(&mut self, step: &DVector<f64>, swept: &Swept, extremal: &Extremal) -> Option<()> {
         let count = self.switches.len();
         let costate = (self.m.norm_squared() + self.first.e.norm_squared()).sqrt();
+        let longest = step.rows(6, step.len() - 6).amax();
         let mut factor = (COSTATE_STEP * costate / step.rows(0, 6).norm()).min(1.0);
-        factor = factor.min(TIME_STEP * self.duration / step[6 + count].abs());
-        for j in 0..count {
-            factor = factor.min(TIME_STEP * self.duration / step[6 + j].abs());
-        }
+        factor = factor.min(TIME_STEP * self.duration / longest);
         if !factor.is_finite() {
             return None;
         }
@@ -232,10 +216,11 @@ impl Arcs {
                 factor *= 0.5;
             }
         }
+        let disturbances = swept.disturbances(&untied(&self.of_times(extremal), step));
         self.m += factor * step.fixed_rows::<3>(0);
         self.first.e += factor * step.fixed_rows::<3>(3);
-        self.duration += factor * step[6 + count];
-        for (j, (switch, moved)) in self.switches.iter_mut().zip(equations.disturbances(step)).enumerate() {
+        self.duration += factor * step.get(6 + count).unwrap_or(&0.0);
+        for (j, (switch, moved)) in self.switches.iter_mut().zip(disturbances.skip(1)).enumerate() {
             switch.time += factor * step[6 + j];
             switch.node = switch.node.plus(&moved, factor);
         }
@@ -321,15 +306,6 @@ fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
         node += 1;
     }
     pulses
-}
-
-/// The Newton step of equations with so many switches; the shortest one where costates are not determined.
-pub(super) fn newton_step(equations: &Condensed, switches: usize) -> Option<DVector<f64>> {
-    let Condensed { jacobian, residual, .. } = equations;
-    if switches >= DETERMINED {
-        return jacobian.clone().lu().solve(&-residual);
-    }
-    shortest(jacobian, &-residual, UNDETERMINED)
 }
 
 /// A node on the way from one to another.

@@ -4,7 +4,8 @@ use super::arcs::Arcs;
 use super::extremal::{Bias, Extremal, Law};
 use super::flow::{Course, Node};
 use super::grid_step::Torque;
-use super::on_grid::{OnGrid, Step};
+use super::on_grid::OnGrid;
+use super::sequence::Step;
 use super::smooth::Smoothed;
 use super::tuning::grid::*;
 use super::tuning::smooth::ON_THE_WAY;
@@ -46,16 +47,12 @@ pub(crate) fn of_arcs(extremal: &Extremal, arcs: &Arcs, counts: &[usize]) -> OnG
             continue;
         }
         let law = extremal.on_arc(&signs);
-        let torque = match law.held() {
-            Some(held) => Torque::Given { torque: held.torque, running: held.running },
-            None => Torque::Turning(law),
-        };
         let part = 1.0 / *count as f64;
         let mut node = from;
         for _ in 0..*count {
             node = course.reached(&node, (end - start) * part, |_, e| law.at(e));
             nodes.push(node);
-            steps.push(Step { arc: lengths.len(), part, torque });
+            steps.push(Step { arc: lengths.len(), part, torque: Torque::Arc(law) });
         }
         lengths.push(end - start);
         all_signs.push(signs);

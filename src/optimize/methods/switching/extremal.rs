@@ -236,14 +236,12 @@ impl Extremal {
             None if self.axes().is_empty() => 0.0,
             None => self.costs.iter().zip(signs).map(|(cost, sign)| cost * sign).sum(),
         };
-        let held = Response { torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running };
-        ArcLaw { held, turning }
+        ArcLaw { turning, ..Self::holding(&torque, running) }
     }
 
-    /// The law under a torque that is held whatever the costate.
-    pub fn holding(torque: &Vector3) -> ArcLaw {
-        let held =
-            Response { torque: *torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running: f64::NAN };
+    /// The law under a torque that is held whatever the costate, and what its inputs cost.
+    pub fn holding(torque: &Vector3, running: f64) -> ArcLaw {
+        let held = Response { torque: *torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running };
         ArcLaw { held, turning: None }
     }
 

@@ -40,17 +40,15 @@ const NO_STEP: f64 = 1e-150;
 /// How the torque of a step comes about.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Torque {
-    /// Held, and given, with what the inputs cost.
-    Given { torque: Vector3, running: f64 },
-    /// Of full norm, turning with the costate.
-    Turning(ArcLaw),
+    /// By the law of an arc: held, or of full norm and turning with the costate.
+    Arc(ArcLaw),
     /// By the smoothed law at this ε.
     Smooth(f64),
 }
 
 /// What one step does, and its derivative with respect to `m`, `Π`, `e`, `h`.
 #[derive(Clone, Debug)]
-pub(crate) struct GridStep {
+pub(crate) struct StepMap {
     pub f: Matrix3,
     pub pi: Vector3,
     pub e: Vector3,
@@ -139,13 +137,12 @@ impl Extremal {
         Some(Held { f: drift.f, pi: drift.momentum_after + h * half, e: after.pi, hamiltonian, jacobian })
     }
 
-    /// A law that answers to the costate; none for a torque that is given.
+    /// A law at a costate.
     #[inline(always)]
-    fn answer(&self, torque: &Torque, e: &Vector3) -> Option<Response> {
+    fn answer(&self, torque: &Torque, e: &Vector3) -> Response {
         match torque {
-            Torque::Given { .. } => None,
-            Torque::Turning(law) => Some(law.at(e)),
-            Torque::Smooth(epsilon) => Some(self.smooth(e, *epsilon, &Vector3::zeros())),
+            Torque::Arc(law) => law.at(e),
+            Torque::Smooth(epsilon) => self.smooth(e, *epsilon, &Vector3::zeros()),
         }
     }
 
@@ -160,9 +157,9 @@ impl Extremal {
         h: f64,
         by: &Torque,
     ) -> Option<(Vector3, Matrix3)> {
-        let first = self.answer(by, &(0.5 * (e + expected)))?.torque;
+        let first = self.answer(by, &(0.5 * (e + expected))).torque;
         self.torque_from(first, m, pi, e, h, by)
-            .or_else(|| self.torque_from(self.answer(by, e)?.torque, m, pi, e, h, by))
+            .or_else(|| self.torque_from(self.answer(by, e).torque, m, pi, e, h, by))
     }
 
     #[inline(always)]
@@ -177,7 +174,7 @@ impl Extremal {
     ) -> Option<(Vector3, Matrix3)> {
         for _ in 0..MOST_ITERATIONS {
             let out = self.lifted(m, &(pi + 0.5 * h * torque), e, h)?;
-            let law = self.answer(by, &(0.5 * (e + out.after.pi)))?;
+            let law = self.answer(by, &(0.5 * (e + out.after.pi)));
             let answer = 0.25 * h * law.stiffness * out.e_of_momentum;
             let inverse = drift_equation::inverse3(&(Matrix3::identity() + answer));
             let change = inverse * (law.torque - torque);
@@ -197,7 +194,7 @@ impl Extremal {
         [e, expected]: [&Vector3; 2],
         h: f64,
         torque: Torque,
-    ) -> Option<GridStep> {
+    ) -> Option<StepMap> {
         widest(
             #[inline(always)]
             || self.taken(m, pi, [e, expected], h, torque),
@@ -213,39 +210,37 @@ impl Extremal {
         [e, expected]: [&Vector3; 2],
         h: f64,
         torque: Torque,
-    ) -> Option<GridStep> {
-        match torque {
-            Torque::Given { torque, running } => {
-                let held = self.held(m, pi, e, h, &torque)?;
-                let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0).into_owned();
-                Some(held.step(&torque, running, &slopes))
-            }
-            Torque::Turning(_) | Torque::Smooth(_) => {
-                let (value, gain) = self.implicit_torque(m, pi, [e, expected], h, &torque)?;
-                let mut held = self.held(m, pi, e, h, &value)?;
-                let mean = 0.5 * (e + held.e);
-                let law = self.answer(&torque, &mean)?;
-                // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
-                let running = law.minimum - mean.dot(&law.torque);
-                for axis in 0..3 {
-                    held.jacobian[(9, PARAMETERS + axis)] -= mean[axis];
-                }
-                let mut of_mean = 0.5 * held.jacobian.fixed_view::<3, PARAMETERS>(6, 0);
-                for axis in 0..3 {
-                    of_mean[(axis, 6 + axis)] += 0.5;
-                }
-                let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0)
-                    - held.jacobian.fixed_columns::<3>(PARAMETERS) * (gain * of_mean);
-                Some(held.step(&value, running, &slopes))
-            }
+    ) -> Option<StepMap> {
+        if let Torque::Arc(law) = &torque
+            && let Some(Response { torque, running, .. }) = law.held()
+        {
+            let held = self.held(m, pi, e, h, torque)?;
+            let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0).into_owned();
+            return Some(held.step(torque, *running, &slopes));
         }
+        let (value, gain) = self.implicit_torque(m, pi, [e, expected], h, &torque)?;
+        let mut held = self.held(m, pi, e, h, &value)?;
+        let mean = 0.5 * (e + held.e);
+        let law = self.answer(&torque, &mean);
+        // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
+        let running = law.minimum - mean.dot(&law.torque);
+        for axis in 0..3 {
+            held.jacobian[(9, PARAMETERS + axis)] -= mean[axis];
+        }
+        let mut of_mean = 0.5 * held.jacobian.fixed_view::<3, PARAMETERS>(6, 0);
+        for axis in 0..3 {
+            of_mean[(axis, 6 + axis)] += 0.5;
+        }
+        let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0)
+            - held.jacobian.fixed_columns::<3>(PARAMETERS) * (gain * of_mean);
+        Some(held.step(&value, running, &slopes))
     }
 }
 
 impl Held {
     /// The step, under the torque `torque`, with what its inputs cost and its derivatives with respect to the parameters.
-    fn step(&self, torque: &Vector3, running: f64, slopes: &SMatrix<f64, 10, PARAMETERS>) -> GridStep {
-        GridStep {
+    fn step(&self, torque: &Vector3, running: f64, slopes: &SMatrix<f64, 10, PARAMETERS>) -> StepMap {
+        StepMap {
             f: self.f,
             pi: self.pi,
             e: self.e,

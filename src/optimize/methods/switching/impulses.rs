@@ -71,7 +71,7 @@ pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<Limit> {
         let end = last.iter();
         let end = end.map(|(level, length)| Pulse { level: *level, on: duration - length, off: duration });
         let schedule = Schedule::kept(begin.chain(end).collect(), duration, &ask)?;
-        laid(extremal, &Motion::of(extremal, &schedule, &[0.0; 6]).arcs(), work)
+        laid(extremal, &Motion::of(extremal, &schedule, &[0.0; 6])?.arcs, work)
     };
     let mut burns: Vec<(Arcs, Certificate)> =
         transfers.iter().take(TRIED).take_while(|_| !work.stopped()).filter_map(burnt).collect();
@@ -190,7 +190,7 @@ mod tests {
         let all: Vec<Transfer> =
             momenta.into_iter().filter_map(|momentum| transfer(&given, momentum, 60.0, &work)).collect();
         assert!(all.len() > 10, "{}", all.len());
-        let (none, still) = (Vector3::zeros(), Extremal::holding(&Vector3::zeros()));
+        let (none, still) = (Vector3::zeros(), Extremal::holding(&Vector3::zeros(), 0.0));
         for Transfer { momentum, burns, cost } in all {
             let course = Course::of(&given, &none);
             let mut node = Node { r: Matrix3::identity(), pi: momentum, e: none };

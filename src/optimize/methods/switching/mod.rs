@@ -6,7 +6,7 @@
 //!    is smooth; ε goes to zero. Newton has all nodes of the path for unknowns and condenses them to seven.
 //! 2. **Branches** ([`base`], [`branches`]). From a polynomial path for either way round, through the isotropic body, with the
 //!    law tipped to one side and to the other where branches part.
-//! 3. **Switching times** ([`arcs`], `condensed`, [`certificate`]). Newton on costates, duration and switching times; a certificate tells
+//! 3. **Switching times** ([`arcs`], `sequence`, [`certificate`]). Newton on costates, duration and switching times; a certificate tells
 //!    where an input has the wrong sign, and how much that could cost; what is wrong is put right, by short pulses too.
 //! 4. **The grid** ([`grid_step`], [`on_grid`], [`discretize`]). The discrete optimum of Lie–Verlet on steps that end where
 //!    the inputs switch.
@@ -23,7 +23,6 @@ pub(crate) mod arcs;
 pub(crate) mod base;
 pub(crate) mod branches;
 pub(crate) mod certificate;
-mod condensed;
 pub(crate) mod discretize;
 pub(crate) mod eigenaxis;
 pub(crate) mod extremal;
@@ -39,6 +38,7 @@ pub(crate) mod on_grid;
 pub(crate) mod pulses;
 pub(crate) mod scaled;
 pub(crate) mod search;
+mod sequence;
 pub(crate) mod smooth;
 #[cfg(test)]
 mod tests;

@@ -1,27 +1,20 @@
 //! The discrete optimum of minimum time or fuel: arcs whose steps end where the inputs switch.
 //!
 //! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits over every step.
-//! Unknown are the costates before the first step and the lengths `d_a`; the equations are the six terminal
-//! conditions and, for every arc, that the mean of its discrete Hamiltonians vanishes: the discrete action is
-//! stationary in the length of the arc. Where the duration is given, these means are equal and the lengths have it
-//! for their sum. Under a smoothed law all steps share one length. Every step starts from its own node, as in the
-//! smoothed problem, and the nodes go with the 6 + arcs unknowns.
+//! Unknown are the costates before the first step and the lengths `d_a`, by the times at which arcs end; the equations are
+//! the six terminal conditions and that the means of the discrete Hamiltonians of all arcs are one, and vanish where the duration is
+//! sought: the discrete action is stationary in every time that nothing holds. Under a smoothed law all steps share one
+//! length. Every step starts from its own node, as in the smoothed problem, and the nodes go with the unknowns (`sequence`).
 
-#![expect(
-    clippy::needless_range_loop,
-    reason = "iterators are calls of their own, and narrow in widened code"
-)]
-
-use super::arcs::newton_step;
-use super::condensed::Condensed;
 use super::extremal::Extremal;
-use super::flow::{Lanes, Node};
-use super::grid_step::{GridStep, Torque};
+use super::flow::Node;
+use super::sequence::{Over, Sequence, Step, Swept, of_times};
+use super::tuning::UNDETERMINED;
+use super::tuning::arcs::DETERMINED;
 use super::tuning::grid::*;
 use super::tuning::smooth::{DECREASE, MOST_TRIALS, SHORTENED};
 use crate::Vector3;
-use crate::numerics::three::{apply, apply_transposed, cross, product};
-use crate::numerics::widest::widest;
+use crate::optimize::nlp::kkt::{Kkt, Steps, untied};
 use nalgebra::{DMatrix, DVector, Vector6};
 
 /// A maneuver on a grid of arcs.
@@ -44,21 +37,6 @@ pub(crate) struct OnGrid {
     pub beside_optimum: bool,
     /// Of pulses whose times are at bounds: how the lengths of the arcs go with the times that are free.
     pub of_free_times: Option<DMatrix<f64>>,
-}
-
-/// A step of the grid: a part of an arc.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Step {
-    pub arc: usize,
-    /// Its length over that of the arc.
-    pub part: f64,
-    pub torque: Torque,
-}
-
-/// What one sweep over the grid finds: terminal conditions, and the mean Hamiltonians of the arcs.
-pub(super) struct Sweep {
-    pub equations: Condensed,
-    pub torques: Vec<Vector3>,
 }
 
 impl OnGrid {
@@ -93,64 +71,27 @@ impl OnGrid {
         self.lengths[step.arc] * step.part
     }
 
-    /// Sweeps over the grid; `None` where a step has no solution, or somebody asks to stop.
-    fn sweep<const L: usize>(&self, extremal: &Extremal) -> Option<Sweep> {
-        let arcs = self.lengths.len();
-        let mut equations = Condensed::new(6 + arcs);
-        let mut lanes = Lanes::<L>::of_costate();
-        let mut torques = Vec::with_capacity(self.steps.len());
-        equations.keep(&lanes);
-        for (k, step) in self.steps.iter().enumerate() {
-            if extremal.halt.is_raised_at(k) {
-                return None;
-            }
-            let node = &self.nodes[k];
-            let m = apply_transposed(&node.r, &self.m);
-            let done = extremal.grid_step(
-                &m,
-                &node.pi,
-                [&node.e, &self.nodes[k + 1].e],
-                self.step_length(step),
-                step.torque,
-            )?;
-            let slope = widest(
-                #[inline(always)]
-                || carried(&done, &self.m, node, step, &mut lanes),
-            );
-            let row = 6 + step.arc;
-            equations.residual[row] += step.part * done.hamiltonian;
-            for lane in 0..equations.jacobian.ncols() {
-                equations.jacobian[(row, lane)] += step.part * slope[lane];
-            }
-            let reached = Node { r: product(&node.r, &done.f), pi: done.pi, e: done.e };
-            equations.gap(&reached, &self.nodes[k + 1], &mut lanes);
-            equations.keep(&lanes);
-            torques.push(done.torque);
-        }
-        equations.end(extremal, self.nodes.last()?, &lanes);
-        if let Some(given) = extremal.given_duration {
-            let Condensed { residual, jacobian, .. } = &mut equations;
-            for row in 7..6 + arcs {
-                residual[row] -= residual[6];
-                for lane in 0..jacobian.ncols() {
-                    jacobian[(row, lane)] -= jacobian[(6, lane)];
-                }
-            }
-            residual[6] = self.duration() - given;
-            jacobian.row_mut(6).fill(0.0);
-            jacobian.view_mut((6, 6), (1, arcs)).fill(1.0);
-        }
-        Some(Sweep { equations: equations.closed()?, torques })
+    /// How lengths go with the times that are free.
+    fn of_times(&self, extremal: &Extremal) -> DMatrix<f64> {
+        let all = || of_times(self.lengths.len(), extremal.given_duration.is_some());
+        self.of_free_times.clone().unwrap_or_else(all)
     }
 
-    /// One sweep with lanes enough; `None` for more arcs than there are lanes.
-    pub(super) fn swept(&self, extremal: &Extremal) -> Option<Sweep> {
-        match 7 + self.lengths.len() {
-            ..=8 => self.sweep::<8>(extremal),
-            9..=16 => self.sweep::<16>(extremal),
-            17..=32 => self.sweep::<32>(extremal),
-            33..=64 => self.sweep::<64>(extremal),
-            _ => None,
+    /// One sweep, and its conditions in costates and times.
+    fn swept(&self, extremal: &Extremal) -> Option<(Swept, Kkt)> {
+        let Self { m, lengths, steps, nodes, .. } = self;
+        let sequence = Sequence { m, lengths, steps, nodes, beside: Sequence::AT_THE_NODE, over: Over::Grid };
+        let swept = sequence.swept(extremal)?;
+        let kkt = swept.kkt.tied(&self.of_times(extremal));
+        Some((swept, kkt))
+    }
+
+    /// How Newton steps: a smoothed law determines all costates, and so do enough switches.
+    fn steps_of_newton(&self) -> Steps {
+        match &self.of_free_times {
+            Some(_) if self.beside_optimum => Steps::Feasible,
+            None if self.signs.is_empty() || self.lengths.len() > DETERMINED => Steps::Determined,
+            _ => Steps::Shortest,
         }
     }
 
@@ -158,93 +99,82 @@ impl OnGrid {
     ///
     /// Whole steps are quickest, and go over what shortened ones stay behind; where they lead nowhere, shortened ones may not.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
-        self.clone().solve_to(0.0, MOST_ITERATIONS, extremal).or_else(|| self.descended(extremal))
+        let whole = self.clone().solve_to(0.0, MOST_ITERATIONS, extremal);
+        whole.or_else(|| self.newton(MOST_TRIALS, 0.0, MOST_ITERATIONS, extremal))
     }
 
-    /// Newton until the residual is below `enough`, or to round-off, in `most` iterations.
-    pub fn solve_to(mut self, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
+    /// Newton until the residual is below `enough`, or to round-off, in `most` whole steps.
+    pub fn solve_to(self, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
+        self.newton(1, enough, most, extremal)
+    }
+
+    /// The same by whole steps or, where there are several trials, by such as make the residual smaller.
+    fn newton(mut self, trials: usize, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
+        if let (Some(given), None) = (extremal.given_duration, &self.of_free_times) {
+            let factor = given / self.duration();
+            self.lengths.iter_mut().for_each(|length| *length *= factor);
+        }
+        let steps = self.steps_of_newton();
+        let merit = |(swept, kkt): &(Swept, Kkt)| kkt.merit(steps).hypot(swept.gaps.sqrt());
+        let mut at = self.swept(extremal)?;
         let mut last = f64::INFINITY;
         for iteration in 0..most {
-            let Sweep { equations, torques } = self.swept(extremal)?;
-            if equations.merit < enough || self.is_solved(equations.merit, last) {
-                (self.torques, self.residual, self.iterations) = (torques, equations.merit, iteration);
+            let size = merit(&at);
+            if size < enough || self.is_solved(size, last) {
+                self.residual = at.1.residual.norm().hypot(at.0.gaps.sqrt());
+                (self.torques, self.iterations) = (at.0.torques, iteration);
                 return Some(self);
             }
-            last = equations.merit;
-            let (step, factor) = self.newton_step(&equations)?;
-            self.take(&step, &equations, factor);
-        }
-        None
-    }
-
-    /// Newton to round-off by steps that make the residual smaller.
-    fn descended(mut self, extremal: &Extremal) -> Option<Self> {
-        let mut sweep = self.swept(extremal)?;
-        let mut last = f64::INFINITY;
-        for iteration in 0..MOST_ITERATIONS {
-            let Sweep { equations, torques } = sweep;
-            if self.is_solved(equations.merit, last) {
-                (self.torques, self.residual, self.iterations) = (torques, equations.merit, iteration);
-                return Some(self);
-            }
-            last = equations.merit;
-            let (step, mut factor) = self.newton_step(&equations)?;
-            (self, sweep) = (0..MOST_TRIALS).find_map(|_| {
-                let mut trial = self.clone();
-                trial.take(&step, &equations, factor);
+            last = size;
+            let step = at.1.newton_step(steps, UNDETERMINED)?;
+            let mut factor = match self.of_free_times {
+                Some(_) => 1.0,
+                None => {
+                    let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
+                    (costate / step.rows(0, 6).norm()).min(1.0)
+                }
+            };
+            (self, at) = (0..trials).find_map(|_| {
+                let trial = self.moved(&step, &at.0, factor, extremal);
                 let least = (1.0 - DECREASE * factor) * last;
                 factor *= SHORTENED;
-                let swept = trial.swept(extremal)?;
-                let merit = swept.equations.merit;
+                let next = trial.swept(extremal)?;
                 // Round-off falls no further.
-                (merit < least || trial.is_solved(merit, last)).then_some((trial, swept))
+                let good = trials == 1 || merit(&next) < least || trial.is_solved(merit(&next), last);
+                good.then_some((trial, next))
             })?;
         }
         None
     }
 
-    /// A step of Newton, and how much of it costates can take.
-    fn newton_step(&self, equations: &Condensed) -> Option<(DVector<f64>, f64)> {
-        let step = newton_step(equations, self.switches())?;
-        let costate = (self.m.norm_squared() + self.nodes[0].e.norm_squared()).sqrt();
-        let factor = (costate / step.rows(0, 6).norm()).min(1.0);
-        Some((step, factor))
-    }
-
-    /// Whether a residual after the last one is that of a solution: what a sweep rounds off at every step adds up.
+    /// Whether a residual after the last one is that of a solution: it falls no further, and what a sweep rounds off at every step adds up.
     fn is_solved(&self, residual: f64, last: f64) -> bool {
-        is_round_off(residual, last, CONVERGED.max(f64::EPSILON * self.steps.len() as f64))
-    }
-
-    /// How many switches determine costates: a smoothed law determines all.
-    fn switches(&self) -> usize {
-        if self.signs.is_empty() { usize::MAX } else { self.lengths.len() - 1 }
+        let enough = CONVERGED.max(f64::EPSILON * self.steps.len() as f64);
+        residual < enough && residual >= FALLING * last
     }
 
     /// With costates and lengths by which the end is no longer missed by so much: the miss is known better than a sweep, whose products
-    /// of rotations are rounded, tells it. `None` where lengths are not free.
-    pub fn nearer(mut self, extremal: &Extremal, miss: &Vector6<f64>) -> Option<Self> {
-        if self.of_free_times.is_some() {
-            return None;
-        }
-        let Sweep { mut equations, .. } = self.swept(extremal)?;
-        equations.residual.fill(0.0);
-        equations.residual.rows_mut(0, 6).copy_from(miss);
-        let step = newton_step(&equations, self.switches())?;
-        self.take(&step, &equations, 1.0);
-        let Sweep { equations, torques } = self.swept(extremal)?;
-        (self.torques, self.residual) = (torques, equations.merit);
-        Some(self)
+    /// of rotations are rounded, tells it.
+    pub fn nearer(self, extremal: &Extremal, miss: &Vector6<f64>) -> Option<Self> {
+        let (swept, mut kkt) = self.swept(extremal)?;
+        kkt.carried.fill(0.0);
+        kkt.carried.rows_mut(0, 6).copy_from(miss);
+        let step = kkt.newton_step(self.steps_of_newton(), UNDETERMINED)?;
+        let moved = self.moved(&step, &swept, 1.0, extremal);
+        let (Swept { torques, gaps, .. }, kkt) = moved.swept(extremal)?;
+        Some(Self { torques, residual: kkt.residual.norm().hypot(gaps.sqrt()), ..moved })
     }
 
-    /// A part of a step of costates and lengths, and the nodes with it.
-    pub(super) fn take(&mut self, step: &DVector<f64>, equations: &Condensed, factor: f64) {
-        self.m += factor * step.fixed_rows::<3>(0);
-        for (arc, length) in self.lengths.iter_mut().enumerate() {
-            *length += factor * step[6 + arc];
-        }
-        for (node, moved) in self.nodes.iter_mut().zip(equations.disturbances(step)) {
-            *node = node.plus(&moved, factor);
+    /// After a part of a step of costates and times, and the nodes with it.
+    fn moved(&self, step: &DVector<f64>, swept: &Swept, factor: f64, extremal: &Extremal) -> Self {
+        let step = untied(&self.of_times(extremal), step);
+        let lengths = self.lengths.iter().zip(step.iter().skip(6));
+        let nodes = self.nodes.iter().zip(swept.disturbances(&step));
+        Self {
+            m: self.m + factor * step.fixed_rows::<3>(0),
+            lengths: lengths.map(|(length, change)| length + factor * change).collect(),
+            nodes: nodes.map(|(node, moved)| node.plus(&moved, factor)).collect(),
+            ..self.clone()
         }
     }
 
@@ -253,48 +183,4 @@ impl OnGrid {
         let least = -NO_LENGTH * self.duration();
         self.lengths.iter().position(|length| *length < least)
     }
-}
-
-/// Whether a residual that is below `enough` falls no further, after the last one.
-pub(super) fn is_round_off(residual: f64, last: f64, enough: f64) -> bool {
-    residual < enough && residual >= FALLING * last
-}
-
-/// Carries the lanes over a step and gives those of its Hamiltonian.
-#[inline(always)]
-fn carried<const L: usize>(
-    done: &GridStep,
-    m: &Vector3,
-    node: &Node,
-    step: &Step,
-    lanes: &mut Lanes<L>,
-) -> [f64; L] {
-    // Parameters of the step: δm = Rᵀ(δM + M×η), δΠ, δe, δh.
-    let mut given = [[0.0; L]; 10];
-    for lane in 0..L {
-        let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
-        let moved = apply_transposed(&node.r, &(unit + cross(m, &lanes.block(0, lane))));
-        for axis in 0..3 {
-            given[axis][lane] = moved[axis];
-        }
-    }
-    given[3..9].copy_from_slice(&lanes.0[3..9]);
-    given[9][6 + step.arc] = step.part;
-    let mut out = [[0.0; L]; 10];
-    for row in 0..10 {
-        for column in 0..10 {
-            let slope = done.jacobian[row][column];
-            for lane in 0..L {
-                out[row][lane] += slope * given[column][lane];
-            }
-        }
-    }
-    for lane in 0..L {
-        let turn = apply(&node.r, &Vector3::new(out[0][lane], out[1][lane], out[2][lane]));
-        for axis in 0..3 {
-            lanes.0[axis][lane] += turn[axis];
-        }
-    }
-    lanes.0[3..9].copy_from_slice(&out[3..9]);
-    out[9]
 }

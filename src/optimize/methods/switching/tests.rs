@@ -205,9 +205,9 @@ fn lanes_of_the_flow_are_its_derivatives() {
 #[test]
 fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_length() {
     for (given, torque) in extremals().into_iter().flat_map(|extremal| {
-        let given = Torque::Given { torque: Vector3::new(0.6, -0.8, 0.3), running: 0.0 };
+        let given = Torque::Arc(Extremal::holding(&Vector3::new(0.6, -0.8, 0.3), 0.0));
         let on = Some(extremal.on_arc(&vec![1.0; extremal.switching_count()]));
-        let turning = on.filter(|law| law.held().is_none()).map(Torque::Turning);
+        let turning = on.filter(|law| law.held().is_none()).map(Torque::Arc);
         let all = [given, Torque::Smooth(0.2)].into_iter().chain(turning);
         all.map(|torque| (extremal.clone(), torque)).collect::<Vec<_>>()
     }) {
@@ -234,7 +234,9 @@ fn steps_of_the_grid_have_their_derivatives_and_the_hamiltonian_is_that_by_the_l
             }
             assert!((found.jacobian[9][lane] - hamiltonian).abs() < 2e-9, "{torque:?} 𝓗 {lane}");
         }
-        if let Torque::Given { .. } = torque {
+        if let Torque::Arc(law) = torque
+            && law.held().is_some()
+        {
             let column = |row: usize| Vector3::from_fn(|axis, _| found.jacobian[row + axis][9]);
             // The turn before F, and the costate of the attitude before the step.
             let m = Vector3::new(x[0], x[1], x[2]);

@@ -334,9 +334,6 @@ pub(super) mod pulses {
     /// A bound that is violated by less than this part of the duration is kept.
     pub const KEPT: f64 = 1e-13;
 
-    /// Residuals of the equations of a quadratic program's optimum at its bounds, and by how much others may be violated.
-    pub const EXACT: f64 = 1e-11;
-
     /// Pulses of one input with a gap below this many of the shortest are joined, and those below this part of it dropped.
     pub const JOINED: [f64; 3] = [0.0, 1.0, 4.0];
     pub const DROPPED: [f64; 4] = [0.5, 0.0, 0.9, 0.2];

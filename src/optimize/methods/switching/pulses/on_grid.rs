@@ -6,15 +6,14 @@
 use super::super::arcs::Arcs;
 use super::super::discretize::{Layout, of_arcs};
 use super::super::extremal::Extremal;
-use super::super::on_grid::{OnGrid, Sweep, is_round_off};
-use super::super::tuning::UNDETERMINED;
-use super::super::tuning::grid::{CONVERGED, MOST_CHANGES, MOST_ITERATIONS};
+use super::super::on_grid::OnGrid;
+use super::super::tuning::grid::{MOST_CHANGES, MOST_ITERATIONS};
 use super::super::tuning::pulses::{KEPT, NEARBY_ON_GRID};
 use super::motion::Motion;
+use super::optimum::{Settled, acts, settled};
 use super::schedule::{Ask, Best, Schedule};
-use super::ties::{Settled, Ties, settled};
-use crate::numerics::least_squares::shortest;
-use nalgebra::{DMatrix, DVector};
+use crate::optimize::nlp::bounds::{Bound, Ties};
+use nalgebra::DMatrix;
 
 /// Pulses as arcs of the equations of motion, and on their grid.
 #[derive(Clone, Debug)]
@@ -37,7 +36,7 @@ pub(crate) enum Unplaced {
 pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) -> Result<Placed, Unplaced> {
     let none = Unplaced::NoOptimum;
     let Settled { schedule, costates, bounds, mut acting } = settled(extremal, best, ask).ok_or(none)?;
-    let continuous = Motion::fine(extremal, &schedule, &costates).arcs();
+    let continuous = Motion::fine(extremal, &schedule, &costates).ok_or(none)?.arcs;
     let mut arcs = continuous.clone();
     let times = schedule.times();
     let inside = |time: &usize| times[*time] > 0.0 && times[*time] < schedule.duration;
@@ -46,9 +45,9 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
     let mut layout = Layout::of(&arcs);
     for _ in 0..MOST_CHANGES {
-        let mut ties = Ties::of(&schedule, &bounds, &acting);
+        let mut ties = Ties::of(times.len(), acts(&bounds, &acting));
         for arc in (1..order.len()).filter(|arc| layout.joined[*arc]) {
-            ties.join(order[arc - 1], order[arc]);
+            ties.add(&Bound { a: Some(order[arc - 1]), b: Some(order[arc]), least: 0.0 });
         }
         let (counts, kept) = (layout.counts(steps).map_err(Unplaced::Steps)?, layout.kept());
         let matrix = ties.matrix();
@@ -66,9 +65,10 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
         if let Some(end) = schedule.end() {
             arcs.duration = snapped[end];
         }
-        let first = of_arcs(extremal, &arcs, &counts);
-        let solved = stationary(first.clone(), extremal, &of_length, true);
-        let solved = solved.or_else(|| stationary(first, extremal, &of_length, false));
+        let first = OnGrid { of_free_times: Some(of_length), ..of_arcs(extremal, &arcs, &counts) };
+        let solved = [false, true]
+            .into_iter()
+            .find_map(|beside_optimum| stationary(OnGrid { beside_optimum, ..first.clone() }, extremal));
         let grid = solved.ok_or(none)?;
         if let Some(negative) = grid.shorter_than_nothing() {
             let arc = kept[negative];
@@ -97,10 +97,9 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
         if let Some(end) = schedule.end() {
             found[end] = grid.duration();
         }
-        let at = |time: Option<usize>| time.map_or(0.0, |time| found[time]);
-        let violated = bounds.iter().zip(&acting).position(|(bound, acts)| {
-            !acts && at(bound.b) - at(bound.a) - bound.least < -KEPT * schedule.duration
-        });
+        let least = -KEPT * schedule.duration;
+        let violated =
+            bounds.iter().zip(&acting).position(|(bound, acts)| !acts && bound.slack(&found) < least);
         match violated {
             Some(violated) => acting[violated] = true,
             None => return Ok(Placed { schedule, arcs: continuous, grid }),
@@ -125,69 +124,16 @@ pub(crate) fn arcs_placed(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Opt
 /// The same grid for a maneuver that ends a little elsewhere, warm; `None` where Newton does not get there, or an arc would have
 /// less than no length.
 pub(crate) fn again(grid: &OnGrid, extremal: &Extremal) -> Option<OnGrid> {
-    let found = match &grid.of_free_times {
-        Some(of_length) => stationary(grid.clone(), extremal, of_length, !grid.beside_optimum),
-        None => grid.clone().solve(extremal),
-    }?;
+    let solve = if grid.of_free_times.is_some() { stationary } else { OnGrid::solve };
+    let found = solve(grid.clone(), extremal)?;
     found.shorter_than_nothing().is_none().then_some(found)
 }
 
-/// Newton on costates and free times, to round-off. Where it does not get there, on the times alone, that they meet the end, with the
-/// costates that come nearest to making the Lagrangian stationary.
-fn stationary(
-    mut grid: OnGrid,
-    extremal: &Extremal,
-    of_length: &DMatrix<f64>,
-    together: bool,
-) -> Option<OnGrid> {
-    let arcs = grid.lengths.len();
-    let free = of_length.ncols();
-    // Of every arc its own Hamiltonian.
-    let each = extremal.lasting(None);
+/// Costates and free times near by at which the end is met and the Lagrangian is stationary, or the end alone is met.
+fn stationary(grid: OnGrid, extremal: &Extremal) -> Option<OnGrid> {
     let first = grid.lengths.clone();
-    let mut last = f64::INFINITY;
-    for iteration in 0..MOST_ITERATIONS {
-        let Sweep { equations, torques } = grid.swept(&each)?;
-        let (ends, means) = (equations.residual.rows(0, 6), equations.residual.rows(6, arcs));
-        let mut residual = DVector::zeros(6 + free);
-        residual.rows_mut(0, 6).copy_from(&ends);
-        residual.rows_mut(6, free).copy_from(&of_length.tr_mul(&means));
-        let size = |residual: &DVector<f64>| (residual.norm_squared() + equations.gaps).sqrt();
-        let whole = size(&residual);
-        let merit = if together { whole } else { size(&residual.rows(0, 6).into_owned()) };
-        if is_round_off(merit, last, CONVERGED) {
-            grid.torques = torques;
-            grid.of_free_times = Some(of_length.clone());
-            (grid.residual, grid.iterations, grid.beside_optimum) = (whole, iteration, !together);
-            let near = grid
-                .lengths
-                .iter()
-                .zip(&first)
-                .all(|(length, first)| (length - first).abs() < NEARBY_ON_GRID * grid.duration());
-            return near.then_some(grid);
-        }
-        last = merit;
-        let jacobian = &equations.jacobian;
-        let of_ends = jacobian.view((0, 6), (6, arcs)) * of_length;
-        let of_costates = of_length.tr_mul(&jacobian.view((6, 0), (arcs, 6)));
-        let of_lengths = of_length.tr_mul(&(jacobian.view((6, 6), (arcs, arcs)) * of_length));
-        let (costates, lengths) = if together {
-            let mut reduced = DMatrix::zeros(6 + free, 6 + free);
-            reduced.view_mut((0, 0), (6, 6)).copy_from(&jacobian.view((0, 0), (6, 6)));
-            reduced.view_mut((0, 6), (6, free)).copy_from(&of_ends);
-            reduced.view_mut((6, 0), (free, 6)).copy_from(&of_costates);
-            reduced.view_mut((6, 6), (free, free)).copy_from(&of_lengths);
-            let step = shortest(&reduced, &-residual, UNDETERMINED)?;
-            (step.rows(0, 6).into_owned(), step.rows(6, free).into_owned())
-        } else {
-            let lengths = shortest(&of_ends, &-residual.rows(0, 6), UNDETERMINED)?;
-            let left = residual.rows(6, free) + of_lengths * &lengths;
-            (shortest(&of_costates, &-left, UNDETERMINED)?, lengths)
-        };
-        let mut step = DVector::zeros(6 + arcs);
-        step.rows_mut(0, 6).copy_from(&costates);
-        step.rows_mut(6, arcs).copy_from(&(of_length * lengths));
-        grid.take(&step, &equations, 1.0);
-    }
-    None
+    let found = grid.solve_to(0.0, MOST_ITERATIONS, extremal)?;
+    let nearby = NEARBY_ON_GRID * found.duration();
+    let near = found.lengths.iter().zip(&first).all(|(length, first)| (length - first).abs() < nearby);
+    near.then_some(found)
 }

@@ -7,23 +7,20 @@
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
 use super::super::tuning::pulses::*;
-use super::super::tuning::{MET, UNDETERMINED, VANISHED};
-use super::motion::{Motion, gradient};
-use super::quadratic::{Bound, Quadratic};
+use super::super::tuning::{MET, NEAR_ITERATIONS, UNDETERMINED, VANISHED};
+use super::motion::Motion;
 use super::schedule::{Ask, Best, Schedule};
-use super::ties::settled;
 use crate::numerics::least_squares::shortest;
 use crate::optimize::methods::PROMISED;
-use nalgebra::{DMatrix, DVector};
+use crate::optimize::nlp::bounds::{Bound, Ties};
+use crate::optimize::nlp::kkt::Steps;
+use crate::optimize::nlp::quadratic::{Quadratic, QuadraticSettings};
+use nalgebra::{DMatrix, DMatrixView, DVector, Vector6};
 
 /// The bounds of a step from given times, none longer than `trust`.
 fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bound> {
-    let at = |time: Option<usize>| time.map_or(0.0, |time| times[time]);
-    let kept = bounds.iter().map(|bound| Bound {
-        // A bound that round-off violates is met.
-        least: (bound.least - at(bound.b) + at(bound.a)).min(0.0),
-        ..*bound
-    });
+    // A bound that round-off violates is met.
+    let kept = bounds.iter().map(|bound| Bound { least: (-bound.slack(times)).min(0.0), ..*bound });
     let limits = (0..times.len()).flat_map(|time| {
         let (later, sooner) = ((None, Some(time)), (Some(time), None));
         [later, sooner].map(|(a, b)| Bound { a, b, least: -trust })
@@ -36,49 +33,37 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
     let bounds = first.bounds(ask);
     let mut schedule = first.clone();
     let mut trust = TRUST * schedule.duration;
-    let mut miss = Motion::of(extremal, &schedule, &[0.0; 6]).miss()?;
+    let mut miss = Motion::of(extremal, &schedule, &[0.0; 6])?.kkt;
     let mut acting = vec![false; bounds.len() + 2 * schedule.times().len()];
     let mut slow = 0;
     for _ in 0..iterations {
-        let size = miss.residual.norm();
+        let size = miss.constraints().norm();
         if size < MET {
             return Some(schedule);
         }
         let times = schedule.times();
-        // What a step leaves of the residual is unknown too.
-        let count = times.len();
-        let weights = DVector::from_fn(count + 6, |row, _| if row < count { 1.0 } else { STIFF });
-        let (hessian, gradient) = (DMatrix::from_diagonal(&weights), DVector::zeros(count + 6));
-        let rows = DMatrix::from_fn(6, count + 6, |row, column| {
-            if column < count {
-                miss.jacobian[(row, column)]
-            } else if column - count == row {
-                -1.0
-            } else {
-                0.0
-            }
-        });
-        let right = DVector::from_column_slice((-miss.residual).as_slice());
+        let (j, count) = (miss.by_unknowns(), times.len());
+        let hessian = DMatrix::identity(count, count) + STIFF * j.tr_mul(&j);
         let limits = bounds_of_step(&bounds, &times, trust);
         let program = Quadratic {
             hessian: &hessian,
-            gradient: &gradient,
-            equations: Some((&rows, &right)),
+            gradient: &(STIFF * j.tr_mul(&miss.constraints())),
+            equations: None,
             bounds: &limits,
+            settings: QuadraticSettings::default(),
         };
         let step = program.solve(&acting)?;
         acting = step.acting;
-        let moved = step.p.rows(0, count);
-        let next = schedule.at(&(times + moved));
-        let after = Motion::of(extremal, &next, &[0.0; 6]).miss();
+        let next = schedule.at(&(times + &step.p));
+        let after = Motion::of(extremal, &next, &[0.0; 6]).map(|motion| motion.kkt);
         match after {
-            Some(after) if after.residual.norm() < size => {
-                let left = after.residual.norm() / size;
+            Some(after) if after.constraints().norm() < size => {
+                let left = after.constraints().norm() / size;
                 slow = if left < LESS { 0 } else { slow + 1 };
                 (schedule, miss) = (next, after);
             }
             _ => {
-                trust = LESS_TRUST * moved.amax();
+                trust = LESS_TRUST * step.p.amax();
                 slow += 1;
             }
         }
@@ -90,8 +75,8 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
 }
 
 /// Orthonormal rows of a matrix that span its rows, and the right side of `A p = b` in them.
-fn independent(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
-    let svd = matrix.clone().svd(true, true);
+fn independent(matrix: DMatrixView<f64>, right: &DVector<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    let svd = matrix.into_owned().svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
     let least = UNDETERMINED * svd.singular_values.max();
     let kept: Vec<usize> =
@@ -103,7 +88,7 @@ fn independent(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DMatrix<f
 }
 
 /// A positive definite matrix that agrees with `hessian` along the equations where that is positive.
-fn convex(hessian: &DMatrix<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
+fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
     let count = hessian.nrows();
     let along = DMatrix::identity(count, count) - rows.tr_mul(rows);
     let projected = &along * (hessian + hessian.transpose()) * &along * 0.5;
@@ -120,26 +105,18 @@ fn convex(hessian: &DMatrix<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
 /// The best times near those of a schedule; `None` where the terminal conditions are not met near it.
 pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Option<Best> {
     let mut schedule = met(extremal, first, ask, FIRST_ITERATIONS)?;
-    let gradient = gradient(extremal, &schedule);
+    let start = Motion::of(extremal, &schedule, &[0.0; 6])?.kkt;
+    // Without costates what the times cost.
+    let gradient = start.slope().into_owned();
+    let mut costates = array(&shortest(&start.by_multipliers().into_owned(), &-&gradient, UNDETERMINED)?);
     let bounds = schedule.bounds(ask);
     let mut trust = TRUST * schedule.duration;
     let mut acting = vec![false; bounds.len() + 2 * schedule.times().len()];
-    let mut costates = None;
     for _ in 0..MOST_STEPS {
         let cost = schedule.cost(extremal);
-        let own = match costates {
-            Some(own) => own,
-            None => {
-                let motion = Motion::of(extremal, &schedule, &[0.0; 6]);
-                let linear = motion.curvature()?.of_costates;
-                array(&shortest(&linear, &-&gradient, UNDETERMINED)?)
-            }
-        };
-        let motion = Motion::of(extremal, &schedule, &own);
-        let (miss, curvature) = (motion.miss()?, motion.curvature()?);
-        let residual = DVector::from_column_slice(miss.residual.as_slice());
-        let (rows, right) = independent(&miss.jacobian, &-residual)?;
-        let hessian = convex(&curvature.hessian, &rows);
+        let kkt = Motion::of(extremal, &schedule, &costates)?.kkt;
+        let (rows, right) = independent(kkt.by_unknowns(), &-kkt.constraints())?;
+        let hessian = convex(kkt.hessian(), &rows);
         let times = schedule.times();
         let limits = bounds_of_step(&bounds, &times, trust);
         let program = Quadratic {
@@ -147,20 +124,18 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
             gradient: &gradient,
             equations: Some((&rows, &right)),
             bounds: &limits,
+            settings: QuadraticSettings::default(),
         };
         let Some(step) = program.solve(&acting) else {
-            return Some(Best { schedule, costates: own, cost });
+            return Some(Best { schedule, costates, cost });
         };
         acting = step.acting;
-        let mut pull = &hessian * &step.p + &gradient;
-        for (bound, multiplier) in limits.iter().zip(&step.multipliers) {
-            bound.add_to(&mut pull, -multiplier);
+        if let Some(next) = shortest(&kkt.by_multipliers().into_owned(), &-&step.pull, UNDETERMINED) {
+            costates = array(&next);
         }
-        let next_costates = shortest(&curvature.of_costates, &-pull, UNDETERMINED).map(|found| array(&found));
-        costates = next_costates.or(Some(own));
         let predicted = -(gradient.dot(&step.p) + 0.5 * step.p.dot(&(&hessian * &step.p)));
         if predicted < NO_GAIN * cost {
-            return Some(Best { schedule, costates: costates.unwrap_or(own), cost });
+            return Some(Best { schedule, costates, cost });
         }
         let trial = met(extremal, &schedule.at(&(times + &step.p)), ask, ITERATIONS);
         let gained = trial.as_ref().map_or(f64::NEG_INFINITY, |trial| cost - trial.cost(extremal));
@@ -176,7 +151,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
         }
     }
     let cost = schedule.cost(extremal);
-    Some(Best { schedule, costates: costates.unwrap_or([0.0; 6]), cost })
+    Some(Best { schedule, costates, cost })
 }
 
 /// Arcs with the best times of their pulses, however short; pulses that have vanished are left out. `None` where the terminal conditions
@@ -196,7 +171,59 @@ pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
         Some(settled) => (settled.schedule, settled.costates),
         None => (best.schedule, best.costates),
     };
-    Some(Motion::fine(extremal, &schedule, &costates).arcs())
+    Some(Motion::fine(extremal, &schedule, &costates)?.arcs)
+}
+
+/// A schedule whose times stand exactly at the bounds that act, with its bounds and which of them do.
+#[derive(Clone, Debug)]
+pub(super) struct Settled {
+    pub schedule: Schedule,
+    pub costates: [f64; 6],
+    pub bounds: Vec<Bound>,
+    pub acting: Vec<bool>,
+}
+
+/// The bounds that act.
+pub(super) fn acts<'a>(bounds: &'a [Bound], acting: &'a [bool]) -> impl Iterator<Item = &'a Bound> {
+    bounds.iter().zip(acting).filter(|(_, acts)| **acts).map(|(bound, _)| bound)
+}
+
+/// Puts the times at the bounds that they are near to, and brings the others to where the end is met and the Lagrangian is stationary;
+/// where Newton finds no such times near by, to where the end is met alone.
+pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &Ask) -> Option<Settled> {
+    let bounds = best.schedule.bounds(ask);
+    let times = best.schedule.times();
+    let all = [Steps::Shortest, Steps::Feasible].into_iter();
+    all.flat_map(|steps| NEAR.map(|near| (steps, near))).find_map(|(steps, near)| {
+        let acting: Vec<bool> =
+            bounds.iter().map(|bound| bound.slack(&times) < near * best.schedule.duration).collect();
+        let ties = Ties::of(times.len(), acts(&bounds, &acting));
+        let (schedule, costates) = newton(extremal, best, &ties, steps)?;
+        let times = schedule.times();
+        let kept = bounds.iter().all(|bound| bound.slack(&times) >= -KEPT * best.schedule.duration);
+        kept.then(|| Settled { schedule, costates, bounds: bounds.clone(), acting })
+    })
+}
+
+/// Newton on costates and free times.
+fn newton(extremal: &Extremal, best: &Best, ties: &Ties, steps: Steps) -> Option<(Schedule, [f64; 6])> {
+    let (matrix, first) = (ties.matrix(), ties.snapped(&best.schedule.times()));
+    let (mut times, mut costates) = (first.clone(), Vector6::from(best.costates));
+    let mut last = f64::INFINITY;
+    for _ in 0..NEAR_ITERATIONS {
+        let schedule = best.schedule.at(&times);
+        let kkt = Motion::fine(extremal, &schedule, &costates.into())?.kkt.tied(&matrix);
+        let size = kkt.merit(steps);
+        if size < SHARP || size < MET && size >= 0.5 * last {
+            let moved = (&times - &first).amax();
+            return (moved < NEARBY * schedule.duration).then_some((schedule, costates.into()));
+        }
+        last = size;
+        let step = kkt.newton_step(steps, UNDETERMINED)?;
+        costates += step.fixed_rows::<6>(0);
+        times += &matrix * step.rows(6, matrix.ncols());
+    }
+    None
 }
 
 fn array(values: &DVector<f64>) -> [f64; 6] {

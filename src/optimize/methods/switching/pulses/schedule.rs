@@ -6,7 +6,7 @@
 
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
-use super::quadratic::Bound;
+use crate::optimize::nlp::bounds::Bound;
 use nalgebra::DVector;
 
 /// What pulses are asked to be.

@@ -287,8 +287,8 @@ fn neighbours(extremal: &Extremal, best: &Best, ask: &Ask) -> Vec<Schedule> {
             all.push(fewer);
         }
     }
-    let arcs = Motion::of(extremal, &best.schedule, &best.costates).arcs();
-    let mut wrong = Certificate::of(extremal, &arcs).wrong;
+    let motion = Motion::of(extremal, &best.schedule, &best.costates);
+    let mut wrong = motion.map_or_else(Vec::new, |motion| Certificate::of(extremal, &motion.arcs).wrong);
     wrong.sort_by(|a, b| b.gap.total_cmp(&a.gap));
     for wrong in &wrong {
         let at = wrong.peak.0;

@@ -1,14 +1,14 @@
 //! Derivatives of the motion under pulses against finite differences, quadratic programs against their conditions, and ties.
 
-use super::motion::{Motion, gradient};
+use super::motion::Motion;
 use super::on_grid::{Placed, placed};
 use super::optimum::{best_arcs, best_times};
-use super::quadratic::{Bound, Quadratic};
 use super::schedule::{Ask, Pulse, Schedule};
-use super::ties::Ties;
 use crate::numerics::random::Stream;
 use crate::optimize::methods::switching::extremal::{Extremal, Law};
 use crate::optimize::methods::switching::work::Halt;
+use crate::optimize::nlp::bounds::{Bound, Ties};
+use crate::optimize::nlp::quadratic::{Quadratic, QuadraticSettings};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DVector};
 
@@ -82,9 +82,9 @@ fn differences(times: &DVector<f64>, of: impl Fn(&DVector<f64>) -> DVector<f64>)
 fn a_pulse_that_is_off_again_at_the_start_is_none() {
     let extremal = extremal();
     let mut schedule = schedule();
-    let without = Motion::fine(&extremal, &schedule, &[0.0; 6]).arcs();
+    let without = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
     schedule.pulses.push(Pulse { level: 1, on: 0.0, off: 0.0 });
-    let with = Motion::fine(&extremal, &schedule, &[0.0; 6]).arcs();
+    let with = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
     assert_eq!(with.signs, without.signs);
     assert_eq!(with.switches.len(), without.switches.len());
 }
@@ -94,11 +94,10 @@ fn the_end_answers_to_the_times_as_finite_differences_say() {
     let (sought, with_duration, _) = sought();
     for (extremal, schedule) in [(extremal(), schedule()), (sought, with_duration)] {
         let end = |times: &DVector<f64>| {
-            let miss = Motion::fine(&extremal, &schedule.at(times), &[0.0; 6]).miss().unwrap();
-            DVector::from_column_slice(miss.residual.as_slice())
+            Motion::fine(&extremal, &schedule.at(times), &[0.0; 6]).unwrap().kkt.constraints().into_owned()
         };
-        let found = Motion::fine(&extremal, &schedule, &[0.0; 6]).miss().unwrap().jacobian;
-        let apart = (&found - differences(&schedule.times(), end)).amax();
+        let found = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().kkt;
+        let apart = (found.by_unknowns() - differences(&schedule.times(), end)).amax();
         // The error of the differences is a third derivative times 4e-10 / 6.
         assert!(apart < 1e-8, "{apart:e}");
     }
@@ -113,25 +112,23 @@ fn the_lagrangian_answers_to_the_times_as_finite_differences_say() {
 
 fn lagrangian_answers(extremal: &Extremal, schedule: &Schedule) {
     let costates = [0.3, -0.7, 0.4, -0.9, 0.5, 0.8];
-    let cost = gradient(extremal, schedule);
-    let slope = |times: &DVector<f64>| {
-        let schedule = schedule.at(times);
-        let curvature = Motion::of(extremal, &schedule, &costates).curvature().unwrap();
-        &cost + curvature.of_costates * DVector::from_column_slice(&costates)
-    };
-    let motion = Motion::of(extremal, schedule, &costates);
-    let curvature = motion.curvature().unwrap();
-    let apart = (&curvature.hessian - differences(&schedule.times(), slope)).amax();
+    let at = |times: &DVector<f64>| Motion::of(extremal, &schedule.at(times), &costates).unwrap().kkt;
+    let times = schedule.times();
+    let kkt = at(&times);
+    let apart = (kkt.hessian() - differences(&times, |times| at(times).slope().into_owned())).amax();
     assert!(apart < 1e-8, "{apart:e}");
+    // Without costates the slope is that of the cost, and it is linear in them.
+    let cost = differences(&times, |times| DVector::from_element(1, schedule.at(times).cost(extremal)));
+    let pull = kkt.by_multipliers() * DVector::from_column_slice(&costates);
+    assert!((kkt.slope() - pull - cost.transpose()).amax() < 1e-8);
     // Along the terminal conditions the costates have no say: both derivatives have one null space.
-    let jacobian = motion.miss().unwrap().jacobian;
-    let svd = jacobian.svd(true, true);
+    let svd = kkt.by_unknowns().into_owned().svd(true, true);
     let rows = svd.v_t.unwrap();
     let count = rows.ncols();
     let along = DMatrix::identity(count, count) - rows.tr_mul(&rows);
-    assert!((along.clone() * &curvature.of_costates).amax() < 1e-10);
+    assert!((along.clone() * kkt.by_multipliers()).amax() < 1e-10);
     // And there the second derivative is symmetric, whatever the costates.
-    let reduced = &along * &curvature.hessian * &along;
+    let reduced = &along * kkt.hessian() * &along;
     assert!((&reduced - reduced.transpose()).amax() < 1e-10 * (1.0 + reduced.amax()));
 }
 
@@ -156,21 +153,33 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
             gradient: &gradient,
             equations: Some((&equations, &right)),
             bounds: &bounds,
+            settings: QuadraticSettings::default(),
         };
         let found = program.solve(&vec![false; bounds.len()]).unwrap_or_else(|| panic!("case {case}"));
         assert!((&equations * &found.p).amax() < 1e-9, "case {case}");
-        let mut pull = &hessian * &found.p + &gradient;
-        for (bound, multiplier) in bounds.iter().zip(&found.multipliers) {
-            bound.add_to(&mut pull, -multiplier);
-            let at = |time: Option<usize>| time.map_or(0.0, |time| found.p[time]);
-            let slack = at(bound.b) - at(bound.a) - bound.least;
-            assert!(slack > -1e-9 && *multiplier > -1e-9, "case {case}: {slack} {multiplier}");
-            assert!(slack * multiplier < 1e-7, "case {case}: {slack} {multiplier}");
+        for (bound, acts) in bounds.iter().zip(&found.acting) {
+            let slack = bound.slack(&found.p);
+            assert!(slack > -1e-9 && (!acts || slack < 1e-7), "case {case}: {slack}");
         }
-        // What is left is a combination of the equations.
-        let svd = equations.transpose().svd(true, true);
-        let shares = svd.solve(&pull, 1e-12).unwrap();
-        assert!((pull - equations.tr_mul(&shares)).amax() < 1e-7, "case {case}");
+        // The pull is a combination of the equations, and the slope beside it one of the bounds that are met, none of which pulls.
+        let combined = |rows: DMatrix<f64>, slope: &DVector<f64>| {
+            let shares = rows.clone().svd(true, true).solve(slope, 1e-12).unwrap();
+            assert!((slope - rows * &shares).amax() < 1e-7, "case {case}");
+            shares
+        };
+        combined(equations.transpose(), &found.pull);
+        let mut met = DMatrix::zeros(n, 0);
+        for bound in bounds.iter().zip(&found.acting).filter(|(_, acts)| **acts).map(|(bound, _)| bound) {
+            let column = met.ncols();
+            met = met.insert_column(column, 0.0);
+            bound.write(1.0, |unknown, sign| met[(unknown, column)] += sign);
+        }
+        let left = &hessian * &found.p + &gradient - &found.pull;
+        if met.ncols() > 0 {
+            assert!(combined(met, &left).min() > -1e-7, "case {case}");
+        } else {
+            assert!(left.amax() < 1e-7, "case {case}");
+        }
     }
 }
 
@@ -178,7 +187,9 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
 fn a_program_without_room_has_no_solution() {
     let (hessian, gradient) = (DMatrix::identity(2, 2), DVector::zeros(2));
     let bounds = [Bound { a: None, b: Some(0), least: 1.0 }, Bound { a: Some(0), b: None, least: 0.5 }];
-    let program = Quadratic { hessian: &hessian, gradient: &gradient, equations: None, bounds: &bounds };
+    let settings = QuadraticSettings::default();
+    let (equations, bounds) = (None, &bounds);
+    let program = Quadratic { hessian: &hessian, gradient: &gradient, equations, bounds, settings };
     assert!(program.solve(&[false; 2]).is_none());
 }
 
@@ -191,10 +202,10 @@ fn times_hang_on_the_bounds_that_act() {
     let first = of(None, Some(0));
     let short = of(Some(0), Some(1));
     let last = of(Some(3), None);
-    let acting: Vec<bool> = bounds.iter().map(|bound| first(bound) || short(bound) || last(bound)).collect();
-    let mut ties = Ties::of(&schedule, &bounds, &acting);
+    let acting = bounds.iter().filter(|bound| first(bound) || short(bound) || last(bound));
+    let mut ties = Ties::of(schedule.times().len(), acting);
     assert_eq!(ties.matrix().ncols(), 9);
-    ties.join(4, 8);
+    ties.add(&Bound { a: Some(4), b: Some(8), least: 0.0 });
     assert_eq!(ties.matrix().ncols(), 8);
     let times = ties.snapped(&schedule.times());
     assert_eq!((times[0], times[1], times[3]), (0.0, 0.2, DURATION));
@@ -213,8 +224,8 @@ fn placed_well(extremal: &Extremal, ask: &Ask) -> Placed {
     let first = Schedule::kept(schedule().pulses, DURATION, ask).unwrap();
     let best = best_times(extremal, &first, ask).expect("a schedule that meets the end");
     assert!(best.cost < first.cost(extremal) * 2.0);
-    let miss = Motion::of(extremal, &best.schedule, &best.costates).miss().unwrap();
-    assert!(miss.residual.norm() < 1e-9);
+    let kkt = Motion::of(extremal, &best.schedule, &best.costates).unwrap().kkt;
+    assert!(kkt.constraints().norm() < 1e-9);
     let placed = placed(extremal, &best, ask, 200).expect("a grid");
     assert!(placed.grid.residual < 1e-12, "{}", placed.grid.residual);
     for pulse in &placed.schedule.pulses {
@@ -249,12 +260,12 @@ fn a_sought_duration_is_the_best_of_those_that_are_given() {
 fn arcs_of_the_best_times_meet_the_end_to_round_off() {
     let (sought, with_duration, _) = sought();
     for (extremal, schedule) in [(extremal(), schedule()), (sought, with_duration)] {
-        let arcs = Motion::fine(&extremal, &schedule, &[0.0; 6]).arcs();
+        let arcs = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
         let best = best_arcs(&extremal, &arcs).expect("arcs that meet the end");
         assert!(best.signs.iter().any(|sign| *sign > 0.0), "{:?}", best.signs);
         let pulses = Schedule::of_arcs(&best);
         let again = Schedule { pulses, duration: best.duration, ..schedule };
-        let miss = Motion::fine(&extremal, &again, &[0.0; 6]).miss().unwrap().residual.norm();
+        let miss = Motion::fine(&extremal, &again, &[0.0; 6]).unwrap().kkt.constraints().norm();
         assert!(miss < 1e-13, "{miss:e}");
     }
 }

@@ -8,38 +8,29 @@
 //!
 //! Hintermüller, Ito, Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, 2002.
 
-use super::super::tuning::NEAR_ITERATIONS;
-use super::super::tuning::pulses::EXACT;
+use super::bounds::Bound;
 use crate::optimize::convex::cone::{Cone, ConeSettings, ConeSolver, Program};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use nalgebra::{DMatrix, DVector};
 
-/// `p_b − p_a ≥ least`; an absent unknown counts as 0.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Bound {
-    pub a: Option<usize>,
-    pub b: Option<usize>,
-    pub least: f64,
+/// How a program is solved.
+#[derive(Clone, Debug)]
+pub(crate) struct QuadraticSettings {
+    /// Most exchanges of bounds before the cone solver is asked. Default 12: what takes more goes round in circles as a rule.
+    pub exchanges: usize,
+    /// Residual of the equations at the bounds that act, by which others may be violated too, relative. Default 1e-11: smaller, round-off
+    /// exchanges bounds; larger, times stand beside their bounds.
+    pub exact: f64,
 }
 
-impl Bound {
-    fn of(&self, p: &DVector<f64>) -> f64 {
-        self.b.map_or(0.0, |b| p[b]) - self.a.map_or(0.0, |a| p[a])
-    }
-
-    /// Adds `Gᵀ` times a multiplier.
-    pub fn add_to(&self, sum: &mut DVector<f64>, factor: f64) {
-        if let Some(b) = self.b {
-            sum[b] += factor;
-        }
-        if let Some(a) = self.a {
-            sum[a] -= factor;
-        }
+impl Default for QuadraticSettings {
+    fn default() -> Self {
+        Self { exchanges: 12, exact: 1e-11 }
     }
 }
 
 /// A program.
-pub(super) struct Quadratic<'a> {
+pub(crate) struct Quadratic<'a> {
     /// `H`, n×n, positive definite.
     pub hessian: &'a DMatrix<f64>,
     /// `g`, n.
@@ -47,14 +38,15 @@ pub(super) struct Quadratic<'a> {
     /// `J`, of full rank, and `c`.
     pub equations: Option<(&'a DMatrix<f64>, &'a DVector<f64>)>,
     pub bounds: &'a [Bound],
+    pub settings: QuadraticSettings,
 }
 
 /// Its solution.
 #[derive(Clone, Debug)]
-pub(super) struct Optimum {
+pub(crate) struct Optimum {
     pub p: DVector<f64>,
-    /// Multipliers of the bounds, not negative.
-    pub multipliers: Vec<f64>,
+    /// `Jᵀ` times the multipliers of the equations: `Hp + g` without what bounds press.
+    pub pull: DVector<f64>,
     /// Which bounds are met by it and press.
     pub acting: Vec<bool>,
 }
@@ -74,7 +66,11 @@ impl Quadratic<'_> {
             let acting: Vec<bool> = pairs.map(|(multiplier, slack)| multiplier > slack).collect();
             self.exchanged(&acting).or_else(|| {
                 let p = DVector::from_column_slice(&found.x);
-                Some(Optimum { p, multipliers: multipliers.to_vec(), acting })
+                let mut pull = self.hessian * &p + self.gradient;
+                for (bound, multiplier) in self.bounds.iter().zip(multipliers) {
+                    bound.write(-multiplier, |unknown, part| pull[unknown] += part);
+                }
+                Some(Optimum { p, pull, acting })
             })
         })
     }
@@ -82,19 +78,20 @@ impl Quadratic<'_> {
     /// Bounds are exchanged, those that pull for those that are violated, until none are; `None` where that does not come to an end.
     fn exchanged(&self, guess: &[bool]) -> Option<Optimum> {
         let mut acting = guess.to_vec();
-        for _ in 0..NEAR_ITERATIONS {
-            let (p, multipliers) = self.at_bounds(&acting)?;
-            let pulled = EXACT * (1.0 + multipliers.iter().fold(0.0_f64, |most, one| most.max(one.abs())));
+        let exact = self.settings.exact;
+        for _ in 0..self.settings.exchanges {
+            let (p, pull, multipliers) = self.at_bounds(&acting)?;
+            let pulled = exact * (1.0 + multipliers.iter().fold(0.0_f64, |most, one| most.max(one.abs())));
             let each = self.bounds.iter().zip(&multipliers).zip(&acting);
             let next: Vec<bool> = each
                 .map(
                     |((bound, multiplier), acts)| {
-                        if *acts { *multiplier >= -pulled } else { bound.of(&p) - bound.least < -EXACT }
+                        if *acts { *multiplier >= -pulled } else { bound.slack(&p) < -exact }
                     },
                 )
                 .collect();
             if next == acting {
-                return Some(Optimum { p, multipliers, acting });
+                return Some(Optimum { p, pull, acting });
             }
             acting = next;
         }
@@ -114,11 +111,9 @@ impl Quadratic<'_> {
             bound.extend(c.iter());
         }
         let equal = bound.len();
-        for Bound { a, b, least } in self.bounds {
-            let row = bound.len();
-            entries.extend(b.map(|b| (row, b, -1.0)));
-            entries.extend(a.map(|a| (row, a, 1.0)));
-            bound.push(-least);
+        for constraint in self.bounds {
+            constraint.write(-1.0, |unknown, sign| entries.push((bound.len(), unknown, sign)));
+            bound.push(-constraint.least);
         }
         let cones = [Cone::Zero(equal), Cone::Nonnegative(self.bounds.len())];
         Program {
@@ -130,8 +125,8 @@ impl Quadratic<'_> {
         }
     }
 
-    /// The optimum with these bounds met and no others, and its multipliers; `None` where round-off leaves none.
-    fn at_bounds(&self, acting: &[bool]) -> Option<(DVector<f64>, Vec<f64>)> {
+    /// The optimum with these bounds met and no others, its pull and the multipliers of bounds; `None` where round-off leaves none.
+    fn at_bounds(&self, acting: &[bool]) -> Option<(DVector<f64>, DVector<f64>, Vec<f64>)> {
         let n = self.gradient.len();
         let met: Vec<usize> = (0..acting.len()).filter(|index| acting[*index]).collect();
         let equal = self.equations.map_or(0, |(_, c)| c.len());
@@ -146,23 +141,21 @@ impl Quadratic<'_> {
         }
         for (row, index) in met.iter().enumerate() {
             let (row, bound) = (n + equal + row, &self.bounds[*index]);
-            for (time, sign) in [(bound.b, 1.0), (bound.a, -1.0)] {
-                if let Some(time) = time {
-                    matrix[(row, time)] += sign;
-                    matrix[(time, row)] -= sign;
-                }
-            }
+            bound.write(1.0, |unknown, sign| {
+                matrix[(row, unknown)] += sign;
+                matrix[(unknown, row)] -= sign;
+            });
             right[row] = bound.least;
         }
         let solved = matrix.clone().lu().solve(&right)?;
         let size = 1.0 + right.amax();
         let finite = solved.iter().all(|value| value.is_finite());
-        let exact = finite && (&matrix * &solved - &right).amax() < EXACT * size;
-        let p = solved.rows(0, n).into_owned();
+        let exact = finite && (&matrix * &solved - &right).amax() < self.settings.exact * size;
+        let pull = -matrix.view((0, n), (n, equal)) * solved.rows(n, equal);
         let mut multipliers = vec![0.0; acting.len()];
         for (row, index) in met.iter().enumerate() {
             multipliers[*index] = solved[n + equal + row];
         }
-        exact.then_some((p, multipliers))
+        exact.then(|| (solved.rows(0, n).into_owned(), pull, multipliers))
     }
 }

@@ -1,0 +1,5 @@
+//! Dense nonlinear programs: a handful of unknowns, as the lengths of arcs and the times of pulses.
+
+pub(crate) mod bounds;
+pub(crate) mod kkt;
+pub(crate) mod quadratic;
