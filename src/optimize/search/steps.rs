@@ -22,7 +22,7 @@ use super::cheapest::about;
 use super::{Guess, Observer, PlanError, solve_on};
 use crate::maneuver::objective::effort;
 use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::{Settings, Target, Thoroughness};
+use crate::maneuver::settings::{Method, Settings, Target, Thoroughness};
 use crate::maneuver::solution::{ChosenSteps, Outcome, Solution};
 use crate::optimize::landing;
 use std::time::{Duration, Instant};
@@ -54,9 +54,14 @@ pub(super) fn chosen(
     let mut best: Option<Solution> = None;
     let mut steps = problem.steps;
     let mut missed = f64::INFINITY;
+    let mut known: Option<Guess> = None;
     while let Some(left) = remaining(settings, began) {
-        let on = problem.clone().with_steps(steps);
-        let mut found = match solve_on(&on, &left, guess, observer) {
+        let on = match &known {
+            None => problem.clone().with_steps(steps),
+            // The optimum that one grid has found leads to that of a finer one.
+            Some(_) => problem.clone().planned_by(Method::InteriorPoint).with_steps(steps),
+        };
+        let mut found = match solve_on(&on, &left, known.as_ref().or(guess), observer) {
             Err(error) if best.is_none() => return Err(error),
             // A grid that is too fine for the method ends the choice.
             Err(_) => break,
@@ -77,12 +82,13 @@ pub(super) fn chosen(
             }
             break;
         }
+        known = Guess::of_solution(&found);
         let flown = found.on_grid(problem);
         let left = landing::left(&flown, &found.trajectory);
         // Half as long steps bring the end twice as near at least, by a scheme of first order.
         let (lands, nearer) = (left <= landing::MET, left <= 0.5 * missed);
         missed = left;
-        let estimate = cost_error(&on, settings, &found, observer, began);
+        let estimate = cost_error(&on, settings, (&found, known.as_ref()), observer, began);
         found.chosen = Some(ChosenSteps {
             began: problem.steps,
             lands,
@@ -146,7 +152,7 @@ struct Estimate {
 fn cost_error(
     problem: &Problem,
     settings: &Settings,
-    found: &Solution,
+    (found, known): (&Solution, Option<&Guess>),
     observer: &mut dyn Observer,
     began: Instant,
 ) -> Option<Estimate> {
@@ -164,9 +170,8 @@ fn cost_error(
         let half = problem.steps / 2;
         let quick = Settings { target: Target::Discrete, search: Thoroughness::Quick, ..settings.clone() };
         let quick = remaining(&quick, began)?;
-        let coarser =
-            solve_on(&problem.clone().with_steps(half.max(Problem::MIN_STEPS)), &quick, None, observer)
-                .ok()?;
+        let coarser = problem.clone().planned_by(found.method).with_steps(half.max(Problem::MIN_STEPS));
+        let coarser = solve_on(&coarser, &quick, known, observer).ok()?;
         (coarser.outcome == Outcome::Converged).then_some(())?;
         Estimate { error: ((coarser.cost - found.cost) / found.cost).abs(), order: 1.0 }
     } else {
