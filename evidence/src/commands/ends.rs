@@ -5,7 +5,8 @@
 //! by the law of `evidence::ends`, in least effort, time and fuel, each with default settings. Of
 //! the first MORE (5) the same with `search = "thorough"`, and of the first FEW (1) to a free roll
 //! or a moving target in a given duration also the best of 24 given rolls. WORD keeps the rows
-//! whose name has it.
+//! whose name has it. `--specs FOLDER` writes the maneuvers as specs there, for other programs, and
+//! plans nothing.
 //!
 //! It prints a row for each: how many are solved and verified, the wall time (median, worst), and
 //! how many of those compared cost more than the best known by more than 0.1 %, and by how much.
@@ -15,8 +16,10 @@ use evidence::words::Words;
 use slewkit::maneuver::{EndCondition, Settings, Target, Thoroughness};
 use slewkit::plan::{Silent, Status, plan};
 use slewkit::{Problem, State, Vector3};
+use slewkit_files::spec::SpecDocument;
 use std::error::Error;
 use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Given rolls.
@@ -69,18 +72,36 @@ fn usable(draw: &dyn Fn(usize) -> Problem, number: usize) -> Option<Problem> {
     (0..50).map(|again| draw(number + again * APART)).find(|problem| problem.check().is_ok())
 }
 
+/// End or motion with its inputs, objective, and what draws a maneuver of a number.
+type Row = (String, &'static str, Box<dyn Fn(usize) -> Problem>);
+
+/// Writes the maneuvers of the rows whose name has `only` as specs.
+fn specs(folder: &Path, only: &str, count: usize, rows: &[Row]) -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all(folder)?;
+    for (name, of, draw) in rows.iter().filter(|(name, of, _)| format!("{name}, {of}").contains(only)) {
+        for number in 0..count {
+            let Some(problem) = usable(draw, number) else { continue };
+            let document = SpecDocument::new(&problem, &Settings::default())?;
+            let file = format!("{name} {of} {number}.json").replace(", ", "-").replace(' ', "_");
+            std::fs::write(folder.join(file), serde_json::to_string(&document)?)?;
+        }
+    }
+    Ok(())
+}
+
 pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
     let (mut count, mut more, mut few, mut only) = (20, 5, 1, String::new());
+    let mut folder = None;
     while let Some(word) = words.take() {
         match word.as_str() {
             "--thorough" => more = words.required("number of cases")?,
             "--rolls" => few = words.required("number of cases")?,
+            "--specs" => folder = Some(PathBuf::from(words.word("folder")?)),
             "--only" => only = words.word("part of a name")?,
             _ => count = evidence::words::parsed("number of cases", &word)?,
         }
     }
-    type Draw = Box<dyn Fn(usize) -> Problem>;
-    let mut rows: Vec<(String, &str, Draw)> = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
     for end in ENDS {
         for input in INPUTS {
             for of in OBJECTIVES {
@@ -93,6 +114,9 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         for of in OBJECTIVES {
             rows.push((motion.to_string(), of, Box::new(move |number| between(motion, of, number))));
         }
+    }
+    if let Some(folder) = folder {
+        return specs(&folder, &only, count, &rows);
     }
     println!(
         "{:<38}{:<8}{:>9}{:>10}{:>10}{:>10}{:>10}",

@@ -1,20 +1,37 @@
 //! Sets of cones that hold in turns.
 //!
-//! Which set holds when is a schedule of shifts. With a schedule the sets are constraints that act at times, and the maneuver is planned
-//! as any other. Along its plan every step has a set that has the most room, and those sets are the next schedule: the plan holds it
-//! too, so no next plan need be dearer, and a set that presses is left as soon as another holds. That ends where no shift changes. A
-//! moment at which one set ends to hold and another begins, between which the path is caught, is moved by itself, to either side, as long
-//! as that costs less.
+//! Which set holds when is a schedule of shifts. With a schedule the sets are constraints that act at
+//! times. Along a plan every step has a set that has the most room, and those sets are the next
+//! schedule: the plan holds it too, so that no next plan need be dearer, and a set that presses is left
+//! as soon as another holds. That ends where no shift changes. A moment at which one set ends to hold
+//! and another begins, between which the path is caught, is moved by itself, to either side, as long as
+//! that costs less.
 //!
-//! First schedules are that of the maneuver without the sets, and every set all along.
+//! Schedules are compared by the interior point, from the plan of the schedule before: on the coarse
+//! grid first, and the cheapest on the requested grid, where moments move by less. The maneuver with
+//! the cheapest schedule is then planned as any other, from that plan too. First schedules are those of
+//! the optima without the sets, and every set all along.
 
-use super::halt::Halt;
-use super::{Guess, Observer, PlanError, without_arcs};
-use crate::lie;
+use super::chains::{descend, distinct, optimised_near};
+use super::context::Context;
+use super::detour::detours;
+use super::found::Found;
+use super::free_end::Posed;
+use super::given_duration::search_of;
+use super::ladder::Search;
+use super::transfer::transfer;
+use super::{Guess, Observer, PlanError, check_for_no_guess, check_guess, without_arcs};
 use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
-use crate::maneuver::problem::{Formulation, Problem, ProblemError};
-use crate::maneuver::settings::{Settings, Thoroughness};
-use crate::maneuver::solution::{Outcome, Solution, Trajectory};
+use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
+use crate::maneuver::settings::{Method, Settings, Target};
+use crate::maneuver::solution::{Outcome, Rung, Solution};
+use crate::optimize::chain::{Chain, path};
+use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::Point;
+use crate::optimize::methods::interior_point::method::InteriorPoint;
+use crate::optimize::methods::interior_point::tuning::Tuning;
+use crate::optimize::methods::method::Attempt;
+use crate::{Matrix3, lie};
 use std::time::Instant;
 
 /// Plans on the way from one schedule: each holds what the one before held, and costs that fall end sooner.
@@ -23,10 +40,12 @@ const MOST_ROUNDS: usize = 12;
 const GAINED: f64 = 1e-7;
 /// Room that is none, as a plan has of a cone that it touches \[rad\].
 const TOUCHING: f64 = 1e-6;
-/// Parts of the duration by which a moment is moved at first, and at last.
-const MOVED: [f64; 2] = [0.1, 5e-4];
+/// Parts of the duration by which a moment is moved at first, on the coarse grid and on the requested one, and at last.
+const MOVED: [f64; 3] = [0.1, 0.01, 5e-4];
 /// Passes over all moments: eight halvings lead from the first to the last of these parts, and most gain nothing.
 const MOST_PASSES: usize = 24;
+/// Most steps of the grid on which moments are moved at last: they depend on it by the square of the step.
+const MOST_STEPS: usize = 200;
 /// A shift of a plan whose duration is not known lasts until then \[s\].
 const FOR_GOOD: f64 = f64::MAX;
 
@@ -40,153 +59,252 @@ pub(super) fn solve(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
-    let mut search = InTurns { problem, settings, guess, observer, began: Instant::now() };
-    let found = match search.best() {
-        Ok(found) => found,
-        Err(Halt::Stopped(found)) => *found,
-        Err(Halt::Refused(error)) => return Err(error),
+    if Formulation::of(problem) != Formulation::Extremal || problem.duration.known().is_none() {
+        check_for_no_guess(guess)?;
+    }
+    check_guess(problem, guess)?;
+    let began = Instant::now();
+    let scheduled = match problem.motion {
+        Motion::Attitude => scheduled::<6>(problem, settings, guess, observer),
+        Motion::RigidBody => scheduled::<12>(problem, settings, guess, observer),
     };
-    Ok(Solution { solve_time: search.began.elapsed().as_secs_f64(), ..found })
-}
-
-struct InTurns<'a> {
-    problem: &'a Problem,
-    settings: &'a Settings,
-    guess: Option<&'a Guess>,
-    observer: &'a mut dyn Observer,
-    began: Instant,
-}
-
-impl InTurns<'_> {
-    fn best(&mut self) -> Result<Solution, Halt> {
-        let never = |of: &Alternatives| Turns { of: of.clone(), shifts: Vec::new() };
-        let none: Schedule = self.problem.alternatives.iter().map(never).collect();
-        // What no plan can do without the sets it cannot with them.
-        let free = self.plan(&none, None)?;
-        if free.outcome != Outcome::Converged {
-            return Ok(free);
-        }
-        let roomiest = self.along(&free.trajectory);
-        let end = self.problem.duration.known().unwrap_or(FOR_GOOD);
-        let mut first = vec![roomiest.clone()];
-        for (index, of) in self.problem.alternatives.iter().enumerate() {
-            for set in 0..of.sets.len() {
-                let mut all_along = roomiest.clone();
-                all_along[index].shifts = vec![Shift { set, from: 0.0, to: end }];
-                first.push(all_along);
-            }
-        }
-        let (mut best, mut failed): (Option<Solution>, Option<Solution>) = (None, None);
-        for schedule in first {
-            let found = self.improved(schedule, &free)?;
-            if found.outcome == Outcome::Converged && found.cost <= free.cost * (1.0 + GAINED) {
-                // Nothing costs less than without the sets.
-                return Ok(found);
-            }
-            if found.outcome != Outcome::Converged {
-                failed = failed.or(Some(found));
-            } else if best.as_ref().is_none_or(|best| found.cost < best.cost * (1.0 - GAINED)) {
-                best = Some(found);
-            }
-        }
-        match best {
-            Some(best) => self.moved(best),
-            // That one schedule has no plan does not prove that none has.
-            None => Ok(failed.map_or(free, |failed| Solution {
-                outcome: if failed.infeasible.is_some() { Outcome::Stalled } else { failed.outcome },
-                infeasible: None,
-                ..failed
-            })),
-        }
-    }
-
-    /// Plans by a schedule, from another plan where its path can be a start.
-    fn plan(&mut self, schedule: &Schedule, from: Option<&Solution>) -> Result<Solution, Halt> {
-        self.planned(schedule, from, self.settings.search)
-    }
-
-    /// Plans by a schedule from the plan of one that hardly differs.
-    fn plan_near(&mut self, schedule: &Schedule, from: &Solution) -> Result<Solution, Halt> {
-        self.planned(schedule, Some(from), Thoroughness::Quick)
-    }
-
-    fn planned(
-        &mut self,
-        schedule: &Schedule,
-        from: Option<&Solution>,
-        search: Thoroughness,
-    ) -> Result<Solution, Halt> {
-        let problem = self.problem.in_turns(schedule);
-        let remaining = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
-        let settings = Settings { time_limit: remaining, search, ..self.settings.clone() };
-        let takes_one = Formulation::of(&problem) == Formulation::Extremal && problem.aim().is_none();
-        let own = from.filter(|_| takes_one).map(|from| Guess::of(from, &problem));
-        let guess = own.as_ref().or(self.guess);
-        let found = match without_arcs(&problem, &settings, guess, self.observer) {
+    let mut plan = |schedule: &Schedule, guess: Option<&Guess>| {
+        let given = problem.in_turns(schedule);
+        let remaining = settings.time_limit.map(|limit| limit.saturating_sub(began.elapsed()));
+        let settings = Settings { time_limit: remaining, ..settings.clone() };
+        let found = match without_arcs(&given, &settings, guess, observer) {
             // The schedule and not the maneuver is at odds with an end.
             Err(PlanError::Problem(ProblemError::Violated { .. })) => {
-                return Ok(Solution::unsolved(&problem, self.settings.tolerance));
+                Ok(Solution::unsolved(&given, settings.tolerance))
             }
-            found => found?,
+            found => found,
         };
-        let found = Solution { turns: schedule.clone(), ..found };
-        match found.outcome {
-            Outcome::Interrupted | Outcome::TimeLimit => Err(Halt::Stopped(Box::new(found))),
-            _ => Ok(found),
+        let told =
+            |found| Solution { turns: schedule.clone(), solve_time: began.elapsed().as_secs_f64(), ..found };
+        found.map(told)
+    };
+    let ended = |found: &Solution| {
+        matches!(found.outcome, Outcome::Converged | Outcome::Interrupted | Outcome::TimeLimit)
+    };
+    let mut failed = None;
+    for (schedule, guess) in &scheduled {
+        let found = plan(schedule, Some(guess))?;
+        if ended(&found) {
+            return Ok(found);
         }
+        failed = failed.or(Some(found));
+    }
+    // What no plan can do without the sets it cannot with them.
+    let free = plan(&never(problem), guess)?;
+    if free.outcome != Outcome::Converged {
+        return Ok(free);
+    }
+    let found = plan(&roomiest(problem, &Followed::recorded(problem, &free)), guess)?;
+    if ended(&found) {
+        return Ok(found);
+    }
+    // That one schedule has no plan does not prove that none has.
+    let failed = failed.unwrap_or(found);
+    let outcome = if failed.infeasible.is_some() { Outcome::Stalled } else { failed.outcome };
+    Ok(Solution { outcome, infeasible: None, ..failed })
+}
+
+/// Returns no shift of any of the sets.
+fn never(problem: &Problem) -> Schedule {
+    problem.alternatives.iter().map(|of| Turns { of: of.clone(), shifts: Vec::new() }).collect()
+}
+
+/// Returns the schedules that have plans on the chain, the cheapest first, each with the path of its plan.
+fn scheduled<const N: usize>(
+    problem: &Problem,
+    settings: &Settings,
+    guess: Option<&Guess>,
+    observer: &mut dyn Observer,
+) -> Vec<(Schedule, Guess)> {
+    let settings = Settings {
+        target: Target::Discrete,
+        test_second_order: false,
+        method: Method::InteriorPoint,
+        ..settings.clone()
+    };
+    let context = Context::new(&settings, observer);
+    let ends = problem.aim().and_then(|aim| {
+        let ends = problem.ends_on(aim, problem.duration.known().unwrap_or(0.0)).ok()?;
+        Some((aim, ends))
+    });
+    let on = ends.as_ref().map(|(aim, ends)| (*aim, ends));
+    let Some(posed) = Posed::of(problem, on).filter(|_| problem.aim().is_none() == on.is_none()) else {
+        return Vec::new();
+    };
+    let search = search_of::<N>(&posed.faced[0], &context, posed.ask(&settings));
+    let known = InTurns { problem, search: &search }.found(&posed, guess);
+    let path = |Turned { schedule, attempt }: Turned| {
+        (schedule, Guess::of_plan(&search.fine.dynamics, search.problem.seconds(), &attempt.candidate))
+    };
+    known.into_iter().map(path).collect()
+}
+
+/// A schedule, and its plan on the chain.
+#[derive(Clone)]
+struct Turned {
+    schedule: Schedule,
+    attempt: Attempt,
+}
+
+impl Turned {
+    /// Whether it is cheaper than another.
+    fn gains(&self, other: &Self) -> bool {
+        self.attempt.cost < other.attempt.cost * (1.0 - GAINED)
+    }
+}
+
+/// The cheapest first.
+fn sorted(mut turned: Vec<Turned>) -> Vec<Turned> {
+    turned.sort_by(|a, b| a.attempt.foreseen().total_cmp(&b.attempt.foreseen()));
+    turned
+}
+
+/// A search for schedules.
+struct InTurns<'s, 'a, 'c, const N: usize> {
+    problem: &'s Problem,
+    /// That of the maneuver in a stated duration.
+    search: &'s Search<'a, 'c, N>,
+}
+
+impl<const N: usize> InTurns<'_, '_, '_, N> {
+    /// Returns the schedules that have plans, the cheapest first.
+    fn found(&self, posed: &Posed, guess: Option<&Guess>) -> Vec<Turned> {
+        let Self { search, .. } = self;
+        let steps = posed.steps();
+        let mut best = self.first(posed, guess);
+        let few = search.context.tuning.carried;
+        best.truncate(few);
+        let better = |turned: Turned, by: f64| self.moved(self.improved(turned), by);
+        let mut best = sorted(best.into_iter().map(|turned| better(turned, MOVED[0])).collect());
+        let fine = search.problem.steps.min(MOST_STEPS);
+        if let Some(cheapest) = best.first_mut().filter(|_| fine > steps)
+            && let Some(finer) = self.on(fine, cheapest)
+        {
+            *cheapest = better(finer, MOVED[1]);
+        }
+        best
+    }
+
+    /// Returns the plans of the first schedules on the coarse grid, the cheapest first: of that of an optimum
+    /// without the sets alone, where the optimum keeps it.
+    fn first(&self, posed: &Posed, guess: Option<&Guess>) -> Vec<Turned> {
+        let Self { problem, search } = self;
+        let (steps, one, few) = (posed.steps(), search.context.tuning.one, search.context.tuning.carried);
+        let without = search.problem.in_turns(&never(problem));
+        let mut found = Found::default();
+        {
+            let search = search.of(&without, search.ask.clone());
+            let chain = search.chain(steps);
+            let guessed = guess.and_then(|guess| guess.seed(&chain.model));
+            let paths = guessed.into_iter().chain(posed.paths(&search, &chain));
+            for seed in paths.flat_map(|path| detours(&without, path)) {
+                descend(&search, &mut found, &chain, seed);
+            }
+        }
+        let mut turned = Vec::new();
+        for free in distinct(found.take_plans(), one).into_iter().take(few) {
+            let followed = self.followed(&free);
+            let roomiest = roomiest(problem, &followed);
+            if followed.keeps(problem, &roomiest) {
+                turned.push(Turned { schedule: roomiest, attempt: free });
+                break;
+            }
+            for schedule in all_along(problem, roomiest) {
+                let attempts = self.along(&schedule, &free, followed.seconds());
+                turned.extend(
+                    attempts.into_iter().map(|attempt| Turned { schedule: schedule.clone(), attempt }),
+                );
+            }
+        }
+        let mut turned = sorted(turned);
+        turned.dedup_by(|b, a| b.attempt.foreseen() <= a.attempt.foreseen() * (1.0 + one));
+        turned
+    }
+
+    /// Returns the plans of a schedule near the path of a plan without the sets, past the cones that it violates.
+    fn along(&self, schedule: &Schedule, free: &Attempt, seconds: f64) -> Vec<Attempt> {
+        let given = self.search.problem.in_turns(schedule);
+        let search = self.search.of(&given, self.search.ask.clone());
+        let (chain, mut found) = (search.chain(free.candidate.steps()), Found::default());
+        let poses = free.candidate.states.iter().map(Point::pose);
+        let path = path(&free.candidate.provenance.start, &chain.model.dynamics.grid, poses);
+        for seed in detours(&given.clone().lasting(seconds), path) {
+            descend(&search, &mut found, &chain, seed);
+        }
+        distinct(found.take_plans(), search.context.tuning.one)
+    }
+
+    /// Returns the motion of a plan.
+    fn followed(&self, plan: &Attempt) -> Followed {
+        Followed::planned(self.search.problem, &plan.candidate)
+    }
+
+    /// Returns the plan of a schedule near another plan on the same grid, where there is one.
+    fn near(&self, schedule: Schedule, from: &Candidate) -> Option<Turned> {
+        let Search { problem, context, ask, .. } = self.search;
+        let given = problem.in_turns(&schedule);
+        let chain = match &ask.goal {
+            None => Chain::new(&given, from.steps()),
+            Some(goal) => Chain::with_goal(&given, from.steps(), goal),
+        };
+        let tuning = Tuning::near();
+        let method = InteriorPoint { family: ask.family, ..InteriorPoint::of(&chain, &tuning) };
+        let attempt = context.attempt(Rung::InteriorPoint, &method, from.clone());
+        attempt.converged().then_some(Turned { schedule, attempt })
+    }
+
+    /// Returns the plan of a schedule on another grid.
+    fn on(&self, steps: usize, Turned { schedule, attempt }: &Turned) -> Option<Turned> {
+        let given = self.search.problem.in_turns(schedule);
+        let search = self.search.of(&given, self.search.ask.clone());
+        let chains = [attempt.candidate.steps(), steps].map(|steps| search.chain(steps));
+        let start = transfer([&chains[0], &chains[1]], &attempt.candidate);
+        let attempt = optimised_near(&search, &chains[1], start);
+        attempt.converged().then(|| Turned { schedule: schedule.clone(), attempt })
     }
 
     /// The plan that a schedule leads to, each next one by the sets that have the most room along the one before.
-    fn improved(&mut self, mut schedule: Schedule, free: &Solution) -> Result<Solution, Halt> {
-        let mut best = self.plan(&schedule, Some(free))?;
+    fn improved(&self, mut best: Turned) -> Turned {
         for _ in 0..MOST_ROUNDS {
-            if best.outcome != Outcome::Converged {
-                break;
+            let next = roomiest(self.problem, &self.followed(&best.attempt));
+            match self.near(next, &best.attempt.candidate).filter(|found| found.gains(&best)) {
+                Some(found) => best = found,
+                None => break,
             }
-            let next = self.along(&best.trajectory);
-            if next == schedule {
-                break;
-            }
-            schedule = next;
-            let found = self.plan(&schedule, Some(&best))?;
-            let gains = found.outcome == Outcome::Converged && found.cost < best.cost * (1.0 - GAINED);
-            if !gains {
-                break;
-            }
-            best = found;
         }
-        Ok(best)
+        best
     }
 
-    /// The plan with each moment between two shifts moved as long as that costs less.
-    fn moved(&mut self, mut best: Solution) -> Result<Solution, Halt> {
-        let Some(duration) = best.trajectory.time.last().copied() else { return Ok(best) };
-        let mut by = MOVED[0];
+    /// The plan with each moment between two shifts moved, by a part of the duration at first, as long as that costs less.
+    fn moved(&self, mut best: Turned, first: f64) -> Turned {
+        let mut by = first;
         for _ in 0..MOST_PASSES {
-            if by <= MOVED[1] {
+            if by <= MOVED[2] {
                 break;
             }
             let mut gained = false;
-            for of in 0..best.turns.len() {
-                for after in 1..best.turns[of].shifts.len() {
-                    if !self.is_caught(&best, of, after) {
+            for of in 0..best.schedule.len() {
+                for after in 1..best.schedule[of].shifts.len() {
+                    let followed = self.followed(&best.attempt);
+                    if !followed.is_caught(self.problem, &best.schedule[of], after) {
                         continue;
                     }
-                    for step in [by, -by] {
-                        let mut schedule = best.turns.clone();
+                    let moved = [by, -by].into_iter().find_map(|step| {
+                        let mut schedule = best.schedule.clone();
                         let shifts = &mut schedule[of].shifts;
-                        let moment = shifts[after].from + step * duration;
+                        let moment = shifts[after].from + step * followed.seconds();
                         let [least, most] = [shifts[after - 1].from, shifts[after].to];
-                        if !(moment > least && moment < most) {
-                            continue;
-                        }
+                        (moment > least && moment < most).then_some(())?;
                         (shifts[after - 1].to, shifts[after].from) = (moment, moment);
-                        let from = best.clone();
-                        let found = self.plan_near(&schedule, &from)?;
-                        if found.outcome == Outcome::Converged && found.cost < best.cost * (1.0 - GAINED) {
-                            (best, gained) = (found, true);
-                            break;
-                        }
+                        self.near(schedule, &best.attempt.candidate).filter(|found| found.gains(&best))
+                    });
+                    if let Some(moved) = moved {
+                        (best, gained) = (moved, true);
                     }
                 }
             }
@@ -194,62 +312,62 @@ impl InTurns<'_> {
                 by *= 0.5;
             }
         }
-        Ok(best)
+        best
+    }
+}
+
+/// Returns a schedule, and those in which one set of an alternative holds all along.
+fn all_along(problem: &Problem, schedule: Schedule) -> Vec<Schedule> {
+    let end = problem.duration.known().unwrap_or(FOR_GOOD);
+    let mut all = vec![schedule.clone()];
+    for (index, of) in problem.alternatives.iter().enumerate() {
+        for set in 0..of.sets.len() {
+            let mut other = schedule.clone();
+            other[index].shifts = vec![Shift { set, from: 0.0, to: end }];
+            all.push(other);
+        }
+    }
+    all
+}
+
+/// A motion at its nodes, in inertial space.
+struct Followed {
+    time: Vec<f64>,
+    attitude: Vec<Matrix3>,
+}
+
+impl Followed {
+    /// Returns the motion of a plan on the chain of a maneuver in a stated duration.
+    fn planned(problem: &Problem, plan: &Candidate) -> Self {
+        let time = (0..=plan.steps()).map(|node| problem.seconds() * plan.grid.time(node)).collect();
+        Self::of(problem, time, plan.states.iter().map(|state| state.attitude.value))
     }
 
-    /// Whether a plan has no room of the one set before a moment, and of the other after it.
-    fn is_caught(&self, plan: &Solution, of: usize, after: usize) -> bool {
-        let Turns { of: alternatives, shifts } = &plan.turns[of];
-        let ([before, next], time) = ([shifts[after - 1], shifts[after]], &plan.trajectory.time);
-        let at = time.partition_point(|time| *time < next.from).clamp(1, time.len() - 1);
-        [at - 1, at].into_iter().filter(|step| step + 1 < time.len()).any(|step| {
-            let room = |set: usize| self.room(alternatives, set, &plan.trajectory, step);
-            room(before.set) < TOUCHING || room(next.set) < TOUCHING
-        })
+    /// Returns the motion of a solution.
+    fn recorded(problem: &Problem, plan: &Solution) -> Self {
+        let attitudes = plan.trajectory.quaternion.iter().map(lie::rotation_from_quaternion);
+        Self::of(problem, plan.trajectory.time.clone(), attitudes)
     }
 
-    /// Of each of the alternatives the set that has the most room in each step of a plan.
-    fn along(&self, plan: &Trajectory) -> Schedule {
-        let steps = plan.time.len().saturating_sub(1);
-        let of = |alternatives: &Alternatives| {
-            let rooms = |step: usize| -> Vec<f64> {
-                (0..alternatives.sets.len()).map(|set| self.room(alternatives, set, plan, step)).collect()
-            };
-            let mut shifts: Vec<Shift> = Vec::new();
-            for step in 0..steps {
-                let rooms = rooms(step);
-                let most = (0..rooms.len()).max_by(|a, b| rooms[*a].total_cmp(&rooms[*b])).unwrap_or(0);
-                match shifts.last_mut() {
-                    Some(shift) if shift.set == most => {}
-                    last => {
-                        if let Some(last) = last {
-                            last.to = plan.time[step];
-                        }
-                        shifts.push(Shift { set: most, from: plan.time[step], to: FOR_GOOD });
-                    }
-                }
-            }
-            if let (Some(last), Some(duration)) = (shifts.last_mut(), self.problem.duration.known()) {
-                last.to = duration;
-            }
-            Turns { of: alternatives.clone(), shifts }
-        };
-        self.problem.alternatives.iter().map(of).collect()
+    fn of(problem: &Problem, time: Vec<f64>, attitudes: impl Iterator<Item = Matrix3>) -> Self {
+        let frame_rate = problem.environment.frame_rate();
+        let turned = |(attitude, time): (Matrix3, &f64)| lie::exp(&(frame_rate * *time)) * attitude;
+        Self { attitude: attitudes.zip(&time).map(turned).collect(), time }
     }
 
-    /// The least room that the cones of a set leave in a step of a plan \[rad\].
-    fn room(&self, alternatives: &Alternatives, set: usize, plan: &Trajectory, step: usize) -> f64 {
-        let frame_rate = self.problem.environment.frame_rate();
-        let [from, to] = [step, step + 1].map(|node| {
-            let attitude = lie::rotation_from_quaternion(&plan.quaternion[node]);
-            // Bodies turn in inertial space.
-            lie::exp(&(frame_rate * plan.time[node])) * attitude
-        });
-        let arc = Arc { start: from, turn: lie::minus(&to, &from) };
-        let (time, length) = (plan.time[step], plan.time[step + 1] - plan.time[step]);
-        let members = alternatives.sets[set].iter();
-        let cones = members.filter_map(|name| {
-            let named = self.problem.constraints.iter().find(|one| one.name == *name)?;
+    /// How long it takes \[s\].
+    fn seconds(&self) -> f64 {
+        self.time.last().copied().unwrap_or(0.0)
+    }
+
+    /// The least room that the cones of a set leave in a step \[rad\].
+    fn room(&self, problem: &Problem, members: &[String], step: usize) -> f64 {
+        let [start, to] = [step, step + 1].map(|node| self.attitude[node]);
+        let arc = Arc { start, turn: lie::minus(&to, &start) };
+        let (time, length) = (self.time[step], self.time[step + 1] - self.time[step]);
+        let frame_rate = problem.environment.frame_rate();
+        let cones = members.iter().filter_map(|name| {
+            let named = problem.constraints.iter().find(|one| one.name == *name)?;
             if let Rule::Pointing(cone) = &named.rule { Some(cone) } else { None }
         });
         let rooms = cones.flat_map(|cone| {
@@ -260,4 +378,44 @@ impl InTurns<'_> {
         });
         rooms.fold(f64::INFINITY, f64::min)
     }
+
+    /// Whether it has room of the sets of a schedule.
+    fn keeps(&self, problem: &Problem, schedule: &Schedule) -> bool {
+        let holds = |turns: &Turns, step: usize| {
+            let acts = |shift: &&Shift| shift.from <= self.time[step] && self.time[step] < shift.to;
+            let set = turns.shifts.iter().find(acts).map(|shift| &turns.of.sets[shift.set]);
+            set.is_some_and(|set| self.room(problem, set, step) >= 0.0)
+        };
+        let steps = self.time.len().saturating_sub(1);
+        schedule.iter().all(|turns| (0..steps).all(|step| holds(turns, step)))
+    }
+
+    /// Whether it has no room of the one set before a moment, and of the other after it.
+    fn is_caught(&self, problem: &Problem, Turns { of, shifts }: &Turns, after: usize) -> bool {
+        let [before, next] = [&shifts[after - 1], &shifts[after]];
+        let at = self.time.partition_point(|time| *time < next.from).clamp(1, self.time.len() - 1);
+        [at - 1, at].into_iter().filter(|step| step + 1 < self.time.len()).any(|step| {
+            [before, next].iter().any(|shift| self.room(problem, &of.sets[shift.set], step) < TOUCHING)
+        })
+    }
+}
+
+/// Of each of the alternatives the set that has the most room in each step of a motion.
+fn roomiest(problem: &Problem, motion: &Followed) -> Schedule {
+    let of = |alternatives: &Alternatives| {
+        let mut shifts: Vec<Shift> = Vec::new();
+        for step in 0..motion.time.len().saturating_sub(1) {
+            let room = |set: &usize| motion.room(problem, &alternatives.sets[*set], step);
+            let most = (0..alternatives.sets.len()).max_by(|a, b| room(a).total_cmp(&room(b))).unwrap_or(0);
+            if shifts.last().is_none_or(|shift| shift.set != most) {
+                shifts.iter_mut().last().into_iter().for_each(|last| last.to = motion.time[step]);
+                shifts.push(Shift { set: most, from: motion.time[step], to: FOR_GOOD });
+            }
+        }
+        if let (Some(last), Some(duration)) = (shifts.last_mut(), problem.duration.known()) {
+            last.to = duration;
+        }
+        Turns { of: alternatives.clone(), shifts }
+    };
+    problem.alternatives.iter().map(of).collect()
 }

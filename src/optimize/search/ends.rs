@@ -12,12 +12,13 @@ use super::free_end::{self, FreeEnd, Reached};
 use super::halt::Halt;
 use super::illinois::Illinois;
 use super::rolls::Rolls;
+use super::starts::GUESS;
 use super::{Guess, Observer, PlanError, without_arcs};
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Problem, ProblemError};
 use crate::maneuver::settings::{Settings, Thoroughness};
-use crate::maneuver::solution::{Outcome, Solution};
+use crate::maneuver::solution::{Outcome, Rival, Sense, Solution, Trajectory};
 use crate::optimize::landing::{MET, left};
 use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
@@ -89,30 +90,38 @@ impl OnTarget<'_> {
         Settings { time_limit: left, ..self.settings.clone() }
     }
 
-    /// Returns the best ends that the interior point finds on the steps of `problem`.
-    fn free_end(&mut self, problem: &Problem, ends: &Ends) -> FreeEnd {
-        free_end::found(problem, (self.aim, ends), &self.settings(), self.observer)
+    /// Returns the best ends that the interior point finds on the steps of `problem`, near that of a
+    /// motion that is known, or that of the plan that a search begins from.
+    fn free_end(&mut self, problem: &Problem, ends: &Ends, known: Option<&Trajectory>) -> FreeEnd {
+        if let Some(reached) = self.begun_from().filter(|_| known.is_none()) {
+            return FreeEnd { reached: vec![reached], stopped: None };
+        }
+        free_end::found(problem, (self.aim, ends), known, &self.settings(), self.observer)
     }
 
     /// Returns the plan to the best of the ends of one time.
     fn in_time(&mut self, time: f64) -> Result<Solution, Halt> {
         let ends = self.ends_at(time)?;
         if !ends.has_roll() {
-            return self.plan(&self.problem.facing(&ends, 0.0));
+            return self.plan(&self.problem.facing(&ends, 0.0), None);
         }
-        let of_guess = self.of_guess(&ends);
+        let is_guess = self.guess.is_some_and(|guess| guess.lasting.is_none());
+        let of_guess = self.guessed().filter(|_| is_guess).map(|attitude| ends.nearest(&attitude));
         if let Some(roll) = of_guess.filter(|_| self.guess.is_some_and(|guess| guess.alone)) {
-            return self.plan(&self.problem.facing(&ends, roll));
+            return self.plan(&self.problem.facing(&ends, roll), None);
         }
         let (mut problem, mut before): (_, Option<Solution>) = (self.problem.clone(), None);
         loop {
-            let FreeEnd { reached, .. } = self.free_end(&problem, &ends);
+            // On the steps that its plan has chosen an end is looked for near that plan.
+            let before_it = before.as_ref().and_then(Guess::of_solution).and_then(|plan| plan.motion());
+            let FreeEnd { reached, .. } = self.free_end(&problem, &ends, before_it.as_ref());
             let by_arcs = problem.switches() && problem.start.angular_velocity == Vector3::zeros();
             let reached = if by_arcs { self.by_arcs(&problem, &ends, reached)? } else { reached };
             let roll = reached.first().map_or(0.0, |best| ends.nearest(&best.attitude));
-            let mut found = self.plan(&problem.facing(&ends, roll))?;
+            let known = reached.first().and_then(|best| best.known.as_ref());
+            let mut found = self.plan(&problem.facing(&ends, roll), known)?;
             if let Some(roll) = of_guess {
-                let other = self.plan(&problem.facing(&ends, roll))?;
+                let other = self.plan(&problem.facing(&ends, roll), None)?;
                 let is_plan = |plan: &Solution| plan.outcome == Outcome::Converged;
                 if is_plan(&other) && !(is_plan(&found) && found.cost <= other.cost) {
                     found = other;
@@ -139,15 +148,22 @@ impl OnTarget<'_> {
         }
     }
 
-    /// Returns the roll at which the path of the guess ends, if it has one.
-    fn of_guess(&self, ends: &Ends) -> Option<f64> {
+    /// Returns the attitude at which the path of the guess ends, if it has one.
+    fn guessed(&self) -> Option<Matrix3> {
         let last = self.guess?.quaternion.last()?;
-        Some(ends.nearest(&lie::project_to_rotation(&lie::rotation_from_quaternion(last))))
+        Some(lie::project_to_rotation(&lie::rotation_from_quaternion(last)))
     }
 
-    /// Solves the maneuver to a given end.
-    fn plan(&mut self, given: &Problem) -> Result<Solution, Halt> {
-        Ok(without_arcs(given, &self.settings(), self.guess, self.observer)?)
+    /// Returns the end of the plan that a search begins from.
+    fn begun_from(&self) -> Option<Reached> {
+        let (time, attitude, known) = (self.guess?.lasting?, self.guessed()?, self.guess.cloned());
+        let rival = Rival::new(GUESS, Sense::Short, f64::NAN, f64::NAN);
+        Some(Reached { time, attitude, rival, known })
+    }
+
+    /// Solves the maneuver to a given end, from the plan that has found it if one has.
+    fn plan(&mut self, given: &Problem, known: Option<&Guess>) -> Result<Solution, Halt> {
+        Ok(without_arcs(given, &self.settings(), known.or(self.guess), self.observer)?)
     }
 
     /// Returns ends as the arcs of continuous time have them, the cheapest first.
@@ -190,14 +206,14 @@ impl OnTarget<'_> {
     /// Returns the plan to a target that moves, in the best duration.
     fn moving(&mut self) -> Result<Solution, Halt> {
         let ends = self.ends_at(0.0)?;
-        let FreeEnd { reached, stopped } = self.free_end(self.problem, &ends);
+        let FreeEnd { reached, stopped } = self.free_end(self.problem, &ends, None);
         let Some(best) = reached.first() else {
             let unsolved = Solution::unsolved(self.problem, self.settings.tolerance);
             return Ok(Solution { outcome: stopped.unwrap_or(Outcome::Stalled), ..unsolved });
         };
         let found = match self.problem.objective {
             Objective::Time if self.problem.switches() => self.quickest(best)?,
-            Objective::Time => self.meeting(best.time, &best.attitude, STANDS)?,
+            Objective::Time => self.meeting((best.time, &best.attitude, STANDS), best.known.as_ref())?,
             _ => self.in_best_time(best)?,
         };
         Ok(with_rivals(found, &reached))
@@ -208,15 +224,19 @@ impl OnTarget<'_> {
         let ends = self.ends_at(best.time)?;
         let priced = self.problem.objective.time_price() * best.time;
         let given = self.problem.facing(&ends, ends.nearest(&best.attitude)).lasting(best.time);
-        let mut found = self.plan(&given)?;
+        let mut found = self.plan(&given, best.known.as_ref())?;
         found.pay_for_time(priced);
         Ok(found)
     }
 
     /// Returns the plan that meets the target, where that is at `time` at first; `slope` is that of how late a plan is.
-    fn meeting(&mut self, time: f64, attitude: &Matrix3, slope: f64) -> Result<Solution, Halt> {
+    fn meeting(
+        &mut self,
+        (time, attitude, slope): (f64, &Matrix3, f64),
+        known: Option<&Guess>,
+    ) -> Result<Solution, Halt> {
         let meeting = self.problem.meeting(self.aim, attitude, time, slope).map_err(ProblemError::from);
-        self.plan(&meeting.map_err(PlanError::from)?)
+        self.plan(&meeting.map_err(PlanError::from)?, known)
     }
 
     /// Returns the quickest plan of inputs that switch, from that of the chain of equal steps: the time at its roll, the best roll at
@@ -236,7 +256,7 @@ impl OnTarget<'_> {
         {
             slope = (then - now) / (later - time);
         }
-        self.meeting(time, &attitude, if slope < 0.0 { slope } else { STANDS })
+        self.meeting((time, &attitude, if slope < 0.0 { slope } else { STANDS }), None)
     }
 
     /// Returns the first time from about `time` on at which the quickest plan to the roll of an attitude takes no longer.

@@ -8,7 +8,8 @@
 //! rolls`).
 
 use super::asked::{goes_round_as_asked, way};
-use super::chains::{carry, descend, distinct};
+use super::chains::{carry, descend, distinct, optimised, unlimited_paths};
+use super::cheapest::resampled;
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::detour::detours;
@@ -16,14 +17,14 @@ use super::first_duration;
 use super::found::Found;
 use super::given_duration::search_of;
 use super::ladder::{Ask, Search};
-use super::{Observer, seeds};
+use super::{Guess, Observer, seeds};
 use crate::Matrix3;
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::constraint::{Constraint, Rule};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Motion, Problem};
 use crate::maneuver::settings::{Method, Settings, Target, Thoroughness};
-use crate::maneuver::solution::{Outcome, Rival};
+use crate::maneuver::solution::{Outcome, Rival, Trajectory};
 use crate::optimize::chain::model::Goal;
 use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
@@ -45,6 +46,8 @@ pub(super) struct Reached {
     pub attitude: Matrix3,
     /// The plan as a rival of another.
     pub rival: Rival,
+    /// Its path, where it is one on the requested grid.
+    pub known: Option<Guess>,
 }
 
 /// The result of a search for ends: the ends, the cheapest first, and why the search was stopped.
@@ -54,10 +57,11 @@ pub(super) struct FreeEnd {
 }
 
 /// Finds the ends of least cost on `aim`, on the steps of `problem`; rolls are looked for about
-/// those of `ends`.
+/// those of `ends`, or near that of a motion alone that is known to be nearly the plan.
 pub(super) fn found(
     problem: &Problem,
     (aim, ends): (&Aim, &Ends),
+    known: Option<&Trajectory>,
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> FreeEnd {
@@ -70,44 +74,89 @@ pub(super) fn found(
     };
     let context = Context::new(&settings, observer);
     let reached = match problem.motion {
-        Motion::Attitude => of_dimension::<6>(problem, (aim, ends), &context),
-        Motion::RigidBody => of_dimension::<12>(problem, (aim, ends), &context),
+        Motion::Attitude => of_dimension::<6>(problem, (aim, ends), known, &context),
+        Motion::RigidBody => of_dimension::<12>(problem, (aim, ends), known, &context),
     };
     FreeEnd { reached, stopped: context.interrupt() }
+}
+
+/// A maneuver as the interior point optimises it, with what its end leaves free as unknowns.
+pub(super) struct Posed {
+    /// The maneuver to each of the ends to which paths are tried, in a stated duration; effort stands
+    /// for costs that are goals.
+    pub faced: Vec<Problem>,
+    pub goal: Option<Goal>,
+    pub family: Option<Family>,
+}
+
+impl Posed {
+    /// Poses a maneuver to one end, or to those of a family; `None` where the directions do not determine
+    /// these.
+    pub fn of(problem: &Problem, on: Option<(&Aim, &Ends)>) -> Option<Self> {
+        let Some((aim, ends)) = on else {
+            let (stated, goal) = stated(problem);
+            return Some(Self { faced: vec![stated], goal, family: None });
+        };
+        let rolls = if ends.has_roll() { &ROLLS[..] } else { &ROLLS[..1] };
+        let (stated, goal) = stated(&problem.facing(ends, 0.0));
+        let faced: Vec<Problem> =
+            rolls.iter().map(|part| stated.facing(ends, part * ends.within())).collect();
+        let family = Family::of(problem, aim, &faced[0].end.attitude)?;
+        Some(Self { faced, goal, family: Some(family) })
+    }
+
+    /// What is asked of its search.
+    pub fn ask(&self, settings: &Settings) -> Ask<'_> {
+        Ask { family: self.family.as_ref(), ..Ask::of_goal(self.goal.clone(), settings) }
+    }
+
+    /// Steps of the grid on which optima are compared.
+    pub fn steps(&self) -> usize {
+        self.faced.iter().map(chain_steps).max().unwrap_or(Problem::MIN_STEPS)
+    }
+
+    /// Returns paths to its ends on the grid of a chain.
+    pub fn paths<const N: usize>(&self, search: &Search<N>, coarse: &Chain) -> Vec<Candidate> {
+        if search.problem.ends_in_any_attitude() {
+            return unlimited_paths(search, coarse);
+        }
+        // Other rolls lead to other optima as bends do: the paths to them are not bent.
+        let bends = |index: usize| match search.context.settings.search {
+            Thoroughness::Default if index > 0 => Thoroughness::Quick,
+            asked => asked,
+        };
+        let to_each = |(index, faced): (usize, &Problem)| {
+            let to = Problem { end: faced.end, ..search.problem.clone() };
+            seeds::of(&search.of(&to, search.ask.clone()), coarse.model.steps, bends(index))
+        };
+        self.faced.iter().enumerate().flat_map(to_each).collect()
+    }
 }
 
 /// Finds the ends in the tangent dimension of the motion.
 fn of_dimension<const N: usize>(
     problem: &Problem,
     (aim, ends): (&Aim, &Ends),
+    known: Option<&Trajectory>,
     context: &Context,
 ) -> Vec<Reached> {
-    let rolls = if ends.has_roll() { &ROLLS[..] } else { &ROLLS[..1] };
-    let (stated, goal) = stated(&problem.facing(ends, 0.0));
-    let faced: Vec<Problem> = rolls.iter().map(|part| stated.facing(ends, part * ends.within())).collect();
-    let Some(family) = Family::of(problem, aim, &faced[0].end.attitude) else { return Vec::new() };
-    let ask = Ask { family: Some(&family), ..Ask::of_goal(goal, context.settings) };
-    let search = search_of::<N>(&faced[0], context, ask.clone());
-    let steps = faced.iter().map(chain_steps).max().unwrap_or(problem.steps);
-    let coarse = search.chain(steps);
+    let Some(posed) = Posed::of(problem, Some((aim, ends))) else { return Vec::new() };
+    let search = search_of::<N>(&posed.faced[0], context, posed.ask(context.settings));
     let mut found = Found::default();
-    // Other rolls lead to other optima as bends do: the paths to them are not bent.
-    let bends = |index: usize| match context.settings.search {
-        Thoroughness::Default if index > 0 => Thoroughness::Quick,
-        asked => asked,
-    };
-    let paths = faced.iter().enumerate().flat_map(|(index, faced)| {
-        let own = search.of(faced, ask.clone());
-        seeds::of(&own, steps, bends(index))
-    });
-    if faced[0].constraints.iter().any(is_cone) {
-        for path in past_cones(&search, &coarse, paths) {
-            descend(&search, &mut found, &coarse, path);
+    if let Some(known) = known {
+        let fine = search.chain(problem.steps);
+        for path in resampled(&fine, "known", known) {
+            found.keep(optimised(&search, &fine, path));
         }
     } else {
-        paths.for_each(|path| descend(&search, &mut found, &coarse, path));
+        let coarse = search.chain(posed.steps());
+        let mut paths = posed.paths(&search, &coarse);
+        if search.problem.constraints.iter().any(is_cone) {
+            paths = past_cones(&search, &coarse, paths);
+        }
+        paths.into_iter().for_each(|path| descend(&search, &mut found, &coarse, path));
+        carry(&search, &mut found, &coarse);
     }
-    carry(&search, &mut found, &coarse);
     let told = |plan: Attempt| reached(problem, aim, &search, plan);
     let mut reached: Vec<_> = found.take_plans().into_iter().filter_map(told).collect();
     // Plans of the requested way round come first, and coarse plans last: their costs are of
@@ -128,16 +177,11 @@ fn is_cone(constraint: &Constraint) -> bool {
 /// Returns the paths of the optima without cones, and the first paths, with their detours past the
 /// cones. Where the cheapest optimum keeps the cones as it is, nothing costs less, and it is the
 /// only path.
-fn past_cones<const N: usize>(
-    search: &Search<N>,
-    coarse: &Chain,
-    paths: impl Iterator<Item = Candidate>,
-) -> Vec<Candidate> {
+fn past_cones<const N: usize>(search: &Search<N>, coarse: &Chain, paths: Vec<Candidate>) -> Vec<Candidate> {
     let mut relaxed = search.problem.clone();
     relaxed.constraints.retain(|constraint| !is_cone(constraint));
     let without = search.of(&relaxed, search.ask.clone());
     let (chain, mut found) = (without.chain(coarse.model.steps), Found::default());
-    let paths: Vec<Candidate> = paths.collect();
     paths.iter().for_each(|path| descend(&without, &mut found, &chain, path.clone()));
     found.reorder(|plans| distinct(plans, search.context.tuning.one));
     let grid = &coarse.model.dynamics.grid;
@@ -165,7 +209,7 @@ struct Kind {
 
 /// States a duration for a maneuver that seeks one, and effort as its cost, and returns what is
 /// minimised instead.
-fn stated(given: &Problem) -> (Problem, Option<Goal>) {
+pub(super) fn stated(given: &Problem) -> (Problem, Option<Goal>) {
     let objective = &given.objective;
     let goal = Goal { objective: objective.clone() };
     match given.duration.known() {
@@ -205,7 +249,8 @@ fn reached<const N: usize>(
     let told = way(&own, candidate);
     let start = format!("roll {:+.1} deg", ends.nearest(&attitude).to_degrees());
     let rival = Rival::new(&start, told.sense, cost, told.turned_deg);
-    let kind =
-        Kind { fine: candidate.steps() == problem.steps, as_asked: goes_round_as_asked(&own, candidate) };
-    Some((kind, Reached { time, attitude, rival }))
+    let fine = candidate.steps() == problem.steps;
+    let known = fine.then(|| Guess::of_plan(&search.fine.dynamics, stated, candidate));
+    let kind = Kind { fine, as_asked: goes_round_as_asked(&own, candidate) };
+    Some((kind, Reached { time, attitude, rival, known }))
 }

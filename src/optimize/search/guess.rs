@@ -2,11 +2,13 @@
 
 use super::starts::GUESS;
 use crate::maneuver::problem::Problem;
-use crate::maneuver::solution::Solution;
+use crate::maneuver::settings::Method;
+use crate::maneuver::solution::{Solution, Trajectory};
 use crate::mechanics::environment::Pose;
 use crate::optimize::chain::model::Model;
 use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
+use crate::optimize::discrete::step::{Dynamics, Point};
 use crate::{Vector3, lie};
 
 /// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.
@@ -27,6 +29,10 @@ pub struct Guess {
     /// Whether everything else is searched too, as [`crate::plan::plan()`] sets it. The parts of a search set neither.
     #[doc(hidden)]
     pub beside: bool,
+    /// How long the path takes \[s\], where it is the plan of a search that is done: what its end leaves
+    /// free is then as this path has it, and nothing else is searched where the path leads to a plan.
+    #[doc(hidden)]
+    pub lasting: Option<f64>,
 }
 
 impl Guess {
@@ -54,6 +60,33 @@ impl Guess {
     /// Returns the guess as one more start beside the search, unless it is to be alone.
     pub(crate) fn beside_the_search(&self) -> Self {
         Self { beside: !self.alone, ..self.clone() }
+    }
+
+    /// The path of a plan on the chain of a maneuver in a stated duration.
+    pub(super) fn of_plan(dynamics: &Dynamics, stated: f64, plan: &Candidate) -> Self {
+        let poses = || plan.states.iter().map(Point::pose);
+        Self {
+            quaternion: poses().map(|pose| lie::quaternion_from_rotation(&pose.attitude)).collect(),
+            position: poses().map(|pose| pose.position * dynamics.units.length).collect(),
+            lasting: Some(plan.grid.duration() * stated),
+            ..Self::default()
+        }
+    }
+
+    /// The path of a solution, where the interior point has planned it.
+    pub(super) fn of_solution(plan: &Solution) -> Option<Self> {
+        let Trajectory { time, quaternion, position, .. } = &plan.trajectory;
+        let lasting = time.last().copied().filter(|_| plan.method == Method::InteriorPoint);
+        let (quaternion, position) = (quaternion.clone(), position.clone());
+        Some(Self { quaternion, position, lasting: Some(lasting?), ..Self::default() })
+    }
+
+    /// The path as a motion, where it is that of a plan.
+    pub(super) fn motion(&self) -> Option<Trajectory> {
+        let (lasting, last) = (self.lasting?, self.quaternion.len().checked_sub(1)?);
+        let time = (0..=last).map(|node| lasting * node as f64 / last as f64).collect();
+        let (quaternion, position) = (self.quaternion.clone(), self.position.clone());
+        Some(Trajectory { time, quaternion, position, ..Trajectory::default() })
     }
 
     /// Whether every number of the path is usable.

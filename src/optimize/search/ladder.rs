@@ -26,7 +26,7 @@ pub(super) struct Ask<'a> {
     /// Whether the interior point may be, or SCP where the settings request it.
     pub convex: bool,
     pub guess: Option<&'a Guess>,
-    /// A trajectory on the requested grid to begin from, instead of all other paths.
+    /// A motion to begin from, instead of all other paths.
     pub along: Option<&'a Trajectory>,
     /// How SCP ends on the requested grid.
     pub last: ScpOptions,

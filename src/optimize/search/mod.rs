@@ -23,6 +23,7 @@ mod goal;
 mod guess;
 mod halt;
 mod illinois;
+mod known;
 mod ladder;
 mod landed;
 mod limited;
@@ -149,14 +150,25 @@ fn check_costates(problem: &Problem, costates: &[f64]) -> Result<(), PlanError> 
     if usable { Ok(()) } else { Err(PlanError::Guess { found, needed }) }
 }
 
+/// Checks that costates and path of a guess are of use.
+fn check_guess(problem: &Problem, guess: Option<&Guess>) -> Result<(), PlanError> {
+    let Some(guess) = guess else { return Ok(()) };
+    // A path alone is a guess too.
+    if !guess.costates.is_empty() || guess.quaternion.is_empty() {
+        check_costates(problem, &guess.costates)?;
+    }
+    if guess.path_is_sound() { Ok(()) } else { Err(PlanError::GuessPath) }
+}
+
 fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
     let steps = problem.steps;
     if steps <= MAX_CONVEX_STEPS { Ok(()) } else { Err(PlanError::TooManySteps { steps }) }
 }
 
-/// Whether nothing is to be begun from.
+/// Whether nothing is to be begun from but the plan of a search that is done.
 fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
-    guess.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
+    let given = guess.filter(|guess| guess.lasting.is_none());
+    given.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
 }
 
 /// Checks that settings and guess are such that least time or fuel, or a duration, can be sought on
@@ -339,6 +351,11 @@ fn solve_on(
         let unsolved = Solution::unsolved(problem, settings.tolerance);
         return Ok(Solution { outcome: Outcome::Infeasible, infeasible: Some(proof), ..unsolved });
     }
+    if let Some(motion) = guess.and_then(Guess::motion)
+        && let Some(found) = known::along(problem, &Context::new(settings, observer), &motion)
+    {
+        return Ok(found);
+    }
     match Formulation::of(problem) {
         Formulation::Extremal => in_given_duration(problem, settings, guess, observer),
         Formulation::Switching => {
@@ -350,8 +367,7 @@ fn solve_on(
         Formulation::Chain => {
             check_for_chain(problem, settings, guess)?;
             let context = Context::new(settings, observer);
-            let found = cheapest::solve(problem, &context, &Trajectory::default());
-            Ok(found)
+            Ok(cheapest::solve(problem, &context, &Trajectory::default()))
         }
     }
 }
@@ -404,15 +420,7 @@ fn in_given_duration(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
-    if let Some(guess) = guess {
-        // A path alone is a guess too.
-        if !guess.costates.is_empty() || guess.quaternion.is_empty() {
-            check_costates(problem, &guess.costates)?;
-        }
-        if !guess.path_is_sound() {
-            return Err(PlanError::GuessPath);
-        }
-    }
+    check_guess(problem, guess)?;
     let obstacle = check_for_shooting(problem);
     if settings.method == Method::Shooting {
         obstacle.clone()?;

@@ -1,15 +1,18 @@
 //! The least cost over the roll about a boresight of plans whose inputs switch, at one time.
 //!
 //! The least cost `V(ρ)` of a maneuver to the end of roll ρ is planned as any maneuver to a given
-//! end, in continuous time. From the roll that the chain of equal steps leads to, parabolas through
-//! values of V, or the golden section where they fail, lead to the nearest minimum. V is the least
-//! of several extremals, so its kinks are concave and no minimum is at one.
+//! end, in continuous time. Its slope is the costate at the end about the boresight. From the roll that
+//! the chain of equal steps leads to, strides downhill and the root of the slope between the last two
+//! lead to the nearest minimum. V is the least of several extremals, so its kinks are concave and no
+//! minimum is at one.
 
 use super::cheapest::of_arcs;
 use super::context::Context;
 use super::halt::Halt;
+use super::illinois::Illinois;
 use super::tuning::SearchTuning;
 use super::{Observer, without_arcs};
+use crate::Vector3;
 use crate::maneuver::aim::Ends;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::{Settings, Target};
@@ -17,14 +20,14 @@ use crate::maneuver::solution::{Outcome, Solution};
 use std::f64::consts::PI;
 use std::time::Instant;
 
-/// Rolls nearer than this \[rad\] are one: their costs differ by its square.
-const RESOLVED: f64 = 1e-5;
+/// Part of the cost that is none.
+const GAINED: f64 = 1e-7;
 
 /// Steps of the grid on which rolls are compared, at most: arcs do not depend on it.
 const COMPARED: usize = 32;
 
 /// Most evaluations about one minimum.
-const MOST_EVALUATIONS: usize = 40;
+const MOST_EVALUATIONS: usize = 12;
 
 /// A plan at one roll.
 #[derive(Clone)]
@@ -33,6 +36,8 @@ pub(super) struct Known {
     /// What it costs in continuous time, which changes smoothly with the roll as that on a grid
     /// does not.
     pub cost: f64,
+    /// The derivative of that.
+    slope: f64,
     pub solution: Solution,
 }
 
@@ -73,7 +78,7 @@ impl<'a> Rolls<'a> {
             Outcome::Converged => {
                 let continuous = solution.switching.as_ref().map(|found| found.continuous_cost);
                 let cost = continuous.unwrap_or(solution.cost);
-                Ok(Some(Known { roll, cost, solution }))
+                Ok(Some(Known { roll, cost, slope: slope(&problem, &self.ends, &solution), solution }))
             }
             Outcome::TimeLimit | Outcome::Interrupted => Err(Halt::Stopped(Box::new(solution))),
             _ => Ok(None),
@@ -92,7 +97,7 @@ impl<'a> Rolls<'a> {
                 best = found;
             }
         }
-        self.by_values(best).map(Some)
+        self.downhill(best).map(Some)
     }
 
     /// Returns a roll within the band.
@@ -100,80 +105,54 @@ impl<'a> Rolls<'a> {
         if self.ends.within() >= PI { roll } else { roll.clamp(-self.ends.within(), self.ends.within()) }
     }
 
-    /// Returns the minimum by parabolas through values, or the golden section where they fail.
-    fn by_values(&mut self, from: Known) -> Result<Known, Halt> {
-        const GOLDEN: f64 = 0.381_966_011_250_105;
-        let value = |known: &Option<Known>| known.as_ref().map_or(f64::INFINITY, |known| known.cost);
-        let mut best = from;
-        // Both sides, as far as the cost goes on falling; a roll without a plan costs any price.
-        let mut sides = [(best.roll, f64::INFINITY); 2];
-        for (side, sign) in [(0, -1.0), (1, 1.0)] {
-            let mut reach = sign * self.tuning.stride;
-            loop {
-                let roll = self.held(best.roll + reach);
-                if roll == best.roll {
-                    sides[side] = (roll, f64::INFINITY);
+    /// Returns the minimum downhill of a plan: the root of the slope.
+    fn downhill(&mut self, from: Known) -> Result<Known, Halt> {
+        let (mut best, mut reach, mut beyond) = (from, self.tuning.stride, None);
+        for _ in 0..MOST_EVALUATIONS {
+            let roll = self.held(best.roll - reach * best.slope.signum());
+            if roll == best.roll || reach > PI {
+                break;
+            }
+            match self.at(roll)? {
+                Some(found) if found.slope * best.slope < 0.0 => {
+                    beyond = Some(found);
                     break;
                 }
-                let found = self.at(roll)?;
-                let cost = value(&found);
-                match found.filter(|found| found.cost < best.cost && reach.abs() <= PI) {
-                    None => {
-                        sides[side] = (roll, cost);
-                        break;
-                    }
-                    Some(found) => {
-                        sides[1 - side] = (best.roll, best.cost);
-                        (best, reach) = (found, 2.0 * reach);
-                    }
-                }
-            }
-            if sides[1].1 < f64::INFINITY && side == 0 {
-                // The cost fell that way: the other side is known.
-                break;
+                Some(found) if found.cost < best.cost => (best, reach) = (found, 2.0 * reach),
+                // Another extremal is the cheapest there, or none.
+                _ => reach *= 0.25,
             }
         }
-        let [mut low, mut high] = [sides[0].0, sides[1].0];
+        let Some(mut beyond) = beyond else { return Ok(best) };
+        let (mut low, mut illinois) = (best.clone(), Illinois::new([best.slope, beyond.slope]));
         for _ in 0..MOST_EVALUATIONS {
-            if high - low <= 2.0 * RESOLVED {
+            let width = beyond.roll - low.roll;
+            // By the slope nothing between the two costs less.
+            if best.slope.abs() * width.abs() <= GAINED * best.cost {
                 break;
             }
-            let x = best.roll;
-            let larger = if high - x > x - low { x + GOLDEN * (high - x) } else { x - GOLDEN * (x - low) };
-            let inside = |roll: &f64| *roll > low + RESOLVED && *roll < high - RESOLVED;
-            let vertex = vertex(sides[0], (x, best.cost), sides[1]).filter(inside);
-            let mut roll = vertex.unwrap_or(larger);
-            if (roll - x).abs() < RESOLVED {
-                // The best is at the vertex: the larger part is closed in from here.
-                roll = if high - x > x - low { x + 2.0 * RESOLVED } else { x - 2.0 * RESOLVED };
-            }
-            if !(roll > low && roll < high) {
-                break;
-            }
-            let found = self.at(roll)?;
-            let cost = value(&found);
-            match found.filter(|_| cost < best.cost) {
-                Some(found) => {
-                    let left = (x, best.cost);
-                    if roll > x {
-                        (low, sides[0]) = (x, left);
-                    } else {
-                        (high, sides[1]) = (x, left);
-                    }
-                    best = found;
-                }
-                None if roll > x => (high, sides[1]) = (roll, (roll, cost)),
-                None => (low, sides[0]) = (roll, (roll, cost)),
+            let Some(next) = self.at(low.roll + illinois.part() * width)? else { break };
+            let moved = usize::from(next.slope * low.slope < 0.0);
+            illinois.moved(moved, next.slope);
+            *[&mut low, &mut beyond][moved] = next;
+            let cheaper = if low.cost < beyond.cost { &low } else { &beyond };
+            if cheaper.cost < best.cost {
+                best = cheaper.clone();
             }
         }
         Ok(best)
     }
 }
 
-/// The lowest point of the parabola through three points, the middle one of which is lowest.
-fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
-    let [left, right] = [a, c].map(|(x, y)| ((x - b.0), (y - b.1)));
-    let (p, q) = (left.0 * right.1, right.0 * left.1);
-    let offset = 0.5 * (right.0 * q - left.0 * p) / (q - p);
-    offset.is_finite().then_some(b.0 + offset)
+/// Returns the derivative of the cost of a plan by the roll of its end, which the costates there are.
+fn slope(problem: &Problem, ends: &Ends, plan: &Solution) -> f64 {
+    let costates = &plan.trajectory.costates;
+    let [turn, momentum] = [6, 3].map(|back| {
+        let first = costates.len().checked_sub(back);
+        first.map_or(Vector3::repeat(f64::NAN), |first| {
+            Vector3::from_column_slice(&costates[first..first + 3])
+        })
+    });
+    let (by_turn, by_rate) = ends.along_roll(&problem.end.angular_velocity);
+    -turn.dot(&by_turn) - momentum.dot(&(problem.body.inertia.j() * by_rate))
 }

@@ -22,7 +22,7 @@ use super::first_duration;
 use super::{Guess, Observer, PlanError, solve_on};
 use crate::maneuver::objective::effort;
 use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::Settings;
+use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{ChosenSteps, Outcome, Solution};
 use crate::optimize::landing;
 use std::time::{Duration, Instant};
@@ -54,9 +54,14 @@ pub(super) fn chosen(
     let mut best: Option<Solution> = None;
     let mut steps = problem.steps;
     let mut missed = f64::INFINITY;
+    let mut known: Option<Guess> = None;
     while let Some(left) = remaining(settings, began) {
-        let on = problem.clone().with_steps(steps);
-        let mut found = match solve_on(&on, &left, guess, observer) {
+        let on = match &known {
+            None => problem.clone().with_steps(steps),
+            // The optimum that one grid has found leads to that of a finer one.
+            Some(_) => problem.clone().planned_by(Method::InteriorPoint).with_steps(steps),
+        };
+        let mut found = match solve_on(&on, &left, known.as_ref().or(guess), observer) {
             Err(error) if best.is_none() => return Err(error),
             // A grid that is too fine for the method ends the choice.
             Err(_) => break,
@@ -77,6 +82,7 @@ pub(super) fn chosen(
             }
             break;
         }
+        known = Guess::of_solution(&found);
         let flown = found.on_grid(problem);
         let left = landing::left(&flown, &found.trajectory);
         // Half as long steps bring the end twice as near at least, by a scheme of first order.

@@ -14,6 +14,7 @@ use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::search::answer::conclude;
 use crate::optimize::search::asked::goes_round_as_asked;
 use crate::optimize::search::chains::{along, carry, descend, relaxed, relaxed_paths};
+use crate::optimize::search::cheapest::resampled;
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::detour::detours;
 use crate::optimize::search::effort::Starts;
@@ -46,8 +47,9 @@ fn from_seeds<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let problem = search.problem;
     if let Some(trajectory) = search.ask.along {
         let fine = search.chain(problem.steps);
-        let seed = along("given path", trajectory, &fine.model.dynamics);
-        descend(search, found, &fine, seed);
+        for seed in resampled(&fine, "given path", trajectory) {
+            descend(search, found, &fine, seed);
+        }
         return carry(search, found, &fine);
     }
     let relaxed = relaxed(problem);

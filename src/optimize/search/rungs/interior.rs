@@ -5,7 +5,8 @@
 //! The cheapest coarse plan starts the solve on the requested grid.
 
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::search::chains::{carry, descend};
+use crate::optimize::search::chains::{carry, descend, optimised};
+use crate::optimize::search::cheapest::resampled;
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::detour::detours;
 use crate::optimize::search::found::Found;
@@ -20,6 +21,13 @@ impl<const N: usize> Climb<N> for Interior {
     }
 
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
+        if let Some(motion) = search.ask.along {
+            let fine = search.chain(search.problem.steps);
+            for seed in resampled(&fine, "known", motion) {
+                found.keep(optimised(search, &fine, seed));
+            }
+            return;
+        }
         let coarse = search.chain(chain_steps(search.problem));
         for path in search.ask.paths {
             for seed in detours(search.problem, path.clone()) {
