@@ -58,6 +58,14 @@ impl Kkt {
         }
     }
 
+    /// Puts a condition in place of one that vanishes with it, by its value and how it answers to `λ`, `x` and 1, for `x = x₀ + G y`.
+    pub fn replace(&mut self, row: usize, value: f64, answer: &DVector<f64>, g: &DMatrix<f64>) {
+        let (m, x) = (self.conditions, answer.rows(self.conditions, g.nrows()));
+        (self.residual[row], self.carried[row]) = (value, value + answer[m + g.nrows()]);
+        self.jacobian.view_mut((row, 0), (1, m)).tr_copy_from(&answer.rows(0, m));
+        self.jacobian.view_mut((row, m), (1, g.ncols())).tr_copy_from(&g.tr_mul(&x));
+    }
+
     /// Returns the number of unknowns.
     pub fn unknowns(&self) -> usize {
         self.residual.len() - self.conditions

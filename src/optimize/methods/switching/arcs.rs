@@ -1,15 +1,15 @@
 //! Extremals whose inputs are at their limits: Newton on costates, duration and switching times.
 //!
 //! Unknown are `M`, `e_0`, the times `t_j` at which one input each changes from one limit to the other, and `T` where it is sought; the
-//! equations are the six terminal conditions, and that the Hamiltonian is one on all arcs, and zero where `T` is sought: `s_j(t_j) = 0` of
-//! the input that switches. Arcs are integrated one from the other's stored node (`sequence`), as in the smoothed problem, so that a long
-//! maneuver amplifies nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton step
-//! is then the shortest one.
+//! equations are the six terminal conditions, `s_j(t_j) = 0` of the input that switches and, where `T` is sought, `H(0) = 0`.
+//! Arcs are integrated one from the other's stored node (`sequence`), as in the smoothed problem, so that a long maneuver
+//! amplifies nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton
+//! step is then the shortest one.
 
 use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Lanes, Node};
 use super::grid_step::Torque;
-use super::sequence::{Over, Sequence, Step, Swept, of_times};
+use super::sequence::{Over, Sequence, Step, Swept};
 use super::smooth::Path;
 use super::tuning::arcs::*;
 use super::tuning::smooth::{COSTATE_STEP, TIME_STEP};
@@ -139,7 +139,7 @@ impl Arcs {
     }
 
     /// Sweeps in steps of at most this part of the duration; the conditions are in costates and times.
-    fn swept(&self, extremal: &Extremal, longest: f64) -> Option<(Swept, Kkt)> {
+    pub(super) fn swept(&self, extremal: &Extremal, longest: f64) -> Option<(Swept, Kkt)> {
         let (mut lengths, mut nodes, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         for (arc, (node, start, end, signs)) in self.arcs().into_iter().enumerate() {
             lengths.push(end - start);
@@ -148,13 +148,29 @@ impl Arcs {
         }
         let (beside, over) = (Sequence::AT_THE_NODE, Over::Flow { longest });
         let sequence = Sequence { m: &self.m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, over };
-        let swept = sequence.swept(extremal)?;
-        let kkt = swept.kkt.tied(&self.of_times(extremal));
+        let (swept, of_times) = (sequence.swept(extremal)?, self.of_times(extremal));
+        let mut kkt = swept.kkt.tied(&of_times);
+        // Switching functions vanish with the steps of the Hamiltonian, and Newton comes there from farther away.
+        for (j, switch) in self.switches.iter().enumerate() {
+            let slope = extremal.switching_slope(switch.input, &switch.node.e);
+            let value = extremal.switching(switch.input, &switch.node.e);
+            kkt.replace(6 + j, value, &swept.costate(j + 1).tr_mul(&slope), &of_times);
+        }
+        if extremal.given_duration.is_none() {
+            let at_start = swept.kkt.jacobian.row(6).transpose().push(0.0);
+            kkt.replace(6 + self.switches.len(), swept.kkt.residual[6], &at_start, &of_times);
+        }
         Some((swept, kkt))
     }
 
+    /// How the lengths of arcs go with the times of the switches and, where it is sought, the duration.
     fn of_times(&self, extremal: &Extremal) -> DMatrix<f64> {
-        of_times(self.switches.len() + 1, extremal.given_duration.is_some())
+        let arcs = self.switches.len() + 1;
+        let times = arcs - usize::from(extremal.given_duration.is_some());
+        let of = |arc: usize, time: usize| {
+            if arc == time { 1.0 } else { -f64::from(u8::from(arc == time + 1)) }
+        };
+        DMatrix::from_fn(arcs, times, of)
     }
 
     /// Newton, and again without the pulses that have vanished; `None` where it does not converge or the switches vanish.

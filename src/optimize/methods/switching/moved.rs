@@ -26,7 +26,7 @@ use super::arcs::Arcs;
 use super::extremal::Extremal;
 use super::flow::Node;
 use super::grid_step::Torque;
-use super::sequence::{Over, Sequence, Step, Swept, of_times};
+use super::sequence::{Over, Sequence, Step, Swept, free_lengths};
 use super::tuning::{FINE, UNDETERMINED, VANISHED};
 use crate::Vector3;
 use nalgebra::{DMatrix, DVector, Vector6};
@@ -60,9 +60,9 @@ fn swept(
 
 /// `δd = K z`, a row for each arc, `z = [ζ; δΠ]` scaled; `None` where the arcs do not determine it.
 pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: bool) -> Option<DMatrix<f64>> {
-    let of_times = of_times(arcs.len(), given);
+    let free = free_lengths(arcs.len(), given);
     let at = |costates: &Vector6<f64>, beside: [Vector3; 3]| {
-        Some(swept(extremal, arcs, costates, beside)?.kkt.tied(&of_times))
+        Some(swept(extremal, arcs, costates, beside)?.kkt.tied(&free))
     };
     // Linear in the costates: what they are none of is a price.
     let none = at(&Vector6::zeros(), Sequence::AT_THE_NODE)?;
@@ -77,7 +77,7 @@ pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: boo
         right.copy_from(&(moved.residual - moved.carried));
     }
     let moved = solved_for(kkt.jacobian, &right)?;
-    Some(of_times * moved.rows_range(6..))
+    Some(free * moved.rows_range(6..))
 }
 
 /// Whether the cost falls from an extremal along some lengths of its arcs that lead to the same end: then it is no minimum. Not told of
@@ -100,7 +100,7 @@ pub(crate) fn is_saddle(extremal: &Extremal, arcs: &Arcs) -> bool {
         DMatrix::from_fn(held.len(), free.len(), |arc, column| if arc == free[column] { 1.0 } else { 0.0 });
     let costates = Vector6::from_iterator(arcs.m.iter().chain(arcs.first.e.iter()).copied());
     let Some(swept) = swept(extremal, &held, &costates, Sequence::AT_THE_NODE) else { return false };
-    swept.kkt.tied(&(of_free * of_times(free.len(), given))).falls(UNDETERMINED)
+    swept.kkt.tied(&(of_free * free_lengths(free.len(), given))).falls(UNDETERMINED)
 }
 
 /// The least-squares solution; `None` where it is not the only one.

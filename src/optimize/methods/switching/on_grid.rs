@@ -1,14 +1,14 @@
 //! The discrete optimum of minimum time or fuel: arcs whose steps end where the inputs switch.
 //!
 //! Arc a has `N_a` equal steps of its own length `d_a/N_a`, so that inputs are held at their limits over every step.
-//! Unknown are the costates before the first step and the lengths `d_a`, by the times at which arcs end; the equations are
-//! the six terminal conditions and that the means of the discrete Hamiltonians of all arcs are one, and vanish where the duration is
-//! sought: the discrete action is stationary in every time that nothing holds. Under a smoothed law all steps share one
+//! Unknown are the costates before the first step and the lengths `d_a`; the equations are the six terminal conditions and that the
+//! means of the discrete Hamiltonians of all arcs are one, and vanish where the duration is sought: the discrete action is
+//! stationary in the length of every arc. Under a smoothed law all steps share one
 //! length. Every step starts from its own node, as in the smoothed problem, and the nodes go with the unknowns (`sequence`).
 
 use super::extremal::Extremal;
 use super::flow::Node;
-use super::sequence::{Over, Sequence, Step, Swept, of_times};
+use super::sequence::{Over, Sequence, Step, Swept, free_lengths};
 use super::tuning::UNDETERMINED;
 use super::tuning::arcs::DETERMINED;
 use super::tuning::grid::*;
@@ -24,6 +24,7 @@ pub(crate) struct OnGrid {
     /// Duration of every arc.
     pub lengths: Vec<f64>,
     pub steps: Vec<Step>,
+    pub(super) over: Over,
     /// Signs of the inputs of every arc; none under a smoothed law.
     pub signs: Vec<Vec<f64>>,
     /// One more than steps.
@@ -52,6 +53,7 @@ impl OnGrid {
             m,
             lengths,
             steps,
+            over: Over::Grid,
             signs,
             nodes,
             torques: Vec::new(),
@@ -71,18 +73,18 @@ impl OnGrid {
         self.lengths[step.arc] * step.part
     }
 
-    /// How lengths go with the times that are free.
-    fn of_times(&self, extremal: &Extremal) -> DMatrix<f64> {
-        let all = || of_times(self.lengths.len(), extremal.given_duration.is_some());
+    /// How lengths go with those that are free, or with the times that are.
+    fn free(&self, extremal: &Extremal) -> DMatrix<f64> {
+        let all = || free_lengths(self.lengths.len(), extremal.given_duration.is_some());
         self.of_free_times.clone().unwrap_or_else(all)
     }
 
-    /// One sweep, and its conditions in costates and times.
+    /// One sweep, and its conditions in costates and free lengths.
     fn swept(&self, extremal: &Extremal) -> Option<(Swept, Kkt)> {
-        let Self { m, lengths, steps, nodes, .. } = self;
-        let sequence = Sequence { m, lengths, steps, nodes, beside: Sequence::AT_THE_NODE, over: Over::Grid };
+        let Self { m, lengths, steps, nodes, over, .. } = self;
+        let sequence = Sequence { m, lengths, steps, nodes, beside: Sequence::AT_THE_NODE, over: *over };
         let swept = sequence.swept(extremal)?;
-        let kkt = swept.kkt.tied(&self.of_times(extremal));
+        let kkt = swept.kkt.tied(&self.free(extremal));
         Some((swept, kkt))
     }
 
@@ -109,7 +111,13 @@ impl OnGrid {
     }
 
     /// The same by whole steps or, where there are several trials, by such as make the residual smaller.
-    fn newton(mut self, trials: usize, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
+    pub(super) fn newton(
+        mut self,
+        trials: usize,
+        enough: f64,
+        most: usize,
+        extremal: &Extremal,
+    ) -> Option<Self> {
         if let (Some(given), None) = (extremal.given_duration, &self.of_free_times) {
             let factor = given / self.duration();
             self.lengths.iter_mut().for_each(|length| *length *= factor);
@@ -165,9 +173,9 @@ impl OnGrid {
         Some(Self { torques, residual: kkt.residual.norm().hypot(gaps.sqrt()), ..moved })
     }
 
-    /// After a part of a step of costates and times, and the nodes with it.
+    /// After a part of a step of costates and free lengths, and the nodes with it.
     fn moved(&self, step: &DVector<f64>, swept: &Swept, factor: f64, extremal: &Extremal) -> Self {
-        let step = untied(&self.of_times(extremal), step);
+        let step = untied(&self.free(extremal), step);
         let lengths = self.lengths.iter().zip(step.iter().skip(6));
         let nodes = self.nodes.iter().zip(swept.disturbances(&step));
         Self {

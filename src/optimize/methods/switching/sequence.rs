@@ -24,7 +24,7 @@ use crate::numerics::three::{apply, apply_transposed, cross, product};
 use crate::numerics::widest::widest;
 use crate::optimize::nlp::kkt::Kkt;
 use crate::{Matrix3, Vector3, lie};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector};
 
 /// A part of an arc.
 #[derive(Clone, Copy, Debug)]
@@ -72,12 +72,14 @@ pub(super) struct Swept {
     answers: Vec<DMatrix<f64>>,
 }
 
-/// How lengths go with the times at which arcs end; the last of these only where the duration is sought.
-pub(super) fn of_times(arcs: usize, given: bool) -> DMatrix<f64> {
-    let of = |arc: usize, time: usize| {
-        if arc == time { 1.0 } else { -f64::from(u8::from(arc == time + 1)) }
-    };
-    DMatrix::from_fn(arcs, arcs - usize::from(given), of)
+/// How lengths go with those that are free: all or, in a given duration, all but the first.
+pub(super) fn free_lengths(arcs: usize, given: bool) -> DMatrix<f64> {
+    let mut all = DMatrix::identity(arcs, arcs);
+    if given {
+        all.row_mut(0).fill(-1.0);
+        return all.remove_column(0);
+    }
+    all
 }
 
 impl Sequence<'_> {
@@ -154,6 +156,12 @@ impl Sequence<'_> {
 }
 
 impl Swept {
+    /// How the costate `e` at a node answers to costates, lengths, and to 1.
+    pub fn costate(&self, node: usize) -> DMatrixView<'_, f64> {
+        let answer = &self.answers[node];
+        answer.view((6, 0), (3, answer.ncols()))
+    }
+
     /// The disturbances of the nodes that go with a step of costates and lengths.
     pub fn disturbances<'s>(&'s self, step: &DVector<f64>) -> impl Iterator<Item = [Vector3; 3]> + use<'s> {
         let change = step.clone().insert_row(step.len(), 1.0);
@@ -166,7 +174,7 @@ impl Swept {
 
 impl Extremal {
     /// An arc of the flow as one step, in axes of the body at its start.
-    fn flow_step(
+    pub(super) fn flow_step(
         &self,
         m: &Vector3,
         from: &Node,

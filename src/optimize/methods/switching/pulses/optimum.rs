@@ -42,19 +42,26 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
             return Some(schedule);
         }
         let times = schedule.times();
-        let (j, count) = (miss.by_unknowns(), times.len());
-        let hessian = DMatrix::identity(count, count) + STIFF * j.tr_mul(&j);
+        // What a step leaves of the residual is unknown too: eliminated, it would leave a matrix of large condition.
+        let count = times.len();
+        let weights = DVector::from_fn(count + 6, |row, _| if row < count { 1.0 } else { STIFF });
+        let (hessian, gradient) = (DMatrix::from_diagonal(&weights), DVector::zeros(count + 6));
+        let mut rows = DMatrix::zeros(6, count + 6);
+        rows.columns_mut(0, count).copy_from(&miss.by_unknowns());
+        rows.columns_mut(count, 6).fill_diagonal(-1.0);
+        let right = -miss.constraints();
         let limits = bounds_of_step(&bounds, &times, trust);
         let program = Quadratic {
             hessian: &hessian,
-            gradient: &(STIFF * j.tr_mul(&miss.constraints())),
-            equations: None,
+            gradient: &gradient,
+            equations: Some((&rows, &right)),
             bounds: &limits,
             settings: QuadraticSettings::default(),
         };
         let step = program.solve(&acting)?;
         acting = step.acting;
-        let next = schedule.at(&(times + &step.p));
+        let moved = step.p.rows(0, count);
+        let next = schedule.at(&(times + moved));
         let after = Motion::of(extremal, &next, &[0.0; 6]).map(|motion| motion.kkt);
         match after {
             Some(after) if after.constraints().norm() < size => {
@@ -63,7 +70,7 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
                 (schedule, miss) = (next, after);
             }
             _ => {
-                trust = LESS_TRUST * step.p.amax();
+                trust = LESS_TRUST * moved.amax();
                 slow += 1;
             }
         }
