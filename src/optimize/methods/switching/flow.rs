@@ -95,13 +95,6 @@ impl<const L: usize> Lanes<L> {
         sum
     }
 
-    /// The disturbance that a change of the parameters makes.
-    pub fn times(&self, change: &[f64]) -> [Vector3; 3] {
-        let row =
-            |row: usize| self.0[row].iter().zip(change).map(|(lane, change)| lane * change).sum::<f64>();
-        std::array::from_fn(|block| Vector3::from_fn(|axis, _| row(3 * block + axis)))
-    }
-
     /// With a multiple of others.
     #[inline(always)]
     fn plus(&self, other: &Self, factor: f64) -> Self {

@@ -6,10 +6,10 @@
 //! many momenta. The cheapest are given burns as long as limits ask for, all times are laid out for the least fuel, and burns are
 //! added where the certificate lacks them. It is asked too where a smoothed law has led to a spin that burns far more than two impulses.
 
-use super::arcs::{Arcs, over_arc};
+use super::arcs::Arcs;
 use super::certificate::Certificate;
 use super::extremal::Extremal;
-use super::flow::{Lanes, Node};
+use super::flow::Node;
 use super::fuel::{laid, mended};
 use super::limit::Limit;
 use super::pulses::motion::Motion;
@@ -81,7 +81,7 @@ pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<Limit> {
     let limit = |burns: (Arcs, Certificate)| {
         let mut looser = mended(extremal, burns, work);
         let best = looser.pop()?;
-        let smooth = Smoothed { path: path_of(extremal, &best.0), epsilon: LAST };
+        let smooth = Smoothed { path: path_of(extremal, &best.0)?, epsilon: LAST };
         Some(Limit { looser, ..Limit::of_arcs(&smooth, smooth.clone(), best) })
     };
     let mut limits: Vec<Limit> =
@@ -120,14 +120,9 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
     // A step turns the end by about a radian at most: beyond that the coast says nothing of another.
     let longest = extremal.j.trace() / (3.0 * duration);
     for _ in 0..FAR_ITERATIONS {
-        let mut lanes = Lanes::<6>::zero();
-        for axis in 0..3 {
-            lanes.0[3 + axis][3 + axis] = 1.0;
-        }
         let first = Node { r: Matrix3::identity(), pi: momentum, e: Vector3::zeros() };
-        let none = Vector3::zeros();
-        let end = over_arc(extremal, &none, &first, &coast, (duration, duration), COARSER * FINE, &mut lanes);
-        let miss = lie::log(&(end.r * extremal.end_attitude.transpose()));
+        let end = extremal.flow_step(&Vector3::zeros(), &first, &coast, (duration, duration), COARSER * FINE);
+        let miss = lie::log(&(end.f * extremal.end_attitude.transpose()));
         if miss.norm() < NEAR {
             let start = momentum - extremal.j * extremal.start_rate;
             let stop = extremal.j * extremal.end_rate - end.pi;
@@ -136,7 +131,7 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
             let cost = burns.iter().flatten().map(price).sum();
             return Some(Transfer { momentum, burns, cost });
         }
-        let slope = Matrix3::from_fn(|row, axis| lanes.0[row][3 + axis]);
+        let slope = Matrix3::from_fn(|row, axis| end.jacobian[row][3 + axis]);
         let step = -slope.lu().solve(&miss)?;
         momentum += step * (longest / step.norm()).min(1.0);
     }
@@ -144,16 +139,11 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
 }
 
 /// The nodes of arcs for a path.
-fn path_of(extremal: &Extremal, arcs: &Arcs) -> Path {
-    let all = arcs.arcs();
-    let (mut nodes, mut parts): (Vec<Node>, Vec<f64>) =
-        all.iter().map(|(node, start, ..)| (*node, start / arcs.duration)).unzip();
-    if let Some((node, start, end, signs)) = all.last() {
-        let (law, lengths) = (extremal.on_arc(signs), (end - start, arcs.duration));
-        nodes.push(over_arc(extremal, &arcs.m, node, &law, lengths, FINE, &mut Lanes::<3>::zero()));
-        parts.push(1.0);
-    }
-    Path { m: arcs.m, duration: arcs.duration, nodes, parts }
+fn path_of(extremal: &Extremal, arcs: &Arcs) -> Option<Path> {
+    let (swept, _) = arcs.swept(extremal, FINE)?;
+    let times = arcs.switches.iter().map(|switch| switch.time / arcs.duration);
+    let parts = std::iter::once(0.0).chain(times).chain([1.0]).collect();
+    Some(Path { m: arcs.m, duration: arcs.duration, nodes: swept.nodes, parts })
 }
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ pub(crate) fn with_less_gap(extremal: &Extremal, arcs: &Arcs) -> Vec<Arcs> {
         moved.m += change.fixed_rows::<3>(0);
         moved.first.e += change.fixed_rows::<3>(3);
         for (switch, lanes) in moved.switches.iter_mut().zip(&lanes) {
-            switch.node.e += lanes.times(change.as_slice())[2];
+            switch.node.e += lanes.folded(&std::array::from_fn(|lane| *change.get(lane).unwrap_or(&0.0)))[2];
         }
         moved
     };

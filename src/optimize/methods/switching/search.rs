@@ -6,14 +6,17 @@ use super::certificate::Certificate;
 use super::eigenaxis;
 use super::extremal::{Bias, Extremal, Law};
 use super::fuel::{fuel_limit, mended};
+use super::grid_step::Torque;
 use super::impulses;
 use super::limit::{Found, Limit, bounded, is_limit, is_small, polish, refined, tipped};
 use super::long;
 use super::moved::is_saddle;
-use super::smooth::{Smooth, Smoothed, descend, settle};
+use super::on_grid::OnGrid;
+use super::sequence::{Over, Step};
+use super::smooth::{Path, Smooth, Smoothed, descend, settle};
 use super::tuning::limits::*;
-use super::tuning::smooth::ENOUGH;
-use super::tuning::{GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
+use super::tuning::smooth::{ENOUGH, MOST_TRIALS};
+use super::tuning::{FINE, GAINED, MET, NEAR_ITERATIONS, SAME, SMALLER};
 use super::work::Work;
 use crate::Vector3;
 use crate::maneuver::problem::Path as Way;
@@ -197,7 +200,7 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
         Err(end) => tipped(extremal, rival, work).unwrap_or(end),
     };
     let smooth = match &extremal.law {
-        Law::Norm(_) => turning(extremal, smooth, work),
+        Law::Norm(_) => turning(extremal, smooth),
         Law::Inputs(_) => settle(extremal, smooth, SMALLEST, work),
     };
     // Short arcs show late.
@@ -214,14 +217,22 @@ fn end_game(extremal: &Extremal, rival: &Smoothed, ask: &Ask, work: &Work) -> Li
 
 /// Under a limit of the norm the law is smooth where the costate does not vanish: the extremal without smoothing, where
 /// Newton finds it.
-fn turning(extremal: &Extremal, from: Smoothed, work: &Work) -> Smoothed {
-    let exact = Smooth { accurate: true, ..Smooth::of(extremal, 0.0) };
+fn turning(extremal: &Extremal, from: Smoothed) -> Smoothed {
+    let exact = Smooth::of(extremal, 0.0);
     let mut path = from.path.clone();
     while path.intervals() < ENOUGH {
         path = exact.doubled(&path);
     }
-    match exact.solve(path, MET, NEAR_ITERATIONS, work) {
-        Some(path) => Smoothed { path, epsilon: 0.0 },
+    let torque = Torque::Arc(extremal.on_arc(&[]));
+    let step = |ends: &[f64]| Step { arc: 0, part: ends[1] - ends[0], torque };
+    let steps = path.parts.windows(2).map(step).collect();
+    let flow = OnGrid::new(path.m, vec![path.duration], steps, Vec::new(), path.nodes);
+    let flow = OnGrid { over: Over::Flow { longest: FINE }, ..flow };
+    match flow.newton(MOST_TRIALS, MET, NEAR_ITERATIONS, extremal) {
+        Some(found) => {
+            let (m, duration, parts) = (found.m, found.duration(), path.parts);
+            Smoothed { path: Path { m, duration, nodes: found.nodes, parts }, epsilon: 0.0 }
+        }
         None => from,
     }
 }

@@ -12,7 +12,7 @@ use super::tuning::{NEAR_ITERATIONS, POINTS, SAME};
 use super::work::{Work, count};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::hermite::hermite;
-use crate::numerics::tableau::{EIGHTH, FOURTH};
+use crate::numerics::tableau::FOURTH;
 use crate::numerics::three::{Vector, apply, cross, splat};
 use crate::numerics::widest::widest;
 use crate::optimize::methods::continuation::follow;
@@ -59,8 +59,6 @@ pub(crate) struct Smooth<'a> {
     pub extremal: &'a Extremal,
     pub epsilon: f64,
     pub bias: Bias,
-    /// Order 8 instead of 4.
-    pub accurate: bool,
 }
 
 impl Path {
@@ -104,9 +102,9 @@ impl Path {
 }
 
 impl<'a> Smooth<'a> {
-    /// Without a bias, by the method of order 4.
+    /// Without a bias.
     pub fn of(extremal: &'a Extremal, epsilon: f64) -> Self {
-        Self { extremal, epsilon, bias: Bias::default(), accurate: false }
+        Self { extremal, epsilon, bias: Bias::default() }
     }
 
     /// Every interval from its own node, without derivatives: most paths that are tried are not gone on from. `None` where
@@ -116,13 +114,7 @@ impl<'a> Smooth<'a> {
         let at_end = residual.norm_squared();
         let gaps = widest(
             #[inline(always)]
-            || {
-                if self.accurate {
-                    self.accurately(path, &mut swept.lanes)
-                } else {
-                    self.eight_by_eight(path, most * most - at_end, swept)
-                }
-            },
+            || self.eight_by_eight(path, most * most - at_end, swept),
         );
         let merit = (at_end + gaps).sqrt();
         (merit.is_finite() && merit < most).then_some(Misses { residual, merit })
@@ -142,12 +134,10 @@ impl<'a> Smooth<'a> {
 
     /// The derivatives of the path that was swept last.
     fn answers(&self, path: &Path, swept: &mut Swept) -> Answers {
-        if !self.accurate {
-            widest(
-                #[inline(always)]
-                || self.carry(path, swept),
-            );
-        }
+        widest(
+            #[inline(always)]
+            || self.carry(path, swept),
+        );
         self.at_the_end(path, &swept.lanes[path.intervals()])
     }
 
@@ -163,28 +153,6 @@ impl<'a> Smooth<'a> {
             let bias = self.bias.at(from + T::of(fraction) * (to - from));
             self.extremal.smooth(e, self.epsilon, &bias)
         }
-    }
-
-    /// Each interval from its own node by the method of order 8: the lanes of all nodes, and the sum of the squares of the
-    /// gaps. Kept out of line: few sweeps take it.
-    #[inline(never)]
-    fn accurately(&self, path: &Path, lanes: &mut Vec<Lanes<8>>) -> f64 {
-        lanes.resize(path.intervals() + 1, Lanes::zero());
-        lanes[0] = Lanes::of_costate();
-        let course = Course::of(self.extremal, &path.m);
-        let (mut stages, units) = (Stages::empty(), Units::new());
-        let mut gaps = 0.0;
-        for k in 0..path.intervals() {
-            let stretch = [path.parts[k], path.parts[k + 1]];
-            let length = (stretch[1] - stretch[0]) * path.duration;
-            let reached = course.step(&EIGHTH, &path.nodes[k], length, self.law(stretch), &mut stages);
-            let gap = reached.minus(&path.nodes[k + 1]);
-            gaps += gap.iter().map(|part| part.norm_squared()).sum::<f64>();
-            let stretched = Some((TIME, path.duration));
-            lanes[k + 1] = stages.carry(&EIGHTH, length, &lanes[k], stretched, &units, |number| *number);
-            lanes[k + 1].add(GAP, &gap, 1.0);
-        }
-        gaps
     }
 
     /// The gaps alone by the method of order 4, eight intervals at once, until their sum is no longer below `most`.
