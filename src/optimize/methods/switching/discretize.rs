@@ -152,7 +152,7 @@ pub(crate) fn smooth_on_grid(
         for step in &mut grid.steps {
             step.torque = Torque::Smooth(epsilon);
         }
-        grid.solve_to(ON_THE_WAY * epsilon, most, extremal)
+        grid.newton(1, ON_THE_WAY * epsilon, most, extremal)
     };
     let (mut epsilon, mut found) = (wish, at(&start, wish, MOST_ITERATIONS));
     for _ in 0..MOST_LARGER {

@@ -8,7 +8,6 @@
 //! arcs are followed as the price falls.
 
 use super::arcs::Arcs;
-use super::certificate::Certificate;
 use super::extremal::Extremal;
 use super::limit::{Limit, polish};
 use super::smooth::Smoothed;
@@ -47,39 +46,30 @@ pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f6
 /// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it cannot be followed so far.
 pub(super) fn followed(extremal: &Extremal, limit: &Limit, work: &Work) -> Option<Limit> {
     let first = limit.arcs.clone()?;
-    let reached = match extremal.given_duration {
-        Some(given) => {
-            let arrived = |(at, _): &(Arcs, Certificate)| at.duration >= given;
-            follow(&STRETCHING, first, arrived, |(at, _), length| {
-                if work.stopped() {
-                    return Step::Stopped;
-                }
-                let duration = (STRETCH.powf(length) * at.duration).min(given);
-                let there = extremal.lasting(Some(duration));
-                let next = polish(&there, stretched(at, extremal, duration / at.duration), work);
-                next.filter(|(next, _)| next.cost(&there) <= at.cost(extremal)).into()
-            })
-            .ok()
-        }
+    // By what factor the duration grows, or the square root of the price of time falls.
+    let (least, total) = match extremal.given_duration {
+        Some(given) => (f64::NAN, given / first.0.duration),
         None => {
             let least = extremal.price_of_time();
-            let from = shorter(extremal)?.price_of_time();
-            let arrived = |(_, price): &(_, f64)| *price <= least;
-            follow(&STRETCHING, (first, from), arrived, |((at, _), price), length| {
-                if work.stopped() {
-                    return Step::Stopped;
-                }
-                let next_price = (price * STRETCH.powf(-2.0 * length)).max(least);
-                let (here, there) = (extremal.priced(*price), extremal.priced(next_price));
-                let next = polish(&there, stretched(at, extremal, (price / next_price).sqrt()), work);
-                let cheaper = next.filter(|(next, _)| next.cost(&there) <= at.cost(&here));
-                cheaper.map(|next| (next, next_price)).into()
-            })
-            .ok()
-            .map(|(arcs, _)| arcs)
+            (least, (shorter(extremal)?.price_of_time() / least).sqrt())
         }
     };
-    let arcs = reached?;
+    let at_factor = |factor: f64| match extremal.given_duration {
+        Some(given) => extremal.lasting(Some(given * (factor / total))),
+        None => extremal.priced(least * (total / factor).powi(2)),
+    };
+    let arrived = |(_, factor): &(_, f64)| *factor >= total;
+    let reached = follow(&STRETCHING, (first, 1.0), arrived, |((at, _), factor), length| {
+        if work.stopped() {
+            return Step::Stopped;
+        }
+        let next_factor = (factor * STRETCH.powf(length)).min(total);
+        let (here, there) = (at_factor(*factor), at_factor(next_factor));
+        let next = polish(&there, stretched(at, extremal, next_factor / factor), work);
+        let cheaper = next.filter(|(next, _)| next.cost(&there) <= at.cost(&here));
+        cheaper.map(|next| (next, next_factor)).into()
+    });
+    let (arcs, _) = reached.ok()?;
     let whole = arcs.0.duration / limit.branch.path.duration;
     let slower = |smoothed: &Smoothed| Smoothed { path: smoothed.path.slower(whole), ..*smoothed };
     Some(Limit {

@@ -101,16 +101,12 @@ impl OnGrid {
     ///
     /// Whole steps are quickest, and go over what shortened ones stay behind; where they lead nowhere, shortened ones may not.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
-        let whole = self.clone().solve_to(0.0, MOST_ITERATIONS, extremal);
+        let whole = self.clone().newton(1, 0.0, MOST_ITERATIONS, extremal);
         whole.or_else(|| self.newton(MOST_TRIALS, 0.0, MOST_ITERATIONS, extremal))
     }
 
-    /// Newton until the residual is below `enough`, or to round-off, in `most` whole steps.
-    pub fn solve_to(self, enough: f64, most: usize, extremal: &Extremal) -> Option<Self> {
-        self.newton(1, enough, most, extremal)
-    }
-
-    /// The same by whole steps or, where there are several trials, by such as make the residual smaller.
+    /// Newton until the residual is below `enough`, or to round-off, in `most` steps: whole ones or, where there are several trials of each,
+    /// such as make the residual smaller.
     pub(super) fn newton(
         mut self,
         trials: usize,

@@ -132,7 +132,7 @@ pub(crate) fn again(grid: &OnGrid, extremal: &Extremal) -> Option<OnGrid> {
 /// Costates and free times near by at which the end is met and the Lagrangian is stationary, or the end alone is met.
 fn stationary(grid: OnGrid, extremal: &Extremal) -> Option<OnGrid> {
     let first = grid.lengths.clone();
-    let found = grid.solve_to(0.0, MOST_ITERATIONS, extremal)?;
+    let found = grid.newton(1, 0.0, MOST_ITERATIONS, extremal)?;
     let nearby = NEARBY_ON_GRID * found.duration();
     let near = found.lengths.iter().zip(&first).all(|(length, first)| (length - first).abs() < nearby);
     near.then_some(found)
