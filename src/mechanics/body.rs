@@ -153,6 +153,11 @@ impl Inertia {
         &self.principal
     }
 
+    /// Returns the axis of the least principal moment, body axes, a unit vector of either sense.
+    pub(crate) fn least_axis(&self) -> Vector3 {
+        principal_axes(&self.j).1.column(0).into_owned()
+    }
+
     /// Returns the mean principal moment `tr(J)/3` [kg·m²], the unit of inertia inside the solvers.
     pub fn mean(&self) -> f64 {
         self.j.trace() / 3.0

@@ -51,6 +51,15 @@ impl Margin {
         self.scaled >= -Self::ROUND_OFF
     }
 
+    /// Returns the margin of the true motion, in `unit`: that of the continuous motion, if it has
+    /// one, and otherwise that of the plan; 0 within round-off.
+    pub fn met(&self) -> f64 {
+        let value = self.continuous_margin.unwrap_or(self.margin);
+        // An active limit is touched up to round-off, of either sign.
+        let scale = if self.scaled == 0.0 { 1.0 } else { (self.margin / self.scaled).abs() };
+        if value.abs() <= Self::ROUND_OFF * scale { 0.0 } else { value }
+    }
+
     /// Returns the number of the input that the margin belongs to, forces first, if it belongs to
     /// one.
     pub fn input(&self, problem: &Problem) -> Option<usize> {

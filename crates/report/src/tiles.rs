@@ -92,9 +92,8 @@ fn clearance(subject: &Subject, found: &Verification) -> Option<Tile> {
         let rule = subject.problem.constraints.iter().find(|constraint| constraint.name == margin.name);
         rule.is_some_and(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
     };
-    let met = |margin: &Margin| margin.continuous_margin.unwrap_or(margin.margin);
-    let least = found.margins.iter().filter(is_cone).min_by(|a, b| met(a).total_cmp(&met(b)))?;
-    let value = if met(least).abs() < 1e-3 { 0.0 } else { met(least) };
+    let least = found.margins.iter().filter(is_cone).min_by(|a, b| a.met().total_cmp(&b.met()))?;
+    let value = if least.met().abs() < 1e-3 { 0.0 } else { least.met() };
     let of = boresight::of_margin(subject.problem, subject.identity, least);
     let of = of.map_or(String::new(), |name| format!(" for {name}"));
     let note = format!("{}{of} at {} s", least.name, short(least.time_s));

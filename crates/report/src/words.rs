@@ -278,15 +278,15 @@ fn rivals(subject: &Subject) -> Table {
 
 fn margins(subject: &Subject, found: &Verification) -> Table {
     let row = |margin: &Margin| {
-        let beyond = margin.continuous_margin.map_or(String::new(), |margin| significant(margin, 3));
+        let is_zero = margin.scaled.abs() <= Margin::ROUND_OFF;
+        let discrete = || if is_zero { "0".into() } else { significant(margin.margin, 3) };
+        let discrete = margin.continuous_margin.map_or(String::new(), |_| discrete());
         let verdict = if margin.holds() { "holds" } else { "violated" };
-        let value =
-            if margin.scaled.abs() <= Margin::ROUND_OFF { "0".into() } else { significant(margin.margin, 3) };
         vec![
             margin.name.clone(),
             verdict.into(),
-            value,
-            beyond,
+            significant(margin.met(), 3),
+            discrete,
             margin.unit.clone(),
             significant(margin.time_s, 4),
             named(subject, margin),
@@ -294,9 +294,10 @@ fn margins(subject: &Subject, found: &Verification) -> Table {
     };
     Table {
         title: "Margins",
-        head: vec!["limit or constraint", "", "margin", "continuous motion", "unit", "least at, s", "of"],
+        head: vec!["limit or constraint", "", "margin", "discrete motion", "unit", "least at, s", "of"],
         rows: found.margins.iter().map(row).collect(),
-        remark: "Negative means violated. The continuous motion differs by the error of the discretisation.",
+        remark: "Negative means violated. The margin is that of the true motion under the held inputs; that of \
+         the discrete motion differs by the error of the discretisation.",
     }
 }
 

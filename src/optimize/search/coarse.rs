@@ -1,5 +1,6 @@
 //! The coarse grid of a search.
 
+use super::effort::twisted_by;
 use crate::Vector3;
 use crate::lie;
 use crate::maneuver::problem::{Motion, Path, Problem, Scheme, State};
@@ -102,6 +103,6 @@ pub(super) fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
         _ => SHOOTING_FREE,
     };
     // Other extremals may turn by half a turn and more.
-    let angle = angle.max(PI);
+    let angle = angle.max(PI) + twisted_by(problem);
     coarse_steps(problem, angle, &rule)
 }

@@ -10,12 +10,13 @@
 use super::asked::{is_of_the_sense, lowest};
 use super::authority::Authority;
 use super::coarse::rough_grid;
-use super::effort::Starts;
+use super::effort::{Starts, most_minima};
 use super::ladder::Search;
 use super::minima::{Minima, SAME_MINIMUM};
 use super::paths;
 use super::pool::Pool;
 use super::shots::shoot;
+use crate::Vector3;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Thoroughness;
 use crate::maneuver::solution::Rung;
@@ -32,8 +33,6 @@ pub(super) const LIFTED_TOLERANCE: f64 = 1e-10;
 const DESCENT_TOLERANCE: f64 = 1e-9;
 /// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the cheapest.
 pub(super) const MARGIN: f64 = 0.15;
-/// Most minima that are followed further.
-pub(super) const MOST_MINIMA: usize = 6;
 /// Starts without a lower minimum after which a search that is half done ends, unless it is to be thorough.
 const IDLE: usize = 20;
 /// Costs of a minimum and of its extremal on one grid differ by less, relative.
@@ -46,6 +45,9 @@ const MOST_BRANCHES: usize = 100;
 const HOP_FROM: usize = 4;
 const HOPS_BY: [f64; 2] = [0.4, 1.0];
 const MOST_HOPS: usize = 10;
+/// So many of the lowest minima are twisted to either side, and so many minima at most.
+const TWIST_FROM: usize = 4;
+const MOST_TWISTED: usize = 40;
 /// Most paths that the lifted Newton is tried on directly.
 const MOST_LIFTED: usize = 2;
 /// How much dearer than the cheapest on the coarse grid a minimum on a rougher one may be.
@@ -79,7 +81,8 @@ pub(super) fn descents<const N: usize>(search: &Search<N>, pool: &mut Pool<N>) {
     }
     let margin = if given { f64::INFINITY } else { MARGIN };
     let enough = minima.0.first().map_or(f64::INFINITY, |best| best.cost * (1.0 + margin));
-    for minimum in minima.0.into_iter().take_while(|minimum| minimum.cost <= enough).take(MOST_MINIMA) {
+    let most = most_minima(search.problem);
+    for minimum in minima.0.into_iter().take_while(|minimum| minimum.cost <= enough).take(most) {
         if !search.stopped() {
             arrive(search, pool, &coarse, minimum);
         }
@@ -113,8 +116,36 @@ fn minima_from<const N: usize>(
         let place = is_of_the_sense(search, &minimum.candidate).then(|| minima.add(minimum)).flatten();
         idle = if place == Some(0) { 0 } else { idle + 1 };
     }
+    if let Some(axis) = &starts.twist {
+        twist(search, coarse, &wide, &mut minima, axis);
+    }
     hop(search, coarse, &wide, &mut minima, starts.hops);
     minima
+}
+
+/// Descends from the lowest minima with a turn more, and with one less, about the axis of the least
+/// moment, until all of the lowest have been tried.
+fn twist<const N: usize>(
+    search: &Search<N>,
+    coarse: &BoundaryValueProblem<N>,
+    wide: &Dynamics,
+    minima: &mut Minima,
+    axis: &Vector3,
+) {
+    let mut tried: Vec<f64> = Vec::new();
+    while tried.len() < MOST_TWISTED && !search.stopped() {
+        let is_tried = |cost: f64| tried.iter().any(|other| (other - cost).abs() <= SAME_MINIMUM * cost);
+        let next = minima.0.iter().take(TWIST_FROM).find(|minimum| !is_tried(minimum.cost));
+        let Some(from) = next else { return };
+        tried.push(from.cost);
+        let starts = [1, -1].map(|turns| paths::twisted(coarse, &from.candidate, axis, turns));
+        for start in starts {
+            let minimum = descended(search, coarse, wide, start, DESCENT_TOLERANCE, &minima.0);
+            if is_of_the_sense(search, &minimum.candidate) {
+                minima.add(minimum);
+            }
+        }
+    }
 }
 
 /// Hops from the lowest minima to others near them: bent at random, and descended again. Where minima are many the

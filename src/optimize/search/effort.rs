@@ -6,6 +6,7 @@ use crate::maneuver::problem::{Motion, Path, Problem};
 use crate::maneuver::settings::Thoroughness;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use std::f64::consts::TAU;
 
 /// A body that turns by less than this without inputs takes few starts \[rad\].
 const SLOW: f64 = 1e-3;
@@ -15,9 +16,19 @@ const FAST: f64 = 3.0;
 const TUMBLING: f64 = 10.0;
 /// The ratio of moments above which a body that moves takes random paths, from both ends (`evidence -- unequal_moments`).
 const UNEQUAL: f64 = 4.0;
-/// Random paths: as a rule, for a free body that turns by less than that, where inputs about an axis are missing, where they are dear, and in a thorough search.
+/// Turns about the axis of the least moment that paths of such a body have more. They cost little,
+/// and the gyroscopic torques of a spinning rod bend its path.
+const TWISTS: [i32; 4] = [1, -1, 2, -2];
+/// Turns that a coarse grid has to resolve where paths are twisted.
+const TWISTED: f64 = 2.0;
+/// Most minima of the coarse grid that are followed further: as a rule, and of a body with unequal
+/// moments, whose minima lie so near to each other that the coarse grid ranks them wrongly.
+const MOST_MINIMA: usize = 6;
+const MOST_MINIMA_UNEQUAL: usize = 8;
+/// Random paths: as a rule, for a free body that turns by less than that, for one with unequal moments, from each end, where inputs about an axis are missing, where they are dear, and in a thorough search.
 const RANDOM: usize = 24;
 const RANDOM_FREE: usize = 56;
+const RANDOM_UNEQUAL: usize = 16;
 const RANDOM_FEW_INPUTS: usize = 72;
 const RANDOM_STIFF: usize = 144;
 const RANDOM_THOROUGH: usize = 160;
@@ -41,6 +52,8 @@ pub(super) struct Starts {
     random: usize,
     /// Whether smooth and random paths begin at the end as well, which makes others of them.
     from_end: bool,
+    /// The axis of the least moment, if likely paths are twisted about it.
+    pub twist: Option<Vector3>,
     /// Hops from minimum to minimum that may lead to none that counts before the search ends.
     pub hops: usize,
 }
@@ -75,16 +88,21 @@ impl Starts {
         };
         // Half of them go the other way round, and are not followed where one is asked for.
         let senses = if problem.path == Path::Best { 1 } else { 2 };
-        let all = Self { hops, random: senses * random, ..Self::all() };
+        let twist =
+            (simple && turned > SLOW && is_unequal(problem)).then(|| problem.body.inertia.least_axis());
+        let all = Self { hops, random: senses * random, from_end: twist.is_some(), twist, ..Self::all() };
         match thoroughness {
-            Thoroughness::Quick => Self { slowed: Paces::None, bent: Vec::new(), random: 0, hops: 0, ..all },
+            Thoroughness::Quick => {
+                let all = Self { from_end: false, twist: None, ..all };
+                Self { slowed: Paces::None, bent: Vec::new(), random: 0, hops: 0, ..all }
+            }
             Thoroughness::Thorough => Self { random: senses * RANDOM_THOROUGH, hops: HOPS_THOROUGH, ..all },
             Thoroughness::Default if simple && turned <= SLOW => {
                 Self { smooth: vec![0, -1], ..Self::default() }
             }
             // Gyroscopic torques are of the size of the others: many minima lie side by side.
             Thoroughness::Default if simple && turned <= TUMBLING && is_unequal(problem) => {
-                Self { slowed: Paces::Even, random: senses * RANDOM_FREE, from_end: true, ..all }
+                Self { slowed: Paces::Even, bent: Vec::new(), random: senses * RANDOM_UNEQUAL, ..all }
             }
             Thoroughness::Default if simple && turned <= FAST => {
                 Self { slowed: Paces::None, bent: Vec::new(), random: 0, ..all }
@@ -111,6 +129,7 @@ impl Starts {
             bent: vec![2.0, 1.0],
             random: RANDOM,
             from_end: false,
+            twist: None,
             given: None,
             hops: 0,
         }
@@ -132,6 +151,12 @@ impl Starts {
             let others = paths::random(&reversed, self.random).map(backwards);
             random = random.into_iter().zip(others).flat_map(|(one, other)| [one, other]).collect();
         }
+        if let Some(axis) = &self.twist {
+            let twisted = TWISTS
+                .iter()
+                .flat_map(|turns| out.iter().map(|path| paths::twisted(bvp, path, axis, *turns)));
+            out.extend(twisted.collect::<Vec<_>>());
+        }
         out.extend(in_turn([slowed, bent, random]));
         out
     }
@@ -142,6 +167,18 @@ fn backwards(mut path: Candidate) -> Candidate {
     path.states.reverse();
     path.provenance.start.push_str(" from the end");
     path
+}
+
+/// The angle by which a body with unequal moments that moves at an end turns more about the axis of
+/// the least moment \[rad\]; nothing for other bodies.
+pub(super) fn twisted_by(problem: &Problem) -> f64 {
+    let moves = [&problem.start, &problem.end].iter().any(|end| end.angular_velocity != Vector3::zeros());
+    if moves && is_unequal(problem) { TAU * TWISTED } else { 0.0 }
+}
+
+/// The most minima of the coarse grid that are followed further.
+pub(super) fn most_minima(problem: &Problem) -> usize {
+    if is_unequal(problem) { MOST_MINIMA_UNEQUAL } else { MOST_MINIMA }
 }
 
 /// Whether the moments of a body differ so much that random paths lead to minima that no others do.

@@ -9,7 +9,8 @@
 //! - *slowed*: the same with coasts of a free body that run at the pace `1 − (1−κ)t + 6βt(1−t)`: at κ = 0 that stops
 //!   a rotation with the least torque, and β shifts its phase;
 //! - *bent*: smooth paths with a hump `± a sin²πt` about an axis;
-//! - *random*: smooth paths with `Σ b_m sin πt sin mπt`, m = 1 … 3, normal `b_m` from a fixed seed.
+//! - *random*: smooth paths with `Σ b_m sin πt sin mπt`, m = 1 … 3, normal `b_m` from a fixed seed;
+//! - *twisted*: any path, of which the body makes more turns about the axis of its least moment.
 //!
 //! # How is the best way found?
 //!
@@ -172,6 +173,24 @@ pub(super) fn random<'a, const N: usize>(
         let name = format!("{}, random path {}", name_of(turns), index + 1);
         smooth(bvp, name, &rotation(bvp, turns), |t| bend.at(t))
     })
+}
+
+/// A path with more turns of the body about an axis of its own, its ends as they are.
+pub(super) fn twisted<const N: usize>(
+    bvp: &BoundaryValueProblem<N>,
+    path: &Candidate,
+    axis: &Vector3,
+    turns: i32,
+) -> Candidate {
+    let grid = &bvp.dynamics.grid;
+    let by = axis * (TAU * f64::from(turns));
+    let poses = path.states.iter().enumerate().map(|(node, point)| {
+        let Pose { position, attitude } = point.pose();
+        Pose { position, attitude: attitude * lie::exp(&(by * blend(grid.after(node)))) }
+    });
+    let start = path.provenance.start.as_str();
+    let start = start.split_once(", twisted").map_or(start, |(start, _)| start);
+    candidate(bvp, format!("{start}, twisted"), poses)
 }
 
 /// A path bent at random by about `by` \[rad\], its ends as they are.

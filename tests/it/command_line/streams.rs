@@ -39,6 +39,45 @@ fn outputs_are_never_replaced_unasked() {
 }
 
 #[test]
+fn quiet_runs_say_that_they_failed() {
+    let folder = Folder::new();
+    folder.slew(&["plan", "spec.toml", "-q", "-o", "plan.json"]).ends(0).silent();
+    let longer = ["verify", "plan.json", "-q", "--spec", "spec.toml", "--set", "maneuver.duration_s=11"];
+    let limit = "actuators.torque_limit_n_m=0.01";
+    let too_short = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reference/found/three_of_four.toml");
+    for (words, code, status) in [
+        (&["plan", "spec.toml", "-q", "--set", limit][..], 4, "infeasible (exit code 4)"),
+        (&["plan", too_short, "-q"], 5, "not_converged (exit code 5)"),
+        (&longer, 7, "(exit code 7)"),
+    ] {
+        let run = folder.slew(words).ends(code).tells(status).tells("without --quiet it is told why");
+        assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
+    }
+}
+
+/// A name that a spreadsheet would take for a formula is a text in every table.
+#[test]
+fn no_cell_of_a_table_is_a_formula() {
+    let folder = Folder::new();
+    let named = SPEC.replace("test slew", "=1+1");
+    fs::write(folder.path("named.toml"), &named).unwrap();
+    let cases = "name,maneuver.duration_s\n\"=HYPERLINK(\"\"a\"\",1)\",20\n@SUM(A1),12\n+1-1,9\n";
+    fs::write(folder.path("cases.csv"), cases).unwrap();
+    folder.slew(&["batch", "named.toml", "--cases", "cases.csv", "-q", "-o", "all.csv"]).ends(0);
+    folder.slew(&["plan", "named.toml", "-q", "-o", "plan.json"]).ends(0);
+    folder.slew(&["export", "plan.json", "-o", "plan.csv"]).ends(0);
+    for name in ["all.csv", "plan.csv"] {
+        let table = folder.read(name);
+        let begins = |cell: &str| {
+            let cell = cell.trim_start_matches('"');
+            cell.starts_with(['=', '@', '+', '-']) && cell.parse::<f64>().is_err()
+        };
+        assert!(!table.lines().flat_map(|line| line.split(',')).any(begins), "{name}: {table}");
+    }
+    assert!(folder.read("all.csv").contains("'=HYPERLINK"));
+}
+
+#[test]
 fn a_reader_that_leaves_early_is_no_error() {
     let folder = Folder::new();
     let quick: [&[&str]; 5] = [

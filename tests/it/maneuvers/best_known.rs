@@ -166,7 +166,8 @@ fn least_fuel_of_thrusters_is_no_dearer_than_a_quicker_plan_slowed_down() {
     }
 }
 
-/// Gyroscopic torques make many minima, of which random paths from both ends meet the cheapest.
+/// Gyroscopic torques make many minima, of which paths from both ends, and with more turns about the
+/// axis of the least moment, meet the cheapest.
 #[test]
 fn least_effort_of_unequal_moments_is_that_of_the_maneuver_backwards() {
     for name in ["box_8", "box_10", "rod_5", "rod_10", "rod_20", "rod_30", "rod_93"] {

@@ -91,7 +91,7 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     }
     let inputs = record.input_heads();
     let (gains, units) = (record.gain_rows(), record.input_units());
-    let mut heads = inputs.clone();
+    let mut heads: Vec<String> = inputs.iter().map(|head| format!("held_{head}")).collect();
     if let Some((width, _)) = &gains {
         let states = record.gain_states();
         let input = |input: usize| states.iter().map(move |state| format!("gain_{}_{state}", input + 1));
@@ -100,7 +100,8 @@ pub(super) fn write(record: &Record<'_>, output: &mut dyn Write) -> Result<(), E
     writeln!(
         text,
         "tick,time_s,quaternion_w,quaternion_x,quaternion_y,quaternion_z,angular_velocity_x_rad_s,\
-         angular_velocity_y_rad_s,angular_velocity_z_rad_s,torque_x_n_m,torque_y_n_m,torque_z_n_m{}{}",
+         angular_velocity_y_rad_s,angular_velocity_z_rad_s,held_torque_x_n_m,held_torque_y_n_m,\
+         held_torque_z_n_m{}{}",
         if heads.is_empty() { "" } else { "," },
         heads.join(",")
     )?;
@@ -171,7 +172,7 @@ fn head(record: &Record<'_>, tick: f64, rows: usize) -> Result<String, ExportErr
         };
         writeln!(
             text,
-            "# input = input of the row - gains [z; dw]: z = log(R*^T R) of the row in rad, dw = w - w* in \
+            "# input = held input of the row - gains [z; dw]: z = log(R*^T R) of the row in rad, dw = w - w* in \
                 rad/s, body axes; {held}"
         )?;
         let states = record.gain_states();

@@ -239,21 +239,13 @@ fn rate(problem: &Problem, found: &Verification) -> String {
                 (Rule::Pointing(_), _) => return None,
             };
             let bound = bound.to_degrees();
-            let part = percent(1.0 - met(margin) / bound);
+            let part = percent(1.0 - margin.met() / bound);
             let axis =
                 if margin.at.is_empty() { String::new() } else { format!(" about {}", &margin.at[5..]) };
             Some(format!("{part} of {}{axis} at {} s", short(bound), short(margin.time_s)))
         })
         .collect();
     if told.is_empty() { format!("{peak} at most") } else { format!("{peak} at most; {}", told.join(", ")) }
-}
-
-/// Returns the margin in the true motion; inputs are held, so their margin is that of the plan.
-fn met(margin: &Margin) -> f64 {
-    let value = margin.continuous_margin.unwrap_or(margin.margin);
-    // An active limit is touched up to round-off, of either sign.
-    let scale = if margin.scaled == 0.0 { 1.0 } else { (margin.margin / margin.scaled).abs() };
-    if value.abs() <= Margin::ROUND_OFF * scale { 0.0 } else { value }
 }
 
 /// Returns the cones, nearest first, for which there is room; the nearest always.
@@ -269,9 +261,9 @@ fn clearances(
         rule.is_some_and(|constraint| matches!(constraint.rule, Rule::Pointing(_)))
     };
     let mut cones: Vec<&Margin> = found.margins.iter().filter(is_cone).collect();
-    cones.sort_by(|a, b| met(a).total_cmp(&met(b)));
+    cones.sort_by(|a, b| a.met().total_cmp(&b.met()));
     let told = |margin: &&Margin| {
-        let left = met(margin);
+        let left = margin.met();
         let name = clipped(&escape(&margin.name), 30);
         let name = match boresight::of_margin(problem, identity, margin) {
             Some(boresight) => format!("{name} ({})", clipped(&escape(&boresight), 30)),

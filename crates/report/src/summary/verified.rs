@@ -111,8 +111,8 @@ fn over(ran: &Testimony, judged: &Judged) -> String {
     format!(" over {} of {} steps in {} windows", ran.steps, judged.problem.steps, ran.windows)
 }
 
-/// Describes the margin of the plan to one limit, its time, and whether that is between two
-/// nodes.
+/// Describes the margin of the true motion to one limit, the time at which the plan is nearest to
+/// the limit, and whether that is between two nodes.
 fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     let active = judged.active.and_then(|all| all.iter().find(|active| active.name == margin.name));
     let touched = judged.active.is_none() && margin.scaled.abs() <= Margin::ROUND_OFF;
@@ -122,8 +122,6 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
         None if touched => "active, ".into(),
         None => String::new(),
     };
-    // An active limit is touched up to round-off, of either sign.
-    let value = if margin.scaled.abs() <= Margin::ROUND_OFF { 0.0 } else { margin.margin };
     let is_between = judged.problem.duration.known().is_some_and(|duration| {
         let steps = margin.time_s / (duration / judged.problem.steps as f64);
         (steps - steps.round()).abs() > 1e-6
@@ -132,13 +130,11 @@ fn margin(colour: bool, judged: &Judged, margin: &Margin) -> String {
     let name = margin.input(judged.problem).and_then(|input| judged.identity.input(input));
     let at = name.unwrap_or(&margin.at);
     let at = if at.is_empty() { String::new() } else { format!(", {}", escape(at)) };
-    let (value, time) = (significant(value, 3), significant(margin.time_s, 4));
+    let (value, time) = (significant(margin.met(), 3), significant(margin.time_s, 4));
     // At an active limit the continuous motion exceeds it by the error of the discretisation.
     let noticed = -Margin::ROUND_OFF.to_degrees();
-    let continuous = margin.continuous_margin.filter(|continuous| *continuous < noticed);
-    let overstepped = continuous.map_or(String::new(), |continuous| {
-        format!("; the continuous motion is {} {} beyond", significant(-continuous, 2), margin.unit)
-    });
+    let beyond = margin.continuous_margin.is_some_and(|continuous| continuous < noticed) && margin.holds();
+    let overstepped = if beyond { "; the discrete motion keeps the limit" } else { "" };
     format!("{state}margin {value} {} at {time} s{between}{at}{overstepped}", margin.unit)
 }
 

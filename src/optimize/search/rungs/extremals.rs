@@ -17,8 +17,8 @@ use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use crate::optimize::search::asked::{ASTRAY, asked_for_a_sense, astray, lowest, ranked};
-use crate::optimize::search::descents::{MARGIN, MOST_MINIMA, descents};
-use crate::optimize::search::effort::Starts;
+use crate::optimize::search::descents::{MARGIN, descents};
+use crate::optimize::search::effort::{Starts, most_minima};
 use crate::optimize::search::found::{Found, cheapest_first};
 use crate::optimize::search::ladder::{Climb, Search};
 use crate::optimize::search::pool::Pool;
@@ -90,9 +90,10 @@ pub(super) fn carry_extremals<const N: usize>(search: &Search<N>, found: &mut Fo
     let enough = waiting.first().map_or(0.0, |best| best.cost * (1.0 + MARGIN));
     // Newton alone finds one extremal of a way round, descents find several.
     let several = search.problem.path == Path::Best || found.pool.descended;
+    let most = most_minima(search.problem);
     for extremal in waiting {
         let near = extremal.cost <= enough || search.coarse.dynamics.grid.steps() == search.problem.steps;
-        let hopeful = several && near && found.plans().len() < MOST_MINIMA;
+        let hopeful = several && near && found.plans().len() < most;
         if !search.stopped() && (hopeful || !found.is_done()) {
             let path = paths::of_extremal(&search.coarse, &extremal.candidate).ok();
             let near = |fine: &Attempt| is_near(fine, extremal.cost, path.as_ref());
