@@ -176,6 +176,24 @@ fn a_sphere_speeds_up_coasts_and_brakes() {
     assert!(off.abs() < 1e-3, "{off:.1e}");
 }
 
+/// The same in continuous time is the closed form, as near to the estimate from two grids as that
+/// says, and far nearer than the grid of the plan comes.
+#[test]
+fn the_duration_in_continuous_time_is_estimated_from_two_grids() {
+    let (angle, fastest) = (120f64.to_radians(), 0.5);
+    let ball = Limits { norm: Some(1.0), ..Limits::default() };
+    let sphere = limited(slew([1.0; 3], turn([1.0, 2.0, 3.0], 120.0)), ball);
+    let problem = rate(sphere, Rule::RateNorm(fastest));
+    let truth = angle / fastest + fastest;
+    for steps in [30, 45, 60, 100, 151] {
+        let found = plan(&problem.clone().with_steps(steps), &Settings::default(), None, &mut Silent);
+        let found = found.expect("a plan").solution;
+        let estimate = found.interior.and_then(|work| work.continuous).expect("an estimate");
+        let off = (estimate.cost - truth).abs();
+        assert!(off <= estimate.error && estimate.error < 1e-2 * truth, "{steps}: {off:.1e} {estimate:?}");
+    }
+}
+
 /// The momentum of the wheel is the rate of the body. The other wheels can take next to nothing.
 #[test]
 fn a_wheel_fills_stays_full_and_is_emptied() {
