@@ -25,7 +25,9 @@ const TWISTED: f64 = 2.0;
 /// moments, whose minima lie so near to each other that the coarse grid ranks them wrongly.
 const MOST_MINIMA: usize = 6;
 const MOST_MINIMA_UNEQUAL: usize = 8;
-/// Random paths: as a rule, for a free body that turns by less than that, for one with unequal moments, from each end, where inputs about an axis are missing, where they are dear, and in a thorough search.
+/// Random paths: as a rule, for a free body that turns by less than that, for one with unequal
+/// moments (from each end), where inputs about an axis are missing, where they are dear, and in a
+/// thorough search.
 const RANDOM: usize = 24;
 const RANDOM_FREE: usize = 56;
 const RANDOM_UNEQUAL: usize = 16;

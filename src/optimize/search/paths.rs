@@ -19,11 +19,14 @@
 //! between states of rest, all of them for a long detumbling, a field, missing inputs or weights of very different size. A
 //! free body that turns by less than ten radians takes few slowed coasts, which all lead to the same two or three minima
 //! there, and more random paths instead: the cheapest minimum may be met by one random path in sixteen and by none of the
-//! others. A search that is half done ends after twenty starts without a lower minimum. A descent whose Newton step leads to
-//! within 3e-3 rad of every node of a minimum found before ends there: two minima as close would hardly differ in cost. What
-//! is found on the coarse grid is merged by its cost, and everything within 15 % of the cheapest is carried to the requested
-//! grid and compared there, because costs of a coarse grid are wrong by some percent. `search = "quick"` and `"thorough"`
-//! change the number of starts, nothing else.
+//! others. A rod that moves starts from both ends, and with more turns about its axis, and so do
+//! the lowest minima that are found: such turns cost little, and their gyroscopic torques bend the
+//! path. A search that is half done ends after twenty starts without a lower minimum. A descent
+//! whose Newton step leads to within 3e-3 rad of every node of a minimum found before ends there:
+//! two minima as close would hardly differ in cost. What is found on the coarse grid is merged by
+//! its cost, and everything within 15 % of the cheapest is carried to the requested grid and
+//! compared there, because costs of a coarse grid are wrong by some percent. `search = "quick"` and
+//! `"thorough"` change the number of starts, nothing else.
 
 use super::starts::{name_of, wound};
 use crate::Vector3;
