@@ -13,8 +13,8 @@
 //! along the way (twelve lanes, however many pulses); it gives the derivative of the end with respect to every time and,
 //! because `∂L/∂t` is `∓2 s(t)` with the switching function `s`, the exact second derivative of the Lagrangian. SQP stays on
 //! the terminal conditions, which are met again after each step, so that fuel alone tells whether a step is good; its
-//! programs, small and dense, are solved by an interior point method of our own, and then exactly at the bounds that act:
-//! without that the last digits of an interior point move the times by more than they gain. Newton on costates and those
+//! programs, small and dense (`optimize/nlp`), are solved by exchange of the bounds that act, and by an interior point where that
+//! goes round in circles: its last digits alone move the times by more than they gain. Newton on costates and those
 //! times that no bound holds ends it, for the equations of motion and, with the mean Hamiltonians of the arcs for switching
 //! functions, for the grid, whose optimum has the same bounds acting.
 //!

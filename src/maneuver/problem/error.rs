@@ -1,0 +1,91 @@
+//! Why a maneuver cannot be planned.
+
+use super::Unsuited;
+use crate::maneuver::aim::AimError;
+use crate::maneuver::constraint::{AlternativesError, ConstraintError};
+use crate::maneuver::objective::WeightError;
+use thiserror::Error;
+
+/// The reason for which a maneuver cannot be planned.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ProblemError {
+    /// A number is NaN, infinite or out of range.
+    #[error("{what} is {value}: {reason}")]
+    Value {
+        /// The name of the quantity.
+        what: &'static str,
+        /// Value of the number.
+        value: f64,
+        /// The allowed values.
+        reason: &'static str,
+    },
+    /// An attitude is not a rotation.
+    #[error("the {end} attitude is not a rotation matrix: residual {residual:.1e}")]
+    NotRotation {
+        /// "start" or "end".
+        end: &'static str,
+        /// `max |RᵀR − I|`, or 2 for a reflection.
+        residual: f64,
+    },
+    /// A boundary rate is too fast for the step: `h |J⁻¹Π| ≥ 1`.
+    #[error(
+        "the {end} rate turns {angle:.3} rad in one step, and the implicit equation needs less than \
+        {limit}: use at least {steps} steps"
+    )]
+    StepTooLong {
+        /// "start" or "end".
+        end: &'static str,
+        /// `h |Ω|` \[rad\].
+        angle: f64,
+        /// The bound.
+        limit: f64,
+        /// The number of steps that would suffice.
+        steps: usize,
+    },
+    /// Something that the motion needs is absent.
+    #[error("{0}")]
+    Missing(&'static str),
+    /// A constraint cannot be used.
+    #[error("constraint \"{name}\": {error}")]
+    Constraint {
+        /// The name of the constraint.
+        name: String,
+        /// The reason.
+        error: ConstraintError,
+    },
+    /// The start or the end violates a constraint: no plan can hold it.
+    #[error("the {end} violates \"{name}\": {found}")]
+    Violated {
+        /// "start" or "end".
+        end: &'static str,
+        /// Name of the constraint.
+        name: String,
+        /// The value and the limit, in words.
+        found: String,
+    },
+    /// Alternatives cannot be used.
+    #[error("\"{name}\": {error}")]
+    Alternatives {
+        /// The name of the alternatives.
+        name: String,
+        /// The reason.
+        error: AlternativesError,
+    },
+    /// Wheels and torque inputs do not fit together.
+    #[error("{0}")]
+    Wheels(String),
+    /// The objective does not fit the actuators, the limits or the end of the maneuver.
+    #[error(transparent)]
+    Unsuited(#[from] Unsuited),
+    /// The end is on a target, and that cannot be used.
+    #[error("the end: {0}")]
+    Aim(#[from] AimError),
+    /// A weight of the objective does not fit the inputs.
+    #[error("{inputs} inputs: {error}")]
+    Weight {
+        /// "torque" or "force".
+        inputs: &'static str,
+        /// The reason.
+        error: WeightError,
+    },
+}
