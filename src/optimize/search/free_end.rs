@@ -144,7 +144,9 @@ fn of_dimension<const N: usize>(
     let mut found = Found::default();
     if let Some(known) = known {
         let fine = search.chain(problem.steps);
-        optimised_along(&search, &fine, known).map(|attempt| found.keep(attempt));
+        if let Some(attempt) = optimised_along(&search, &fine, known) {
+            found.keep(attempt);
+        }
     } else {
         let coarse = search.chain(posed.steps());
         let mut paths = posed.paths(&search, &coarse);

@@ -22,7 +22,9 @@ impl<const N: usize> Climb<N> for Interior {
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
         if let Some(motion) = search.ask.along {
             let fine = search.chain(search.problem.steps);
-            optimised_along(search, &fine, motion).map(|attempt| found.keep(attempt));
+            if let Some(attempt) = optimised_along(search, &fine, motion) {
+                found.keep(attempt);
+            }
             return;
         }
         let coarse = search.chain(chain_steps(search.problem));
