@@ -18,12 +18,13 @@ use super::detour::detours;
 use super::found::Found;
 use super::free_end::Posed;
 use super::given_duration::search_of;
-use super::ladder::Search;
+use super::ladder::{Ask, Search};
 use super::transfer::transfer;
-use super::{Guess, Observer, PlanError, check_for_no_guess, check_guess, without_arcs};
+use super::{Guess, Observer, PlanError, check_for_no_guess, check_guess, seeds, without_arcs};
 use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
+use crate::maneuver::grid::Grid;
 use crate::maneuver::problem::{Formulation, Motion, Problem, ProblemError};
-use crate::maneuver::settings::{Method, Settings, Target};
+use crate::maneuver::settings::{Method, Settings, Target, Thoroughness};
 use crate::maneuver::solution::{Outcome, Rung, Solution};
 use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
@@ -206,7 +207,7 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
                 descend(&search, &mut found, &chain, seed);
             }
         }
-        let mut turned = Vec::new();
+        let (mut turned, grid) = (Vec::new(), Grid::uniform(problem.scheme, 1.0, steps));
         for free in distinct(found.take_plans(), one).into_iter().take(few) {
             let followed = self.followed(&free);
             let roomiest = roomiest(problem, &followed);
@@ -214,11 +215,23 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
                 turned.push(Turned { schedule: roomiest, attempt: free });
                 break;
             }
+            let poses = free.candidate.states.iter().map(Point::pose);
+            let own = [path(&free.candidate.provenance.start, &grid, poses)];
             for schedule in all_along(problem, roomiest) {
-                let attempts = self.along(&schedule, &free, followed.seconds());
-                turned.extend(
-                    attempts.into_iter().map(|attempt| Turned { schedule: schedule.clone(), attempt }),
-                );
+                let given = search.problem.in_turns(&schedule);
+                let mut attempts = self.along(&given, search.ask.clone(), &own, followed.seconds());
+                // To a free end a long way round may lead nowhere where to a given one it is a plan, which
+                // begins the way to the free one.
+                for faced in posed.faced.iter().filter(|_| !problem.ends_in_any_attitude()) {
+                    let given = faced.in_turns(&schedule);
+                    if attempts.is_empty() && given.check().is_ok() {
+                        let ask = Ask { family: None, ..search.ask.clone() };
+                        let paths = seeds::of(&search.of(&given, ask.clone()), steps, Thoroughness::Quick);
+                        attempts = self.along(&given, ask, &paths, followed.seconds());
+                    }
+                }
+                let turn = |attempt| Turned { schedule: schedule.clone(), attempt };
+                turned.extend(attempts.into_iter().map(turn));
             }
         }
         let mut turned = sorted(turned);
@@ -226,15 +239,18 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         turned
     }
 
-    /// Returns the plans of a schedule near the path of a plan without the sets, past the cones that it violates.
-    fn along(&self, schedule: &Schedule, free: &Attempt, seconds: f64) -> Vec<Attempt> {
-        let given = self.search.problem.in_turns(schedule);
-        let search = self.search.of(&given, self.search.ask.clone());
-        let (chain, mut found) = (search.chain(free.candidate.steps()), Found::default());
-        let poses = free.candidate.states.iter().map(Point::pose);
-        let path = path(&free.candidate.provenance.start, &chain.model.dynamics.grid, poses);
-        for seed in detours(&given.clone().lasting(seconds), path) {
-            descend(&search, &mut found, &chain, seed);
+    /// Returns the plans of a maneuver near the first path that leads to one, past the cones that it violates.
+    fn along(&self, given: &Problem, ask: Ask, paths: &[Candidate], seconds: f64) -> Vec<Attempt> {
+        let search = self.search.of(given, ask);
+        let (lasting, mut found) = (given.clone().lasting(seconds), Found::default());
+        for path in paths {
+            let chain = search.chain(path.steps());
+            for seed in detours(&lasting, path.clone()) {
+                descend(&search, &mut found, &chain, seed);
+            }
+            if found.is_done() {
+                break;
+            }
         }
         distinct(found.take_plans(), search.context.tuning.one)
     }

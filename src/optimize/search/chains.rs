@@ -20,6 +20,7 @@
 
 use super::any_attitude;
 use super::asked;
+use super::cheapest::resampled;
 use super::coarse::chain_steps;
 use super::detour::detours;
 use super::found::{Found, cheapest_first, same};
@@ -125,6 +126,19 @@ pub(super) fn descend<const N: usize>(
 /// Improves a candidate to the end by the interior point, or by SCP where the settings request it.
 pub(super) fn optimised<const N: usize>(search: &Search<N>, chain: &Chain, from: Candidate) -> Attempt {
     improved(search, &InteriorPoint::of(chain, &Tuning::default()), from)
+}
+
+/// Improves the path of a motion that is nearly a plan; `None` where the motion has no path.
+pub(super) fn optimised_along<const N: usize>(
+    search: &Search<N>,
+    chain: &Chain,
+    motion: &Trajectory,
+) -> Option<Attempt> {
+    let mut path = resampled(chain, "known", motion).pop()?;
+    if chain.model.duration.is_some() {
+        path.grid = path.grid.with_duration(search.context.tuning.slowed);
+    }
+    Some(optimised(search, chain, path))
 }
 
 /// Improves a candidate that is near an optimum: from there first, and then from anywhere.

@@ -105,7 +105,7 @@ impl OnTarget<'_> {
         if !ends.has_roll() {
             return self.plan(&self.problem.facing(&ends, 0.0), None);
         }
-        let is_guess = self.guess.is_some_and(|guess| guess.lasting.is_none());
+        let is_guess = self.guess.is_some_and(|guess| !guess.is_known());
         let of_guess = self.guessed().filter(|_| is_guess).map(|attitude| ends.nearest(&attitude));
         if let Some(roll) = of_guess.filter(|_| self.guess.is_some_and(|guess| guess.alone)) {
             return self.plan(&self.problem.facing(&ends, roll), None);
@@ -113,8 +113,8 @@ impl OnTarget<'_> {
         let (mut problem, mut before): (_, Option<Solution>) = (self.problem.clone(), None);
         loop {
             // On the steps that its plan has chosen an end is looked for near that plan.
-            let before_it = before.as_ref().and_then(Guess::of_solution).and_then(|plan| plan.motion());
-            let FreeEnd { reached, .. } = self.free_end(&problem, &ends, before_it.as_ref());
+            let motion = before.as_ref().map(|plan| &plan.trajectory);
+            let FreeEnd { reached, .. } = self.free_end(&problem, &ends, motion);
             let by_arcs = problem.switches() && problem.start.angular_velocity == Vector3::zeros();
             let reached = if by_arcs { self.by_arcs(&problem, &ends, reached)? } else { reached };
             let roll = reached.first().map_or(0.0, |best| ends.nearest(&best.attitude));
@@ -133,7 +133,7 @@ impl OnTarget<'_> {
                 && found.outcome == Outcome::Converged
                 && found.steps != problem.steps;
             if again {
-                problem = problem.with_steps(found.steps);
+                problem = problem.planned_by(found.method).with_steps(found.steps);
                 before = Some(found);
                 continue;
             }
@@ -156,7 +156,7 @@ impl OnTarget<'_> {
 
     /// Returns the end of the plan that a search begins from.
     fn begun_from(&self) -> Option<Reached> {
-        let (time, attitude, known) = (self.guess?.lasting?, self.guessed()?, self.guess.cloned());
+        let (time, attitude, known) = (*self.guess?.time.last()?, self.guessed()?, self.guess.cloned());
         let rival = Rival::new(GUESS, Sense::Short, f64::NAN, f64::NAN);
         Some(Reached { time, attitude, rival, known })
     }

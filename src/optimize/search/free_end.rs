@@ -8,8 +8,7 @@
 //! rolls`).
 
 use super::asked::{goes_round_as_asked, way};
-use super::chains::{carry, descend, distinct, optimised, unlimited_paths};
-use super::cheapest::resampled;
+use super::chains::{carry, descend, distinct, optimised_along, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::detour::detours;
@@ -145,8 +144,8 @@ fn of_dimension<const N: usize>(
     let mut found = Found::default();
     if let Some(known) = known {
         let fine = search.chain(problem.steps);
-        for path in resampled(&fine, "known", known) {
-            found.keep(optimised(&search, &fine, path));
+        if let Some(attempt) = optimised_along(&search, &fine, known) {
+            found.keep(attempt);
         }
     } else {
         let coarse = search.chain(posed.steps());

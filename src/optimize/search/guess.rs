@@ -2,7 +2,6 @@
 
 use super::starts::GUESS;
 use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::Method;
 use crate::maneuver::solution::{Solution, Trajectory};
 use crate::mechanics::environment::Pose;
 use crate::optimize::chain::model::Model;
@@ -29,10 +28,11 @@ pub struct Guess {
     /// Whether everything else is searched too, as [`crate::plan::plan()`] sets it. The parts of a search set neither.
     #[doc(hidden)]
     pub beside: bool,
-    /// How long the path takes \[s\], where it is the plan of a search that is done: what its end leaves
-    /// free is then as this path has it, and nothing else is searched where the path leads to a plan.
+    /// When the path is at its nodes \[s\], where it is the plan of a search that is done, and empty
+    /// elsewhere: what its end leaves free is then as this path has it, and nothing else is searched where
+    /// the path leads to a plan.
     #[doc(hidden)]
-    pub lasting: Option<f64>,
+    pub time: Vec<f64>,
 }
 
 impl Guess {
@@ -68,25 +68,27 @@ impl Guess {
         Self {
             quaternion: poses().map(|pose| lie::quaternion_from_rotation(&pose.attitude)).collect(),
             position: poses().map(|pose| pose.position * dynamics.units.length).collect(),
-            lasting: Some(plan.grid.duration() * stated),
+            time: (0..=plan.steps()).map(|node| stated * plan.grid.time(node)).collect(),
             ..Self::default()
         }
     }
 
-    /// The path of a solution, where the interior point has planned it.
-    pub(super) fn of_solution(plan: &Solution) -> Option<Self> {
-        let Trajectory { time, quaternion, position, .. } = &plan.trajectory;
-        let lasting = time.last().copied().filter(|_| plan.method == Method::InteriorPoint);
-        let (quaternion, position) = (quaternion.clone(), position.clone());
-        Some(Self { quaternion, position, lasting: Some(lasting?), ..Self::default() })
+    /// The path of a solution, as that of a search that is done.
+    pub(super) fn of_solution(plan: &Solution) -> Self {
+        let Trajectory { time, quaternion, position, .. } = plan.trajectory.clone();
+        Self { time, quaternion, position, ..Self::default() }
     }
 
-    /// The path as a motion, where it is that of a plan.
+    /// Whether it is the path of a search that is done.
+    pub(super) fn is_known(&self) -> bool {
+        !self.time.is_empty()
+    }
+
+    /// The path of a search that is done, as a motion.
     pub(super) fn motion(&self) -> Option<Trajectory> {
-        let (lasting, last) = (self.lasting?, self.quaternion.len().checked_sub(1)?);
-        let time = (0..=last).map(|node| lasting * node as f64 / last as f64).collect();
-        let (quaternion, position) = (self.quaternion.clone(), self.position.clone());
-        Some(Trajectory { time, quaternion, position, ..Trajectory::default() })
+        let (time, quaternion, position) =
+            (self.time.clone(), self.quaternion.clone(), self.position.clone());
+        self.is_known().then(|| Trajectory { time, quaternion, position, ..Trajectory::default() })
     }
 
     /// Whether every number of the path is usable.

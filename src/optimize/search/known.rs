@@ -20,7 +20,8 @@ pub(super) fn along(problem: &Problem, context: &Context, motion: &Trajectory) -
     let by_chain = match Formulation::of(problem) {
         Formulation::Chain => !arcs && problem.duration.at_most().is_none(),
         Formulation::Extremal => {
-            control_law::obstacle(problem).is_some() && problem.actuation.wheels.is_some()
+            let alone = problem.stepping == Stepping::Equal || problem.actuation.wheels.is_some();
+            alone && control_law::obstacle(problem).is_some()
         }
         Formulation::Switching => false,
     };

@@ -167,7 +167,7 @@ fn check_for_scp(problem: &Problem) -> Result<(), PlanError> {
 
 /// Whether nothing is to be begun from but the plan of a search that is done.
 fn check_for_no_guess(guess: Option<&Guess>) -> Result<(), PlanError> {
-    let given = guess.filter(|guess| guess.lasting.is_none());
+    let given = guess.filter(|guess| !guess.is_known());
     given.map_or(Ok(()), |_| Err(PlanError::Unsuited(Misfit::Guess)))
 }
 
@@ -362,7 +362,7 @@ fn solve_on(
             check_for_no_guess(guess)?;
             let context = Context::new(settings, observer);
             let found = switching::solve(problem, &context);
-            Ok(or_on_equal_steps(problem, &context, found))
+            Ok(or_on_equal_steps(problem, &context, found, guess))
         }
         Formulation::Chain => {
             check_for_chain(problem, settings, guess)?;
@@ -381,7 +381,12 @@ const MOST_EQUAL_STEPS: usize = 10_000;
 /// where there are no arcs, where they are dearer than their certificate and the grid account for,
 /// and where the body spins at an end: where inputs are singular no arcs that the grid can hold may
 /// be near, and a first path may lead nowhere.
-fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> Solution {
+fn or_on_equal_steps(
+    problem: &Problem,
+    context: &Context,
+    found: Solution,
+    guess: Option<&Guess>,
+) -> Solution {
     let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
     // Arcs that miss the end by round-off alone are the plan, and in less time than the quickest
     // extremal takes there is none.
@@ -399,8 +404,9 @@ fn or_on_equal_steps(problem: &Problem, context: &Context, found: Solution) -> S
         return found;
     }
     let tried = found.ladder.clone();
-    let other =
-        cheapest::solve(&problem.clone().planned_by(Method::InteriorPoint), context, &found.trajectory);
+    let equal = problem.clone().planned_by(Method::InteriorPoint);
+    let known = guess.and_then(Guess::motion).and_then(|motion| known::along(&equal, context, &motion));
+    let other = known.unwrap_or_else(|| cheapest::solve(&equal, context, &found.trajectory));
     // What was stopped is told as such, with its best iterate.
     let stopped = context.interrupt().is_some() && !converged(&found);
     // Arcs are dearer on their grid than in continuous time: what is another plan is cheaper by

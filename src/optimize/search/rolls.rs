@@ -21,13 +21,13 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 /// Part of the cost that is none.
-const GAINED: f64 = 1e-7;
+const GAINED: f64 = 1e-6;
 
 /// Steps of the grid on which rolls are compared, at most: arcs do not depend on it.
 const COMPARED: usize = 32;
 
 /// Most evaluations about one minimum.
-const MOST_EVALUATIONS: usize = 12;
+const MOST_EVALUATIONS: usize = 8;
 
 /// A plan at one roll.
 #[derive(Clone)]
@@ -126,12 +126,12 @@ impl<'a> Rolls<'a> {
         let Some(mut beyond) = beyond else { return Ok(best) };
         let (mut low, mut illinois) = (best.clone(), Illinois::new([best.slope, beyond.slope]));
         for _ in 0..MOST_EVALUATIONS {
-            let width = beyond.roll - low.roll;
-            // By the slope nothing between the two costs less.
-            if best.slope.abs() * width.abs() <= GAINED * best.cost {
+            let roll = low.roll + illinois.part() * (beyond.roll - low.roll);
+            // By its slope the best is the lowest.
+            if (best.slope * (roll - best.roll)).abs() <= GAINED * best.cost {
                 break;
             }
-            let Some(next) = self.at(low.roll + illinois.part() * width)? else { break };
+            let Some(next) = self.at(roll)? else { break };
             let moved = usize::from(next.slope * low.slope < 0.0);
             illinois.moved(moved, next.slope);
             *[&mut low, &mut beyond][moved] = next;

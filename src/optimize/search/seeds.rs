@@ -34,13 +34,16 @@ pub(super) fn of<const N: usize>(
     let rests =
         [&search.problem.start, &search.problem.end].map(|end| end.angular_velocity == Vector3::zeros());
     let moves = rests != [true; 2];
+    let ends = [&search.problem.start, &search.problem.end];
+    let fastest = ends.map(|end| end.angular_velocity.norm()).into_iter().fold(0.0, f64::max);
+    let spins = fastest * search.problem.seconds() > search.context.tuning.carried_on;
     let nearly_half = paths::rotation(&bvp, 0).norm() > search.context.tuning.nearly_half;
-    let turns = turns(search, moves, nearly_half);
+    let turns = turns(search, spins, nearly_half);
     let mut found = Vec::new();
     if moves && let Ok(coasts) = paths::coasting(&bvp, &turns) {
         found.extend(coasts.into_iter().map(|coast| (false, coast)));
     }
-    if moves && search.problem.is_free_turn() {
+    if spins && search.problem.is_free_turn() {
         found.extend(turns.iter().flat_map(|turn| natural(search, steps, *turn)).map(|way| (false, way)));
     }
     let thorough = thoroughness == Thoroughness::Thorough;
@@ -82,14 +85,14 @@ fn natural<const N: usize>(search: &Search<N>, steps: usize, turns: i32) -> Vec<
 }
 
 /// Returns the turns beside the shortest rotation, the likeliest first.
-fn turns<const N: usize>(search: &Search<N>, moves: bool, nearly_half: bool) -> Vec<i32> {
+fn turns<const N: usize>(search: &Search<N>, spins: bool, nearly_half: bool) -> Vec<i32> {
     let asked = starts::wanted_turns(search.problem);
     if search.problem.path != Path::Best {
         return asked;
     }
     // Cones may leave the longer way alone, or make the other one long.
     let aside = search.problem.constraints.iter().any(|one| matches!(one.rule, Rule::Pointing(_)));
-    match (moves, nearly_half || aside) {
+    match (spins, nearly_half || aside) {
         (true, _) => vec![0, -1, 1],
         (false, true) => vec![0, -1],
         (false, false) if search.context.settings.search == Thoroughness::Thorough => asked,

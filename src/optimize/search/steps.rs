@@ -56,11 +56,10 @@ pub(super) fn chosen(
     let mut missed = f64::INFINITY;
     let mut known: Option<Guess> = None;
     while let Some(left) = remaining(settings, began) {
-        let on = match &known {
-            None => problem.clone().with_steps(steps),
-            // The optimum that one grid has found leads to that of a finer one.
-            Some(_) => problem.clone().planned_by(Method::InteriorPoint).with_steps(steps),
-        };
+        // The optimum that one grid has found leads to that of a finer one.
+        let plan = best.as_ref().filter(|_| known.is_some());
+        let method = plan.map_or(Method::Auto, |plan| plan.method);
+        let on = problem.clone().planned_by(method).with_steps(steps);
         let mut found = match solve_on(&on, &left, known.as_ref().or(guess), observer) {
             Err(error) if best.is_none() => return Err(error),
             // A grid that is too fine for the method ends the choice.
@@ -82,7 +81,8 @@ pub(super) fn chosen(
             }
             break;
         }
-        known = Guess::of_solution(&found);
+        let is_of_chain = problem.objective.switches() || found.method == Method::InteriorPoint;
+        known = is_of_chain.then(|| Guess::of_solution(&found));
         let flown = found.on_grid(problem);
         let left = landing::left(&flown, &found.trajectory);
         // Half as long steps bring the end twice as near at least, by a scheme of first order.

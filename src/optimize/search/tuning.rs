@@ -17,6 +17,13 @@ pub(super) struct SearchTuning {
     /// duration is sought: more of them find quicker plans with fewer turns, and take longer
     /// (`evidence -- ends --only spins`).
     pub durations: [f64; 4],
+    /// Duration of a motion that is nearly a plan, as a multiple of its own, with which a search of the
+    /// duration begins: a larger one leaves more room within the limits, and turns a body that spins
+    /// farther.
+    pub slowed: f64,
+    /// Angle by which a body turns by itself in a maneuver \[rad\] from which turns more and less are paths
+    /// too: a smaller one takes more starts (`evidence -- ends --only "matched rates"`).
+    pub carried_on: f64,
     /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the
     /// requested grid: a larger one takes more solves there (`cargo bench -p benches --bench
     /// everyday`).
@@ -47,6 +54,8 @@ impl Default for SearchTuning {
             bend: 0.5,
             nearly_half: 150.0 / 180.0 * PI,
             durations: [0.3, 0.45, 0.65, 0.99],
+            slowed: 1.001,
+            carried_on: 1.0,
             close: 0.02,
             carried: 3,
             one: 1e-5,

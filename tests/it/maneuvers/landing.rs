@@ -46,6 +46,16 @@ fn plans_land_in_valleys_of_nearly_equal_ones() {
     }
 }
 
+/// The same where a rate is limited: a correction that ends at another barrier term ends at another
+/// point of the valley, and the miss does not decrease.
+#[test]
+fn corrections_along_a_valley_hold_the_barrier_term() {
+    let found = planned(&maneuver(Kind::Rate, 1, 77), &Settings::default());
+    assert_eq!(found.status, Status::Solved);
+    let misses = found.solution.landing.unwrap().misses;
+    assert!(misses.last().unwrap() < &1e-6, "{misses:?}");
+}
+
 /// A wheel that holds 20 N·m·s makes the body nutate by 0.2 rad/s: the flow by which a plan lands
 /// follows that, on the steps that are chosen and on 120.
 #[test]

@@ -311,6 +311,12 @@ impl Tuning {
         Self { first, slack: 1e-5, ..plan }
     }
 
+    /// Returns the settings with a last barrier term of at least this.
+    pub fn down_to(self, last: f64) -> Self {
+        let last = self.last.max(last);
+        Self { first: self.first.max(last), last, ..self }
+    }
+
     /// Returns the settings for comparing optima on a coarse grid.
     pub fn roughly() -> Self {
         Self {

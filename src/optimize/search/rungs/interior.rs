@@ -5,8 +5,7 @@
 //! The cheapest coarse plan starts the solve on the requested grid.
 
 use crate::optimize::methods::method::Attempt;
-use crate::optimize::search::chains::{carry, descend, optimised};
-use crate::optimize::search::cheapest::resampled;
+use crate::optimize::search::chains::{carry, descend, optimised_along};
 use crate::optimize::search::coarse::chain_steps;
 use crate::optimize::search::detour::detours;
 use crate::optimize::search::found::Found;
@@ -23,8 +22,8 @@ impl<const N: usize> Climb<N> for Interior {
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
         if let Some(motion) = search.ask.along {
             let fine = search.chain(search.problem.steps);
-            for seed in resampled(&fine, "known", motion) {
-                found.keep(optimised(search, &fine, seed));
+            if let Some(attempt) = optimised_along(search, &fine, motion) {
+                found.keep(attempt);
             }
             return;
         }
