@@ -55,7 +55,9 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn Error>> {
         let began = Instant::now();
         let found = plan(&problem, &Settings::default(), None, &mut Silent)?;
         seconds.push(began.elapsed().as_secs_f64());
-        let off = held::missed(&problem, &found.solution.trajectory).unwrap_or(f64::INFINITY);
+        // A maneuver without a plan has no trajectory.
+        let trajectory = Some(&found.solution.trajectory).filter(|found| !found.time.is_empty());
+        let off = trajectory.and_then(|found| held::missed(&problem, found)).unwrap_or(f64::INFINITY);
         if found.status == Status::Solved && off < Settings::CONTINUOUS_TOLERANCE {
             good += 1;
             worst = worst.max(off);
