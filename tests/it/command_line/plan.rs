@@ -346,7 +346,7 @@ fn a_plan_under_constraints_tells_margins_and_is_verified_from_its_file() {
     // The plan for a wider cone would have to pass further out, and the plan without limits was not
     // requested.
     let wider = ["--set", cone, "--set", limit, "--set", "constraint.0.half_angle_deg=21"];
-    verify(&wider).ends(7).tells("constraint.0.half_angle_rad").tells("violated, margin -1.00 deg");
+    verify(&wider).ends(7).tells("constraint.0.half_angle_rad").tells("violated, margin -1.01 deg");
     verify(&["--set", "solver.target=discrete"])
         .ends(0)
         .tells("differs     constraint")

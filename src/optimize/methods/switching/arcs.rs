@@ -6,8 +6,8 @@
 //! amplifies nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton
 //! step is then the shortest one.
 
-use super::extremal::{ArcLaw, Extremal};
-use super::flow::{Course, Lanes, Node};
+use super::extremal::{Extremal};
+use super::flow::{Course, Node};
 use super::grid_step::Torque;
 use super::sequence::{Over, Sequence, Step, Swept};
 use super::smooth::Path;
@@ -15,10 +15,8 @@ use super::tuning::arcs::*;
 use super::tuning::smooth::{COSTATE_STEP, TIME_STEP};
 use super::tuning::{COARSER, FAR_ITERATIONS, FINE, SAME, UNDETERMINED};
 use crate::Vector3;
-use crate::numerics::widest::widest;
 use crate::optimize::nlp::kkt::{Kkt, Steps, untied};
 use nalgebra::{DMatrix, DVector};
-use std::f64::consts::TAU;
 
 /// One input goes to its other limit.
 #[derive(Clone, Copy, Debug)]
@@ -327,40 +325,4 @@ fn pulses(path: &Path, on: &[f64], cells: usize) -> Vec<(f64, f64)> {
 /// A node on the way from one to another.
 pub(super) fn between(a: &Node, b: &Node, part: f64) -> Node {
     a.plus(&b.minus(a), part)
-}
-
-/// How many steps of at most a part of the duration, and of a revolution at the rate of a node, cover a length.
-pub(super) fn steps(extremal: &Extremal, from: &Node, (length, duration): (f64, f64), longest: f64) -> usize {
-    let turns = (extremal.j_inverse * from.pi).norm() * length / TAU;
-    ((length / duration).max(turns) / longest).ceil().clamp(1.0, MOST_STEPS) as usize
-}
-
-/// Integrates one arc in steps of at most a part `longest` of the duration each, and of a revolution at the rate with which it begins.
-pub(super) fn over_arc<const L: usize>(
-    extremal: &Extremal,
-    m: &Vector3,
-    from: &Node,
-    law: &ArcLaw,
-    (length, duration): (f64, f64),
-    longest: f64,
-    lanes: &mut Lanes<L>,
-) -> Node {
-    let steps = steps(extremal, from, (length.abs(), duration), longest);
-    let (course, step) = (Course::of(extremal, m), length / steps as f64);
-    widest(
-        #[inline(always)]
-        || {
-            let mut node = *from;
-            for _ in 0..steps {
-                node = course.carried(
-                    &node,
-                    step,
-                    lanes,
-                    #[inline(always)]
-                    |_, e| law.at(e),
-                );
-            }
-            node
-        },
-    )
 }

@@ -16,9 +16,10 @@
 //! nothing of other branches: how often the answer is the best known is counted (`cargo run --release -p evidence --
 //! minimum_time`).
 
-use super::arcs::{Arcs, Switch, steps};
+use super::arcs::{Arcs, Switch};
 use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Node};
+use super::sequence::steps;
 use super::tuning::arcs::{TOGETHER, ZERO};
 use super::tuning::{FINE, POINTS};
 use crate::numerics::widest::widest;

@@ -16,15 +16,16 @@
     reason = "iterators are calls of their own, and narrow in widened code"
 )]
 
-use super::arcs::over_arc;
 use super::extremal::{ArcLaw, Extremal};
-use super::flow::{Lanes, Node};
+use super::flow::{Course, Lanes, Node};
 use super::grid_step::{StepMap, Torque};
+use super::tuning::arcs::MOST_STEPS;
 use crate::numerics::three::{apply, apply_transposed, cross, product};
 use crate::numerics::widest::widest;
 use crate::optimize::nlp::kkt::Kkt;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DMatrixView, DVector};
+use std::f64::consts::TAU;
 
 /// A part of an arc.
 #[derive(Clone, Copy, Debug)]
@@ -250,4 +251,40 @@ fn carried<const L: usize>(
     }
     lanes.0[3..9].copy_from_slice(&out[3..9]);
     out[9]
+}
+
+/// How many steps of at most a part of the duration, and of a revolution at the rate of a node, cover a length.
+pub(super) fn steps(extremal: &Extremal, from: &Node, (length, duration): (f64, f64), longest: f64) -> usize {
+    let turns = (extremal.j_inverse * from.pi).norm() * length / TAU;
+    ((length / duration).max(turns) / longest).ceil().clamp(1.0, MOST_STEPS) as usize
+}
+
+/// Integrates one arc in steps of at most a part `longest` of the duration each, and of a revolution at the rate with which it begins.
+pub(super) fn over_arc<const L: usize>(
+    extremal: &Extremal,
+    m: &Vector3,
+    from: &Node,
+    law: &ArcLaw,
+    (length, duration): (f64, f64),
+    longest: f64,
+    lanes: &mut Lanes<L>,
+) -> Node {
+    let steps = steps(extremal, from, (length.abs(), duration), longest);
+    let (course, step) = (Course::of(extremal, m), length / steps as f64);
+    widest(
+        #[inline(always)]
+        || {
+            let mut node = *from;
+            for _ in 0..steps {
+                node = course.carried(
+                    &node,
+                    step,
+                    lanes,
+                    #[inline(always)]
+                    |_, e| law.at(e),
+                );
+            }
+            node
+        },
+    )
 }

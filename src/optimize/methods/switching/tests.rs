@@ -1,6 +1,6 @@
 //! The pieces of minimum time against finite differences, closed forms and another program's optima.
 
-use super::arcs::{Arcs, over_arc};
+use super::arcs::Arcs;
 use super::branches::{Ask, branches};
 use super::certificate::Certificate;
 use super::discretize::of_arcs;
@@ -14,6 +14,7 @@ use super::moved::is_saddle;
 use super::pulses::optimum::best_arcs;
 use super::scaled::scaled;
 use super::search::search;
+use super::sequence::over_arc;
 use super::smooth::{Path as Smoothly, descend};
 use super::tuning::limits::NO_GAP;
 use super::work::{Halt, Work};
