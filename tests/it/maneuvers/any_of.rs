@@ -1,7 +1,6 @@
 //! Cones that hold in turns, of which at every time one is enough.
 
 use super::shortest::cone;
-use evidence::ends::to_end;
 use slewkit::maneuver::{
     Alternatives, Constraint, During, Fuel, Objective, Outcome, Problem, Rule, Settings, Side, Target,
 };
@@ -130,16 +129,6 @@ fn a_set_that_is_enough_all_along_costs_what_it_costs_alone() {
         planned(&problem.with_alternatives(Alternatives { name: "sky".into(), sets }), Target::Discrete);
     assert_eq!(found.status, Status::Solved);
     assert!((found.solution.cost / alone - 1.0).abs() < 1e-9, "{} and {alone}", found.solution.cost);
-}
-
-/// One pair of three trackers is free all along on a way that is far from that without them. It takes
-/// 45.12 s; the best way on which two pairs take turns takes 45.67 s.
-#[test]
-fn a_pair_is_found_far_from_the_way_without_trackers() {
-    let problem = to_end("roll in a band", "two of three trackers", "time", 0);
-    let found = planned(&problem, Target::Discrete);
-    assert_eq!(found.status, Status::Solved);
-    assert!(found.solution.cost < 45.13, "{}", found.solution.cost);
 }
 
 /// If no set holds at an end, this is reported, with the fault of each.
