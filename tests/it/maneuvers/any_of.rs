@@ -1,5 +1,6 @@
 //! Cones that hold in turns, of which at every time one is enough.
 
+use super::on_equal_steps::on_equal_steps;
 use super::shortest::cone;
 use slewkit::maneuver::{
     Alternatives, Constraint, During, Fuel, Objective, Outcome, Problem, Rule, Settings, Side, Target,

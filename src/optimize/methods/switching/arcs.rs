@@ -6,7 +6,7 @@
 //! amplifies nothing. Where fewer inputs switch than there are terminal conditions, the costates are not unique: the Newton
 //! step is then the shortest one.
 
-use super::extremal::{Extremal};
+use super::extremal::Extremal;
 use super::flow::{Course, Node};
 use super::grid_step::Torque;
 use super::sequence::{Over, Sequence, Step, Swept};
