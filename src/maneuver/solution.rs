@@ -279,13 +279,25 @@ pub struct InteriorWork {
 pub struct ContinuousCost {
     /// The estimate, in the unit of [`Solution::cost`].
     pub cost: f64,
-    /// By how much it may be off: the difference of the costs on both grids, in the same unit.
+    /// By how much it may be off, in the same unit: the difference of the costs on both grids, or
+    /// what landing costs, whichever is larger.
     pub error: f64,
 }
 
 impl ContinuousCost {
     pub(crate) fn new(cost: f64, error: f64) -> Self {
         Self { cost, error }
+    }
+}
+
+impl Solution {
+    /// Widens the error of the cost in continuous time by what landing costs: what has landed is a
+    /// motion in continuous time, so the optimum there costs no more.
+    pub(crate) fn widen_by_landing(&mut self) {
+        let landed = self.landing.as_ref().map_or(0.0, |landing| (self.cost - landing.cost_before).abs());
+        if let Some(continuous) = self.interior.as_mut().and_then(|work| work.continuous.as_mut()) {
+            continuous.error = continuous.error.max(landed);
+        }
     }
 }
 

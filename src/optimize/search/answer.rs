@@ -112,6 +112,7 @@ pub(super) fn write<const N: usize>(
     if let Some(work) = &mut solution.interior {
         work.continuous = estimated(search, attempt);
     }
+    solution.widen_by_landing();
 }
 
 /// Everything that is told of an attempt at a target other than the end of the maneuver.

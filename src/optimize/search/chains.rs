@@ -20,7 +20,6 @@
 
 use super::any_attitude;
 use super::asked;
-use super::cheapest::resampled;
 use super::coarse::chain_steps;
 use super::detour::detours;
 use super::found::{Found, cheapest_first, same};
@@ -235,4 +234,24 @@ pub(super) fn along(start: &str, trajectory: &Trajectory, dynamics: &Dynamics) -
         attitude: lie::project_to_rotation(&lie::rotation_from_quaternion(quaternion)),
     };
     path(start, &dynamics.grid, trajectory.quaternion.iter().enumerate().map(pose))
+}
+
+/// The path of a plan without constraints on the grid of a chain; none where there is no plan.
+pub(super) fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidate> {
+    let Some(duration) = quick.time.last() else { return Vec::new() };
+    let grid = &chain.model.dynamics.grid;
+    let pose = |node: usize| {
+        let time = duration * grid.time(node);
+        let after = quick.time.partition_point(|at| *at <= time).clamp(1, quick.time.len() - 1);
+        let [from, to] = [after - 1, after].map(|row| lie::rotation_from_quaternion(&quick.quaternion[row]));
+        let part = (time - quick.time[after - 1]) / (quick.time[after] - quick.time[after - 1]);
+        let part = part.clamp(0.0, 1.0);
+        let turn = lie::minus(&to, &from) * part;
+        let position = match &quick.position[..] {
+            [] => chain.model.start.position,
+            places => places[after - 1].lerp(&places[after], part) / chain.model.dynamics.units.length,
+        };
+        Pose { position, attitude: from * lie::exp(&turn) }
+    };
+    vec![path(&format!("minimum {objective}"), grid, (0..=grid.steps()).map(pose))]
 }

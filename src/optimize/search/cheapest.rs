@@ -21,7 +21,7 @@
 //! A search that is local in the duration too may miss a cheaper plan: least fuel in the duration found is therefore looked for once more.
 
 use super::advice;
-use super::chains::{effort_paths, unlimited_paths};
+use super::chains::{effort_paths, resampled, unlimited_paths};
 use super::coarse::chain_steps;
 use super::context::Context;
 use super::first_duration;
@@ -38,10 +38,8 @@ use crate::maneuver::problem::{Formulation, Motion, Problem, State, Stepping};
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{Outcome, Solution, Trajectory};
-use crate::mechanics::environment::{Free, Pose};
+use crate::mechanics::environment::Free;
 use crate::optimize::chain::model::Goal;
-use crate::optimize::chain::{Chain, path};
-use crate::optimize::discrete::candidate::Candidate;
 
 /// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
 /// sought.
@@ -281,24 +279,4 @@ fn of_dimension<const N: usize>(
         return unsolved;
     };
     cheapest.written(&search, &found)
-}
-
-/// The path of a plan without constraints on the grid of a chain; none where there is no plan.
-pub(super) fn resampled(chain: &Chain, objective: &str, quick: &Trajectory) -> Vec<Candidate> {
-    let Some(duration) = quick.time.last() else { return Vec::new() };
-    let grid = &chain.model.dynamics.grid;
-    let pose = |node: usize| {
-        let time = duration * grid.time(node);
-        let after = quick.time.partition_point(|at| *at <= time).clamp(1, quick.time.len() - 1);
-        let [from, to] = [after - 1, after].map(|row| lie::rotation_from_quaternion(&quick.quaternion[row]));
-        let part = (time - quick.time[after - 1]) / (quick.time[after] - quick.time[after - 1]);
-        let part = part.clamp(0.0, 1.0);
-        let turn = lie::minus(&to, &from) * part;
-        let position = match &quick.position[..] {
-            [] => chain.model.start.position,
-            places => places[after - 1].lerp(&places[after], part) / chain.model.dynamics.units.length,
-        };
-        Pose { position, attitude: from * lie::exp(&turn) }
-    };
-    vec![path(&format!("minimum {objective}"), grid, (0..=grid.steps()).map(pose))]
 }

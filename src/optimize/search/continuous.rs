@@ -7,7 +7,8 @@
 //! C ≈ C(h) + (C(h) − C(2h)) / 3 ,    to about |C(h) − C(2h)|
 //! ```
 //!
-//! Arcs in continuous time, where they are found, have the cost itself (`search/limited`).
+//! Both grids may be off alike. A plan that has landed is a motion in continuous time, so the optimum there costs no more than it:
+//! what landing costs counts as an error too. Arcs in continuous time, where they are found, have the cost itself (`search/limited`).
 
 use super::ladder::Search;
 use super::transfer::transfer;

@@ -48,6 +48,7 @@ impl Cheapest {
         }
         // A duration to the last bit.
         solution.cost = if of_duration { duration } else { cost };
+        solution.widen_by_landing();
         solution.rivals = rivals.iter().map(|(rival, cost)| rival_of_cost(&written, rival, *cost)).collect();
         held_to_all(&written, solution)
     }
