@@ -101,27 +101,6 @@ fn a_biased_body_lands_on_the_steps_that_are_chosen() {
     assert_eq!(planned("biased_wheel", &[]).status, Status::Solved);
 }
 
-/// A full wheel neither takes nor gives torque, so at every node between two at which it is full its
-/// input is zero, and not only the means of neighbouring inputs.
-#[test]
-fn full_wheels_rest() {
-    let found = planned("full_wheels", &[]);
-    assert_eq!(found.status, Status::Solved);
-    let trajectory = &found.solution.trajectory;
-    let (limit, torque, wheels) = (0.015, 0.002, 3);
-    let momentum = |node: usize, wheel: usize| trajectory.wheel_momentum[node * wheels + wheel];
-    let mut full = 0;
-    for wheel in 0..wheels {
-        let is_full = |node: usize| momentum(node, wheel).abs() > limit * (1.0 - 1e-6);
-        for node in (1..trajectory.time.len() - 1).filter(|node| (node - 1..=node + 1).all(is_full)) {
-            let held = trajectory.inputs(node)[wheel].abs();
-            assert!(held < 1e-3 * torque, "wheel {}, node {node}: {held:.1e} N m", wheel + 1);
-            full += 1;
-        }
-    }
-    assert!(full > 5, "{full}");
-}
-
 /// Zeniths by the package `oem`, by `sgp4` and Skyfield, and by Kepler's orbit \[deg\].
 #[test]
 fn directions_are_those_of_other_programs() {

@@ -14,13 +14,6 @@
 //! root of one smooth function, and the row is differentiated there by the envelope theorem. Where the extremum is at an end
 //! of the arc, the node's own row says all, and the arc's row is idle: two rows for one condition would make the active set
 //! degenerate.
-//!
-//! # Where does the momentum of a wheel keep its limit?
-//!
-//! On every drift, where it is constant, and at the end. At a node it lies between its values on the
-//! drifts beside it, so it keeps the limit there too. Rows of the nodes alone would let inputs
-//! alternate: while a wheel is full only the means of neighbouring inputs are zero, and each input
-//! is the negative of the one before.
 
 mod boresight;
 mod value;
@@ -131,7 +124,7 @@ impl LimitRows {
             let stages = match kind {
                 LimitKind::Size | LimitKind::Norm => model.first_input()..=model.steps,
                 LimitKind::Rate => model.first_input()..=model.steps - 1,
-                LimitKind::WheelMomentum => model.first_input()..=model.steps,
+                LimitKind::WheelMomentum => 1..=model.steps,
             };
             for stage in stages {
                 for (index, bound) in bounds.iter().enumerate().filter(|(_, bound)| bound.is_finite()) {

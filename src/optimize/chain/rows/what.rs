@@ -24,8 +24,7 @@ pub(crate) enum What {
     RateAxis { arc: bool, axis: usize, sign: f64, limit: f64 },
     /// `sign (w·R b) ≤ sign cos α`, at times; or `w·R b = cos α` at the node.
     Cone(Cone),
-    /// `sign h_i ≤ limit` of a wheel's momentum after the kick: on the drift that begins here, or at
-    /// the end.
+    /// `sign h_i ≤ limit` of a wheel's momentum.
     Wheel { wheel: usize, sign: f64, limit: f64 },
     /// `u_i ≥ 0`, as a part of its limit.
     Push { input: usize, limit: f64 },
@@ -194,9 +193,12 @@ impl What {
             }
             Self::Cone(cone) => cone.at(model, stage, place),
             Self::Wheel { wheel, sign, limit } => {
+                let lag = model.lag(stage);
+                let momentum = place.state.wheels[*wheel] + lag * place.inputs[model.forces + wheel];
                 let mut state = DVector::zeros(model.n);
                 state[6 + wheel] = sign / limit;
-                RowValue::half(sign * place.state.wheels[*wheel] / limit - 1.0, Some(state), None)
+                let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
+                RowValue::half(sign * momentum / limit - 1.0, Some(state), inputs)
             }
             Self::Push { input, limit } => {
                 RowValue::half(-place.inputs[*input] / limit, None, unit(*input, -1.0 / limit))

@@ -112,7 +112,7 @@ impl ChainProgram<'_> {
                 if row.is_duration(place) {
                     of_limit
                 } else if place < m {
-                    -stage.weight * sign / limit * factor(place)
+                    -stage.physical * sign / limit * factor(place)
                 } else {
                     sign / limit
                 }

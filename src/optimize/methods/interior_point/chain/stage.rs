@@ -136,6 +136,7 @@ impl ChainProgram<'_> {
     /// Returns the value of a row at its stage.
     pub(super) fn value(&self, row: &Row, k: usize, at: &Point, stage: &Stage, space: &Space) -> f64 {
         let Shape { m, coordinates: c, .. } = self.shape;
+        let model = self.model;
         if let (Bound::Roll(side), Some(family)) = (row.bound, self.family) {
             return side * at.states[(k + 1) * c - 1] / family.within() - 1.0;
         }
@@ -165,7 +166,10 @@ impl ChainProgram<'_> {
                 0.5 * (self.rate(*arc, k, stage).norm_squared() / (limit * s).powi(2) - 1.0)
             }
             What::RateAxis { arc, axis, sign, limit } => sign * self.rate(*arc, k, stage)[*axis] / limit - s,
-            What::Wheel { wheel, sign, limit } => sign * space.wheels[*wheel] / limit - s,
+            What::Wheel { wheel, sign, limit } => {
+                let u = space.inputs[model.forces + wheel];
+                sign * (space.wheels[*wheel] + (stage.weight - stage.physical) * u) / limit - s
+            }
             What::Cone(cone) => {
                 // Where it does not act it is far from its bound.
                 let equation = what.is_equation();
