@@ -279,8 +279,8 @@ pub struct InteriorWork {
 pub struct ContinuousCost {
     /// The estimate, in the unit of [`Solution::cost`].
     pub cost: f64,
-    /// By how much it may be off, in the same unit: the difference of the costs on both grids, or
-    /// what landing costs, whichever is larger.
+    /// By how much it may be off, in the same unit: the difference of the costs on both grids, and
+    /// what landing costs.
     pub error: f64,
 }
 
@@ -296,7 +296,7 @@ impl Solution {
     pub(crate) fn widen_by_landing(&mut self) {
         let landed = self.landing.as_ref().map_or(0.0, |landing| (self.cost - landing.cost_before).abs());
         if let Some(continuous) = self.interior.as_mut().and_then(|work| work.continuous.as_mut()) {
-            continuous.error = continuous.error.max(landed);
+            continuous.error += landed;
         }
     }
 }

@@ -69,6 +69,9 @@ pub(super) fn chosen(
         let before = best.take();
         if let Some(before) = &before {
             found.ladder.splice(0..0, before.ladder.iter().cloned());
+            if known.is_some() && found.rivals.is_empty() {
+                found.rivals.clone_from(&before.rivals);
+            }
         }
         if found.outcome != Outcome::Converged {
             let stalled = found.outcome == Outcome::Stalled;
