@@ -105,30 +105,25 @@ fn solved(problem: &Problem, kind: Kind) -> Attempt {
 }
 
 /// Maneuvers of each kind.
-const CASES: usize = 25;
+const CASES: usize = 8;
 
-/// From one start each, to round-off: 2,792 of 2,800 in a count of another implementation, in 13 to
-/// 21 iterations to 1e-8. A start may end in a valley; the search has others.
+/// Each from its one start, to round-off: 2,792 of 2,800 in a count of another implementation, in
+/// 13 to 21 iterations to 1e-8.
 #[test]
 fn everyday_maneuvers_are_solved_from_one_start() {
-    let mut lost = Vec::new();
     for kind in [Kind::Time, Kind::Rate, Kind::Cone, Kind::Effort] {
         let mut random = Random(kind as u64 + 1);
         let mut iterations = Vec::new();
         for case in 0..CASES {
             let attempt = solved(&everyday(&mut random, kind), kind);
             let told = (attempt.outcome, attempt.residual, attempt.stationarity);
-            if !attempt.converged() {
-                lost.push((kind, case, told));
-                continue;
-            }
-            assert!(attempt.residual < 1e-9 && attempt.stationarity < 1e-8, "{kind:?} {case}: {told:?}");
+            assert!(attempt.converged() && attempt.residual < 1e-9, "{kind:?} {case}: {told:?}");
+            assert!(attempt.stationarity < 1e-8, "{kind:?} {case}: {told:?}");
             iterations.extend(attempt.runs.first().map(|run| run.report.iterations));
         }
         iterations.sort();
-        assert!(iterations[iterations.len() / 2] < 45, "{kind:?} {iterations:?}");
+        assert!(iterations[CASES / 2] < 45, "{kind:?} {iterations:?}");
     }
-    assert!(lost.len() <= 3, "{lost:?}");
 }
 
 /// The whole plan, with its search over starts and its landing.
