@@ -290,17 +290,6 @@ impl ContinuousCost {
     }
 }
 
-impl Solution {
-    /// Widens the error of the cost in continuous time by what landing costs: what has landed is a
-    /// motion in continuous time, so the optimum there costs no more.
-    pub(crate) fn widen_by_landing(&mut self) {
-        let landed = self.landing.as_ref().map_or(0.0, |landing| (self.cost - landing.cost_before).abs());
-        if let Some(continuous) = self.interior.as_mut().and_then(|work| work.continuous.as_mut()) {
-            continuous.error += landed;
-        }
-    }
-}
-
 /// The nodes at which a constraint is active, and its multipliers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -520,6 +509,15 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// Widens the error of the cost in continuous time by what landing costs: what has landed is a
+    /// motion in continuous time, so the optimum there costs no more.
+    pub(crate) fn widen_by_landing(&mut self) {
+        let landed = self.landing.as_ref().map_or(0.0, |landing| (self.cost - landing.cost_before).abs());
+        if let Some(continuous) = self.interior.as_mut().and_then(|work| work.continuous.as_mut()) {
+            continuous.error += landed;
+        }
+    }
+
     /// Adds the price of the duration to every reported cost. It is used for a free duration that
     /// was planned as a given one.
     pub(crate) fn pay_for_time(&mut self, price: f64) {
