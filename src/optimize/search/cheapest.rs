@@ -141,17 +141,6 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     solution
 }
 
-/// Returns the cheapest plan of arcs of a free turn that keeps all constraints, without a search on
-/// equal steps.
-pub(super) fn of_arcs(problem: &Problem, context: &Context) -> Option<Solution> {
-    let free = problem.motion == Motion::Attitude && problem.is_free_turn();
-    if !free || problem.ends_in_any_attitude() || !may_be_unconstrained(problem) {
-        return None;
-    }
-    let bare = without_field(bare(problem));
-    switching::solve_unconstrained(&bare, context, &|plan| keeps_all(problem, plan)).within
-}
-
 /// A maneuver without its constraints, whose inputs may jump.
 fn bare(problem: &Problem) -> Problem {
     Problem {

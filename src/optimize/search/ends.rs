@@ -4,15 +4,19 @@
 //! time where the duration is sought and the target moves. The maneuver to the end that is found is then solved as any to a given end,
 //! with all its starts and senses.
 //!
-//! Inputs that switch under limits of their own alone have their plan in continuous time. Its best roll differs from that of the chain
-//! of equal steps by the square of the step, and is found from there by parabolas through least costs (`rolls`). To a target that moves
-//! the arrival T is then the first time at which the quickest plan to the end *at that time* takes no longer, a root of `T*(T) − T`.
+//! Inputs that switch under limits of their own alone have their plan in continuous time. Its best roll
+//! differs from that of the chain of equal steps by the square of the step, and is found from there by the
+//! slope of the least cost (`rolls`). To a target that moves the arrival T is then the first time at which
+//! the quickest plan to the end *at that time* takes no longer, a root of `T*(T) − T`. Both follow the
+//! extremals of one search by Newton on their arcs (`switching/followed`).
 
+use super::context::Context;
 use super::free_end::{self, FreeEnd, Reached};
 use super::halt::Halt;
 use super::illinois::Illinois;
-use super::rolls::Rolls;
+use super::rolls::{CLOSE, Rolls};
 use super::starts::GUESS;
+use super::switching::followed::Followed;
 use super::{Guess, Observer, PlanError, without_arcs};
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::objective::Objective;
@@ -39,9 +43,6 @@ const MOST_TIMES: usize = 40;
 /// time of inputs that switch by less.
 const BEFORE: f64 = 0.98;
 
-/// Relative difference of costs on the chain's grid up to which two ends may change places in continuous time.
-const CLOSE: f64 = 0.02;
-
 /// Solves a maneuver that ends on a target.
 pub(super) fn solve_to(
     problem: &Problem,
@@ -50,7 +51,7 @@ pub(super) fn solve_to(
     guess: Option<&Guess>,
     observer: &mut dyn Observer,
 ) -> Result<Solution, PlanError> {
-    let mut search = OnTarget { problem, aim, settings, guess, began: Instant::now(), observer };
+    let mut search = OnTarget { problem, aim, settings, guess, near: None, began: Instant::now(), observer };
     let moves = aim.moves(&problem.environment.frame_rate());
     let searched = match (problem.duration.known(), problem.duration.at_most()) {
         (Some(duration), _) => search.in_time(duration),
@@ -73,6 +74,8 @@ struct OnTarget<'a> {
     settings: &'a Settings,
     /// What is begun from too, in a given duration.
     guess: Option<&'a Guess>,
+    /// The extremal that was the quickest to an end before.
+    near: Option<Followed>,
     began: Instant,
     observer: &'a mut dyn Observer,
 }
@@ -174,7 +177,8 @@ impl OnTarget<'_> {
         mut reached: Vec<Reached>,
     ) -> Result<Vec<Reached>, Halt> {
         let settings = self.settings();
-        let mut rolls = Rolls::new(problem, *ends, &settings, self.observer);
+        let context = Context::new(&settings, self.observer);
+        let rolls = Rolls { problem, ends, context: &context };
         let best = reached.first().map_or(f64::NAN, |best| best.rival.cost);
         for end in reached.iter_mut().filter(|end| end.rival.cost <= best * (1.0 + CLOSE)) {
             if let Some(best) = rolls.lowest(ends.nearest(&end.attitude))? {
@@ -193,10 +197,11 @@ impl OnTarget<'_> {
             self.problem.clone().with_objective(self.problem.objective.with_time_price(time_price))
         };
         let all = priced(None).lasting(longest);
-        let mut all = OnTarget { problem: &all, observer: self.observer, ..*self }.in_time(longest)?;
+        let mut all =
+            OnTarget { problem: &all, near: None, observer: self.observer, ..*self }.in_time(longest)?;
         all.pay_for_time(price * longest);
         let sought = priced(Some(price));
-        let sought = OnTarget { problem: &sought, observer: self.observer, ..*self }.moving()?;
+        let sought = OnTarget { problem: &sought, near: None, observer: self.observer, ..*self }.moving()?;
         let is_plan = |solution: &Solution| solution.outcome == Outcome::Converged;
         let within = sought.trajectory.time.last().is_some_and(|duration| *duration <= longest);
         let cheaper = is_plan(&sought) && within && !(is_plan(&all) && all.cost <= sought.cost);
@@ -245,8 +250,9 @@ impl OnTarget<'_> {
         let time = self.arrival(best.time, &best.attitude)?;
         let ends = self.ends_at(time)?;
         let quick = self.quick();
-        let found =
-            Rolls::new(self.problem, ends, &quick, self.observer).lowest(ends.nearest(&best.attitude))?;
+        let context = Context::new(&quick, self.observer);
+        let rolls = Rolls { problem: self.problem, ends: &ends, context: &context };
+        let found = rolls.lowest(ends.nearest(&best.attitude))?;
         let attitude = found.map_or(best.attitude, |found| ends.at(found.roll).0);
         let time = self.arrival(time, &attitude)?;
         let mut slope = STANDS;
@@ -273,9 +279,18 @@ impl OnTarget<'_> {
     /// Returns how late the quickest plan to the roll of an attitude is, where the target is at `time`.
     fn late(&mut self, time: f64, attitude: &Matrix3) -> Result<Option<f64>, Halt> {
         let ends = self.ends_at(time)?;
+        let given = self.problem.facing(&ends, ends.nearest(attitude));
         let quick = self.quick();
-        let found = Rolls::new(self.problem, ends, &quick, self.observer).at(ends.nearest(attitude))?;
-        Ok(found.map(|found| takes(self.problem, &found.solution) - time))
+        let context = Context::new(&quick, self.observer);
+        let led = self.near.as_ref().and_then(|near| near.led(&given, &context));
+        let found = match led {
+            Some(led) => Some(led),
+            None => Followed::all(&given, &context, 0.0)?.into_iter().next(),
+        };
+        let Some(found) = found else { return Ok(None) };
+        let late = found.duration - time;
+        self.near = Some(found);
+        Ok(Some(late))
     }
 
     /// Returns the settings of plans that are compared.
@@ -289,14 +304,6 @@ fn with_rivals(mut found: Solution, reached: &[Reached]) -> Solution {
     found.rivals.extend(reached.iter().skip(1).map(|end| end.rival.clone()));
     found.rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     found
-}
-
-/// How long a plan takes \[s\]: that of inputs that switch in continuous time, which does not depend on the grid.
-fn takes(problem: &Problem, solution: &Solution) -> f64 {
-    let told = solution.switching.as_ref().filter(|_| solution.on_grid(problem).switches());
-    let continuous = told.map(|found| found.continuous_duration_s);
-    let recorded = || solution.trajectory.time.last().copied();
-    continuous.filter(|duration| duration.is_finite()).or_else(recorded).unwrap_or(f64::NAN)
 }
 
 /// A time, and how late a plan is that is to end then \[s\].

@@ -3,101 +3,95 @@
 //! The least cost `V(ρ)` of a maneuver to the end of roll ρ is planned as any maneuver to a given
 //! end, in continuous time. Its slope is the costate at the end about the boresight. From the roll that
 //! the chain of equal steps leads to, strides downhill and the root of the slope between the last two
-//! lead to the nearest minimum. V is the least of several extremals, so its kinks are concave and no
-//! minimum is at one.
+//! lead to the nearest minimum. All extremals of that roll are followed so: V is the least of them, its
+//! kinks are concave, and no minimum is at one.
 
-use super::cheapest::of_arcs;
 use super::context::Context;
 use super::halt::Halt;
 use super::illinois::Illinois;
-use super::tuning::SearchTuning;
-use super::{Observer, without_arcs};
+use super::switching;
+use super::switching::followed::Followed;
 use crate::Vector3;
 use crate::maneuver::aim::Ends;
 use crate::maneuver::problem::Problem;
-use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Outcome, Solution};
 use std::f64::consts::PI;
-use std::time::Instant;
 
 /// Part of the cost that is none.
 const GAINED: f64 = 1e-6;
 
-/// Steps of the grid on which rolls are compared, at most: arcs do not depend on it.
-const COMPARED: usize = 32;
+/// Relative difference of costs up to which two ends, or two extremals of one end, may change places
+/// between equal steps and continuous time, or from one roll to another.
+pub(super) const CLOSE: f64 = 0.02;
 
 /// Most evaluations about one minimum.
 const MOST_EVALUATIONS: usize = 8;
 
-/// A plan at one roll.
-#[derive(Clone)]
+/// What a plan to one roll costs.
+#[derive(Clone, Copy)]
 pub(super) struct Known {
     pub roll: f64,
-    /// What it costs in continuous time, which changes smoothly with the roll as that on a grid
-    /// does not.
+    /// In continuous time, where it changes smoothly with the roll as it does not on a grid.
     pub cost: f64,
-    /// The derivative of that.
+    /// The derivative of that by the roll.
     slope: f64,
-    pub solution: Solution,
 }
 
 /// Plans to ends of one time, roll after roll.
-pub(super) struct Rolls<'a> {
-    problem: Problem,
-    ends: Ends,
-    settings: Settings,
-    tuning: SearchTuning,
-    observer: &'a mut dyn Observer,
-    began: Instant,
+pub(super) struct Rolls<'a, 'c> {
+    pub problem: &'a Problem,
+    pub ends: &'a Ends,
+    pub context: &'a Context<'c>,
 }
 
-impl<'a> Rolls<'a> {
-    pub fn new(problem: &Problem, ends: Ends, settings: &Settings, observer: &'a mut dyn Observer) -> Self {
-        // Rolls are compared by their discrete optima; the plan of the best lands.
-        let settings = Settings { target: Target::Discrete, test_second_order: false, ..settings.clone() };
-        let problem = problem.clone().with_steps(problem.steps.min(COMPARED));
-        Self { problem, ends, settings, tuning: SearchTuning::default(), observer, began: Instant::now() }
+impl Rolls<'_, '_> {
+    /// Returns the minimum downhill of a roll; `None` where that roll has no plan.
+    pub fn lowest(&self, from: f64) -> Result<Option<Known>, Halt> {
+        if self.problem.shortest_pulse().is_some() {
+            let Some(first) = self.planned(from)? else { return Ok(None) };
+            return self.downhill(first, &mut |roll| self.planned(roll)).map(Some);
+        }
+        let extremals = Followed::all(&self.facing(from), self.context, CLOSE)?;
+        let mut best: Option<Known> = None;
+        for mut near in extremals {
+            let first = self.known(from, near.cost, &near.costates);
+            let mut at = |roll: f64| {
+                let Some(led) = near.led(&self.facing(roll), self.context) else { return Ok(None) };
+                near = led;
+                Ok(Some(self.known(roll, near.cost, &near.costates)))
+            };
+            let lowest = self.downhill(first, &mut at)?;
+            if best.is_none_or(|best| lowest.cost < best.cost) {
+                best = Some(lowest);
+            }
+        }
+        Ok(best)
     }
 
-    /// Returns the plan at a roll; `None` where there is none.
-    pub fn at(&mut self, roll: f64) -> Result<Option<Known>, Halt> {
-        let problem = self.problem.facing(&self.ends, roll);
-        if problem.check().is_err() {
-            // Cones leave nothing of some rolls.
-            return Ok(None);
-        }
-        let remaining = self.settings.time_limit.map(|limit| limit.saturating_sub(self.began.elapsed()));
-        let settings = Settings { time_limit: remaining, ..self.settings.clone() };
-        // Arcs do not depend on a grid, so that none is searched where they tell the cost.
-        let arcs = of_arcs(&problem, &Context::new(&settings, self.observer));
-        let solution = match arcs {
-            Some(arcs) => arcs,
-            None => without_arcs(&problem, &settings, None, self.observer)?,
-        };
+    /// Returns the maneuver to the end of a roll.
+    fn facing(&self, roll: f64) -> Problem {
+        self.problem.facing(self.ends, roll)
+    }
+
+    /// Returns what is known of a plan by the costates of attitude and momentum at its end.
+    fn known(&self, roll: f64, cost: f64, [turn, momentum]: &[Vector3; 2]) -> Known {
+        let (by_turn, by_rate) = self.ends.along_roll(&self.problem.end.angular_velocity);
+        let by_momentum = self.problem.body.inertia.j() * by_rate;
+        Known { roll, cost, slope: -turn.dot(&by_turn) - momentum.dot(&by_momentum) }
+    }
+
+    /// Plans the pulses to a roll; `None` where there is no plan.
+    fn planned(&self, roll: f64) -> Result<Option<Known>, Halt> {
+        let solution = switching::solve_discrete(&self.facing(roll), self.context);
         match solution.outcome {
             Outcome::Converged => {
                 let continuous = solution.switching.as_ref().map(|found| found.continuous_cost);
                 let cost = continuous.unwrap_or(solution.cost);
-                Ok(Some(Known { roll, cost, slope: slope(&problem, &self.ends, &solution), solution }))
+                Ok(costates_at_end(&solution).map(|costates| self.known(roll, cost, &costates)))
             }
             Outcome::TimeLimit | Outcome::Interrupted => Err(Halt::Stopped(Box::new(solution))),
             _ => Ok(None),
         }
-    }
-
-    /// Returns the plan at the minimum downhill of a roll; `None` where that roll has no plan.
-    pub fn lowest(&mut self, from: f64) -> Result<Option<Known>, Halt> {
-        let Some(mut best) = self.at(from)? else { return Ok(None) };
-        if !self.ends.has_roll() {
-            return Ok(Some(best));
-        }
-        for beside in self.tuning.beside {
-            let roll = self.held(from + beside);
-            if let Some(found) = self.at(roll)?.filter(|found| found.cost < best.cost) {
-                best = found;
-            }
-        }
-        self.downhill(best).map(Some)
     }
 
     /// Returns a roll within the band.
@@ -106,14 +100,18 @@ impl<'a> Rolls<'a> {
     }
 
     /// Returns the minimum downhill of a plan: the root of the slope.
-    fn downhill(&mut self, from: Known) -> Result<Known, Halt> {
-        let (mut best, mut reach, mut beyond) = (from, self.tuning.stride, None);
+    fn downhill(
+        &self,
+        from: Known,
+        at: &mut dyn FnMut(f64) -> Result<Option<Known>, Halt>,
+    ) -> Result<Known, Halt> {
+        let (mut best, mut reach, mut beyond) = (from, self.context.tuning.stride, None);
         for _ in 0..MOST_EVALUATIONS {
             let roll = self.held(best.roll - reach * best.slope.signum());
             if roll == best.roll || reach > PI {
                 break;
             }
-            match self.at(roll)? {
+            match at(roll)? {
                 Some(found) if found.slope * best.slope < 0.0 => {
                     beyond = Some(found);
                     break;
@@ -124,35 +122,29 @@ impl<'a> Rolls<'a> {
             }
         }
         let Some(mut beyond) = beyond else { return Ok(best) };
-        let (mut low, mut illinois) = (best.clone(), Illinois::new([best.slope, beyond.slope]));
+        let (mut low, mut illinois) = (best, Illinois::new([best.slope, beyond.slope]));
         for _ in 0..MOST_EVALUATIONS {
             let roll = low.roll + illinois.part() * (beyond.roll - low.roll);
             // By its slope the best is the lowest.
             if (best.slope * (roll - best.roll)).abs() <= GAINED * best.cost {
                 break;
             }
-            let Some(next) = self.at(roll)? else { break };
+            let Some(next) = at(roll)? else { break };
             let moved = usize::from(next.slope * low.slope < 0.0);
             illinois.moved(moved, next.slope);
             *[&mut low, &mut beyond][moved] = next;
-            let cheaper = if low.cost < beyond.cost { &low } else { &beyond };
+            let cheaper = if low.cost < beyond.cost { low } else { beyond };
             if cheaper.cost < best.cost {
-                best = cheaper.clone();
+                best = cheaper;
             }
         }
         Ok(best)
     }
 }
 
-/// Returns the derivative of the cost of a plan by the roll of its end, which the costates there are.
-fn slope(problem: &Problem, ends: &Ends, plan: &Solution) -> f64 {
+/// Returns the costates of the attitude and of the momentum at the end of a plan.
+fn costates_at_end(plan: &Solution) -> Option<[Vector3; 2]> {
     let costates = &plan.trajectory.costates;
-    let [turn, momentum] = [6, 3].map(|back| {
-        let first = costates.len().checked_sub(back);
-        first.map_or(Vector3::repeat(f64::NAN), |first| {
-            Vector3::from_column_slice(&costates[first..first + 3])
-        })
-    });
-    let (by_turn, by_rate) = ends.along_roll(&problem.end.angular_velocity);
-    -turn.dot(&by_turn) - momentum.dot(&(problem.body.inertia.j() * by_rate))
+    let first = costates.len().checked_sub(6)?;
+    Some([first, first + 3].map(|first| Vector3::from_column_slice(&costates[first..first + 3])))
 }

@@ -1,5 +1,6 @@
 //! Minimum time and fuel: the search for the best extremal, and the discrete optimum on the grid of the plan.
 
+pub(super) mod followed;
 mod pulses;
 mod record;
 

@@ -40,9 +40,6 @@ pub(super) struct SearchTuning {
     /// Largest scaled miss of the true motion at the end of a plan: beyond it the plan is none of
     /// this body (`evidence -- guard --part problems`).
     pub far: f64,
-    /// Rolls beside that of the chain that are looked at first \[rad\]: several extremals may have
-    /// their minima near it (`evidence -- rolls`).
-    pub beside: [f64; 4],
     /// First stride from the roll of the chain \[rad\], of second order in the step: a larger one
     /// takes more plans (`evidence -- rolls`).
     pub stride: f64,
@@ -61,7 +58,6 @@ impl Default for SearchTuning {
             one: 1e-5,
             clear_violation: 0.05,
             far: 1.0,
-            beside: [-0.2, -0.1, 0.1, 0.2],
             stride: 0.05,
         }
     }

@@ -50,13 +50,6 @@ impl Arcs {
 
     /// Arcs of the reversed maneuver as those of `extremal`.
     pub fn reversed(&self, extremal: &Extremal) -> Self {
-        let (mut signs, last) = (self.signs.clone(), self.switches.last());
-        for switch in &self.switches {
-            signs[switch.input] = -signs[switch.input];
-        }
-        let (node, start) = last.map_or((self.first, 0.0), |last| (last.node, last.time));
-        let (law, course) = (extremal.on_arc(&signs), Course::of(extremal, &self.m));
-        let end = course.reached(&node, self.duration - start, |_, e| law.at(e));
         let switched = |switch: &Switch| Switch {
             time: self.duration - switch.time,
             node: switch.node.reversed(extremal),
@@ -65,10 +58,26 @@ impl Arcs {
         Self {
             m: -extremal.end_attitude * self.m,
             duration: self.duration,
-            first: Node::at_start(extremal, end.e),
-            signs,
+            first: Node::at_start(extremal, self.end(extremal).e),
+            signs: self.last_signs(),
             switches: self.switches.iter().rev().map(switched).collect(),
         }
+    }
+
+    /// Returns the node at the end.
+    pub fn end(&self, extremal: &Extremal) -> Node {
+        let (node, start) = self.switches.last().map_or((self.first, 0.0), |last| (last.node, last.time));
+        let (law, course) = (extremal.on_arc(&self.last_signs()), Course::of(extremal, &self.m));
+        course.reached(&node, self.duration - start, |_, e| law.at(e))
+    }
+
+    /// Returns the signs of the inputs on the last arc.
+    fn last_signs(&self) -> Vec<f64> {
+        let mut signs = self.signs.clone();
+        for switch in &self.switches {
+            signs[switch.input] = -signs[switch.input];
+        }
+        signs
     }
 
     /// The pulses of the inputs along a smoothed path, for inputs that are mostly off: each has the area and the

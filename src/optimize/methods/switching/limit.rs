@@ -23,6 +23,7 @@ use super::tuning::limits::*;
 use super::tuning::smooth::ON_THE_WAY;
 use super::tuning::{FAR_ITERATIONS, SAME};
 use super::work::{Work, count};
+use crate::Vector3;
 
 /// What a branch becomes.
 #[derive(Clone, Debug)]
@@ -48,6 +49,27 @@ impl Limit {
         let reversed = |one: &Smoothed| Smoothed { path: one.path.reversed(extremal), ..*one };
         let limit = Self::of_arcs(&reversed(&self.branch), reversed(&self.smooth), (arcs, certificate));
         limit.is_exact(extremal).then_some(limit)
+    }
+
+    /// Returns what it becomes where the maneuver ends nearby; `None` where Newton leads to no such plan.
+    pub fn led(&self, extremal: &Extremal, work: &Work) -> Option<Self> {
+        if let Some((arcs, _)) = &self.arcs {
+            let arcs = polish(extremal, arcs.clone(), work).filter(|arcs| is_small(extremal, arcs))?;
+            return Some(Self { arcs: Some(arcs), ..self.clone() });
+        }
+        let epsilon = self.smooth.epsilon;
+        let smooth = Smooth::of(extremal, epsilon);
+        let path = smooth.solve(self.smooth.path.clone(), smooth.tolerance(), FAR_ITERATIONS, work)?;
+        Some(Self { smooth: Smoothed { path, epsilon }, ..self.clone() })
+    }
+
+    /// Returns the costate of the attitude in body axes and that of the momentum, at the end.
+    pub fn costates_at_end(&self, extremal: &Extremal) -> [Vector3; 2] {
+        let (m, end) = match &self.arcs {
+            Some((arcs, _)) => (arcs.m, arcs.end(extremal)),
+            None => (self.smooth.path.m, self.smooth.path.nodes[self.smooth.path.intervals()]),
+        };
+        [end.r.tr_mul(&m), end.e]
     }
 
     /// The same with arcs of larger gaps, the best first.

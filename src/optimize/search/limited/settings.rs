@@ -42,7 +42,7 @@ pub(super) struct OnEvents {
 pub(super) const ON_EVENTS: OnEvents = OnEvents {
     steps: [24, 48, 96],
     by_default: 2,
-    most: 100_000,
+    most: 40_000,
     read: 4,
     of_arc: 3,
     apart: 1e-4,

@@ -1,0 +1,67 @@
+//! Extremals whose inputs switch, followed from the end of a maneuver to others.
+//!
+//! The end changes with its roll, and with the time at which it is come to where the target moves. A whole
+//! search at one end finds all extremals. Newton on the arcs of each leads to ends nearby.
+
+use super::Extremals;
+use crate::Vector3;
+use crate::maneuver::problem::{Path, Problem};
+use crate::optimize::methods::switching::extremal::Extremal;
+use crate::optimize::methods::switching::limit::Limit;
+use crate::optimize::methods::switching::scaled::{Units, scaled};
+use crate::optimize::methods::switching::work::Work;
+use crate::optimize::search::context::Context;
+use crate::optimize::search::halt::Halt;
+use std::iter::once;
+
+/// An extremal of a maneuver to one end.
+#[derive(Clone)]
+pub(in crate::optimize::search) struct Followed {
+    limit: Limit,
+    /// What it costs in continuous time, in the unit of the objective.
+    pub cost: f64,
+    /// How long it takes \[s\].
+    pub duration: f64,
+    /// The costates of the attitude, in body axes, and of the momentum at the end, per radian and per N·m·s.
+    pub costates: [Vector3; 2],
+}
+
+impl Followed {
+    /// Returns the extremals that go the way that is asked for, the cheapest first: all that cost more
+    /// than it by a part of `close` at most.
+    ///
+    /// # Errors
+    /// What the search ends with where nothing is to move, or somebody asks to stop.
+    pub fn all(problem: &Problem, context: &Context, close: f64) -> Result<Vec<Self>, Halt> {
+        let extremals = match Extremals::of(problem, context, true) {
+            Ok(extremals) => extremals,
+            Err(_) if context.interrupt().is_none() => return Ok(Vec::new()),
+            Err(ended) => return Err(Halt::Stopped(ended)),
+        };
+        context.ladder.take();
+        let goes = |limit: &&Limit| problem.path == Path::Best || extremals.planned(limit).is_some();
+        let goes = extremals.allowed().filter(goes);
+        let mut found = goes.map(|limit| Self::of(limit.clone(), &extremals.extremal, &extremals.units));
+        let Some(best) = found.next() else { return Ok(Vec::new()) };
+        let dearest = best.cost * (1.0 + close);
+        Ok(once(best).chain(found.take_while(|next| next.cost <= dearest)).collect())
+    }
+
+    /// Returns the same to another end; `None` where Newton does not lead there.
+    pub fn led(&self, problem: &Problem, context: &Context) -> Option<Self> {
+        let (extremal, units) = scaled(problem)?;
+        let stop = || context.interrupt().is_some();
+        let limit = self.limit.led(&extremal, &Work::until(&stop))?;
+        Some(Self::of(limit, &extremal, &units))
+    }
+
+    fn of(limit: Limit, extremal: &Extremal, units: &Units) -> Self {
+        let [turn, momentum] = limit.costates_at_end(extremal);
+        Self {
+            cost: limit.cost(extremal) * units.cost(),
+            duration: limit.duration() * units.time,
+            costates: [turn * units.cost(), momentum * (units.cost() / units.momentum())],
+            limit,
+        }
+    }
+}
