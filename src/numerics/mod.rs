@@ -1,7 +1,6 @@
 //! Numerical tools without attitudes: factors, banded matrices, inertia of a matrix, figures for
 //! people.
 
-pub(crate) mod banded;
 pub(crate) mod compensated;
 pub(crate) mod cone;
 pub(crate) mod eight;

@@ -31,8 +31,6 @@ pub(crate) struct Evaluated<'a> {
     /// The rows of all limits.
     pub rows: Vec<RowValue>,
     pub cost: f64,
-    /// Who may stop what begins here.
-    pub watch: Watch<'a>,
 }
 
 impl Iterate {
@@ -41,7 +39,7 @@ impl Iterate {
         &self,
         model: &'a Model,
         limits: &'a LimitRows,
-        watch: Watch<'a>,
+        watch: Watch,
     ) -> Result<Evaluated<'a>, StepError> {
         let opening = step::opening(model, self.stretch(), &self.inputs[0]);
         let mut defects = Vec::with_capacity(model.steps + 1);
@@ -90,7 +88,6 @@ impl Iterate {
             terminal_slope,
             rows,
             cost,
-            watch,
         })
     }
 
@@ -146,18 +143,7 @@ impl Iterate {
     }
 }
 
-impl<'a> Evaluated<'a> {
-    /// The same chain at another iterate.
-    pub fn elsewhere(&self, iterate: &Iterate) -> Result<Self, StepError> {
-        iterate.evaluate(self.model, self.limits, self.watch)
-    }
-
-    /// The same with smooth rows: balls as half spaces.
-    pub fn smooth(mut self) -> Self {
-        self.rows.iter_mut().for_each(|value| *value = value.smooth());
-        self
-    }
-
+impl Evaluated<'_> {
     /// Derivative of the state of a stage with respect to its inputs, n×m.
     pub fn input_slope(&self, stage: usize) -> &DMatrix<f64> {
         if stage == 0 { &self.opening.by_inputs } else { &self.steps[stage - 1].b }

@@ -1,16 +1,14 @@
 //! A maneuver as a chain of stages, with its limits as rows: what the interior point and SCP plan.
 //!
-//! [`model`] is the chain and [`rows`] its limits. An [`iterate`] has the states and inputs of all stages; the first one follows
-//! a path ([`first_iterate`]). [`second_order`] tests the optimum that a method finds, by the matrix of [`kkt`] with the second
-//! derivatives of [`curvature`].
+//! [`model`] is the chain and [`rows`] its limits. An [`iterate`] has the states and inputs of all
+//! stages; the first one follows a path ([`first_iterate`]).
 
-pub(crate) mod curvature;
 pub(crate) mod first_iterate;
 pub(crate) mod iterate;
-pub(crate) mod kkt;
 pub(crate) mod model;
+#[cfg(test)]
+pub(crate) mod reference;
 pub(crate) mod rows;
-pub(crate) mod second_order;
 #[cfg(test)]
 pub(crate) mod tests;
 pub(crate) mod tuning;

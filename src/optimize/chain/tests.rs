@@ -1,10 +1,9 @@
 //! The chain against finite differences.
 
-use super::curvature::blocks;
+use super::first_iterate;
 use super::iterate::Iterate;
 use super::model::{self, ChainState as Node, Goal, Model, goal, state, step};
 use super::rows::{LimitRow, LimitRows, Place, RowValue, What};
-use super::{Multipliers, first_iterate};
 use crate::maneuver::constraint::{Constraint, Direction, During, Pointing, Rule, Side};
 use crate::maneuver::objective::{Fuel, Objective, Weights};
 use crate::maneuver::problem::{Problem, Scheme, State};
@@ -209,50 +208,6 @@ fn the_matrices_of_a_step_are_its_derivatives() {
             }
         }
     }
-}
-
-#[test]
-fn the_curvature_of_a_step_is_the_derivative_of_what_carries_costates_back() {
-    let mut random = Random(6);
-    let mut turned = 0;
-    for (problem, model) in chains().filter(|(_, model)| model.duration.is_none()) {
-        let rows = LimitRows::default();
-        let inputs: Vec<_> = (0..=model.steps).map(|_| random_inputs(&mut random, model.m)).collect();
-        let mut states = vec![step::opening(&model, stretch(&model), &inputs[0]).end];
-        for stage in 0..model.steps {
-            let end = step::step(&model, stage, &states[stage], &inputs[stage + 1]).unwrap().end;
-            states.push(end);
-        }
-        let at = Iterate { states, inputs }.evaluate(&model, &rows, Watch::NONE).unwrap();
-        let costates = (0..=model.steps).map(|_| DVector::from_fn(model.n, |_, _| random.uniform()));
-        let costates: Vec<DVector<f64>> = costates.collect();
-        let terminal = DVector::zeros(model.terminal_count());
-        let multipliers = Multipliers { costates, terminal, rows: Vec::new() };
-        let blocks = blocks(&at, &multipliers).unwrap();
-        for stage in [2, model.steps - 1] {
-            let (state, next) = (&at.iterate.states[stage], &at.iterate.inputs[stage + 1]);
-            let carried = |z: &DVector<f64>, next: &[f64]| {
-                let step = step::step(&model, stage, &state::moved(&model, state, z), next).unwrap();
-                step.a.tr_mul(&multipliers.costates[stage + 1])
-            };
-            let none = DVector::zeros(model.n);
-            for column in 0..model.n {
-                let along = |by: f64| carried(&unit(model.n, column, by), next);
-                let slope = (along(STEP) - along(-STEP)) / (2.0 * STEP);
-                let wrong = (slope - blocks[stage].state.column(column)).amax();
-                assert!(wrong < CLOSE, "{:?} state {column}: {wrong:.1e}", problem.environment);
-            }
-            let zero = DMatrix::zeros(model.n, model.m);
-            let by_inputs = blocks[stage].next.as_ref().unwrap_or(&zero);
-            turned += usize::from(by_inputs.amax() > 0.0);
-            for column in 0..model.m {
-                let along = |by: f64| carried(&none, &shifted(next, column, by));
-                let slope = (along(STEP) - along(-STEP)) / (2.0 * STEP);
-                assert!((slope - by_inputs.column(column)).amax() < CLOSE, "input {column}");
-            }
-        }
-    }
-    assert!(turned > 20, "{turned}");
 }
 
 /// Another duration than the stated one, where it is sought.

@@ -5,18 +5,13 @@ pub(super) const TIME_PRICE: f64 = 100.0;
 /// What a unit of impulse of the dearest input costs where fuel counts: a turn by about a radian takes a few units.
 pub(super) const FUEL_PRICE: f64 = 10.0;
 
-/// Step of the differences: states and inputs are of order one.
-pub(super) const STEP: f64 = 1e-5;
-
 /// Proximal term on the multipliers: keeps the matrix regular where rows repeat each other, or a symmetry
 /// makes a terminal condition follow from the others, and vanishes from the solution.
 pub(crate) const PROXIMAL: f64 = 1e-11;
 
-/// Least curvature that counts, as a part of the curvature of the effort: far above the error of differences.
-pub(super) const CURVATURE: f64 = 1e-6;
-/// Share of the largest multiplier from which on a row surely acts.
-pub(super) const SURE: f64 = 1e-7;
+/// Least curvature that counts, as a part of the curvature of the effort: far above round-off.
+pub(crate) const CURVATURE: f64 = 1e-6;
 /// A row nearer to its bound than this is met.
-pub(super) const MET: f64 = 1e-9;
+pub(crate) const MET: f64 = 1e-9;
 /// Elimination takes the cube of the unknowns of each stage; beyond this many operations it is left out.
-pub(super) const MOST_WORK: f64 = 1e11;
+pub(crate) const MOST_WORK: f64 = 1e11;

@@ -18,7 +18,6 @@ use crate::maneuver::solution::{
     ConvexWork, InteriorWork, Landing, Optimality, Outcome, Rival, Rung, Solution, Trajectory,
 };
 use crate::numerics::parallel;
-use crate::optimize::chain::second_order::descents;
 use crate::optimize::chain::{Chain, iterate, multipliers};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::second_order;
@@ -26,6 +25,7 @@ use crate::optimize::discrete::step::StepError;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::interior_point::chain::conditions::Conditions;
 use crate::optimize::methods::method::{Attempt, Watch};
 use crate::optimize::methods::shooting::newton::outcome_of;
 
@@ -204,7 +204,7 @@ pub(super) fn write_aimed<const N: usize>(
                     tested,
                     stationarity: attempt.stationarity,
                     conjugate_points: (effort && tested)
-                        .then(|| descents(&chain.model, &chain.rows, &iterate, &multipliers, &watch))
+                        .then(|| Conditions::of(chain, &iterate, &multipliers, &watch)?.descents())
                         .flatten(),
                     rank: chain.model.terminal_count(),
                     condition: f64::NAN,

@@ -3,7 +3,6 @@
 use super::ladder::Search;
 use super::record::{self, Recorded};
 use crate::maneuver::problem::{Motion, Problem};
-use crate::maneuver::settings::Method as Road;
 use crate::maneuver::solution::Outcome;
 use crate::optimize::chain::Chain;
 use crate::optimize::chain::model::Goal;
@@ -13,7 +12,6 @@ use crate::optimize::landing::{Aim, Landed, land_chain, land_costate, left};
 use crate::optimize::methods::interior_point::method::InteriorPoint;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::{Attempt, Method, Swept};
-use crate::optimize::methods::scp::method::ConvexIteration;
 use nalgebra::{DVector, SVector};
 
 /// Steps, as a multiple of those of the coarse grid, from whose sensitivity corrections begin.
@@ -58,16 +56,13 @@ fn costate_landed<const N: usize>(
     Some(Landed { attempt, target: found.state, landing: found.landing })
 }
 
-/// Solves again on a chain with a slightly different target, by the method that found the plan.
+/// Solves again on a chain with a slightly different target.
 ///
 /// Where several plans have the least cost the interior point finds their centre, which moves
 /// continuously with the target.
 fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, miss: f64) -> Option<Attempt> {
     let candidate = &attempt.candidate;
     let next = search.context.within(|budget| {
-        if candidate.provenance.method == Road::Scp {
-            return ConvexIteration { chain, options: &search.ask.last }.improve(candidate.clone(), budget);
-        }
         // The target has moved by little: from close by at first, then from farther away.
         let mut last = Attempt::failed(candidate.clone(), Outcome::Stalled);
         let warm = attempt.warm.as_deref();

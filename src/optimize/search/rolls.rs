@@ -17,8 +17,10 @@ use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Outcome, Solution};
 use std::f64::consts::PI;
 
-/// Part of the cost that is none.
-const GAINED: f64 = 1e-6;
+/// Part of the cost that is none: where extremals are followed, and of pulses, each of which is planned
+/// as a whole.
+const GAINED: f64 = 1e-10;
+const GAINED_BY_PULSES: f64 = 1e-6;
 
 /// Relative difference of costs up to which two ends, or two extremals of one end, may change places
 /// between equal steps and continuous time, or from one roll to another.
@@ -49,7 +51,7 @@ impl Rolls<'_, '_> {
     pub fn lowest(&self, from: f64) -> Result<Option<Known>, Halt> {
         if self.problem.shortest_pulse().is_some() {
             let Some(first) = self.planned(from)? else { return Ok(None) };
-            return self.downhill(first, &mut |roll| self.planned(roll)).map(Some);
+            return self.downhill(first, GAINED_BY_PULSES, &mut |roll| self.planned(roll)).map(Some);
         }
         let extremals = Followed::all(&self.facing(from), self.context, CLOSE)?;
         let mut best: Option<Known> = None;
@@ -60,7 +62,7 @@ impl Rolls<'_, '_> {
                 near = led;
                 Ok(Some(self.known(roll, near.cost, &near.costates)))
             };
-            let lowest = self.downhill(first, &mut at)?;
+            let lowest = self.downhill(first, GAINED, &mut at)?;
             if best.is_none_or(|best| lowest.cost < best.cost) {
                 best = Some(lowest);
             }
@@ -103,6 +105,7 @@ impl Rolls<'_, '_> {
     fn downhill(
         &self,
         from: Known,
+        gained: f64,
         at: &mut dyn FnMut(f64) -> Result<Option<Known>, Halt>,
     ) -> Result<Known, Halt> {
         let (mut best, mut reach, mut beyond) = (from, self.context.tuning.stride, None);
@@ -126,7 +129,7 @@ impl Rolls<'_, '_> {
         for _ in 0..MOST_EVALUATIONS {
             let roll = low.roll + illinois.part() * (beyond.roll - low.roll);
             // By its slope the best is the lowest.
-            if (best.slope * (roll - best.roll)).abs() <= GAINED * best.cost {
+            if (best.slope * (roll - best.roll)).abs() <= gained * best.cost {
                 break;
             }
             let Some(next) = at(roll)? else { break };

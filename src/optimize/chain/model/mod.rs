@@ -65,8 +65,6 @@ pub(crate) struct Pull {
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub dynamics: Dynamics,
-    /// The same without inputs.
-    pub unforced: Dynamics,
     /// Tangent dimension of a state.
     pub n: usize,
     /// Number of inputs.
@@ -163,7 +161,6 @@ impl Model {
             torque,
             first_torque,
             moves,
-            unforced: dynamics.without_inputs(),
             dynamics,
         };
         model.start.wheels = DVector::from_column_slice(stored) / units.momentum();

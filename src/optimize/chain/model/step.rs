@@ -190,12 +190,6 @@ pub fn step(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> 
     Ok(Step { end, a, b: kick.inputs * weight, arc: Arc::of(&drift.f, turn) })
 }
 
-/// The arc of step k alone.
-pub fn arc(model: &Model, stage: usize, state: &ChainState) -> Result<Arc, StepError> {
-    let (_, drift) = drift(model, stage, state)?;
-    Ok(Arc::of(&drift.f, drift.turn))
-}
-
 /// The drift of step k: the state between drift and kick, and how the relative attitude turns.
 fn drift(model: &Model, stage: usize, state: &ChainState) -> Result<(ChainState, DriftArc), StepError> {
     let mut turn = Matrix3xX::zeros(model.n);

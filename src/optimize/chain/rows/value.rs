@@ -41,23 +41,4 @@ impl RowValue {
             Self::Idle => -1.0,
         }
     }
-
-    /// Derivatives with respect to the state, the inputs, and those of the stage after, of a row that is smooth.
-    pub fn slopes(&self) -> [Option<&DVector<f64>>; 3] {
-        match self {
-            Self::Half { state, inputs, next, .. } => [state.as_ref(), inputs.as_ref(), next.as_ref()],
-            Self::Ball { .. } | Self::Idle => [None; 3],
-        }
-    }
-
-    /// The row as `c ≤ 0` with a smooth `c`: a ball as `(|v|² − 1)/2`.
-    pub fn smooth(&self) -> Self {
-        match self {
-            Self::Ball { v, state, inputs } => {
-                let row = |slope: &Matrix3xX<f64>| slope.tr_mul(v);
-                Self::half(0.5 * (v.norm_squared() - 1.0), state.as_ref().map(row), inputs.as_ref().map(row))
-            }
-            other => other.clone(),
-        }
-    }
 }

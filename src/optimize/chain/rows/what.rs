@@ -95,19 +95,6 @@ impl What {
         }
     }
 
-    /// Whether it is not linear.
-    pub fn is_curved(&self) -> bool {
-        !matches!(
-            self,
-            Self::InputSize { .. }
-                | Self::InputRate { .. }
-                | Self::Wheel { .. }
-                | Self::Push { .. }
-                | Self::Burn { .. }
-                | Self::BurnOfNorm { .. }
-        )
-    }
-
     /// Power of the duration with which the limit grows.
     pub fn growth(&self) -> i32 {
         match self {
@@ -126,16 +113,6 @@ impl What {
             }
             _ => None,
         }
-    }
-
-    /// Whether it is one of an arc.
-    pub fn is_of_arc(&self) -> bool {
-        matches!(
-            self,
-            Self::RateNorm { arc: true, .. }
-                | Self::RateAxis { arc: true, .. }
-                | Self::Cone(Cone { arc: true, .. })
-        )
     }
 
     /// Whether it is an equation.

@@ -178,12 +178,6 @@ impl Dynamics {
         Self { torque: wider(&self.torque), force: wider(&self.force), laws: None, ..self.clone() }
     }
 
-    /// The same with inputs that give nothing: what is left is the body and what acts on it.
-    pub(crate) fn without_inputs(&self) -> Self {
-        let none = |frame| Authority { matrix: Matrix3::zeros(), frame };
-        Self { torque: none(AxisFrame::Body), force: none(AxisFrame::Reference), laws: None, ..self.clone() }
-    }
-
     /// Whether there are inputs about every axis, and along every axis where the body translates.
     pub(crate) fn has_all_axes(&self) -> bool {
         self.weight_condition() < 1e9

@@ -17,9 +17,10 @@ use crate::mechanics::environment::Pose;
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::goal::with_goal;
 use crate::optimize::chain::model::{Goal, Model, Pull, step};
+use crate::optimize::chain::reference::newton::newton;
 use crate::optimize::chain::rows::{LimitRows, Place, RowValue, What};
 use crate::optimize::chain::tests::{chains, random_inputs, reference_slew, shot, straight, stretch};
-use crate::optimize::chain::{Chain, path};
+use crate::optimize::chain::{Chain, iterate, multipliers, path, with_iterate};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Dynamics;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
@@ -127,7 +128,9 @@ fn a_program_has_the_values_of_the_chain() {
             let state = &iterate.states[row.stage];
             let inputs = &iterate.inputs[row.stage];
             let next = iterate.inputs.get(row.stage + 1).unwrap_or(inputs);
-            let arc = (row.stage < model.steps).then(|| step::arc(model, row.stage, state).unwrap());
+            let none = vec![0.0; model.m];
+            let arc =
+                (row.stage < model.steps).then(|| step::step(model, row.stage, state, &none).unwrap().arc);
             let place = Place { state, inputs, next, arc: arc.as_ref() };
             if let RowValue::Half { c, .. } = row.what.at(model, row.stage, &place).smooth() {
                 assert!((c - values.rows[index]).abs() < 1e-12 * c.abs().max(1.0), "{:?} {c}", row.what);
@@ -424,8 +427,11 @@ fn the_reference_costs_are_met_and_multipliers_are_costates() {
         let above = found.cost * unit / cost - 1.0;
         assert!(found.converged() && above.abs() < 1e-10, "{share:?} {above:.1e}");
         assert!(found.stationarity < 1e-11, "{share:?} {:.1e}", found.stationarity);
-        let newton = ConvexIteration { chain: &chain, options: &ScpOptions::default() };
-        let newton = newton.improve(short(&chain), &BUDGET).candidate;
+        // From the path of SCP, which shares none of the interior point's derivatives.
+        let scp = ConvexIteration { chain: &chain, options: &ScpOptions::unpolished() };
+        let scp = scp.improve(short(&chain), &BUDGET).candidate;
+        let newton = newton(&chain.model, &chain.rows, &iterate(&scp), &multipliers(&scp)).unwrap();
+        let newton = with_iterate(scp, newton.iterate, newton.multipliers);
         let scale = newton.costates.iter().map(|costate| costate.amax()).fold(0.0, f64::max);
         let pairs = found.candidate.costates.iter().zip(&newton.costates);
         let off = pairs.map(|(a, b)| (a - b).amax()).fold(0.0, f64::max) / scale;

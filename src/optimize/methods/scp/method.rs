@@ -1,17 +1,21 @@
 //! SCP as a method: from the path of a candidate, and its inputs and multipliers where it has them,
 //! to an optimum within all limits.
 
-use super::tuning::VIOLATED;
+use super::tuning::{DEARER, VIOLATED};
 use super::{Convex, ScpOptions, run};
+use crate::maneuver::settings;
 use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
 use crate::optimize::chain::rows::LimitRows;
-use crate::optimize::chain::{Chain, multipliers, with_iterate};
+use crate::optimize::chain::{Chain, with_iterate};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
-use crate::optimize::methods::method::{Attempt, Budget, Method, Run};
+use crate::optimize::methods::interior_point::chain::conditions::Conditions;
+use crate::optimize::methods::interior_point::method::InteriorPoint;
+use crate::optimize::methods::interior_point::tuning::Tuning;
+use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
 
-/// The convex iteration, then Newton on the active set.
+/// The convex iteration, and then the last digits by the interior point.
 pub(crate) struct ConvexIteration<'a> {
     pub chain: &'a Chain,
     pub options: &'a ScpOptions,
@@ -20,41 +24,44 @@ pub(crate) struct ConvexIteration<'a> {
 impl Method for ConvexIteration<'_> {
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
         let Chain { model, rows } = self.chain;
-        let multipliers = (!candidate.costates.is_empty()).then(|| multipliers(&candidate));
         let start = self.chain.iterate(&candidate, &budget.watch);
-        let found = run(model, rows, start, multipliers, self.options, &budget.watch);
-        attempt(self.chain, candidate, found)
+        let found = match run(model, rows, start, self.options, &budget.watch) {
+            Some(convex) => attempt(self.chain, candidate, convex),
+            None => Attempt { runs: Vec::new(), ..Attempt::failed(candidate, Outcome::Stalled) },
+        };
+        if self.options.polish && found.converged() { self.polished(found, budget) } else { found }
     }
 }
 
-/// What an iteration made of a candidate; without runs where it could not be evaluated at all.
-fn attempt(chain: &Chain, candidate: Candidate, convex: Option<Convex>) -> Attempt {
-    let Some(convex) = convex else {
-        return Attempt { runs: Vec::new(), ..Attempt::failed(candidate, Outcome::Stalled) };
-    };
-    let shortfall = convex.polished.is_none().then(|| violated(&convex, &chain.rows));
-    let (steps, residual) = (candidate.steps(), convex.miss());
-    let Convex { subproblems, residuals, .. } = convex;
-    let last = residuals.last().copied().unwrap_or(f64::NAN);
-    let report = Report { outcome: convex.outcome, iterations: subproblems, residuals };
-    let mut runs = vec![Run { rung: None, steps, report }];
-    let (outcome, cost, stationarity, iterate, multipliers) = match convex.polished {
-        Some(polished) => {
-            if polished.iterations > 0 {
-                let residuals = vec![last, polished.residual];
-                let (outcome, iterations) = (Outcome::Converged, polished.iterations);
-                let report = Report { outcome, iterations, residuals };
-                runs.push(Run { rung: Some(Rung::Polish), steps, report });
-            }
-            let (cost, residual) = (polished.cost, polished.residual);
-            (Outcome::Converged, cost, residual, polished.iterate, polished.multipliers)
+impl ConvexIteration<'_> {
+    /// Ends the digits of a point that the convex iteration has converged to. An optimum that costs more
+    /// is another one.
+    fn polished(&self, found: Attempt, budget: &Budget) -> Attempt {
+        let tuning = Tuning::near();
+        let mut next = InteriorPoint::of(self.chain, &tuning).improve(found.candidate.clone(), budget);
+        let report = next.runs.pop().map(|run| Run { rung: Some(Rung::Polish), ..run });
+        let runs = found.runs.into_iter().chain(report).collect();
+        if !next.converged() || next.cost > found.cost * (1.0 + DEARER) {
+            let stopped = (budget.watch.interrupt)().unwrap_or(Outcome::Stalled);
+            let outcome = if next.converged() { Outcome::Stalled } else { stopped };
+            return Attempt { runs, work: found.work, ..Attempt::failed(found.candidate, outcome) };
         }
-        None => {
-            let settled = convex.outcome == Outcome::Converged;
-            let outcome = if settled { Outcome::Stalled } else { convex.outcome };
-            (outcome, f64::NAN, f64::NAN, convex.iterate, convex.multipliers)
-        }
-    };
+        next.candidate.provenance.method = settings::Method::Scp;
+        Attempt { runs, work: found.work, ..next }
+    }
+}
+
+/// Returns what an iteration made of a candidate.
+fn attempt(chain: &Chain, candidate: Candidate, convex: Convex) -> Attempt {
+    let converged = convex.outcome == Outcome::Converged;
+    let shortfall = (!converged).then(|| violated(&convex, &chain.rows));
+    let residual = convex.miss();
+    let Convex { outcome, iterate, multipliers, subproblems, residuals, .. } = convex;
+    let report = Report { outcome, iterations: subproblems, residuals };
+    let runs = vec![Run { rung: None, steps: candidate.steps(), report }];
+    let cost = if converged { iterate.cost(&chain.model) } else { f64::NAN };
+    let conditions = Conditions::of(chain, &iterate, &multipliers, &Watch::NONE);
+    let stationarity = conditions.filter(|_| converged).map_or(f64::NAN, |at| at.stationarity());
     let work = ConvexWork {
         subproblems,
         all_subproblems: subproblems,

@@ -4,15 +4,15 @@
 //! of every constraint that may be violated on the way. With weights `μ` and `ρ_g`
 //!
 //! ```text
-//! minimise   Σ κ ½(u+δu)ᵀW(u+δu) + ½ Σ z_kᵀ P_k z_k + μ D t + Σ ρ_g σ_g
+//! minimise   Σ κ ½(u+δu)ᵀW(u+δu) + μ D t + Σ ρ_g σ_g
 //! subject to z_0 = B_0 δu_0 + (1 − t) d_0 ,   z_{k+1} = A_k z_k + B_{k+1} δu_{k+1} + (1 − t) d_{k+1}
 //!            S z_N = −(1 − t) e ,             |ζ_k| ≤ Δ ,   0 ≤ t ≤ 1 ,   σ ≥ 0
 //!            rows: c + ∂c·δ ≤ σ_g ,           |v + ∂v·δ| ≤ 1 + σ_g ,       |c + ∂c·δ| ≤ σ_g of an equation
 //! ```
 //!
 //! `D` is the size of all defects. The virtual control `−t d_k` has one scalar: with `t = 1`, nothing
-//! moved and the slacks at the violations, the subproblem is always feasible. `P_k` is the convex part
-//! of the Lagrangian's second derivatives. The duals of the equations are `−λ_k`, those of the rows `ν`.
+//! moved and the slacks at the violations, the subproblem is always feasible. The duals of the
+//! equations are `−λ_k`, those of the rows `ν`.
 //!
 //! # What does the convex iteration solve?
 //!
@@ -80,8 +80,8 @@ pub(crate) struct Subproblem<'a> {
     model: &'a Model,
     rows: &'a LimitRows,
     solver: Option<ConeSolver>,
-    /// Accuracy asked of the cone solver in the next solve.
-    pub tolerance: f64,
+    /// Accuracy asked of the cone solver.
+    tolerance: f64,
     /// Who may end a solve.
     watch: Watch<'a>,
     /// Wall time inside the cone solver \[s\].
@@ -207,17 +207,16 @@ impl<'a> Subproblem<'a> {
         Self { model, rows, solver: None, tolerance, watch, seconds: 0.0, iterations: 0 }
     }
 
-    /// The best move from an iterate. `curvature` holds a positive semidefinite matrix per stage. With `after`, where a move
-    /// has led, the one that also makes up for the defects there: what the equations of motion lack beyond first order.
+    /// The best move from an iterate. With `after`, where a move has led, the one that also makes up
+    /// for the defects there: what the equations of motion lack beyond first order.
     pub fn solve(
         &mut self,
         at: &Evaluated,
-        curvature: &[DMatrix<f64>],
         weights: &Weights,
         after: Option<&Evaluated>,
     ) -> Result<Move, Failure> {
         let layout = ProgramLayout::of(self.model, self.rows);
-        let (draft, places) = self.draft(&layout, at, curvature, weights, after);
+        let (draft, places) = self.draft(&layout, at, weights, after);
         let answer = self.answer(draft)?;
         let Some(optimum) = answer.step() else {
             return Err(match answer {
@@ -250,7 +249,7 @@ impl<'a> Subproblem<'a> {
                 best.multipliers.rows[row] = optimum.z[*place] - optimum.z[place + 1];
             }
         }
-        best.predicted = best.promised(at, curvature, weights);
+        best.predicted = best.promised(at, weights);
         Ok(best)
     }
 
@@ -282,7 +281,6 @@ impl<'a> Subproblem<'a> {
         &self,
         layout: &ProgramLayout,
         at: &Evaluated,
-        curvature: &[DMatrix<f64>],
         weights: &Weights,
         after: Option<&Evaluated>,
     ) -> (Draft, Vec<usize>) {
@@ -293,8 +291,7 @@ impl<'a> Subproblem<'a> {
             let column = |j: usize| (0..=j).map(move |i| (first + i, first + j, block[(i, j)]));
             quadratic.extend((0..block.ncols()).flat_map(column));
         };
-        for (stage, curvature) in curvature.iter().enumerate() {
-            upper(layout.state(stage), curvature);
+        for stage in 0..=model.steps {
             upper(layout.inputs(stage), &model.input_weight(stage));
             let inputs = DVector::from_column_slice(&at.iterate.inputs[stage]);
             let slope = &model.weight * inputs * model.kick_weight(stage);
@@ -420,8 +417,8 @@ impl<'a> Subproblem<'a> {
 }
 
 impl Move {
-    /// Decrease of the merit function that the subproblem promises, its curvature included.
-    fn promised(&self, at: &Evaluated, curvature: &[DMatrix<f64>], weights: &Weights) -> f64 {
+    /// Decrease of the merit function that the subproblem promises.
+    fn promised(&self, at: &Evaluated, weights: &Weights) -> f64 {
         let model = at.model;
         let moved = |stage: usize| {
             let inputs = at.iterate.inputs[stage].iter().zip(self.inputs[stage].iter());
@@ -429,7 +426,6 @@ impl Move {
             model.kick_weight(stage) * objective::effort(&model.weight, &u)
         };
         let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();
-        let bend: f64 = self.states.iter().zip(curvature).map(|(z, p)| 0.5 * z.dot(&(p * z))).sum();
         let violations = at.violations();
         let relief: f64 = weights
             .violation
@@ -437,6 +433,6 @@ impl Move {
             .zip(violations.iter().zip(&self.slacks))
             .map(|(weight, (before, after))| weight * (before - after))
             .sum();
-        at.cost - moved - bend + weights.defect * (1.0 - self.left) * at.infeasibility() + relief
+        at.cost - moved + weights.defect * (1.0 - self.left) * at.infeasibility() + relief
     }
 }

@@ -1,4 +1,4 @@
-//! Every number of the convex iteration and of its polish that the theory does not give, by what it decides.
+//! Every number of the convex iteration that the theory does not give, by what it decides.
 //!
 //! Costs are of order ten, rotations in radians, residuals and violations relative. What the numbers trade is counted
 //! by `cargo run --release -p evidence -- families` (whether a plan under constraints is found, and its cost), and in time by
@@ -32,27 +32,9 @@ pub(super) const ABOVE_MULTIPLIERS: f64 = 2.0;
 /// A promised decrease below this share of what the violation costs is none.
 pub(super) const FUTILE: f64 = 1e-2;
 
-/// A move of less tells well which rows act, and one of less is worth a try of Newton \[rad\].
-pub(super) const SMALL: f64 = 5e-3;
-pub(super) const NEAR: f64 = 0.5;
-/// Newton may lead to a cost above that of the convex iteration by this part: more is another stationary point.
+/// The end of the digits may lead to a cost above that of the convex iteration by this part: more is
+/// another optimum.
 pub(super) const DEARER: f64 = 0.02;
-/// Accuracy of a subproblem, relative to the size of the move before it, and the poorest.
-pub(super) const ACCURACY: (f64, f64) = (1e-2, 1e-4);
 /// Unknowns from which the cone solver works on a thread of its own: it looks at nobody while it is made, nor within an iteration. With
 /// fewer that is over soon.
 pub(super) const LARGE: usize = 20_000;
-
-/// Newton's steps that turn a node by more than this \[rad\] are shortened.
-pub(super) const LONGEST_TURN: f64 = 0.4;
-/// Largest proximal term; the same times the largest multiplier; and the least share of a term that the next one is: the
-/// set of rows must keep up.
-pub(super) const WIDEST: f64 = 1e-3;
-pub(super) const WIDEST_BY_MULTIPLIER: f64 = 10.0;
-pub(super) const SLOWLY: f64 = 0.3;
-/// Iterations without progress after which the plain and the stabilised method give up.
-pub(super) const IDLE: [usize; 2] = [12, 25];
-/// Growth of the residual after which Newton does not come back.
-pub(super) const LOST: f64 = 100.0;
-/// Share of the largest multiplier below which one is taken for the cone solver's round-off.
-pub(super) const LIKELY: f64 = 1e-4;

@@ -32,6 +32,7 @@
 //! Multipliers are told in the terms of the chain's rows ([`ChainProgram::found`]), and costates
 //! are those after the kick, `λ^y = (I + κG)⁻ᵀ λ^x`.
 
+pub(crate) mod conditions;
 mod curvature;
 mod ends;
 pub(crate) mod family;

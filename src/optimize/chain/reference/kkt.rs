@@ -7,23 +7,12 @@
 //!
 //! with `C` the derivatives of dynamics, terminal conditions and acting rows. Its unknowns stand stage by
 //! stage, so that it couples neighbours alone.
-//!
-//! # Why is Newton stabilised where it fails?
-//!
-//! On a coast at a rate limit, or with a full wheel, rows of neighbouring nodes and arcs differ by O(h²): on a thousand steps
-//! they nearly repeat each other, and one equation too many makes multipliers that grow without bound and throw the active
-//! set about. A proximal term as large as the residual lets such rows share their multiplier until one of them is idle
-//! (stabilised sequential quadratic programming), and vanishes with the residual. Fine grids need it
-//! (`fine_grids_have_the_plans_of_coarse_ones` plans 1000 steps; `slew plan problems/limited_rate.toml --set
-//! maneuver.steps=100000` takes minutes). Where input rates are limited thousands of rows in a row act, and their multipliers
-//! are the smaller the finer the grid: from where the convex iteration has settled the term may therefore be as large as ten
-//! over the largest of them.
 
-use super::Multipliers;
+use super::super::Multipliers;
+use super::super::iterate::Evaluated;
+use super::super::model::Model;
+use super::super::rows::LimitRows;
 use super::curvature::blocks;
-use super::iterate::Evaluated;
-use super::model::Model;
-use super::rows::LimitRows;
 use crate::optimize::chain::tuning::PROXIMAL;
 use nalgebra::DMatrix;
 
@@ -100,9 +89,6 @@ impl Kkt {
         let layout = KktLayout::of(model, limits, active);
         let mut entries = Entries::default();
         for (stage, curvature) in curvature.iter().enumerate() {
-            if at.watch.stopped_at(stage) {
-                return None;
-            }
             let (l, u, z) = (layout.costate[stage], layout.inputs[stage], layout.states[stage]);
             (0..model.n).for_each(|i| entries.both(l + i, z + i, -1.0));
             entries.coupling(l, u, at.input_slope(stage));

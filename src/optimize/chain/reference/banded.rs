@@ -1,7 +1,5 @@
 //! Gaussian elimination with partial pivoting in a band: the linear systems of chains of stages.
 
-use super::widest::widest;
-
 /// A square band matrix, to be factored in place once.
 pub(crate) struct Banded {
     size: usize,
@@ -32,30 +30,15 @@ impl Banded {
     }
 
     /// Solves `A x = b` and stores the solution in `b`. Returns `false` if the matrix is singular
-    /// to working precision, or if `stopped`, which is called at every row of the elimination,
-    /// returns true.
-    pub fn solve(mut self, b: &mut [f64], stopped: &dyn Fn(usize) -> bool) -> bool {
-        widest(
-            #[inline(always)]
-            || self.eliminate(b, stopped),
-        )
-    }
-
-    #[inline(always)]
-    fn eliminate(&mut self, b: &mut [f64], stopped: &dyn Fn(usize) -> bool) -> bool {
+    /// to working precision.
+    pub fn solve(mut self, b: &mut [f64]) -> bool {
         let (size, half, width) = (self.size, self.half, self.width());
         let mut largest = 0.0f64;
-        for (row, values) in self.rows.chunks_exact(width).enumerate() {
-            if stopped(row) {
-                return false;
-            }
+        for values in self.rows.chunks_exact(width) {
             largest = values.iter().fold(largest, |largest, value| largest.max(value.abs()));
         }
         let negligible = largest * f64::EPSILON * 1e-4;
         for k in 0..size {
-            if stopped(k) {
-                return false;
-            }
             let below = (k + half).min(size - 1);
             // The element (row, k) is stored at column k + half − row of its row.
             let mut pivot = k;
@@ -129,7 +112,7 @@ mod tests {
             }
             let x = DVector::from_fn(size, |_, _| random.uniform());
             let mut b = &full * &x;
-            assert!(band.solve(b.as_mut_slice(), &|_| false));
+            assert!(band.solve(b.as_mut_slice()));
             let condition = full.svd(false, false).singular_values;
             let bound = 1e-13 * condition.max() / condition.min();
             assert!((b - x).amax() <= bound, "size {size}, half band {half}");
@@ -142,6 +125,6 @@ mod tests {
         for (row, column, value) in [(0, 0, 1.0), (0, 1, 1.0), (1, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0)] {
             band.add(row, column, value);
         }
-        assert!(!band.solve(&mut [1.0, 2.0, 3.0], &|_| false));
+        assert!(!band.solve(&mut [1.0, 2.0, 3.0]));
     }
 }

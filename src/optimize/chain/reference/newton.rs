@@ -17,40 +17,40 @@
 //! c + C δz − δ (ν⁺ − ν) = 0 ,     a row acts where ν + c/δ > 0
 //! ```
 //!
-//! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast. Multipliers are shares
-//! of a step, and on the finest grids a fixed bound on `δ` is nothing beside `1/ν`: there rows of how fast inputs change,
-//! of which thousands follow each other, contradict each other by a few at the ends of their arcs. From an iterate to which
-//! the convex iteration has settled, `δ` may therefore be as large as `1/ν` too.
+//! with `δ` as large as the residual: it vanishes with it, so that the end is as exact and as fast.
 //!
-//! An equation, as of a boresight that is held on a cone, acts always, and its multiplier has either sign.
-//!
-//! # Why Newton at the end, and not the cone solver to the last digit?
-//!
-//! The convex iteration converges linearly (a factor of about 0.37 on the reference slew), because the subproblem keeps only
-//! the convex part of the curvature; and a cone solver ends near 1e-9. Newton on the conditions of Karush, Kuhn and Tucker
-//! takes over after a few subproblems: semismooth, so that it corrects the active set on the way, and on a band matrix, so
-//! that it costs O(N). What it returns has residuals of round-off, and its multipliers are the costates of the shooting to
-//! 1e-11 (`cargo test --lib scp`).
-//!
-//! Subproblems on the way to that are solved no more exactly than the move before them was long. After a move that was not
-//! small plain Newton alone is tried: it ends what is near within a handful of iterations and fails elsewhere within a dozen,
-//! while the stabilised one takes as long as the subproblem that tells better.
+//! An equation, as of a boresight that is held on a cone, acts always, and its multiplier has either
+//! sign. Newton is plain at first, and stabilised where that fails.
 
-use super::ScpOptions;
+use super::banded::Banded;
+use super::kkt::Kkt;
 use crate::maneuver::solution::Outcome;
-use crate::numerics::banded::Banded;
 use crate::optimize::chain::Multipliers;
 use crate::optimize::chain::iterate::{Evaluated, Iterate};
-use crate::optimize::chain::kkt::Kkt;
 use crate::optimize::chain::model::Model;
 use crate::optimize::chain::model::state;
 use crate::optimize::chain::rows::{LimitRow, LimitRows, RowValue};
 use crate::optimize::chain::tuning::PROXIMAL;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::tuning::*;
 use crate::optimize::methods::shooting::newton::outcome_of;
 use nalgebra::DVector;
+
+/// Residual that is met, and steps at most.
+const TOLERANCE: f64 = 1e-11;
+const MOST: usize = 60;
+/// Steps that turn a node by more than this \[rad\] are shortened.
+const LONGEST_TURN: f64 = 0.4;
+/// The largest proximal term, and the least share of a term that the next one is: the set of rows must
+/// keep up.
+const WIDEST: f64 = 1e-3;
+const SLOWLY: f64 = 0.3;
+/// Iterations without progress after which the plain and the stabilised method give up.
+const IDLE: [usize; 2] = [12, 25];
+/// Growth of the residual after which Newton does not come back.
+const LOST: f64 = 100.0;
+/// Share of the largest multiplier below which one is taken for round-off.
+const LIKELY: f64 = 1e-4;
 
 /// A point that meets the conditions.
 #[derive(Clone)]
@@ -60,71 +60,24 @@ pub(crate) struct Polished {
     pub cost: f64,
     /// Largest residual of all conditions, costates relative to the largest one.
     pub residual: f64,
-    pub iterations: usize,
 }
 
-/// How well the multipliers that Newton begins from tell which rows act.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Told {
-    /// By a move that was not small, on the way: the next one may tell otherwise.
-    Vaguely,
-    /// Up to the cone solver's round-off, on the way.
-    Roughly,
-    /// The same where the convex iteration has settled.
-    Settled,
-}
-
-/// How Newton's method is stabilised.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Stabilised {
-    Not,
-    /// By a proximal term of at most [`WIDEST`].
-    Narrowly,
-    /// By one of at most [`WIDEST_BY_MULTIPLIER`] over the largest multiplier.
-    Widely,
-}
-
-impl Stabilised {
-    /// The largest proximal term.
-    fn widest(self, multipliers: &Multipliers) -> f64 {
-        match self {
-            Self::Not => PROXIMAL,
-            Self::Narrowly => WIDEST,
-            Self::Widely => {
-                (WIDEST_BY_MULTIPLIER / largest_multiplier(multipliers)).clamp(WIDEST, 1.0 / PROXIMAL)
-            }
-        }
-    }
-}
-
-/// Polishes an iterate, one to which the convex iteration has settled with more patience; `None` where Newton does not settle.
-///
-/// Far from the end plain Newton fails soon, and the stabilised one late: another subproblem is found sooner.
-pub(crate) fn polish(
+/// Returns the point that meets all conditions near an iterate; `None` where Newton does not settle.
+pub(crate) fn newton(
     model: &Model,
     rows: &LimitRows,
     iterate: &Iterate,
     multipliers: &Multipliers,
-    options: &ScpOptions,
-    told: Told,
-    watch: &Watch,
 ) -> Option<Polished> {
-    let newton = |stabilised: Stabilised| {
-        if watch.stopped() {
-            return None;
-        }
-        let at = iterate.evaluate(model, rows, *watch).ok()?.smooth();
-        let newton = Newton::new(at, multipliers.clone(), options.polish_tolerance, stabilised);
-        let (newton, report) = run(newton, options.newton, watch.interrupt);
+    let newton = |stabilised: bool| {
+        let at = iterate.evaluate(model, rows, Watch::NONE).ok()?.smooth();
+        let (newton, report) = run(Newton::new(at, multipliers.clone(), stabilised), MOST, &|| None);
         // At the end of its steps and where a matrix is singular the best point may do all the same.
         let ended = [Outcome::Converged, Outcome::IterationLimit, Outcome::Singular];
         let best = Some(newton.best).filter(|_| ended.contains(&report.outcome));
-        best.filter(|best| best.residual <= options.polish_tolerance)
+        best.filter(|best| best.residual <= TOLERANCE)
     };
-    let near = matches!(told, Told::Roughly | Told::Settled);
-    newton(Stabilised::Not)
-        .or_else(|| near.then(|| newton(Stabilised::Narrowly)).flatten())
-        .or_else(|| (told == Told::Settled).then(|| newton(Stabilised::Widely)).flatten())
+    newton(false).or_else(|| newton(true))
 }
 
 /// Newton's method, plain or stabilised.
@@ -136,38 +89,23 @@ struct Newton<'a> {
     /// Largest residual of all conditions.
     size: f64,
     best: Polished,
-    tolerance: f64,
-    stabilised: Stabilised,
+    stabilised: bool,
     proximal: f64,
-    iterations: usize,
     /// Iterations without progress.
     idle: usize,
 }
 
 impl<'a> Newton<'a> {
-    fn new(at: Evaluated<'a>, mut multipliers: Multipliers, tolerance: f64, stabilised: Stabilised) -> Self {
-        let plain = stabilised == Stabilised::Not;
-        let active = if plain { active(&at, &multipliers) } else { likely(&at, &multipliers) };
+    fn new(at: Evaluated<'a>, mut multipliers: Multipliers, stabilised: bool) -> Self {
+        let active = if stabilised { likely(&at, &multipliers) } else { active(&at, &multipliers) };
         multipliers.drop_idle(&active);
         let residuals = Residuals::of(&at, &multipliers);
         let size = residuals.largest(&at, &multipliers, &active);
-        let best = polished(&at, &multipliers, size, 0);
-        let widest = stabilised.widest(&multipliers);
+        let best = polished(&at, &multipliers, size);
+        let widest = widest(stabilised);
         let proximal = next_proximal(size, widest, widest);
-        let (iterations, idle) = (0, 0);
-        Self {
-            at,
-            multipliers,
-            active,
-            residuals,
-            size,
-            best,
-            tolerance,
-            stabilised,
-            proximal,
-            iterations,
-            idle,
-        }
+        let idle = 0;
+        Self { at, multipliers, active, residuals, size, best, stabilised, proximal, idle }
     }
 
     /// A Newton step, not too long.
@@ -186,8 +124,7 @@ impl<'a> Newton<'a> {
     /// Looks at the conditions where a step led to, and keeps the best point.
     fn judge(&mut self) {
         let rho = largest_multiplier(&self.multipliers).max(1e-3);
-        let plain = self.stabilised == Stabilised::Not;
-        let rho = if plain { rho } else { 1.0 / self.proximal };
+        let rho = if self.stabilised { 1.0 / self.proximal } else { rho };
         self.active = acting(&self.at, &self.multipliers, rho);
         self.multipliers.drop_idle(&self.active);
         self.residuals = Residuals::of(&self.at, &self.multipliers);
@@ -195,9 +132,9 @@ impl<'a> Newton<'a> {
         let better = self.size < 0.5 * self.best.residual;
         self.idle = if better { 0 } else { self.idle + 1 };
         if self.size < self.best.residual {
-            self.best = polished(&self.at, &self.multipliers, self.size, self.iterations);
+            self.best = polished(&self.at, &self.multipliers, self.size);
         }
-        self.proximal = next_proximal(self.size, self.proximal, self.stabilised.widest(&self.multipliers));
+        self.proximal = next_proximal(self.size, self.proximal, widest(self.stabilised));
     }
 }
 
@@ -208,12 +145,11 @@ impl Iteration for Newton<'_> {
 
     /// Whether no further step is worth its price: all digits are there, or none come any more.
     fn converged(&self) -> bool {
-        let floor = self.best.residual <= self.tolerance;
-        let plain = self.stabilised == Stabilised::Not;
-        let lost = plain && self.size > LOST * self.best.residual;
+        let floor = self.best.residual <= TOLERANCE;
+        let lost = !self.stabilised && self.size > LOST * self.best.residual;
         (floor && self.idle >= 1)
-            || self.size <= 1e-3 * self.tolerance
-            || self.idle >= IDLE[usize::from(!plain)]
+            || self.size <= 1e-3 * TOLERANCE
+            || self.idle >= IDLE[usize::from(self.stabilised)]
             || lost
     }
 
@@ -224,27 +160,24 @@ impl Iteration for Newton<'_> {
             Err(error) => return Some(outcome_of(error)),
         }
         self.multipliers = multipliers;
-        self.iterations += 1;
         self.judge();
         self.converged().then_some(Outcome::Converged)
     }
 }
 
+/// The largest proximal term of Newton, plain or stabilised.
+fn widest(stabilised: bool) -> f64 {
+    if stabilised { WIDEST } else { PROXIMAL }
+}
+
 /// The proximal term that follows one: as large as the residual, within bounds.
 fn next_proximal(residual: f64, last: f64, widest: f64) -> f64 {
-    (residual * (widest / WIDEST)).max(SLOWLY * last).clamp(PROXIMAL, widest)
+    residual.max(SLOWLY * last).clamp(PROXIMAL, widest)
 }
 
-fn polished(at: &Evaluated, multipliers: &Multipliers, residual: f64, iterations: usize) -> Polished {
+fn polished(at: &Evaluated, multipliers: &Multipliers, residual: f64) -> Polished {
     let (iterate, multipliers) = (at.iterate.clone(), multipliers.clone());
-    Polished { iterate, multipliers, cost: at.cost, residual, iterations }
-}
-
-/// An iterate that no Newton touches, with the residual that it has. Multipliers that are an interior
-/// point's round-off are cut to zero.
-pub(super) fn as_it_is(at: &Evaluated, multipliers: &Multipliers) -> Option<Polished> {
-    let at = at.iterate.evaluate(at.model, at.limits, Watch::NONE).ok()?.smooth();
-    Some(Newton::new(at, multipliers.clone(), 0.0, Stabilised::Not).best)
+    Polished { iterate, multipliers, cost: at.cost, residual }
 }
 
 impl Multipliers {
@@ -395,15 +328,10 @@ fn direction(
         .max()
         .unwrap_or(0);
     let mut band = Banded::new(layout.size, half);
-    for (index, (row, column, value)) in entries.into_iter().enumerate() {
-        if at.watch.stopped_at(index) {
-            return None;
-        }
-        if value != 0.0 {
-            band.add(row, column, value);
-        }
+    for (row, column, value) in entries.into_iter().filter(|(_, _, value)| *value != 0.0) {
+        band.add(row, column, value);
     }
-    if !band.solve(&mut right, &|row| at.watch.stopped_at(row)) {
+    if !band.solve(&mut right) {
         return None;
     }
     let part = |at: usize, count: usize| DVector::from_column_slice(&right[at..at + count]);

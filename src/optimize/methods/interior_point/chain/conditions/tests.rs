@@ -1,6 +1,6 @@
 //! The count against the shooting's conjugate points, and against costs along feasible curves.
 
-use super::descents;
+use super::Conditions;
 use crate::lie;
 use crate::maneuver::constraint::{Constraint, Direction, Pointing, Rule, Side};
 use crate::maneuver::objective::Objective;
@@ -9,15 +9,14 @@ use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::solution::{Outcome, Solution};
 use crate::mechanics::actuators::{Actuation, ActuatorSet, AxisFrame, Limits, Wheels};
 use crate::mechanics::environment::UniformGravity;
-use crate::optimize::chain::first_iterate;
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::Model;
 use crate::optimize::chain::model::step;
+use crate::optimize::chain::reference::newton::{Polished, newton};
 use crate::optimize::chain::rows::{LimitRows, RowValue};
+use crate::optimize::chain::{Chain, Multipliers, first_iterate};
 use crate::optimize::methods::method::Watch;
-use crate::optimize::methods::scp::polish::{Told, polish};
-use crate::optimize::methods::scp::{ScpOptions, run};
-use crate::optimize::search::{Silent, solve, solve_convex};
+use crate::optimize::search::{Silent, solve};
 use crate::testing::{Random, attitude_only, moving_ends};
 use crate::{Vector3, mechanics::environment::Pose};
 use nalgebra::{DMatrix, DVector};
@@ -65,6 +64,24 @@ fn within(problem: &Problem, free: &Solution, norm: bool, part: f64) -> Problem 
     problem.clone().with_actuation(Actuation::torques(channel))
 }
 
+/// What Newton on the acting rows alone makes of the path of a plan, which may be a saddle.
+fn along(problem: &Problem, plan: &Solution) -> Option<(Chain, Polished)> {
+    let chain = Chain::new(problem, problem.steps);
+    let (model, rows) = (&chain.model, &chain.rows);
+    let start = first_iterate::along(model, rows, &poses(plan), 1.0, &Watch::NONE);
+    let none = Multipliers {
+        costates: vec![DVector::zeros(model.n); model.steps + 1],
+        terminal: DVector::zeros(model.terminal_count()),
+        rows: vec![0.0; rows.rows.len()],
+    };
+    let found = newton(model, rows, &start, &none)?;
+    Some((chain, found))
+}
+
+fn descents(chain: &Chain, at: &Polished) -> Option<usize> {
+    Conditions::of(chain, &at.iterate, &at.multipliers, &Watch::NONE)?.descents()
+}
+
 /// Two counts that share nothing but the model's derivatives.
 #[test]
 fn descents_are_the_conjugate_points_of_the_shooting() {
@@ -84,12 +101,12 @@ fn descents_are_the_conjugate_points_of_the_shooting() {
             let limited = [false, true].map(|norm| within(&free, &found, norm, 0.85));
             for problem in [free].iter().chain(&limited) {
                 let Some(shot) = shot(problem) else { continue };
-                let along = Some(&shot.trajectory);
-                let convex = solve_convex(problem, &Settings::discrete(), true, along, &mut Silent).unwrap();
-                if convex.outcome == Outcome::Converged && (convex.cost / shot.cost - 1.0).abs() < 1e-9 {
+                let Some((chain, found)) = along(problem, &shot) else { continue };
+                let cost = found.cost * chain.model.dynamics.units.cost;
+                if (cost / shot.cost - 1.0).abs() < 1e-9 {
                     let points = shot.optimality.conjugate_points;
                     let torque = &problem.actuation.torque;
-                    assert_eq!(convex.optimality.conjugate_points, points, "{index} {path:?} {torque:?}");
+                    assert_eq!(descents(&chain, &found), points, "{index} {path:?} {torque:?}");
                     seen[points.unwrap().min(5)] += 1;
                 }
             }
@@ -250,53 +267,34 @@ fn descents_are_those_of_the_cost_along_curves_that_keep_what_acts() {
             if minima >= 12 && found.optimality.conjugate_points == Some(0) {
                 continue;
             }
-            // Newton alone stays near the extremal that it begins at, if what acts is not far from it; the
-            // convex iteration leaves saddles.
-            let options = ScpOptions::default();
-            let solved = |problem: &Problem| {
-                let model = Model::new(problem, problem.steps);
-                let rows = LimitRows::of(problem, &model);
-                let start = first_iterate::along(&model, &rows, &poses(&found), 1.0, &Watch::NONE);
-                run(&model, &rows, start, None, &options, &Watch::NONE)?.polished
-            };
             let mut fence = |depth: f64| {
                 let limited = within(&free, &found, index % 3 == 1, 1.0 - 0.03 * depth);
                 fenced(&limited, &found, depth, &mut random)
             };
             let reached = if index % 5 == 2 {
                 let problem = on_wheels(&fence(1.0));
-                solved(&problem).map(|polished| (problem, polished))
+                along(&problem, &found)
             } else {
-                solved(&free).and_then(|unlimited| {
+                along(&free, &found).and_then(|(_, unlimited)| {
                     [1.0, 0.3, 0.1, 0.03].into_iter().find_map(|depth| {
                         let problem = fence(depth);
-                        let model = Model::new(&problem, problem.steps);
-                        let rows = LimitRows::of(&problem, &model);
+                        let chain = Chain::new(&problem, problem.steps);
                         let mut multipliers = unlimited.multipliers.clone();
-                        multipliers.rows = vec![0.0; rows.rows.len()];
-                        let polished = polish(
-                            &model,
-                            &rows,
-                            &unlimited.iterate,
-                            &multipliers,
-                            &options,
-                            Told::Roughly,
-                            &Watch::NONE,
-                        )?;
-                        Some((problem, polished))
+                        multipliers.rows = vec![0.0; chain.rows.rows.len()];
+                        let found = newton(&chain.model, &chain.rows, &unlimited.iterate, &multipliers)?;
+                        Some((chain, found))
                     })
                 })
             };
-            let Some((problem, polished)) = reached else { continue };
-            let model = Model::new(&problem, problem.steps);
-            let rows = LimitRows::of(&problem, &model);
+            let Some((chain, polished)) = reached else { continue };
+            let (model, rows) = (&chain.model, &chain.rows);
             let multipliers = &polished.multipliers;
             let acting: Vec<bool> = multipliers.rows.iter().map(|multiplier| *multiplier > 0.0).collect();
             let states = rows.rows.iter().zip(&acting).filter(|(row, acts)| **acts && row.group > 0);
             let at_states = states.count() > 0;
-            let iterate = polished.iterate.replayed(&model).unwrap();
-            let Some(expected) = descents_along_curves(&model, &rows, &iterate, acting) else { continue };
-            let counted = descents(&model, &rows, &iterate, multipliers, &Watch::NONE);
+            let iterate = polished.iterate.replayed(model).unwrap();
+            let Some(expected) = descents_along_curves(model, rows, &iterate, acting) else { continue };
+            let counted = descents(&chain, &polished);
             assert_eq!(counted, Some(expected), "{index} {path:?}");
             *(if expected == 0 { &mut minima } else { &mut saddles }) += 1;
             *(if expected == 0 { &mut minima_at_states } else { &mut saddles_at_states }) +=
