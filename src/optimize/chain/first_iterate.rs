@@ -61,15 +61,14 @@ fn inputs(model: &Model, rows: &LimitRows, states: &[ChainState], stage: usize) 
     if stage < model.first_input() {
         return zero;
     }
-    let (end, slope) = if stage == 0 {
-        let opening = step::opening(model, states[0].stretch, &zero);
-        (opening.end, opening.by_inputs)
-    } else {
-        match step::step(model, stage - 1, &states[stage - 1], &zero) {
-            Ok(step) => (step.end, step.b),
+    let end = match stage.checked_sub(1) {
+        None => step::opening(model, states[0].stretch, &zero),
+        Some(before) => match step::step(model, before, &states[before], &zero) {
+            Ok(end) => end,
             Err(_) => return zero,
-        }
+        },
     };
+    let slope = step::by_inputs(model, stage, &end);
     let lack = state::difference(model, &states[stage], &end);
     // Where effort costs nothing the least inputs are as good as any.
     let price = model.weight.clone().cholesky().map(|factor| factor.solve(&slope.transpose()));

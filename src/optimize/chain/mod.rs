@@ -6,8 +6,6 @@
 pub(crate) mod first_iterate;
 pub(crate) mod iterate;
 pub(crate) mod model;
-#[cfg(test)]
-pub(crate) mod reference;
 pub(crate) mod rows;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -103,13 +101,6 @@ impl Chain {
             *multiplier *= grown * scale;
         }
         Attempt { candidate, ..found }
-    }
-
-    /// The worst violation of all rows at a candidate; `None` where it cannot be evaluated.
-    pub fn worst_violation(&self, candidate: &Candidate) -> Option<f64> {
-        let evaluated =
-            self.iterate(candidate, &Watch::NONE).evaluate(&self.model, &self.rows, Watch::NONE).ok()?;
-        Some(evaluated.rows.iter().map(|value| value.violation()).fold(f64::NEG_INFINITY, f64::max))
     }
 
     /// The iterate of a candidate: as it is, or the first one along its path.

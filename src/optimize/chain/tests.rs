@@ -1,9 +1,11 @@
 //! The chain against finite differences.
 
+use self::reference::rows::{Place, RowValue};
+use self::reference::step;
 use super::first_iterate;
 use super::iterate::Iterate;
-use super::model::{self, ChainState as Node, Goal, Model, goal, state, step};
-use super::rows::{LimitRow, LimitRows, Place, RowValue, What};
+use super::model::{ChainState as Node, Goal, Model, goal, state};
+use super::rows::{LimitRow, LimitRows, What};
 use crate::maneuver::constraint::{Constraint, Direction, During, Pointing, Rule, Side};
 use crate::maneuver::objective::{Fuel, Objective, Weights};
 use crate::maneuver::problem::{Problem, Scheme, State};
@@ -17,6 +19,8 @@ use crate::optimize::methods::method::Watch;
 use crate::testing::{Random, attitude_only, full_inertia, graded, moving_ends};
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DVector};
+
+pub(crate) mod reference;
 
 /// Step of the central differences, and what they may be off by: truncation and round-off.
 const STEP: f64 = 1e-5;
@@ -183,7 +187,7 @@ fn the_matrices_of_a_step_are_its_derivatives() {
         let inputs = random_inputs(&mut random, model.m);
         for stage in [3, model.steps - 1] {
             let step = step::step(&model, stage, &state, &inputs).unwrap();
-            let slope = |plus: model::Step, minus: model::Step| {
+            let slope = |plus: step::Step, minus: step::Step| {
                 let ends = state::difference(&model, &plus.end, &step.end)
                     - state::difference(&model, &minus.end, &step.end);
                 (ends / (2.0 * STEP), (plus.arc.turn - minus.arc.turn) / (2.0 * STEP))
@@ -193,7 +197,7 @@ fn the_matrices_of_a_step_are_its_derivatives() {
                     step::step(
                         &model,
                         stage,
-                        &state::moved(&model, &state, &unit(model.n, column, by)),
+                        &step::moved(&model, &state, &unit(model.n, column, by)),
                         &inputs,
                     )
                 };
@@ -243,7 +247,7 @@ fn the_derivatives_of_every_row_are_those_of_its_value() {
         let state = somewhere(&mut random, &model);
         let (inputs, next) = (random_inputs(&mut random, model.m), random_inputs(&mut random, model.m));
         let value = |row: &LimitRow, z: &DVector<f64>, inputs: &[f64], next: &[f64]| {
-            let moved = state::moved(&model, &state, z);
+            let moved = step::moved(&model, &state, z);
             let step = step::step(&model, row.stage, &moved, next).unwrap();
             let place = Place { state: &moved, inputs, next, arc: Some(&step.arc) };
             row.what.at(&model, row.stage, &place).smooth()

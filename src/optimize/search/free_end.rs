@@ -29,6 +29,7 @@ use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::methods::interior_point::chain::family::Family;
+use crate::optimize::methods::interior_point::method::worst_violation;
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::Attempt;
 
@@ -190,7 +191,7 @@ fn past_cones<const N: usize>(search: &Search<N>, coarse: &Chain, paths: Vec<Can
     };
     let least = Tuning::roughly().tolerance;
     let keeps =
-        |plan: &Attempt| coarse.worst_violation(&plan.candidate).is_some_and(|violation| violation <= least);
+        |plan: &Attempt| worst_violation(coarse, &plan.candidate).is_some_and(|violation| violation <= least);
     match found.plans() {
         [best, ..] if keeps(best) => vec![along(best)],
         plans => {

@@ -2,16 +2,13 @@
 //!
 //! A plan holds the states, costates and inputs of all its nodes at once, and the witnesses as much
 //! again. The interior point also holds its workspace, in proportion to the square of the unknowns
-//! of a stage, and after it the test of the second order the matrix of the conditions with its
-//! blocks. SCP holds the band matrix of Newton on the active set, or its cone program with the
-//! factors.
+//! of a stage. SCP holds its cone program with the factors.
 //!
 //! # How does a plan know what memory it takes?
 //!
 //! Of the interior point by counting what its parts allocate for a step, of all else by a measured
 //! rule: so many bytes a step, for each unknown and each row of a limit. `slew check` tells two
-//! figures where the shooting may be followed by the interior point, and for SCP, of which Newton
-//! takes a fraction of what the convex iteration takes. A plan of which even the smaller does not
+//! figures where the shooting may be followed by the interior point. A plan of which even the smaller does not
 //! fit into what the system gives (free memory, its group, `ulimit -v`) is refused with 6 and the
 //! steps that would fit; one of which the larger does not is warned of. `cargo run --release -p
 //! evidence -- memory` holds both against what plans take. An allocation that fails all the same
@@ -25,9 +22,8 @@ use crate::maneuver::problem::{Formulation, Problem};
 use crate::maneuver::settings::{Method, Settings};
 use crate::maneuver::{Motion, Rule};
 use crate::mechanics::actuators::{ActuatorSet, LimitKind};
-use crate::optimize::chain::rows::{LimitRow, RowValue};
+use crate::optimize::chain::rows::LimitRow;
 use crate::optimize::discrete::control_law;
-use crate::optimize::methods::scp::subproblem::BALL;
 
 /// The program itself, its threads and small grids \[bytes\].
 const BASE: f64 = 12e6;
@@ -36,15 +32,12 @@ const CHAIN_BASE: f64 = 17e6;
 /// Of each step, by what moves.
 const NODE: f64 = 200.0;
 const NODE_WITH_POSITION: f64 = 650.0;
-/// Of each step in Newton's matrix and the derivatives: for each unknown of a stage, and for each
-/// row of a limit.
-const NEWTON: [f64; 2] = [1300.0, 900.0];
-/// The same in the cone program and its factors.
+/// Of each step in the cone program and its factors: for each unknown of a stage, and for each row of
+/// a limit.
 const CONVEX: [f64; 2] = [5000.0, 3000.0];
 
-/// A number \[bytes\], and an element of a matrix with its two places.
+/// A number \[bytes\].
 const NUMBER: f64 = 8.0;
-const ELEMENT: f64 = 24.0;
 /// Numbers that the interior point holds for each unknown of a stage and for each row: points,
 /// multipliers, residuals, slacks, steps, and the best of each.
 const OF_UNKNOWN: f64 = 18.0;
@@ -52,16 +45,13 @@ const OF_ROW: f64 = 28.0;
 /// Numbers of a stage that do not go with its size: the attitude, three times, and what a step
 /// allocates.
 const OF_STAGE: f64 = 80.0;
-/// What a growing list has set aside, as a multiple of what is in it, on the mean.
-const GROWN: f64 = 1.33;
 
 /// Peak memory of a plan \[bytes\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeakMemory {
     /// What it takes as a rule.
     pub likely: f64,
-    /// What it may take, where the shooting or Newton on the active set does not find the plan
-    /// alone.
+    /// What it may take, where the shooting does not find the plan alone.
     pub most: f64,
 }
 
@@ -81,12 +71,10 @@ impl PeakMemory {
             return Self { likely: plain, most: plain };
         }
         if settings.method == Method::Scp {
-            let of = |[by_unknown, by_row]: [f64; 2]| {
-                let unknowns = state(problem) + problem.actuation.count() as f64;
-                let rows = limits(problem, BALL) + constraints(problem, BALL);
-                plain + steps * (by_unknown * unknowns + by_row * rows)
-            };
-            return Self { likely: of(NEWTON), most: of(CONVEX) };
+            let unknowns = state(problem) + problem.actuation.count() as f64;
+            let rows = limits(problem) + constraints(problem);
+            let likely = plain + steps * (CONVEX[0] * unknowns + CONVEX[1] * rows);
+            return Self { likely, most: likely };
         }
         let chain = CHAIN_BASE + nodes + steps * of_interior_point(problem, formulation);
         Self { likely: if shooting { plain } else { chain }, most: chain }
@@ -106,31 +94,22 @@ impl PeakMemory {
     }
 }
 
-/// What the interior point allocates for a step \[bytes\]: the chain with its rows, and the larger
-/// of the workspace and of the matrix for the test of the second order, which comes after it where
-/// effort is the cost.
+/// What the interior point allocates for a step \[bytes\]: the chain with its rows, and the workspace.
 fn of_interior_point(problem: &Problem, formulation: Formulation) -> f64 {
     let (inputs, given) = (problem.actuation.count() as f64, state(problem));
     let changes = problem.actuation.limits().any(|limit| limit.kind == LimitKind::Rate);
-    let is_effort = !problem.objective.switches();
     let sought = formulation == Formulation::Chain && problem.objective.counts_time();
     let n = given + f64::from(sought) + if changes { inputs } else { 0.0 };
     let m = inputs + burning(problem).map(lanes).sum::<usize>() as f64;
     let (z, ends) = (n + m, if problem.motion == Motion::RigidBody { 12.0 } else { 8.0 });
-    let (limits, constraints) = (limits(problem, 1), constraints(problem, 1));
+    let (limits, constraints) = (limits(problem), constraints(problem));
     let rows = limits + constraints;
     // Two Hessians and a step; P, W and U; vectors.
     let solver = NUMBER * (2.0 * z * z + n * z + (n + m) * (n + ends) + m * m + OF_UNKNOWN * z + OF_STAGE)
         // Slopes with their places: a limit depends on few unknowns, a constraint on all.
         + NUMBER * OF_ROW * rows + (NUMBER + 2.0) * (3.0 * limits + z * constraints);
-    let row = (size_of::<LimitRow>() + size_of::<RowValue>()) as f64 + NUMBER * (given + inputs);
-    let chain = NUMBER * (given * (given + inputs + 3.0) + 3.0 * inputs + OF_STAGE) + row * rows;
-    let (n, m) = (given, inputs);
-    // Of the rows of a stage about as many act as there are inputs.
-    let elements = 3.0 * n * n + 4.0 * n * m + m * m + 2.0 * n + 2.0 * m * (n + m);
-    let blocks = 2.0 * (2.0 * n + 2.0 * m).powi(2);
-    let tested = if is_effort { GROWN * ELEMENT * elements + NUMBER * blocks } else { 0.0 };
-    chain + solver.max(tested)
+    let chain = NUMBER * (given + 3.0 * inputs + OF_STAGE) + size_of::<LimitRow>() as f64 * rows;
+    chain + solver
 }
 
 /// Numbers of a state in a given duration.
@@ -139,10 +118,10 @@ fn state(problem: &Problem) -> f64 {
     if problem.motion == Motion::RigidBody { 12.0 } else { 6.0 + wheels as f64 }
 }
 
-/// Rows of the limits of actuators at one step, of which a ball takes so many.
-fn limits(problem: &Problem, ball: usize) -> f64 {
+/// Rows of the limits of actuators at one step.
+fn limits(problem: &Problem) -> f64 {
     let of_limits = problem.actuation.limits().map(|limit| match limit.kind {
-        LimitKind::Norm => ball,
+        LimitKind::Norm => 1,
         _ => 2 * limit.bounds.iter().filter(|bound| bound.is_finite()).count(),
     });
     // What burns is not less than nothing, to each side.
@@ -150,10 +129,10 @@ fn limits(problem: &Problem, ball: usize) -> f64 {
     of_limits.chain(of_fuel).sum::<usize>() as f64
 }
 
-/// Rows of the constraints of one step, at the node and on the arc, of which a ball takes so many.
-fn constraints(problem: &Problem, ball: usize) -> f64 {
+/// Rows of the constraints of one step, at the node and on the arc.
+fn constraints(problem: &Problem) -> f64 {
     let of_constraints = problem.constraints.iter().map(|constraint| match &constraint.rule {
-        Rule::RateNorm(_) => 2 * ball,
+        Rule::RateNorm(_) => 2,
         Rule::RateAxes(_) => 12,
         Rule::Pointing(pointing) => 2 * pointing.pairs().count(),
     });

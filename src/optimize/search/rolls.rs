@@ -77,7 +77,7 @@ impl Rolls<'_, '_> {
 
     /// Returns what is known of a plan by the costates of attitude and momentum at its end.
     fn known(&self, roll: f64, cost: f64, [turn, momentum]: &[Vector3; 2]) -> Known {
-        let (by_turn, by_rate) = self.ends.along_roll(&self.problem.end.angular_velocity);
+        let (by_turn, by_rate) = self.ends.along_roll(&self.facing(roll).end.angular_velocity);
         let by_momentum = self.problem.body.inertia.j() * by_rate;
         Known { roll, cost, slope: -turn.dot(&by_turn) - momentum.dot(&by_momentum) }
     }

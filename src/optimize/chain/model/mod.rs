@@ -1,4 +1,4 @@
-//! The maneuver as a chain of stages: states, inputs, one step with its matrices, in scaled units.
+//! The maneuver as a chain of stages: states, inputs, one step, in scaled units.
 //!
 //! ```text
 //! y_0 = kick_0(start, u_0) ,    y_{k+1} = kick_{k+1}(drift(y_k), u_{k+1}) ,    y_N = target
@@ -49,7 +49,6 @@ use crate::optimize::discrete::terminal::TerminalCondition;
 pub(crate) use goal::{FuelPrice, Goal};
 use nalgebra::{DMatrix, DVector, Matrix3xX, SVector};
 pub(crate) use state::{ChainState, costate_blocks};
-pub(crate) use step::{Arc, Opening, Step};
 
 /// An input of one stage that is drawn to a value: `½ weight (u − at)²` is added to what a method minimises, and not to the cost of a plan.
 /// Where the input has that value the term moves nothing.
@@ -102,8 +101,8 @@ pub(crate) struct Model {
     /// The first of the torque inputs.
     first_torque: usize,
     /// Axes of the wheels, those of the torque inputs; none without wheels.
-    wheel_axes: Matrix3xX<f64>,
-    moves: bool,
+    pub(in crate::optimize::chain) wheel_axes: Matrix3xX<f64>,
+    pub(in crate::optimize::chain) moves: bool,
 }
 
 impl Model {
@@ -233,12 +232,6 @@ impl Model {
         self.kick_weight(stage) * stretch.powi(self.effort_power)
     }
 
-    /// `κ_k W`, the curvature of the effort of a stage's inputs in a given duration. Lie–Euler has no `u_0`: any weight keeps it where it is.
-    pub fn input_weight(&self, stage: usize) -> DMatrix<f64> {
-        let weight = self.kick_weight(stage);
-        if weight > 0.0 { &self.weight * weight } else { DMatrix::identity(self.m, self.m) }
-    }
-
     /// How much of kick k the physical state lags behind the chain's.
     pub fn lag(&self, stage: usize) -> f64 {
         if stage < self.steps { self.dynamics.grid.ahead(stage) } else { 0.0 }
@@ -274,16 +267,6 @@ impl Model {
         self.dynamics.is_free()
     }
 
-    /// Whether input j acts on component i of a state at once.
-    pub fn reaches(&self, i: usize, j: usize) -> bool {
-        if self.wheels > 0 {
-            i == 6 + j
-        } else {
-            let (pushes, turns) = (j < self.forces, j >= self.first_torque);
-            pushes && (3..6).contains(&i) || turns && (self.pi()..self.pi() + 3).contains(&i)
-        }
-    }
-
     /// Number of terminal conditions.
     pub fn terminal_count(&self) -> usize {
         self.given().len()
@@ -294,14 +277,13 @@ impl Model {
         self.terminal.given(if self.moves { 12 } else { 6 })
     }
 
-    /// Error of a chain's last state, with nothing where that is free, and its derivative as if all were given.
-    fn ended(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
+    /// Terminal error of a chain's last state, 6 numbers on SO(3) and 12 on SE(3), those of what is free zero.
+    pub fn terminal_error(&self, state: &ChainState) -> DVector<f64> {
         let body = if self.moves { 12 } else { 6 };
         // The multipliers of these equations are the costate: none is asked for.
         let costate = Costate::from_vector(&SVector::<f64, 12>::zeros());
         let error = self.terminal.value::<12>(&state.point(), &costate);
         let mut error = DVector::from_column_slice(&error.as_slice()[12 - body..]);
-        let mut slope = DMatrix::identity(body, self.n);
         if self.duration.is_some() {
             let [momenta, stated] =
                 [&self.target_in(state.stretch), &self.target].map(|target| state::momenta(self, target));
@@ -310,23 +292,7 @@ impl Model {
         if self.wheels > 0 {
             let mut rows = error.rows_mut(3, 3);
             rows -= self.wheel_momentum(&state.wheels);
-            slope.view_mut((3, 6), (3, self.wheels)).copy_from(&-&self.wheel_axes);
         }
-        (error, slope)
-    }
-
-    /// Terminal error of a chain's last state, 6 numbers on SO(3) and 12 on SE(3), those of what is free zero.
-    pub fn terminal_error(&self, state: &ChainState) -> DVector<f64> {
-        self.ended(state).0
-    }
-
-    /// The terminal equations at a chain's last state, and their derivative, up to `J_r⁻¹` of the attitude error.
-    pub fn terminal(&self, state: &ChainState) -> (DVector<f64>, DMatrix<f64>) {
-        let (error, slope) = self.ended(state);
-        let given = self.given();
-        if given.len() == error.len() {
-            return (error, slope);
-        }
-        (error.select_rows(&given), slope.select_rows(&given))
+        error
     }
 }

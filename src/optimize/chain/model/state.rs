@@ -1,7 +1,6 @@
 //! States of the chain and their tangent vectors.
 
 use super::Model;
-use crate::lie;
 use crate::mechanics::environment::Pose;
 use crate::numerics::compensated::Sum;
 use crate::optimize::discrete::step::{Costate, Point};
@@ -75,22 +74,6 @@ pub fn difference(model: &Model, a: &ChainState, b: &ChainState) -> DVector<f64>
     out
 }
 
-/// `state ⊕ z`, in the same duration.
-pub fn moved(model: &Model, state: &ChainState, z: &DVector<f64>) -> ChainState {
-    let part = |row: usize| Vector3::new(z[row], z[row + 1], z[row + 2]);
-    let mut out = state.clone();
-    if model.moves {
-        out.position += part(0);
-        out.linear_momentum += part(3);
-    }
-    out.attitude = lie::project_to_rotation(&(state.attitude * lie::exp(&part(model.zeta()))));
-    out.momentum += part(model.pi());
-    if model.wheels > 0 {
-        out.wheels += z.rows(6, model.wheels);
-    }
-    out
-}
-
 /// The momenta of a state as a tangent vector.
 pub(super) fn momenta(model: &Model, state: &ChainState) -> DVector<f64> {
     let mut momenta = DVector::zeros(model.n);
@@ -100,11 +83,6 @@ pub(super) fn momenta(model: &Model, state: &ChainState) -> DVector<f64> {
     momenta.rows_mut(model.pi(), 3).copy_from(&state.momentum);
     momenta.rows_mut(6, model.wheels).copy_from(&state.wheels);
     momenta
-}
-
-/// Length of a move of one state: its rotation \[rad\].
-pub fn length(model: &Model, z: &DVector<f64>) -> f64 {
-    z.rows(model.zeta(), 3).norm()
 }
 
 /// A costate of the chain as the planner orders it.

@@ -1,52 +1,24 @@
-//! Kick and drift of the chain, with their matrices.
+//! Kick and drift of the chain.
 
 use super::{ChainState, Model};
-use crate::lie::{self, hat};
+use crate::lie;
 use crate::mechanics::environment::{Blocks, Wrench};
 use crate::optimize::discrete::step::StepError;
 use crate::{Matrix3, Vector3};
-use nalgebra::{DMatrix, DVector, Matrix3xX};
-
-/// One step and its matrices, in the duration that it has: `z⁺ = A z + B δu`.
-pub(crate) struct Step {
-    pub end: ChainState,
-    pub a: DMatrix<f64>,
-    pub b: DMatrix<f64>,
-    pub arc: Arc,
-}
-
-/// How the body turns on a step.
-pub(crate) struct Arc {
-    /// Rotation vector, `log F`.
-    pub turn: Vector3,
-    /// Its derivative with respect to the state before, 3×n.
-    pub slope: Matrix3xX<f64>,
-}
-
-/// The opening kick: `y_0`, and its derivative with respect to `u_0`, n×m.
-pub(crate) struct Opening {
-    pub end: ChainState,
-    pub by_inputs: DMatrix<f64>,
-}
-
-/// The relative attitude `F` of a drift, and `ξ` of `δF = F S(ξ)` by the state before, 3×n.
-struct DriftArc {
-    f: Matrix3,
-    turn: Matrix3xX<f64>,
-}
+use nalgebra::{DMatrix, DVector};
 
 /// A kick at one pose: `momenta += κ (value)`, with derivatives before the weight κ.
-struct Kick {
+pub(in crate::optimize::chain) struct Kick {
     wrench: Wrench,
     /// What the environment has in it.
     field: Wrench,
-    gradient: Blocks,
+    pub gradient: Blocks,
     /// n×m.
-    inputs: DMatrix<f64>,
+    pub inputs: DMatrix<f64>,
 }
 
 /// The kick at a state under `inputs`.
-fn kick(model: &Model, state: &ChainState, inputs: &[f64]) -> Kick {
+pub(in crate::optimize::chain) fn kick(model: &Model, state: &ChainState, inputs: &[f64]) -> Kick {
     let (pose, squared) = (state.pose(), state.stretch * state.stretch);
     let r = &pose.attitude;
     let mut columns = DMatrix::zeros(model.n, model.m);
@@ -131,7 +103,13 @@ pub fn costate_after_kick(
 }
 
 /// Applies a kick of weight `weight`.
-fn kicked(model: &Model, state: &ChainState, kick: &Kick, inputs: &[f64], weight: f64) -> ChainState {
+pub(in crate::optimize::chain) fn kicked(
+    model: &Model,
+    state: &ChainState,
+    kick: &Kick,
+    inputs: &[f64],
+    weight: f64,
+) -> ChainState {
     let mut out = state.clone();
     out.momentum += kick.wrench.moment * weight;
     if model.moves {
@@ -144,7 +122,12 @@ fn kicked(model: &Model, state: &ChainState, kick: &Kick, inputs: &[f64], weight
 }
 
 /// `G z` of a kick's gradient, added with `weight` to the rows of the momenta: `A ← (I + κ G) A`.
-fn add_gradient(model: &Model, matrix: &mut DMatrix<f64>, gradient: &Blocks, weight: f64) {
+pub(in crate::optimize::chain) fn add_gradient(
+    model: &Model,
+    matrix: &mut DMatrix<f64>,
+    gradient: &Blocks,
+    weight: f64,
+) {
     let (zeta, pi) = (model.zeta(), model.pi());
     let rotation = matrix.rows(zeta, 3).into_owned();
     let mut to_momentum = gradient.rr * &rotation;
@@ -159,59 +142,41 @@ fn add_gradient(model: &Model, matrix: &mut DMatrix<f64>, gradient: &Blocks, wei
     rows += to_momentum * weight;
 }
 
-/// The opening kick of a maneuver that takes `stretch` times the stated duration.
-pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> Opening {
-    let (start, weight) = (model.start_in(stretch), model.kick_weight(0));
-    let kick = kick(model, &start, inputs);
-    let end = kicked(model, &start, &kick, inputs, weight);
-    Opening { end, by_inputs: kick.inputs * weight }
+/// The state after the opening kick of a maneuver that takes `stretch` times the stated duration.
+pub fn opening(model: &Model, stretch: f64, inputs: &[f64]) -> ChainState {
+    after_kick(model, 0, &model.start_in(stretch), inputs)
 }
 
 /// Step k: from `y_k` under `u_{k+1}` to `y_{k+1}`.
-pub fn step(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> Result<Step, StepError> {
-    let (zeta, pi) = (model.zeta(), model.pi());
-    let (mut end, drift) = drift(model, stage, state)?;
-    // z' = A0 z: ζ' = Fᵀζ + ξ and δΠ' = FᵀδΠ + S(Π')ξ, where ξ is how far the arc itself is turned.
-    let turn = drift.turn;
-    let mut a = DMatrix::identity(model.n, model.n);
-    a.rows_mut(zeta, 3).copy_from(&turn);
-    a.view_mut((zeta, zeta), (3, 3)).copy_from(&drift.f.transpose());
-    a.rows_mut(pi, 3).copy_from(&(hat(&end.momentum) * &turn));
-    let mut block = a.view_mut((pi, pi), (3, 3));
-    block += drift.f.transpose();
-    if model.moves {
-        let h = model.dynamics.grid.step(stage);
-        (0..3).for_each(|axis| a[(axis, axis + 3)] = h);
-    }
-    let weight = model.kick_weight(stage + 1);
-    let kick = kick(model, &end, inputs);
-    add_gradient(model, &mut a, &kick.gradient, weight);
-    end = kicked(model, &end, &kick, inputs, weight);
-    Ok(Step { end, a, b: kick.inputs * weight, arc: Arc::of(&drift.f, turn) })
+pub fn step(
+    model: &Model,
+    stage: usize,
+    state: &ChainState,
+    inputs: &[f64],
+) -> Result<ChainState, StepError> {
+    Ok(after_kick(model, stage + 1, &drift(model, stage, state)?.0, inputs))
 }
 
-/// The drift of step k: the state between drift and kick, and how the relative attitude turns.
-fn drift(model: &Model, stage: usize, state: &ChainState) -> Result<(ChainState, DriftArc), StepError> {
-    let mut turn = Matrix3xX::zeros(model.n);
-    let mut by_momentum = turn.view_mut((0, model.pi()), (3, 3));
+/// The derivative of the state of a stage by its inputs, n×m.
+pub fn by_inputs(model: &Model, stage: usize, state: &ChainState) -> DMatrix<f64> {
+    kick(model, state, &vec![0.0; model.m]).inputs * model.kick_weight(stage)
+}
+
+/// The drift of step k: the state between drift and kick, and the relative attitude `F`.
+pub fn drift(model: &Model, stage: usize, state: &ChainState) -> Result<(ChainState, Matrix3), StepError> {
     if model.wheels == 0 {
         let mut point = state.point();
         let drift = model.dynamics.drift::<12>(stage, &mut point)?;
-        let e = model.dynamics.drift_matrix(&drift);
-        by_momentum.copy_from(&model.dynamics.drift_block(&drift, &e));
         let attitude = hastened_frame(model, stage, state.stretch) * point.attitude.value;
         let end = ChainState::of(&point, state.wheels.clone());
-        let end = ChainState { attitude, stretch: state.stretch, ..end };
-        return Ok((end, DriftArc { f: drift.f, turn }));
+        return Ok((ChainState { attitude, stretch: state.stretch, ..end }, drift.f));
     }
     let carried = model.wheel_momentum(&state.wheels);
     let drift = model.dynamics.gyrostat_drift(stage, &state.momentum, &carried)?;
-    by_momentum.copy_from(&drift.by_momentum);
-    turn.view_mut((0, 6), (3, model.wheels)).copy_from(&(drift.by_wheels * &model.wheel_axes));
     let attitude = model.dynamics.turned(stage, &(state.attitude * drift.f));
     let attitude = hastened_frame(model, stage, state.stretch) * attitude;
     let end = ChainState { attitude, momentum: drift.momentum_after, ..state.clone() };
-    Ok((end, DriftArc { f: drift.f, turn }))
+    Ok((end, drift.f))
 }
 
 /// Rotation of the reference frame in the stated duration, in its axes.
@@ -233,33 +198,6 @@ pub fn unturned(model: &Model, stage: usize, attitude: &Matrix3, stretch: f64) -
     model.dynamics.unturned(stage, &hastened_frame(model, stage, stretch).tr_mul(attitude))
 }
 
-/// Physical angular velocity at stage k, and its derivatives with respect to state and inputs.
-pub fn rate(
-    model: &Model,
-    stage: usize,
-    state: &ChainState,
-    inputs: &[f64],
-) -> (Vector3, Matrix3xX<f64>, Matrix3xX<f64>) {
-    let (zeta, pi, lag) = (model.zeta(), model.pi(), model.lag(stage));
-    let kick = kick(model, state, inputs);
-    let physical = kicked(model, state, &kick, inputs, -lag);
-    let momentum = physical.momentum - model.wheel_momentum(&physical.wheels);
-    let mut by_state = Matrix3xX::zeros(model.n);
-    by_state.view_mut((0, pi), (3, 3)).fill_with_identity();
-    by_state.view_mut((0, zeta), (3, 3)).copy_from(&(kick.gradient.rr * -lag));
-    if model.moves {
-        by_state.view_mut((0, 0), (3, 3)).copy_from(&(kick.gradient.rx * -lag));
-    }
-    let mut by_inputs: Matrix3xX<f64> = kick.inputs.fixed_rows::<3>(pi) * -lag;
-    if model.wheels > 0 {
-        by_state.view_mut((0, 6), (3, model.wheels)).copy_from(&-&model.wheel_axes);
-        let mut of_wheels = by_inputs.columns_mut(model.forces, model.wheels);
-        of_wheels -= &model.wheel_axes * lag;
-    }
-    let inverse = &model.dynamics.j_inverse;
-    (inverse * momentum, inverse * by_state, inverse * by_inputs)
-}
-
 /// The physical state at stage k.
 pub fn physical(model: &Model, stage: usize, state: &ChainState, inputs: &[f64]) -> ChainState {
     if stage == 0 {
@@ -277,13 +215,5 @@ pub fn output(model: &Model, state: &ChainState, inputs: &[f64]) -> Wrench {
     Wrench {
         force: force.unwrap_or_else(Vector3::zeros),
         moment: model.torque.frame().to_body(r, &model.torque.output(torques)),
-    }
-}
-
-impl Arc {
-    /// Of a relative attitude, and how that turns.
-    fn of(f: &Matrix3, turn: Matrix3xX<f64>) -> Self {
-        let arc = lie::log(f);
-        Self { turn: arc, slope: lie::right_jacobian_inverse(&arc) * turn }
     }
 }

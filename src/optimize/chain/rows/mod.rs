@@ -16,7 +16,6 @@
 //! degenerate.
 
 mod boresight;
-mod value;
 mod what;
 
 use super::model::Model;
@@ -25,8 +24,7 @@ use crate::maneuver::problem::Problem;
 use crate::mechanics::actuators::{InputLimit, LimitKind};
 pub(crate) use boresight::Bend;
 use std::ops::Range;
-pub(crate) use value::RowValue;
-pub(crate) use what::{Cone, ConeAt, Place, What};
+pub(crate) use what::{Cone, ConeAt, What};
 
 /// A row at its stage.
 #[derive(Clone, Debug)]

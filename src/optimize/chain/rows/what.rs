@@ -1,13 +1,11 @@
 //! What one row bounds, and what it is worth at a stage.
 
-use super::super::model::{Arc, ChainState, Model};
-use super::RowValue;
+use super::super::model::Model;
 use super::boresight::{Bend, BoresightArc};
 use crate::maneuver::constraint::{Direction, During, Pointing, Rule, Side, angle_between, on_arc};
 use crate::maneuver::problem::{Problem, State};
 use crate::optimize::chain::model::step;
 use crate::{Matrix3, Vector3, lie};
-use nalgebra::{DVector, Matrix3xX};
 
 /// What one row bounds.
 #[derive(Clone, Debug)]
@@ -51,15 +49,6 @@ pub(crate) struct Cone {
 /// A time at which a cone begins or ceases to act is that of a node within this part of the duration: rounded otherwise, the row of the
 /// node would be missing, or stand there twice.
 const EDGE: f64 = 1e-12;
-
-/// What a row is evaluated at.
-pub(crate) struct Place<'a> {
-    pub state: &'a ChainState,
-    pub inputs: &'a [f64],
-    pub next: &'a [f64],
-    /// The arc that begins here; none at the last node, whose rows ask for none.
-    pub arc: Option<&'a Arc>,
-}
 
 impl What {
     /// What a constraint of a maneuver bounds at a node or on an arc.
@@ -105,16 +94,6 @@ impl What {
         }
     }
 
-    /// The input it bounds, if it bounds one.
-    pub fn input(&self) -> Option<usize> {
-        match self {
-            Self::InputSize { input, .. } | Self::InputRate { input, .. } | Self::Push { input, .. } => {
-                Some(*input)
-            }
-            _ => None,
-        }
-    }
-
     /// Whether it is an equation.
     pub fn is_equation(&self) -> bool {
         matches!(self, Self::Cone(Cone { on: Some(_), .. }))
@@ -123,65 +102,6 @@ impl What {
     /// Whether it is a ball.
     pub fn is_ball(&self) -> bool {
         matches!(self, Self::InputNorm { .. } | Self::RateNorm { .. })
-    }
-
-    /// The row at a place of stage `stage`.
-    pub fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
-        let row = self.of_stated(model, stage, place);
-        let grows = model.duration.is_some() && self.growth() > 0;
-        if grows { row.grown(place.state.stretch.powi(self.growth())) } else { row }
-    }
-
-    /// The row with the limit of the stated duration.
-    fn of_stated(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
-        let unit = |input: usize, value: f64| {
-            let mut row = DVector::zeros(model.m);
-            row[input] = value;
-            Some(row)
-        };
-        match self {
-            Self::InputSize { input, sign, limit } => {
-                RowValue::half(sign * place.inputs[*input] / limit - 1.0, None, unit(*input, sign / limit))
-            }
-            Self::InputRate { input, sign, limit } => RowValue::Half {
-                c: sign * (place.next[*input] - place.inputs[*input]) / limit - 1.0,
-                state: None,
-                inputs: unit(*input, -sign / limit),
-                next: unit(*input, sign / limit),
-            },
-            Self::InputNorm { forces, limit } => {
-                let (axes, first) = model.channel(*forces);
-                let mut slope = Matrix3xX::zeros(model.m);
-                for (index, axis) in axes.iter().enumerate() {
-                    slope.set_column(first + index, &(axis / *limit));
-                }
-                let v = &slope * DVector::from_column_slice(place.inputs);
-                RowValue::Ball { v, state: None, inputs: Some(slope) }
-            }
-            Self::RateNorm { arc, limit } => {
-                let (rate, state, inputs) = rate(model, stage, place, *arc);
-                let inputs = inputs.map(|slope| slope / *limit);
-                RowValue::Ball { v: rate / *limit, state: Some(state / *limit), inputs }
-            }
-            Self::RateAxis { arc, axis, sign, limit } => {
-                let (rate, state, inputs) = rate(model, stage, place, *arc);
-                let row = |slope: &Matrix3xX<f64>| slope.row(*axis).transpose() * (sign / limit);
-                RowValue::half(sign * rate[*axis] / limit - 1.0, Some(row(&state)), inputs.as_ref().map(row))
-            }
-            Self::Cone(cone) => cone.at(model, stage, place),
-            Self::Wheel { wheel, sign, limit } => {
-                let lag = model.lag(stage);
-                let momentum = place.state.wheels[*wheel] + lag * place.inputs[model.forces + wheel];
-                let mut state = DVector::zeros(model.n);
-                state[6 + wheel] = sign / limit;
-                let inputs = if lag > 0.0 { unit(model.forces + wheel, sign * lag / limit) } else { None };
-                RowValue::half(sign * momentum / limit - 1.0, Some(state), inputs)
-            }
-            Self::Push { input, limit } => {
-                RowValue::half(-place.inputs[*input] / limit, None, unit(*input, -1.0 / limit))
-            }
-            Self::Burn { .. } | Self::BurnOfNorm { .. } => RowValue::Idle,
-        }
     }
 }
 
@@ -218,22 +138,6 @@ pub(crate) struct ConeAt {
 }
 
 impl Cone {
-    /// The row at a place of stage `stage`.
-    fn at(&self, model: &Model, stage: usize, place: &Place) -> RowValue {
-        let along = place.arc.filter(|_| self.arc);
-        let (attitude, stretch) = (&place.state.attitude, place.state.stretch);
-        let Some(found) = self.met(model, stage, (attitude, stretch), along.map(|arc| &arc.turn), false)
-        else {
-            return RowValue::Idle;
-        };
-        let mut state = DVector::zeros(model.n);
-        state.rows_mut(model.zeta(), 3).copy_from(&found.by_attitude);
-        if let Some(arc) = along {
-            state += arc.slope.tr_mul(&found.by_arc);
-        }
-        RowValue::half(found.c, Some(state), None)
-    }
-
     /// Whether it is one of an arc.
     pub(crate) fn is_of_arc(&self) -> bool {
         self.arc
@@ -421,19 +325,4 @@ struct Meeting {
     /// Fractions of the arc between which the cone acts.
     acting: [f64; 2],
     fraction: f64,
-}
-
-/// Angular velocity at the node, or on the arc, with its derivatives.
-fn rate(
-    model: &Model,
-    stage: usize,
-    place: &Place,
-    arc: bool,
-) -> (Vector3, Matrix3xX<f64>, Option<Matrix3xX<f64>>) {
-    if let Some(arc) = place.arc.filter(|_| arc) {
-        let h = model.dynamics.grid.step(stage);
-        return (arc.turn / h, &arc.slope / h, None);
-    }
-    let (rate, state, inputs) = step::rate(model, stage, place.state, place.inputs);
-    (rate, state, (model.lag(stage) > 0.0).then_some(inputs))
 }

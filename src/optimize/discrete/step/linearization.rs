@@ -41,17 +41,7 @@ impl Dynamics {
         start: &Point,
         costate: &SVector<f64, N>,
     ) -> Result<Transition<N>, StepError> {
-        self.transition_by(step, start, costate, self.grid.full_kick(step + 1))
-    }
-
-    /// The same with a kick of weight `weight`.
-    pub(crate) fn transition_by<const N: usize>(
-        &self,
-        step: usize,
-        start: &Point,
-        costate: &SVector<f64, N>,
-        weight: f64,
-    ) -> Result<Transition<N>, StepError> {
+        let weight = self.grid.full_kick(step + 1);
         let (drift, end, between) = self.halves(step, start, costate, weight)?;
         let linear_kick = self.linear_kick::<N>(&end.pose(), &Costate::from_vector(costate));
         let linear = self.matrices::<N>(&drift, &between, &linear_kick, weight);

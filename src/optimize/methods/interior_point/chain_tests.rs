@@ -17,8 +17,10 @@ use crate::mechanics::environment::Pose;
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::goal::with_goal;
 use crate::optimize::chain::model::{Goal, Model, Pull, step};
-use crate::optimize::chain::reference::newton::newton;
-use crate::optimize::chain::rows::{LimitRows, Place, RowValue, What};
+use crate::optimize::chain::rows::{LimitRows, What};
+use crate::optimize::chain::tests::reference;
+use crate::optimize::chain::tests::reference::newton::newton;
+use crate::optimize::chain::tests::reference::rows::{Place, RowValue};
 use crate::optimize::chain::tests::{chains, random_inputs, reference_slew, shot, straight, stretch};
 use crate::optimize::chain::{Chain, iterate, multipliers, path, with_iterate};
 use crate::optimize::discrete::candidate::Candidate;
@@ -41,9 +43,9 @@ fn trajectory(random: &mut Random, model: &Model) -> Iterate {
     if model.first_input() > 0 {
         inputs[0].fill(0.0);
     }
-    let mut states = vec![step::opening(model, stretch(model), &inputs[0]).end];
+    let mut states = vec![step::opening(model, stretch(model), &inputs[0])];
     for stage in 0..model.steps {
-        let end = step::step(model, stage, &states[stage], &inputs[stage + 1]).unwrap().end;
+        let end = step::step(model, stage, &states[stage], &inputs[stage + 1]).unwrap();
         states.push(end);
     }
     Iterate { states, inputs }
@@ -129,8 +131,8 @@ fn a_program_has_the_values_of_the_chain() {
             let inputs = &iterate.inputs[row.stage];
             let next = iterate.inputs.get(row.stage + 1).unwrap_or(inputs);
             let none = vec![0.0; model.m];
-            let arc =
-                (row.stage < model.steps).then(|| step::step(model, row.stage, state, &none).unwrap().arc);
+            let arc = (row.stage < model.steps)
+                .then(|| reference::step::step(model, row.stage, state, &none).unwrap().arc);
             let place = Place { state, inputs, next, arc: arc.as_ref() };
             if let RowValue::Half { c, .. } = row.what.at(model, row.stage, &place).smooth() {
                 assert!((c - values.rows[index]).abs() < 1e-12 * c.abs().max(1.0), "{:?} {c}", row.what);

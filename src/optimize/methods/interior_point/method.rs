@@ -5,11 +5,11 @@ use super::chain::ChainProgram;
 use super::chain::family::Family;
 use super::chain::warm::Warm;
 use super::iteration::{End, Run, Solver};
-use super::program::Program;
+use super::program::{Point, Program, Values};
 use super::tuning::Tuning;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings;
-use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::Outcome;
 use crate::mechanics::environment::Pose;
 use crate::optimize::chain::Multipliers;
@@ -19,7 +19,7 @@ use crate::optimize::chain::model::Goal;
 use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::chain::{Chain, path, with_iterate};
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::discrete::step::Point;
+use crate::optimize::discrete::step::Point as Node;
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Watch};
 use crate::{Vector3, lie};
@@ -50,10 +50,10 @@ impl Method for InteriorPoint<'_> {
         let start = self.start(&candidate, &budget.watch);
         let unsolved =
             |candidate, outcome| Attempt { runs: Vec::new(), ..Attempt::failed(candidate, outcome) };
-        if let Some(nothing) = self.costs_nothing(&candidate, &start) {
+        let mut program = ChainProgram::of(model, rows, self.family, &start, self.tuning);
+        if let Some(nothing) = self.costs_nothing(&program, &candidate, &start) {
             return nothing;
         }
-        let mut program = ChainProgram::of(model, rows, self.family, &start, self.tuning);
         program.known = self.known;
         let mut solver = Solver::of(program.shape());
         program.point(&start, &mut solver.point);
@@ -110,7 +110,8 @@ impl Method for InteriorPoint<'_> {
             End::Iterations => Outcome::IterationLimit,
             End::Stopped => (budget.watch.interrupt)().unwrap_or(Outcome::Interrupted),
         };
-        let shortfall = (outcome != Outcome::Converged).then(|| self.lacking(&iterate, &run, outcome));
+        let shortfall =
+            (outcome != Outcome::Converged).then(|| self.lacking(&program, &solver.at.values, &run, outcome));
         let residual = run.primal.max(excess);
         // Without rows the products are those of the end, which is met.
         let complementarity = if program.shape().rows() == 0 { 0.0 } else { run.complementarity };
@@ -141,7 +142,7 @@ impl InteriorPoint<'_> {
         let stretch = sought.then(|| own.or_else(|| self.fitting(candidate, watch))).flatten();
         let mut start = match stretch {
             Some(stretch) => {
-                let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
+                let poses: Vec<Pose> = candidate.states.iter().map(Node::pose).collect();
                 first_iterate::along(model, rows, &poses, stretch, watch)
             }
             None => self.chain.iterate(candidate, watch),
@@ -184,13 +185,22 @@ impl InteriorPoint<'_> {
 
     /// Returns the candidate as an optimum where it meets all conditions and costs nothing, as no
     /// effort, fuel or time costs less.
-    fn costs_nothing(&self, candidate: &Candidate, start: &Iterate) -> Option<Attempt> {
+    fn costs_nothing(
+        &self,
+        program: &ChainProgram,
+        candidate: &Candidate,
+        start: &Iterate,
+    ) -> Option<Attempt> {
         let Chain { model, rows } = self.chain;
         if start.cost(model) != 0.0 {
             return None;
         }
-        let at = start.evaluate(model, rows, Watch::NONE).ok()?;
-        let met = at.largest_defect() == 0.0 && at.violations().iter().all(|violation| *violation <= 0.0);
+        let (mut point, mut at) = (Point::of(program.shape()), Values::of(program.shape()));
+        program.point(start, &mut point);
+        let exists = program.values(&point, &mut at);
+        let met = exists
+            && at.defects.iter().chain(&at.terminal).all(|lack| *lack == 0.0)
+            && program.violations(&at).iter().all(|violation| *violation <= 0.0);
         let multipliers = Multipliers {
             costates: vec![DVector::zeros(model.n); model.steps + 1],
             terminal: DVector::zeros(model.terminal_count()),
@@ -206,12 +216,12 @@ impl InteriorPoint<'_> {
     /// Returns the duration that the path of a candidate needs, as a multiple of the stated one.
     fn fitting(&self, candidate: &Candidate, watch: &Watch) -> Option<f64> {
         let Chain { model, rows } = self.chain;
-        let poses: Vec<Pose> = candidate.states.iter().map(Point::pose).collect();
+        let poses: Vec<Pose> = candidate.states.iter().map(Node::pose).collect();
         let mut stretch = candidate.grid.duration();
         for _ in 0..self.tuning.fitted {
             let along = first_iterate::along(model, &LimitRows::default(), &poses, stretch, watch);
             let program = ChainProgram::of(model, rows, None, &along, self.tuning);
-            let mut point = super::program::Point::of(program.shape());
+            let mut point = Point::of(program.shape());
             program.point(&along, &mut point);
             let next = program.fitting(&point)?;
             let settled = (next / stretch - 1.0).abs() < self.tuning.close;
@@ -224,22 +234,25 @@ impl InteriorPoint<'_> {
     }
 
     /// Returns the violated limits by name.
-    fn lacking(&self, iterate: &Iterate, run: &Run, outcome: Outcome) -> Shortfall {
-        let Chain { model, rows } = self.chain;
-        let worst = iterate.evaluate(model, rows, Watch::NONE).map(|at| at.violations());
-        let worst = worst.unwrap_or_else(|_| vec![0.0; rows.groups.len()]);
-        let noticed =
-            rows.groups.iter().zip(&worst).filter(|(_, violation)| **violation > self.tuning.violated);
-        let violations = noticed.map(|(group, violation)| Violation {
-            name: group.name.clone(),
-            excess: if group.is_angle { Excess::Angle(*violation) } else { Excess::Share(*violation) },
-        });
+    fn lacking(&self, program: &ChainProgram, at: &Values, run: &Run, outcome: Outcome) -> Shortfall {
         Shortfall::Violated {
             cut_short_after: (outcome == Outcome::IterationLimit).then_some(run.iterations),
-            violations: violations.collect(),
+            violations: program.noticed(at, self.tuning.violated),
             reaches_end: run.primal.max(run.miss) <= self.tuning.violated,
         }
     }
+}
+
+/// Returns the worst value of a row on a path, with the inputs that it has or asks for; `None` where the
+/// path has none.
+pub(crate) fn worst_violation(chain: &Chain, path: &Candidate) -> Option<f64> {
+    let iterate = chain.iterate(path, &Watch::NONE);
+    let tuning = Tuning::default();
+    let program = ChainProgram::of(&chain.model, &chain.rows, None, &iterate, &tuning);
+    let (mut point, mut at) = (Point::of(program.shape()), Values::of(program.shape()));
+    program.point(&iterate, &mut point);
+    let exists = program.values(&point, &mut at);
+    exists.then(|| at.rows.iter().copied().fold(f64::NEG_INFINITY, f64::max))
 }
 
 /// Prepares the solution of a maneuver from the path about its fixed axis, and hands over what

@@ -2,16 +2,17 @@
 //! to an optimum within all limits.
 
 use super::tuning::{DEARER, VIOLATED};
-use super::{Convex, ScpOptions, run};
+use super::{Convex, ScpOptions, largest_defect, run};
 use crate::maneuver::settings;
-use crate::maneuver::shortfall::{Excess, Shortfall, Violation};
+use crate::maneuver::shortfall::Shortfall;
 use crate::maneuver::solution::{ConvexWork, Outcome, Rung};
-use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::chain::{Chain, with_iterate};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::methods::driver::Report;
+use crate::optimize::methods::interior_point::chain::ChainProgram;
 use crate::optimize::methods::interior_point::chain::conditions::Conditions;
 use crate::optimize::methods::interior_point::method::InteriorPoint;
+use crate::optimize::methods::interior_point::program::{Point, Program};
 use crate::optimize::methods::interior_point::tuning::Tuning;
 use crate::optimize::methods::method::{Attempt, Budget, Method, Run, Watch};
 
@@ -25,8 +26,11 @@ impl Method for ConvexIteration<'_> {
     fn improve(&self, candidate: Candidate, budget: &Budget) -> Attempt {
         let Chain { model, rows } = self.chain;
         let start = self.chain.iterate(&candidate, &budget.watch);
-        let found = match run(model, rows, start, self.options, &budget.watch) {
-            Some(convex) => attempt(self.chain, candidate, convex),
+        let program = ChainProgram::of(model, rows, None, &start, &Tuning::default());
+        let mut point = Point::of(program.shape());
+        program.point(&start, &mut point);
+        let found = match run(&program, point, self.options, &budget.watch) {
+            Some(convex) => attempt(self.chain, &program, candidate, convex),
             None => Attempt { runs: Vec::new(), ..Attempt::failed(candidate, Outcome::Stalled) },
         };
         if self.options.polish && found.converged() { self.polished(found, budget) } else { found }
@@ -52,13 +56,19 @@ impl ConvexIteration<'_> {
 }
 
 /// Returns what an iteration made of a candidate.
-fn attempt(chain: &Chain, candidate: Candidate, convex: Convex) -> Attempt {
-    let converged = convex.outcome == Outcome::Converged;
-    let shortfall = (!converged).then(|| violated(&convex, &chain.rows));
-    let residual = convex.miss();
-    let Convex { outcome, iterate, multipliers, subproblems, residuals, .. } = convex;
+fn attempt(chain: &Chain, program: &ChainProgram, candidate: Candidate, convex: Convex) -> Attempt {
+    let Convex { outcome, point, duals, values, subproblems, residuals, .. } = convex;
+    let converged = outcome == Outcome::Converged;
+    let defect = largest_defect(&values);
+    let shortfall = (!converged).then(|| Shortfall::Violated {
+        cut_short_after: (outcome == Outcome::IterationLimit).then_some(subproblems),
+        violations: program.noticed(&values, VIOLATED),
+        reaches_end: defect <= VIOLATED,
+    });
+    let residual = program.violations(&values).into_iter().fold(defect, f64::max);
     let report = Report { outcome, iterations: subproblems, residuals };
     let runs = vec![Run { rung: None, steps: candidate.steps(), report }];
+    let (iterate, multipliers) = program.found(&point, &duals, &values.rows);
     let cost = if converged { iterate.cost(&chain.model) } else { f64::NAN };
     let conditions = Conditions::of(chain, &iterate, &multipliers, &Watch::NONE);
     let stationarity = conditions.filter(|_| converged).map_or(f64::NAN, |at| at.stationarity());
@@ -71,18 +81,4 @@ fn attempt(chain: &Chain, candidate: Candidate, convex: Convex) -> Attempt {
     let candidate = with_iterate(candidate, iterate, multipliers);
     let ended = Attempt::failed(candidate, outcome);
     Attempt { cost, residual, stationarity, runs, work, shortfall, ..ended }
-}
-
-/// What stays violated at the last iterate.
-fn violated(convex: &Convex, rows: &LimitRows) -> Shortfall {
-    let cut_short_after = (convex.outcome == Outcome::IterationLimit).then_some(convex.subproblems);
-    let noticed = rows.groups.iter().zip(&convex.violations).filter(|(_, violation)| **violation > VIOLATED);
-    // Cones are violated by an angle, limits by a share of themselves.
-    let excess = |is_angle: bool| if is_angle { Excess::Angle } else { Excess::Share };
-    let violations = noticed.map(|(group, violation)| Violation {
-        name: group.name.clone(),
-        excess: excess(group.is_angle)(*violation),
-    });
-    let defect = convex.residuals.last().copied().unwrap_or(f64::NAN);
-    Shortfall::Violated { cut_short_after, violations: violations.collect(), reaches_end: defect <= VIOLATED }
 }

@@ -1,34 +1,31 @@
 //! Sequential convex programming (SCP) on the group.
 //!
-//! It plans least effort in a given duration, as the alternative that a plan of the interior point can be compared with. Around
-//! an iterate the chain of stages and all limits ([`crate::optimize::chain`]) are linear in tangent
-//! vectors, the cost is quadratic: a cone program ([`subproblem`]), with a trust region on the rotation
-//! of each node, a virtual control and slacks that keep it feasible. Its solution moves the iterate by
-//! the group's exponential. A move that gives less than it promises, since the dynamics bend along it, is corrected to second
-//! order: solved once more with the defects that it ended with. Near a solution the interior point
-//! ends the digits ([`method`]). The duals of the subproblems are costates, to six digits where the
-//! iteration itself converges.
+//! It plans least effort in a given duration, as the alternative that a plan of the interior point can be
+//! compared with. Around a point the program of stages ([`super::interior_point::chain`]) is linear in
+//! tangent vectors, and its cost is quadratic: a cone program ([`subproblem`]), with a trust region on the
+//! rotation of each node, a virtual control and slacks that keep it feasible. Its solution moves the point
+//! by the group's exponential. A move that gives less than it promises, since the dynamics bend along it,
+//! is corrected to second order: solved once more with the defects that it ended with. Near a solution
+//! the interior point ends the digits ([`method`]). The duals of the subproblems are costates, to six
+//! digits where the iteration itself converges.
 
 pub(crate) mod method;
 pub(crate) mod subproblem;
 mod tuning;
 
 use crate::maneuver::solution::Outcome;
-use crate::optimize::chain::Multipliers;
-use crate::optimize::chain::iterate::{Evaluated, Iterate};
-use crate::optimize::chain::model::{Model, state};
-use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::methods::PROMISED;
 use crate::optimize::methods::driver::{self, Iteration};
+use crate::optimize::methods::interior_point::chain::ChainProgram;
+use crate::optimize::methods::interior_point::program::{Derivatives, Duals, Point, Program, Values};
 use crate::optimize::methods::method::Watch;
 use crate::optimize::methods::scp::tuning::*;
-use nalgebra::DVector;
 use subproblem::{Failure, Move, Subproblem, Weights};
 
 /// What the iteration may do.
 #[derive(Clone, Debug)]
 pub(crate) struct ScpOptions {
-    /// Whether the interior point ends the digits. Without, the converged iterate counts as it is.
+    /// Whether the interior point ends the digits. Without, the converged point counts as it is.
     pub polish: bool,
     /// Size of a move at which the iteration counts as converged \[rad\].
     pub tolerance: f64,
@@ -47,7 +44,7 @@ impl Default for ScpOptions {
 impl ScpOptions {
     /// The convex iteration to its own convergence.
     pub fn unpolished() -> Self {
-        // Duals follow the iterate: they have six digits only where its moves have nine.
+        // Duals follow the point: they have six digits only where its moves have nine.
         Self { polish: false, tolerance: 1e-9, cone_tolerance: 1e-9, ..Self::default() }
     }
 
@@ -60,57 +57,52 @@ impl ScpOptions {
 /// How the convex iteration ended.
 pub(crate) struct Convex {
     pub outcome: Outcome,
-    /// The last iterate, and its multipliers.
-    pub iterate: Iterate,
-    pub multipliers: Multipliers,
+    /// The last point, its multipliers, and its values.
+    pub point: Point,
+    pub duals: Duals,
+    pub values: Values,
     /// Subproblems solved.
     pub subproblems: usize,
     /// Size of defects after each subproblem, the first before any.
     pub residuals: Vec<f64>,
-    /// The largest violations left, per group of rows.
-    pub violations: Vec<f64>,
     /// Wall time inside the cone solver \[s\].
     pub cone_seconds: f64,
     /// Interior-point iterations.
     pub cone_iterations: u32,
 }
 
-impl Convex {
-    /// How far the last iterate is from a maneuver: the largest defect or violation.
-    pub fn miss(&self) -> f64 {
-        let defect = self.residuals.last().copied().unwrap_or(f64::INFINITY);
-        self.violations.iter().fold(defect, |miss, violation| miss.max(*violation))
-    }
-}
-
 /// The iteration.
 struct Scp<'a> {
+    program: &'a ChainProgram<'a>,
     options: &'a ScpOptions,
     watch: &'a Watch<'a>,
-    /// The iterate, and all that is evaluated there.
-    at: Evaluated<'a>,
-    multipliers: Option<Multipliers>,
+    /// The point, and all that is evaluated there.
+    point: Point,
+    at: Derivatives,
+    duals: Duals,
     weights: Weights,
     subproblem: Subproblem<'a>,
     residuals: Vec<f64>,
 }
 
-/// Runs the convex iteration from an iterate. `None` where it cannot be evaluated at all.
+/// Runs the convex iteration from a point. Returns `None` where it cannot be evaluated at all.
 pub(crate) fn run(
-    model: &Model,
-    rows: &LimitRows,
-    start: Iterate,
+    program: &ChainProgram,
+    point: Point,
     options: &ScpOptions,
     watch: &Watch,
 ) -> Option<Convex> {
-    // What is stopped here still has this iterate to tell of.
-    let at = start.evaluate(model, rows, Watch::NONE).ok()?;
-    let weights =
-        Weights { defect: FIRST_PRICE, violation: vec![FIRST_PRICE; rows.groups.len()], radius: RADIUS.0 };
-    let residuals = vec![at.largest_defect()];
-    let subproblem = Subproblem::new(model, rows, options.cone_tolerance, *watch);
-    let multipliers = None;
-    let scp = Scp { options, watch, at, multipliers, weights, subproblem, residuals };
+    let shape = program.shape();
+    let mut at = Derivatives::of(shape);
+    let duals = Duals::of(shape);
+    if !(program.derivatives(&point, &duals, &mut at) && at.values.are_finite()) {
+        return None;
+    }
+    let violation = vec![FIRST_PRICE; program.groups()];
+    let weights = Weights { defect: FIRST_PRICE, violation, radius: RADIUS.0 };
+    let residuals = vec![largest_defect(&at.values)];
+    let subproblem = Subproblem::new(program, options.cone_tolerance, *watch);
+    let scp = Scp { program, options, watch, point, at, duals, weights, subproblem, residuals };
     if let Some(stopped) = (watch.interrupt)() {
         return Some(scp.conclude(stopped, 0));
     }
@@ -120,10 +112,10 @@ pub(crate) fn run(
 
 impl Iteration for Scp<'_> {
     fn residual(&self) -> f64 {
-        self.at.largest_defect()
+        largest_defect(&self.at.values)
     }
 
-    /// An iterate alone does not tell: the move of a subproblem does.
+    /// A point alone does not tell: the move of a subproblem does.
     fn converged(&self) -> bool {
         false
     }
@@ -143,7 +135,7 @@ impl Iteration for Scp<'_> {
         let mut tried = self.tried(step);
         if tried.ratio < CORRECTED
             && (self.watch.interrupt)().is_none()
-            && let Some(first) = &tried.candidate
+            && let Some((_, first)) = &tried.reached
             && let Ok(corrected) = self.subproblem.solve(&self.at, &self.weights, Some(first))
         {
             let predicted = tried.step.predicted;
@@ -152,18 +144,20 @@ impl Iteration for Scp<'_> {
                 tried = corrected;
             }
         }
-        let Tried { step, candidate, ratio } = tried;
-        let length = longest(self.at.model, &step);
+        let Tried { step, reached, ratio } = tried;
+        let length = self.subproblem.longest(&step);
         let bounded = length >= BOUNDED * self.weights.radius;
-        let accepted = ratio >= PROMISED;
         let lacking = step.slacks.iter().fold(self.lacking(&step), |worst, slack| worst.max(*slack));
         let feasible = lacking <= self.violated();
         let dearest = self.reprice(&step);
-        if accepted {
-            if let Some(candidate) = candidate {
-                self.at = candidate;
+        let reached = reached.filter(|_| ratio >= PROMISED);
+        let accepted = reached.is_some();
+        if let Some((point, _)) = reached {
+            self.point = point;
+            if !self.program.derivatives(&self.point, &Duals::of(self.program.shape()), &mut self.at) {
+                return Some(Outcome::NotFinite);
             }
-            self.multipliers = Some(step.multipliers.clone());
+            self.duals = step.duals;
             if ratio >= GOOD && bounded {
                 self.weights.radius = (WIDENED * self.weights.radius).min(RADIUS.1);
             } else if ratio < POOR {
@@ -172,7 +166,7 @@ impl Iteration for Scp<'_> {
         } else {
             self.weights.radius = REFUSED * self.weights.radius.min(length);
         }
-        self.residuals.push(self.at.largest_defect());
+        self.residuals.push(largest_defect(&self.at.values));
         if accepted && length <= self.options.tolerance && feasible {
             return Some(Outcome::Converged);
         }
@@ -185,24 +179,25 @@ impl Iteration for Scp<'_> {
 }
 
 /// A move, where it leads, and how much of what it promises comes true.
-struct Tried<'a> {
+struct Tried {
     step: Move,
-    /// None where it cannot be evaluated.
-    candidate: Option<Evaluated<'a>>,
+    /// `None` where it cannot be evaluated.
+    reached: Option<(Point, Values)>,
     ratio: f64,
 }
 
-impl<'a> Scp<'a> {
-    fn tried(&self, step: Move) -> Tried<'a> {
-        let (model, limits) = (self.at.model, self.at.limits);
-        let candidate = self.at.iterate.moved(model, &step.states, &step.inputs, 1.0);
-        let candidate = candidate.evaluate(model, limits, *self.watch).ok();
-        let before = self.merit(&self.at);
-        let actual = candidate.as_ref().map_or(f64::NEG_INFINITY, |candidate| before - self.merit(candidate));
+impl Scp<'_> {
+    fn tried(&self, step: Move) -> Tried {
+        let shape = self.program.shape();
+        let (mut point, mut values) = (Point::of(shape), Values::of(shape));
+        self.program.moved(&self.point, &step.increment, 1.0, &mut point);
+        let exists = self.program.values(&point, &mut values) && values.are_finite();
+        let before = self.merit(&self.at.values);
+        let actual = if exists { before - self.merit(&values) } else { f64::NEG_INFINITY };
         // Below the cone solver's accuracy no ratio means anything: such moves are taken.
-        let noise = self.options.cone_tolerance * (1.0 + self.at.cost.abs());
+        let noise = self.options.cone_tolerance * (1.0 + self.at.values.cost.abs());
         let ratio = (actual + noise) / (step.predicted.max(0.0) + noise);
-        Tried { step, candidate, ratio }
+        Tried { step, reached: exists.then_some((point, values)), ratio }
     }
 
     /// Slacks and defects above this count as violated.
@@ -216,14 +211,10 @@ impl<'a> Scp<'a> {
     }
 
     /// Cost and priced violations.
-    fn merit(&self, at: &Evaluated) -> f64 {
-        let violations = at.violations();
-        let priced: f64 = violations
-            .iter()
-            .zip(&self.weights.violation)
-            .map(|(violation, weight)| violation * weight)
-            .sum();
-        at.cost + self.weights.defect * at.infeasibility() + priced
+    fn merit(&self, values: &Values) -> f64 {
+        let violations = self.program.violations(values);
+        let priced: f64 = violations.iter().zip(&self.weights.violation).map(|(v, weight)| v * weight).sum();
+        values.cost + self.weights.defect * infeasibility(values) + priced
     }
 
     /// Keeps the prices above the multipliers, so that the merit function is exact.
@@ -232,11 +223,11 @@ impl<'a> Scp<'a> {
         let violated = self.violated();
         let dearest = (self.lacking(step) <= violated || self.weights.defect >= DEAREST)
             && step.slacks.iter().zip(&self.weights.violation).all(|(s, w)| *s <= violated || *w >= DEAREST);
-        let costates = step.multipliers.costates.iter().map(|costate| costate.amax());
-        let largest = costates.fold(step.multipliers.terminal.amax(), f64::max);
+        let all = step.duals.costates.iter().chain(&step.duals.terminal);
+        let largest = all.fold(0.0, |largest: f64, costate| largest.max(costate.abs()));
         let mut sums = vec![0.0; self.weights.violation.len()];
-        for (row, multiplier) in self.at.limits.rows.iter().zip(&step.multipliers.rows) {
-            sums[row.group] += multiplier.abs();
+        for (row, multiplier) in step.duals.rows.iter().enumerate() {
+            sums[self.program.group_of(row)] += multiplier.abs();
         }
         for ((weight, sum), slack) in self.weights.violation.iter_mut().zip(sums).zip(&step.slacks) {
             // A slack in use has its full price as multiplier: a higher price may remove it.
@@ -254,21 +245,15 @@ impl<'a> Scp<'a> {
 
     /// Size of the defects that a move leaves.
     fn lacking(&self, step: &Move) -> f64 {
-        step.left * self.at.largest_defect()
+        step.left * largest_defect(&self.at.values)
     }
 
     fn conclude(self, outcome: Outcome, subproblems: usize) -> Convex {
-        let Evaluated { model, limits, .. } = self.at;
-        let zeros = || Multipliers {
-            costates: vec![DVector::zeros(model.n); model.steps + 1],
-            terminal: DVector::zeros(model.terminal_count()),
-            rows: vec![0.0; limits.rows.len()],
-        };
         Convex {
             outcome,
-            violations: self.at.violations(),
-            multipliers: self.multipliers.unwrap_or_else(zeros),
-            iterate: self.at.iterate,
+            point: self.point,
+            duals: self.duals,
+            values: self.at.values,
             subproblems,
             residuals: self.residuals,
             cone_seconds: self.subproblem.seconds,
@@ -277,9 +262,14 @@ impl<'a> Scp<'a> {
     }
 }
 
-/// The largest rotation of a node in a move \[rad\].
-fn longest(model: &Model, step: &Move) -> f64 {
-    step.states.iter().map(|z| state::length(model, z)).fold(0.0, f64::max)
+/// `Σ |d|₁ + |e|₁`: what the equations of motion and the terminal conditions lack.
+fn infeasibility(values: &Values) -> f64 {
+    values.defects.iter().chain(&values.terminal).map(|d| d.abs()).sum()
+}
+
+/// The largest component of a defect or of the terminal error.
+pub(super) fn largest_defect(values: &Values) -> f64 {
+    values.defects.iter().chain(&values.terminal).fold(0.0, |largest, d| largest.max(d.abs()))
 }
 
 #[cfg(test)]

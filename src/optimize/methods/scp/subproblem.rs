@@ -1,41 +1,32 @@
-//! The convex subproblem around an iterate, as a cone program.
+//! The convex subproblem around a point of a program of stages, as a cone program.
 //!
-//! Variables: `z_k`, `δu_k` of every stage, a share `t` of the defects that is left, and a slack `σ_g`
-//! of every constraint that may be violated on the way. With weights `μ` and `ρ_g`
+//! Variables: `δu_k`, `δx_k` of every stage, a share `t` of the defects that is left, and a slack `σ_g` of
+//! every constraint that may be violated on the way. With weights `μ` and `ρ_g`
 //!
 //! ```text
-//! minimise   Σ κ ½(u+δu)ᵀW(u+δu) + μ D t + Σ ρ_g σ_g
-//! subject to z_0 = B_0 δu_0 + (1 − t) d_0 ,   z_{k+1} = A_k z_k + B_{k+1} δu_{k+1} + (1 − t) d_{k+1}
-//!            S z_N = −(1 − t) e ,             |ζ_k| ≤ Δ ,   0 ≤ t ≤ 1 ,   σ ≥ 0
-//!            rows: c + ∂c·δ ≤ σ_g ,           |v + ∂v·δ| ≤ 1 + σ_g ,       |c + ∂c·δ| ≤ σ_g of an equation
+//! minimise   Σ g_k·δ_k + ½ δ_kᵀ H_k δ_k + μ D t + Σ ρ_g σ_g
+//! subject to δx_0 = 0 ,   δx_{k+1} = A_k δx_k + B_k δu_k + (1 − t) d_k ,   E δx_N = −(1 − t) e ,
+//!            c + C δ ≤ σ_g ,   |c + C δ| ≤ σ_g of an equation ,   |δζ_k| ≤ Δ ,   0 ≤ t ≤ 1 ,   σ ≥ 0
 //! ```
 //!
-//! `D` is the size of all defects. The virtual control `−t d_k` has one scalar: with `t = 1`, nothing
-//! moved and the slacks at the violations, the subproblem is always feasible. The duals of the
-//! equations are `−λ_k`, those of the rows `ν`.
-//!
-//! # What does the convex iteration solve?
-//!
-//! `optimize/chain/model` writes the maneuver as a chain of stages with the planner's own discrete step, so a point without defects
-//! is a variational trajectory. `optimize/chain/rows` writes every limit as a half space or a ball, relative to the limit. The
-//! subproblem has a trust region on the rotation of each node, which is an angle and needs no chart, and is always feasible:
-//! one scalar leaves a share of all defects standing (the virtual control), one slack per constraint leaves its worst
-//! violation standing. Limits of the inputs are never relaxed.
+//! `D` is the size of all defects, and `H` the second derivative of the effort. The virtual control
+//! `−t d_k` has one scalar: with `t = 1`, nothing moved and the slacks at the violations, the subproblem is
+//! always feasible. The duals of the equations are `−λ_k`, those of the rows `ν`. Linear limits of the
+//! inputs are never relaxed. The trust region on the rotation of each node is an angle and needs no chart.
 
-use crate::maneuver::objective;
 use crate::maneuver::solution::Outcome;
 use crate::numerics::parallel;
-use crate::optimize::chain::Multipliers;
-use crate::optimize::chain::iterate::Evaluated;
-use crate::optimize::chain::model::Model;
-use crate::optimize::chain::rows::{LimitRows, RowValue};
 use crate::optimize::convex::cone::{
-    Answer, Cone, ConeError, ConeSettings, ConeSolver, Program, Reason, Work,
+    Answer, Cone, ConeError, ConeSettings, ConeSolver, Program as ConeProgram, Reason, Work,
 };
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
+use crate::optimize::methods::interior_point::chain::ChainProgram;
+use crate::optimize::methods::interior_point::program::{
+    Derivatives, Duals, Increment, Program, RowKind, Shape, Values,
+};
 use crate::optimize::methods::method::Watch;
+use crate::optimize::methods::scp::infeasibility;
 use crate::optimize::methods::scp::tuning::LARGE;
-use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -53,13 +44,12 @@ pub(crate) struct Weights {
 /// The solution of a subproblem.
 #[derive(Clone, Debug)]
 pub(crate) struct Move {
-    pub states: Vec<DVector<f64>>,
-    pub inputs: Vec<DVector<f64>>,
+    pub increment: Increment,
     /// Share of the defects left.
     pub left: f64,
     /// Violations left, per group.
     pub slacks: Vec<f64>,
-    pub multipliers: Multipliers,
+    pub duals: Duals,
     /// The model's decrease of the merit function.
     pub predicted: f64,
 }
@@ -77,53 +67,24 @@ pub(crate) enum Failure {
 
 /// Builds and solves subproblems; the pattern is made once.
 pub(crate) struct Subproblem<'a> {
-    model: &'a Model,
-    rows: &'a LimitRows,
+    program: &'a ChainProgram<'a>,
     solver: Option<ConeSolver>,
     /// Accuracy asked of the cone solver.
     tolerance: f64,
     /// Who may end a solve.
     watch: Watch<'a>,
+    /// Where `t` stands, and the slack of each group that has one; the number of unknowns.
+    left: usize,
+    slack: Vec<Option<usize>>,
+    count: usize,
     /// Wall time inside the cone solver \[s\].
     pub seconds: f64,
     /// Interior-point iterations in all.
     pub iterations: u32,
 }
 
-/// Where everything stands.
-struct ProgramLayout {
-    n: usize,
-    m: usize,
-    left: usize,
-    slack: Vec<Option<usize>>,
-    count: usize,
-}
-
-impl ProgramLayout {
-    fn of(model: &Model, rows: &LimitRows) -> Self {
-        let (n, m) = (model.n, model.m);
-        let left = (model.steps + 1) * (n + m);
-        let mut count = left + 1;
-        let slack = rows.groups.iter().map(|group| {
-            (!group.hard).then(|| {
-                count += 1;
-                count - 1
-            })
-        });
-        let slack = slack.collect();
-        Self { n, m, left, slack, count }
-    }
-
-    fn state(&self, stage: usize) -> usize {
-        stage * (self.n + self.m)
-    }
-
-    fn inputs(&self, stage: usize) -> usize {
-        self.state(stage) + self.n
-    }
-}
-
 /// The data of a cone program, its matrices as they were written, entry by entry.
+#[derive(Default)]
 struct Draft {
     quadratic: Vec<(usize, usize, f64)>,
     linear: Vec<f64>,
@@ -133,12 +94,27 @@ struct Draft {
 }
 
 impl Draft {
-    fn program(self) -> Program {
+    /// Begins a row `a·x + s = bound`; returns its index.
+    fn row(&mut self, bound: f64) -> usize {
+        self.bound.push(bound);
+        self.bound.len() - 1
+    }
+
+    fn put(&mut self, row: usize, column: usize, value: f64) {
+        self.matrix.push((row, column, value));
+    }
+
+    /// Ends rows of a cone that began with `first`.
+    fn cone(&mut self, first: usize, cone: impl Fn(usize) -> Cone) {
+        self.cones.push(cone(self.bound.len() - first));
+    }
+
+    fn program(self) -> ConeProgram {
         let Self { quadratic, linear, matrix, bound, cones } = self;
         let count = linear.len();
         let quadratic = Sparse::of_entries(count, count, &quadratic);
         let matrix = Sparse::of_entries(bound.len(), count, &matrix);
-        Program { quadratic, linear, matrix, bound, cones }
+        ConeProgram { quadratic, linear, matrix, bound, cones }
     }
 }
 
@@ -168,55 +144,44 @@ fn solved(
     (solver, answer)
 }
 
-/// Rows of a ball: its bound, and three components.
-pub(crate) const BALL: usize = 4;
-
-/// The rows of `A x + s = b` as they are written.
-#[derive(Default)]
-struct Writer {
-    entries: Vec<(usize, usize, f64)>,
-    bound: Vec<f64>,
-    /// Where the dual of each limit's row stands.
-    places: Vec<usize>,
-}
-
-impl Writer {
-    /// Begins a row; returns its index.
-    fn row(&mut self, bound: f64) -> usize {
-        self.bound.push(bound);
-        self.bound.len() - 1
-    }
-
-    fn put(&mut self, row: usize, column: usize, value: f64) {
-        self.entries.push((row, column, value));
-    }
-
-    /// `sign` times `values` from a column on.
-    fn put_all<'a>(&mut self, row: usize, first: usize, values: impl Iterator<Item = &'a f64>, sign: f64) {
-        values.enumerate().for_each(|(offset, value)| self.put(row, first + offset, sign * value));
-    }
-
-    /// A slack that relaxes the row, where there is one.
-    fn slack(&mut self, row: usize, slack: Option<usize>) {
-        slack.into_iter().for_each(|slack| self.put(row, slack, -1.0));
-    }
-}
-
 impl<'a> Subproblem<'a> {
-    pub fn new(model: &'a Model, rows: &'a LimitRows, tolerance: f64, watch: Watch<'a>) -> Self {
-        Self { model, rows, solver: None, tolerance, watch, seconds: 0.0, iterations: 0 }
+    pub fn new(program: &'a ChainProgram<'a>, tolerance: f64, watch: Watch<'a>) -> Self {
+        let shape = program.shape();
+        let left = shape.stages * shape.z() + shape.n;
+        let mut count = left + 1;
+        let mut slack = vec![None; program.groups()];
+        for row in (0..shape.rows()).filter(|row| program.may_be_violated(*row)) {
+            let own = &mut slack[program.group_of(row)];
+            if own.is_none() {
+                *own = Some(count);
+                count += 1;
+            }
+        }
+        Self { program, solver: None, tolerance, watch, left, slack, count, seconds: 0.0, iterations: 0 }
     }
 
-    /// The best move from an iterate. With `after`, where a move has led, the one that also makes up
-    /// for the defects there: what the equations of motion lack beyond first order.
+    /// Where an unknown `(u, x)` of a stage stands; the last state is that of the stage after the last.
+    fn place(&self, stage: usize, unknown: usize) -> usize {
+        let shape = self.program.shape();
+        stage * shape.z() + if stage == shape.stages { unknown - shape.m } else { unknown }
+    }
+
+    /// Returns the largest rotation of a node in a move \[rad\].
+    pub fn longest(&self, step: &Move) -> f64 {
+        let (n, zeta) = (self.program.shape().n, self.program.attitude());
+        let turn = |state: &[f64]| state[zeta..zeta + 3].iter().map(|part| part * part).sum::<f64>().sqrt();
+        step.increment.states.chunks_exact(n).map(turn).fold(0.0, f64::max)
+    }
+
+    /// The best move from a point. With `after`, what a move has led to, the one that also makes up for
+    /// the defects there: what the equations of motion lack beyond first order.
     pub fn solve(
         &mut self,
-        at: &Evaluated,
+        at: &Derivatives,
         weights: &Weights,
-        after: Option<&Evaluated>,
+        after: Option<&Values>,
     ) -> Result<Move, Failure> {
-        let layout = ProgramLayout::of(self.model, self.rows);
-        let (draft, places) = self.draft(&layout, at, weights, after);
+        let (draft, places) = self.draft(at, weights, after);
         let answer = self.answer(draft)?;
         let Some(optimum) = answer.step() else {
             return Err(match answer {
@@ -225,31 +190,27 @@ impl<'a> Subproblem<'a> {
                 _ => Failure::Numerical,
             });
         };
-        let part = |at: usize, count: usize| DVector::from_column_slice(&optimum.x[at..at + count]);
-        let dual = |at: usize, count: usize| -DVector::from_column_slice(&optimum.z[at..at + count]);
-        let stages = 0..=self.model.steps;
-        let n = layout.n;
-        let slack = |slot: &Option<usize>| slot.map_or(0.0, |slot| optimum.x[slot].max(0.0));
-        let terminal = (self.model.steps + 1) * n;
-        let mut best = Move {
-            states: stages.clone().map(|stage| part(layout.state(stage), n)).collect(),
-            inputs: stages.clone().map(|stage| part(layout.inputs(stage), layout.m)).collect(),
-            left: optimum.x[layout.left].clamp(0.0, 1.0),
-            slacks: layout.slack.iter().map(slack).collect(),
-            multipliers: Multipliers {
-                costates: stages.map(|stage| dual(stage * n, n)).collect(),
-                terminal: -dual(terminal, self.model.terminal_count()),
-                rows: places.iter().map(|place| optimum.z[*place].max(0.0)).collect(),
-            },
-            predicted: 0.0,
-        };
-        // Of an equation the two sides: the second one stands next to the first.
-        for (row, place) in places.iter().enumerate() {
-            if self.rows.rows[row].what.is_equation() {
-                best.multipliers.rows[row] = optimum.z[*place] - optimum.z[place + 1];
-            }
+        let shape = self.program.shape();
+        let Shape { n, m, stages, terminal, .. } = *shape;
+        let (mut increment, mut duals) = (Increment::of(shape), Duals::of(shape));
+        for (stage, state) in increment.states.chunks_exact_mut(n).enumerate() {
+            state.copy_from_slice(&optimum.x[self.place(stage, m)..][..n]);
         }
-        best.predicted = best.promised(at, weights);
+        for (stage, inputs) in increment.inputs.chunks_exact_mut(m).enumerate() {
+            inputs.copy_from_slice(&optimum.x[self.place(stage, 0)..][..m]);
+        }
+        duals.costates.iter_mut().zip(&optimum.z).for_each(|(to, z)| *to = -z);
+        duals.terminal.copy_from_slice(&optimum.z[(stages + 1) * n..][..terminal]);
+        for ((to, place), kind) in duals.rows.iter_mut().zip(places).zip(&shape.kinds) {
+            // Of an equation the two sides: the second one stands next to the first.
+            let equation = *kind == RowKind::Equation;
+            *to = if equation { optimum.z[place] - optimum.z[place + 1] } else { optimum.z[place].max(0.0) };
+        }
+        let slack = |slot: &Option<usize>| slot.map_or(0.0, |slot| optimum.x[slot].max(0.0));
+        let left = optimum.x[self.left].clamp(0.0, 1.0);
+        let slacks = self.slack.iter().map(slack).collect();
+        let mut best = Move { increment, left, slacks, duals, predicted: 0.0 };
+        best.predicted = self.promised(&best, at, weights);
         Ok(best)
     }
 
@@ -276,163 +237,106 @@ impl<'a> Subproblem<'a> {
         Ok(answer)
     }
 
-    /// The cone program, and where each row's dual stands.
-    fn draft(
-        &self,
-        layout: &ProgramLayout,
-        at: &Evaluated,
-        weights: &Weights,
-        after: Option<&Evaluated>,
-    ) -> (Draft, Vec<usize>) {
-        let model = self.model;
-        let mut linear = vec![0.0; layout.count];
-        let mut quadratic = Vec::new();
-        let mut upper = |first: usize, block: &DMatrix<f64>| {
-            let column = |j: usize| (0..=j).map(move |i| (first + i, first + j, block[(i, j)]));
-            quadratic.extend((0..block.ncols()).flat_map(column));
-        };
-        for stage in 0..=model.steps {
-            upper(layout.inputs(stage), &model.input_weight(stage));
-            let inputs = DVector::from_column_slice(&at.iterate.inputs[stage]);
-            let slope = &model.weight * inputs * model.kick_weight(stage);
-            linear[layout.inputs(stage)..][..layout.m].copy_from_slice(slope.as_slice());
+    /// The cone program, and where the dual of each row stands.
+    fn draft(&self, at: &Derivatives, weights: &Weights, after: Option<&Values>) -> (Draft, Vec<usize>) {
+        let shape = self.program.shape();
+        let Shape { n, m, stages, .. } = *shape;
+        let z = shape.z();
+        let mut draft = Draft { linear: vec![0.0; self.count], ..Draft::default() };
+        draft.linear[..stages * z].copy_from_slice(&at.gradients);
+        draft.linear[self.left] = weights.defect * infeasibility(&at.values);
+        for (slot, weight) in self.slack.iter().zip(&weights.violation) {
+            slot.iter().for_each(|slot| draft.linear[*slot] = *weight);
         }
-        linear[layout.left] = weights.defect * at.infeasibility();
-        for (slot, weight) in layout.slack.iter().zip(&weights.violation) {
-            if let Some(slot) = slot {
-                linear[*slot] = *weight;
+        for stage in 0..stages {
+            for column in 0..m {
+                let own = &at.hessians[(stage * z + column) * z..][..=column];
+                let place = |unknown| self.place(stage, unknown);
+                let entry = |(row, value): (usize, &f64)| (place(row), place(column), *value);
+                draft.quadratic.extend(own.iter().enumerate().map(entry));
             }
         }
-        let mut writer = Writer { places: vec![0; self.rows.rows.len()], ..Writer::default() };
-        self.write_chain(layout, at, after, &mut writer);
-        let equations = writer.bound.len();
-        self.write_half_spaces(layout, at, &mut writer);
-        let inequalities = writer.bound.len() - equations;
-        self.write_balls(layout, at, weights.radius, &mut writer);
-        let Writer { entries, bound, places } = writer;
-        let mut cones = vec![Cone::Zero(equations), Cone::Nonnegative(inequalities)];
-        cones.resize(2 + (bound.len() - equations - inequalities) / BALL, Cone::SecondOrder(BALL));
-        (Draft { quadratic, linear, matrix: entries, bound, cones }, places)
-    }
-
-    /// Opening, steps, terminal conditions: `n (N + 1)` rows, then those of the end.
-    fn write_chain(
-        &self,
-        layout: &ProgramLayout,
-        at: &Evaluated,
-        after: Option<&Evaluated>,
-        writer: &mut Writer,
-    ) {
-        let model = self.model;
-        for stage in 0..=model.steps {
-            let defect = &at.defects[stage];
-            let inputs = at.input_slope(stage);
-            for i in 0..layout.n {
-                let row = writer.row(defect[i] + after.map_or(0.0, |after| after.defects[stage][i]));
-                writer.put(row, layout.state(stage) + i, 1.0);
-                writer.put(row, layout.left, defect[i]);
-                for j in (0..layout.m).filter(|j| model.reaches(i, *j)) {
-                    writer.put(row, layout.inputs(stage) + j, -inputs[(i, j)]);
-                }
-                if stage > 0 {
-                    writer.put_all(row, layout.state(stage - 1), at.steps[stage - 1].a.row(i).iter(), -1.0);
-                }
+        (0..n).for_each(|i| {
+            let row = draft.row(0.0);
+            draft.put(row, self.place(0, m + i), 1.0);
+        });
+        for stage in 0..stages {
+            let defects = &at.values.defects[stage * n..][..n];
+            for (i, defect) in defects.iter().enumerate() {
+                let more = after.map_or(0.0, |after| after.defects[stage * n + i]);
+                let row = draft.row(defect + more);
+                draft.put(row, self.place(stage + 1, m + i), 1.0);
+                draft.put(row, self.left, *defect);
+                let steps = at.steps[stage * n * z..][..n * z].chunks_exact(n).enumerate();
+                steps.for_each(|(unknown, column)| draft.put(row, self.place(stage, unknown), -column[i]));
             }
         }
-        for (i, (error, slope)) in at.terminal.iter().zip(at.terminal_slope.row_iter()).enumerate() {
-            let row = writer.row(-error - after.map_or(0.0, |after| after.terminal[i]));
-            writer.put_all(row, layout.state(model.steps), slope.iter(), 1.0);
-            writer.put(row, layout.left, -error);
+        for (index, (error, slope)) in
+            at.values.terminal.iter().zip(at.terminal_slopes.chunks_exact(n)).enumerate()
+        {
+            let row = draft.row(-error - after.map_or(0.0, |after| after.terminal[index]));
+            draft.put(row, self.left, -error);
+            let slope = slope.iter().enumerate();
+            slope.for_each(|(i, value)| draft.put(row, self.place(stages, m + i), *value));
         }
-    }
-
-    fn write_half_spaces(&self, layout: &ProgramLayout, at: &Evaluated, writer: &mut Writer) {
-        let zeros = DVector::zeros(layout.n);
-        for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
-            if row.what.is_ball() {
-                continue;
-            }
-            let (c, state, inputs, next) = match value {
-                RowValue::Half { c, state, inputs, next } => {
-                    (*c, state.as_ref(), inputs.as_ref(), next.as_ref())
-                }
-                // A cone that does not act keeps its place in the pattern.
-                _ => (-1.0, Some(&zeros), None, None),
-            };
-            let place = writer.row(-c);
-            writer.places[index] = place;
-            if let Some(state) = state {
-                writer.put_all(place, layout.state(row.stage), state.iter(), 1.0);
-            }
-            let after = layout.inputs((row.stage + 1).min(self.model.steps));
-            for (slope, first) in [(inputs, layout.inputs(row.stage)), (next, after)] {
-                match (slope, row.what.input()) {
-                    (Some(slope), Some(input)) => writer.put(place, first + input, slope[input]),
-                    (Some(slope), None) => writer.put_all(place, first, slope.iter(), 1.0),
-                    (None, _) => {}
-                }
-            }
-            writer.slack(place, layout.slack[row.group]);
-            if row.what.is_equation() {
-                // The other side, of which an idle one has none either.
-                let other = writer.row(if matches!(value, RowValue::Half { .. }) { c } else { 1.0 });
-                let state = state.into_iter().flat_map(|state| state.iter());
-                writer.put_all(other, layout.state(row.stage), state, -1.0);
-                writer.slack(other, layout.slack[row.group]);
-            }
+        draft.cone(0, Cone::Zero);
+        let first = draft.bound.len();
+        let places = self.write_rows(at, &mut draft);
+        let bounds = [(0.0, self.left, -1.0), (1.0, self.left, 1.0)].into_iter();
+        for (bound, column, value) in bounds.chain(self.slack.iter().flatten().map(|slot| (0.0, *slot, -1.0)))
+        {
+            let row = draft.row(bound);
+            draft.put(row, column, value);
         }
-        let place = writer.row(0.0);
-        writer.slack(place, Some(layout.left));
-        let place = writer.row(1.0);
-        writer.put(place, layout.left, 1.0);
-        for slack in layout.slack.iter().flatten() {
-            let place = writer.row(0.0);
-            writer.slack(place, Some(*slack));
-        }
-    }
-
-    fn write_balls(&self, layout: &ProgramLayout, at: &Evaluated, radius: f64, writer: &mut Writer) {
-        for (index, (row, value)) in self.rows.rows.iter().zip(&at.rows).enumerate() {
-            let RowValue::Ball { v, state, inputs } = value else { continue };
-            let top = writer.row(1.0);
-            writer.places[index] = top;
-            writer.slack(top, layout.slack[row.group]);
+        draft.cone(first, Cone::Nonnegative);
+        for stage in 1..=stages {
+            let first = draft.row(weights.radius);
             for i in 0..3 {
-                let place = writer.row(v[i]);
-                for (slope, first) in [(state, layout.state(row.stage)), (inputs, layout.inputs(row.stage))] {
-                    if let Some(slope) = slope {
-                        writer.put_all(place, first, slope.row(i).iter(), -1.0);
+                let row = draft.row(0.0);
+                draft.put(row, self.place(stage, m + self.program.attitude() + i), -1.0);
+            }
+            draft.cone(first, Cone::SecondOrder);
+        }
+        (draft, places)
+    }
+
+    /// Writes the rows of the program, and returns where each stands.
+    fn write_rows(&self, at: &Derivatives, draft: &mut Draft) -> Vec<usize> {
+        let shape = self.program.shape();
+        let mut places = Vec::with_capacity(shape.rows());
+        for stage in 0..shape.stages {
+            for row in shape.rows_of(stage) {
+                let (c, slack) = (at.values.rows[row], self.slack[self.program.group_of(row)]);
+                let sides = if shape.kinds[row] == RowKind::Equation { &[1.0, -1.0][..] } else { &[1.0] };
+                places.push(draft.bound.len());
+                for side in sides {
+                    let place = draft.row(-side * c);
+                    for slope in shape.slopes_of(row) {
+                        let unknown = usize::from(shape.unknowns[slope]);
+                        draft.put(place, self.place(stage, unknown), side * at.slopes[slope]);
                     }
+                    slack.iter().for_each(|slack| draft.put(place, *slack, -1.0));
                 }
             }
         }
-        for stage in 0..=self.model.steps {
-            writer.row(radius);
-            for i in 0..3 {
-                let place = writer.row(0.0);
-                writer.put(place, layout.state(stage) + self.model.zeta() + i, -1.0);
+        places
+    }
+
+    /// Decrease of the merit function that the subproblem promises.
+    fn promised(&self, step: &Move, at: &Derivatives, weights: &Weights) -> f64 {
+        let shape = self.program.shape();
+        let (m, z) = (shape.m, shape.z());
+        let mut gained = 0.0;
+        for (stage, inputs) in step.increment.inputs.chunks_exact(m).enumerate() {
+            for (column, own) in inputs.iter().enumerate() {
+                let index = stage * z + column;
+                let bend = at.hessians[index * z..][..m].iter().zip(inputs).map(|(h, du)| h * du);
+                gained -= own * (at.gradients[index] + 0.5 * bend.sum::<f64>());
             }
         }
-    }
-}
-
-impl Move {
-    /// Decrease of the merit function that the subproblem promises.
-    fn promised(&self, at: &Evaluated, weights: &Weights) -> f64 {
-        let model = at.model;
-        let moved = |stage: usize| {
-            let inputs = at.iterate.inputs[stage].iter().zip(self.inputs[stage].iter());
-            let u: Vec<f64> = inputs.map(|(u, du)| u + du).collect();
-            model.kick_weight(stage) * objective::effort(&model.weight, &u)
-        };
-        let moved: f64 = (model.first_input()..=model.steps).map(moved).sum();
-        let violations = at.violations();
-        let relief: f64 = weights
-            .violation
-            .iter()
-            .zip(violations.iter().zip(&self.slacks))
-            .map(|(weight, (before, after))| weight * (before - after))
-            .sum();
-        at.cost - moved + weights.defect * (1.0 - self.left) * at.infeasibility() + relief
+        let violations = self.program.violations(&at.values);
+        let relief = violations.iter().zip(&step.slacks).zip(&weights.violation);
+        let relief: f64 = relief.map(|((before, after), weight)| weight * (before - after)).sum();
+        gained + weights.defect * (1.0 - step.left) * infeasibility(&at.values) + relief
     }
 }

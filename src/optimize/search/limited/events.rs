@@ -12,16 +12,16 @@
 //! limited has steps in place of cells, and its rates in place of its values. A cone that is touched within a step has its
 //! event there; one that is touched at a node has it where the parabola through the nodes about the touch is highest.
 //!
-//! A row acts where its multiplier exceeds its slack: at an optimum of the interior point their product is the barrier term, and one
-//! of them is small.
+//! A row acts where it has a multiplier: at an optimum of the interior point the product of multiplier and slack is the barrier term,
+//! and the smaller of the two is told as nothing.
 
 use super::settings::ON_EVENTS;
-use crate::optimize::chain::iterate::{Evaluated, Iterate};
+use crate::lie;
+use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::{Model, step};
 use crate::optimize::chain::rows::{Cone, What};
 use crate::optimize::chain::{Chain, iterate};
 use crate::optimize::discrete::candidate::Candidate;
-use crate::optimize::methods::method::Watch;
 
 /// What an input does at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,8 +69,7 @@ pub(super) struct Read<'a> {
     iterate: Iterate,
     /// Times of the nodes, as parts of the duration.
     nodes: Vec<f64>,
-    /// Whether each row acts.
-    acts: Vec<bool>,
+    /// Those of rows that do not act are nothing.
     multipliers: &'a [f64],
     /// Limits of the inputs, in the units of the duration found.
     bounds: Vec<f64>,
@@ -79,17 +78,15 @@ pub(super) struct Read<'a> {
 }
 
 impl<'a> Read<'a> {
-    /// Reads an optimum that the interior point found at a barrier term of `barrier`; `None` where it cannot be evaluated.
-    pub fn of(chain: &'a Chain, found: &'a Candidate, bounds: &[f64], barrier: f64) -> Option<Self> {
+    /// Reads an optimum that the interior point found at a barrier term of `barrier`.
+    pub fn of(chain: &'a Chain, found: &'a Candidate, bounds: &[f64], barrier: f64) -> Self {
         let iterate = iterate(found);
-        let Evaluated { rows, .. } = iterate.evaluate(&chain.model, &chain.rows, Watch::NONE).ok()?;
         let (_, multipliers) = &found.multipliers;
-        let acts = rows.iter().zip(multipliers).map(|(row, multiplier)| *multiplier > -row.violation());
         let grid = &chain.model.dynamics.grid;
         let nodes = (0..=grid.steps()).map(|node| grid.time(node) / grid.duration()).collect();
         let grown = iterate.stretch().powi(2);
         let bounds = bounds.iter().map(|bound| bound * grown).collect();
-        Some(Self { chain, acts: acts.collect(), multipliers, iterate, nodes, bounds, off: barrier.sqrt() })
+        Self { chain, multipliers, iterate, nodes, bounds, off: barrier.sqrt() }
     }
 
     fn model(&self) -> &Model {
@@ -100,7 +97,7 @@ impl<'a> Read<'a> {
     fn acting(&self, stage: usize) -> impl Iterator<Item = (usize, &What)> {
         let range = self.chain.rows.range(stage);
         range
-            .filter(|row| self.acts[*row])
+            .filter(|row| self.multipliers[*row] > 0.0)
             .map(|row| (self.chain.rows.rows[row].group, &self.chain.rows.rows[row].what))
     }
 
@@ -128,8 +125,7 @@ impl<'a> Read<'a> {
     /// By how much the cost presses an input to its limit at a node, for a unit of the input as a part of its limit and of time.
     fn press(&self, input: usize, node: usize) -> f64 {
         let kick = self.model().kick_weight(node);
-        let rows = self.chain.rows.range(node).filter(|row| self.acts[*row]);
-        let own = rows.filter(
+        let own = self.chain.rows.range(node).filter(
             |row| matches!(self.chain.rows.rows[*row].what, What::InputSize { input: own, .. } if own == input),
         );
         let grown = self.iterate.stretch().powi(2);
@@ -259,8 +255,8 @@ impl<'a> Read<'a> {
     /// The highest point of a cone's row on the step behind a node: the fraction of the step, and the value.
     fn highest(&self, cone: &Cone, stage: usize) -> Option<(usize, f64, f64)> {
         let (model, state) = (self.model(), &self.iterate.states[stage]);
-        let arc = step::step(model, stage, state, &self.iterate.inputs[stage + 1]).ok()?.arc;
-        let at = cone.met(model, stage, (&state.attitude, state.stretch), Some(&arc.turn), true)?;
+        let turn = lie::log(&step::drift(model, stage, state).ok()?.1);
+        let at = cone.met(model, stage, (&state.attitude, state.stretch), Some(&turn), true)?;
         Some((stage, at.fraction, at.c))
     }
 

@@ -133,7 +133,7 @@ impl<'a, 'c> Grids<'a, 'c> {
     /// Returns an optimum as it is read; `None` where it cannot be evaluated.
     pub fn read<'b>(&self, at: &'b OnGrid) -> Option<Read<'b>> {
         let [barrier, ..] = at.found.barrier?;
-        Read::of(&at.chain, &at.found.candidate, &self.bounds, barrier)
+        Some(Read::of(&at.chain, &at.found.candidate, &self.bounds, barrier))
     }
 
     /// Returns the steps of the first grid between the start, each of the events, and the end.

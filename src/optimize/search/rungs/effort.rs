@@ -9,6 +9,7 @@ use crate::optimize::chain::{Chain, path};
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
+use crate::optimize::methods::interior_point::method::worst_violation;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::methods::scp::ScpOptions;
 use crate::optimize::search::answer::conclude;
@@ -160,7 +161,7 @@ fn unlimited<const N: usize>(
     // A clear violation on the coarse grid spares the fine solve, where there is but one best path.
     let coarse = Chain::new(problem, seed.steps());
     if search.fine.dynamics.has_all_axes()
-        && coarse.worst_violation(&coarse.opened(seed))? > search.context.tuning.clear_violation
+        && worst_violation(&coarse, &coarse.opened(seed))? > search.context.tuning.clear_violation
     {
         return None;
     }
@@ -177,7 +178,7 @@ fn unlimited<const N: usize>(
         candidate.inputs[stage] =
             inputs.iter().zip(&fine.model.input_unit).map(|(u, unit)| u / unit).collect();
     }
-    if fine.worst_violation(&candidate)? > 0.0 {
+    if worst_violation(&fine, &candidate)? > 0.0 {
         return None;
     }
     // The rivals are those of the relaxed maneuver: nobody knows whether they keep within the

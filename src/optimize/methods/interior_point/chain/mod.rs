@@ -46,12 +46,13 @@ mod stage;
 mod testing;
 pub(crate) mod warm;
 
-use super::program::{Derivatives, Duals, Increment, Point, Program, Shape, Values};
+use super::program::{Derivatives, Duals, Increment, Point, Program, RowKind, Shape, Values};
 use super::tuning::{OfProgram, Tuning};
 use crate::lie;
+use crate::maneuver::shortfall::{Excess, Violation};
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::{ChainState, Model};
-use crate::optimize::chain::rows::{LimitRows, What};
+use crate::optimize::chain::rows::{Group, LimitRows, What};
 use crate::optimize::methods::method::Attempt;
 use crate::{Matrix3, Vector3};
 use family::Family;
@@ -282,6 +283,50 @@ impl<'a> ChainProgram<'a> {
     /// Returns what a row of the chain bounds, if the row is one of the chain.
     fn what_of(&self, row: &Row) -> Option<&What> {
         self.limits.rows.get(row.row).map(|row| &row.what)
+    }
+
+    /// Returns the number of groups of rows.
+    pub fn groups(&self) -> usize {
+        self.limits.groups.len()
+    }
+
+    /// Returns the group of a row that stands for one of the chain.
+    pub fn group_of(&self, row: usize) -> usize {
+        self.limits.rows[self.rows[row].row].group
+    }
+
+    /// Returns whether a row may be violated on the way of a method that keeps linear limits of the inputs.
+    pub fn may_be_violated(&self, row: usize) -> bool {
+        self.shape.kinds[row] != RowKind::Hard || self.what_of(&self.rows[row]).is_some_and(What::is_ball)
+    }
+
+    /// Returns where the attitude begins in a tangent vector.
+    pub fn attitude(&self) -> usize {
+        self.model.zeta()
+    }
+
+    /// Returns the worst violation in each group of rows, zero where all hold.
+    pub fn violations(&self, values: &Values) -> Vec<f64> {
+        let mut worst = vec![0.0f64; self.groups()];
+        for ((row, c), kind) in self.rows.iter().zip(&values.rows).zip(&self.shape.kinds) {
+            let Some(limit) = self.limits.rows.get(row.row) else { continue };
+            let off = if *kind == RowKind::Equation { c.abs() } else { *c };
+            worst[limit.group] = worst[limit.group].max(off);
+        }
+        worst
+    }
+
+    /// Returns the violations above a size by name.
+    pub fn noticed(&self, values: &Values, above: f64) -> Vec<Violation> {
+        let named = self.limits.groups.iter().zip(self.violations(values));
+        let noticed = named.filter(|(_, violation)| *violation > above);
+        // Cones are violated by an angle, limits by a share of themselves.
+        let excess = |is_angle: bool| if is_angle { Excess::Angle } else { Excess::Share };
+        let violation = |(group, by): (&Group, f64)| Violation {
+            name: group.name.clone(),
+            excess: excess(group.is_angle)(by),
+        };
+        noticed.map(violation).collect()
     }
 
     /// Returns where the inputs before stand among the coordinates of a state.

@@ -12,8 +12,9 @@ use crate::mechanics::environment::UniformGravity;
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::Model;
 use crate::optimize::chain::model::step;
-use crate::optimize::chain::reference::newton::{Polished, newton};
-use crate::optimize::chain::rows::{LimitRows, RowValue};
+use crate::optimize::chain::rows::LimitRows;
+use crate::optimize::chain::tests::reference::newton::{Polished, newton};
+use crate::optimize::chain::tests::reference::rows::RowValue;
 use crate::optimize::chain::{Chain, Multipliers, first_iterate};
 use crate::optimize::methods::method::Watch;
 use crate::optimize::search::{Silent, solve};
@@ -129,7 +130,7 @@ impl Reduced<'_> {
         let (m, first) = (self.model.m, self.model.first_input());
         let mut all = vec![vec![0.0; m]; first];
         all.extend(inputs.as_slice().chunks(m).map(<[f64]>::to_vec));
-        let first = step::opening(self.model, 1.0, &all[0]).end;
+        let first = step::opening(self.model, 1.0, &all[0]);
         Iterate { states: vec![first], inputs: all }.replayed(self.model).unwrap()
     }
 

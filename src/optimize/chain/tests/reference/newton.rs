@@ -23,13 +23,15 @@
 //! sign. Newton is plain at first, and stabilised where that fails.
 
 use super::banded::Banded;
+use super::evaluated::Evaluated;
 use super::kkt::Kkt;
+use super::rows::RowValue;
+use super::step;
 use crate::maneuver::solution::Outcome;
 use crate::optimize::chain::Multipliers;
-use crate::optimize::chain::iterate::{Evaluated, Iterate};
+use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::Model;
-use crate::optimize::chain::model::state;
-use crate::optimize::chain::rows::{LimitRow, LimitRows, RowValue};
+use crate::optimize::chain::rows::{LimitRow, LimitRows};
 use crate::optimize::chain::tuning::PROXIMAL;
 use crate::optimize::methods::driver::{Iteration, run};
 use crate::optimize::methods::method::Watch;
@@ -113,7 +115,7 @@ impl<'a> Newton<'a> {
         let Self { at, multipliers, residuals, .. } = self;
         let kkt = Kkt::of(at, multipliers, &self.active, self.proximal)?;
         let (states, inputs, change) = direction(at, kkt, residuals)?;
-        let longest = states.iter().map(|z| state::length(at.model, z)).fold(0.0, f64::max);
+        let longest = states.iter().map(|z| step::length(at.model, z)).fold(0.0, f64::max);
         let fraction = if longest > LONGEST_TURN { LONGEST_TURN / longest } else { 1.0 };
         Some((
             at.iterate.moved(at.model, &states, &inputs, fraction),

@@ -8,11 +8,12 @@
 //! with `C` the derivatives of dynamics, terminal conditions and acting rows. Its unknowns stand stage by
 //! stage, so that it couples neighbours alone.
 
-use super::super::Multipliers;
-use super::super::iterate::Evaluated;
-use super::super::model::Model;
-use super::super::rows::LimitRows;
 use super::curvature::blocks;
+use super::evaluated::Evaluated;
+use super::step;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::model::Model;
+use crate::optimize::chain::rows::LimitRows;
 use crate::optimize::chain::tuning::PROXIMAL;
 use nalgebra::DMatrix;
 
@@ -101,7 +102,7 @@ impl Kkt {
             if let Some(mixed) = &curvature.mixed {
                 entries.coupling(z, u, mixed);
             }
-            let own = model.input_weight(stage);
+            let own = step::input_weight(model, stage);
             entries.block(u, u, &curvature.inputs.as_ref().map_or_else(|| own.clone(), |rows| &own + rows));
             entries.block(z, z, &curvature.state);
         }

@@ -7,10 +7,11 @@
 //! All parts are central differences of exact gradients, taken along the group, good to nine digits.
 //! The duration is given.
 
-use super::super::Multipliers;
-use super::super::iterate::Evaluated;
-use super::super::rows::{Place, RowValue, What};
-use crate::optimize::chain::model::{state, step};
+use super::evaluated::Evaluated;
+use super::rows::{Place, RowValue};
+use super::step;
+use crate::optimize::chain::Multipliers;
+use crate::optimize::chain::rows::What;
 use crate::optimize::discrete::step::StepError;
 use nalgebra::{DMatrix, DVector};
 
@@ -49,12 +50,12 @@ fn block(at: &Evaluated, multipliers: &Multipliers, stage: usize) -> Result<Bloc
     let acting: Vec<usize> = limits.range(stage).filter(acts).collect();
     // Gradient of the step's part by the state, and that of the rows' part by state and inputs.
     let of_step = |z: &DVector<f64>, next: &[f64]| -> Result<DVector<f64>, StepError> {
-        let step = step::step(model, stage, &state::moved(model, state, z), next)?;
+        let step = step::step(model, stage, &step::moved(model, state, z), next)?;
         Ok(step.a.tr_mul(&multipliers.costates[stage + 1]))
     };
     let on_arc = acting.iter().any(|index| limits.rows[*index].what.is_of_arc());
     let of_rows = |z: &DVector<f64>, inputs: &[f64]| -> Result<DVector<f64>, StepError> {
-        let moved = state::moved(model, state, z);
+        let moved = step::moved(model, state, z);
         let arc = if on_arc {
             Some(step::step(model, stage, &moved, next.map_or(inputs, |next| next))?.arc)
         } else {
