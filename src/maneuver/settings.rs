@@ -13,7 +13,7 @@ pub enum Method {
     Auto,
     /// Shooting on the costates. Limits on the inputs alone go through the saturated control law.
     Shooting,
-    /// Sequential convex programming, then polish on the active set: least effort in a given
+    /// Sequential convex programming, whose digits the interior point ends: least effort in a given
     /// duration, on equal steps, to compare.
     Scp,
     /// An interior point on the group, with all limits as they are: on equal steps, also where

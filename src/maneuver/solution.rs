@@ -329,7 +329,7 @@ pub enum Rung {
     Saturated,
     /// Sequential convex programming.
     Scp,
-    /// Newton on the active set, from the result of the convex iteration.
+    /// The interior point, from the result of the convex iteration.
     Polish,
     /// The interior point.
     InteriorPoint,

@@ -29,7 +29,7 @@ pub(super) fn method(problem: &Problem, solution: &Solution) -> String {
     let how = match solution.method {
         Method::Scp => match &solution.convex {
             Some(work) => {
-                format!("SCP: {}, then Newton on the active set", counted(work.subproblems, "subproblem"))
+                format!("SCP: {}, then the interior point", counted(work.subproblems, "subproblem"))
             }
             None => "SCP".into(),
         },

@@ -6,7 +6,7 @@
 //! - **scp**: sequential convex programming, to its own convergence on the requested grid. The
 //!   duals of its last subproblem serve as costates; its result contains nothing of Newton's
 //!   method;
-//! - **scp + polish**: SCP as a plan takes it, ended by Newton on the active set.
+//! - **scp + polish**: SCP as a plan takes it, ended by the interior point.
 //!
 //! Duals are costates: the multipliers of the linearised dynamics converge to `λ`, so `λ_0` of
 //! the second method starts the first. [`Agreement`] measures the difference.
@@ -57,7 +57,7 @@ pub enum Contender {
     Shooting,
     /// Sequential convex programming to its own convergence, without polish.
     Scp,
-    /// Sequential convex programming, ended by Newton on the active set.
+    /// Sequential convex programming, ended by the interior point.
     ScpPolish,
 }
 
