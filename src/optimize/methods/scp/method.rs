@@ -1,7 +1,7 @@
 //! SCP as a method: from the path of a candidate, and its inputs and multipliers where it has them,
 //! to an optimum within all limits.
 
-use super::tuning::{DEARER, VIOLATED};
+use super::tuning::{DEARER, LAST_BARRIER, VIOLATED};
 use super::{Convex, ScpOptions, largest_defect, run};
 use crate::maneuver::settings;
 use crate::maneuver::shortfall::Shortfall;
@@ -41,8 +41,12 @@ impl ConvexIteration<'_> {
     /// Ends the digits of a point that the convex iteration has converged to. An optimum that costs more
     /// is another one.
     fn polished(&self, found: Attempt, budget: &Budget) -> Attempt {
-        let tuning = Tuning::near();
-        let mut next = InteriorPoint::of(self.chain, &tuning).improve(found.candidate.clone(), budget);
+        let ended =
+            |tuning: &Tuning| InteriorPoint::of(self.chain, tuning).improve(found.candidate.clone(), budget);
+        let mut next = ended(&Tuning { last: LAST_BARRIER, ..Tuning::near() });
+        if !next.converged() {
+            next = ended(&Tuning::near());
+        }
         let report = next.runs.pop().map(|run| Run { rung: Some(Rung::Polish), ..run });
         let runs = found.runs.into_iter().chain(report).collect();
         if !next.converged() || next.cost > found.cost * (1.0 + DEARER) {

@@ -45,7 +45,7 @@ impl ScpOptions {
     /// The convex iteration to its own convergence.
     pub fn unpolished() -> Self {
         // Duals follow the point: they have six digits only where its moves have nine.
-        Self { polish: false, tolerance: 1e-9, cone_tolerance: 1e-9, ..Self::default() }
+        Self { polish: false, tolerance: 1e-9, cone_tolerance: 1e-10, ..Self::default() }
     }
 
     /// The same with `most` subproblems.

@@ -35,6 +35,8 @@ pub(super) const FUTILE: f64 = 1e-2;
 /// The end of the digits may lead to a cost above that of the convex iteration by this part: more is
 /// another optimum.
 pub(super) const DEARER: f64 = 0.02;
+/// Barrier term at which the digits end: the cost is off by it for each row that acts.
+pub(super) const LAST_BARRIER: f64 = 1e-14;
 /// Unknowns from which the cone solver works on a thread of its own: it looks at nobody while it is made, nor within an iteration. With
 /// fewer that is over soon.
 pub(super) const LARGE: usize = 20_000;
