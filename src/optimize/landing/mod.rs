@@ -25,13 +25,13 @@ mod shooting;
 pub(crate) use chain::{Landed, land_chain};
 pub(crate) use shooting::land_costate;
 
+use crate::Vector3;
 use crate::flight::{Excess, Flight, Held};
 use crate::lie;
 use crate::maneuver::constraint::{Constraint, Pointing, Rule, Side};
 use crate::maneuver::problem::{Motion, Problem, State};
 use crate::maneuver::settings::{Settings, Target};
 use crate::maneuver::solution::{Landing, Trajectory};
-use crate::{Matrix3, Vector3};
 
 /// A miss that is none, scaled: radians, and rates over a radian in the duration. Far below what a witness is asked for, far
 /// above round-off.
@@ -107,11 +107,6 @@ impl<'a> Aim<'a> {
             misses: Vec::new(),
             best: f64::INFINITY,
         }
-    }
-
-    /// The maneuver.
-    pub fn problem(&self) -> &'a Problem {
-        self.problem
     }
 
     /// Of the motion that `settings` ask to be at the end of a maneuver; `None` where it is there already.
@@ -266,9 +261,4 @@ fn length(problem: &Problem, duration: f64) -> f64 {
 
 fn largest(blocks: &[Vector3; 4]) -> f64 {
     blocks.iter().map(|block| block.norm()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
-}
-
-/// A rotation matrix that a discrete motion has come to, without what rounding has taken from it.
-fn attitude_of(matrix: &Matrix3) -> Matrix3 {
-    lie::project_to_rotation(matrix)
 }

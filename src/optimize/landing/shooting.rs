@@ -5,14 +5,14 @@
 //! which a coarser grid gives well enough, and the target is where the sweep ends in the end. A correction is one sweep and
 //! one flight. From the second on Broyden's update puts into `H` what the moves have shown.
 
-use super::{Aim, LANDED, MOST_CORRECTIONS, SHRUNK, attitude_of, largest};
+use super::{Aim, LANDED, MOST_CORRECTIONS, SHRUNK, largest};
 use crate::flight::Held;
 use crate::maneuver::problem::{Problem, State};
 use crate::maneuver::solution::Landing;
 use crate::numerics::factor::Factor;
 use crate::optimize::discrete::step::Point;
 use crate::optimize::discrete::sweep::{BoundaryValueProblem, Node};
-use crate::{Matrix3, Vector3};
+use crate::{Vector3, lie};
 use nalgebra::{SMatrix, SVector};
 
 /// Change of a costate, relative to the largest, over which a derivative is a difference.
@@ -34,7 +34,7 @@ pub(crate) struct LandedCostate<const N: usize> {
 }
 
 /// One sweep, and where the true motion under its inputs ends.
-struct Tried<const N: usize> {
+struct LandingTrial<const N: usize> {
     costate: SVector<f64, N>,
     nodes: Vec<Node>,
     cost: f64,
@@ -75,7 +75,7 @@ pub(crate) fn land_costate<const N: usize>(
         };
         let step = -(h * best.miss);
         let whole = tried(&mut aim, bvp, best.costate + step, std::mem::take(&mut spare));
-        let good = |next: &Tried<N>| next.size <= SHRUNK * best.size;
+        let good = |next: &LandingTrial<N>| next.size <= SHRUNK * best.size;
         // Only the last of the slopes is worth a part of its step.
         let found = whole.filter(good).or_else(|| {
             let mut shares = SHARES.into_iter().filter(|_| slopes.len() == 0);
@@ -101,7 +101,7 @@ pub(crate) fn land_costate<const N: usize>(
     let state = state_of(problem, bvp, &target);
     let landing =
         Landing { corrections: misses.len() - 1, misses, cost_before: f64::NAN, drawn_in: Vec::new() };
-    let Tried { costate, nodes, cost, .. } = best;
+    let LandingTrial { costate, nodes, cost, .. } = best;
     Some(LandedCostate { costate, nodes, cost, target, state, landing })
 }
 
@@ -125,7 +125,7 @@ impl Slope {
         aim: &mut Aim,
         bvp: &BoundaryValueProblem<N>,
         coarse: &BoundaryValueProblem<N>,
-        at: &Tried<N>,
+        at: &LandingTrial<N>,
     ) -> Option<SMatrix<f64, N, N>> {
         let slope = match self {
             Self::Coarse => coarse.sweep_linearized(&at.costate).ok()?.1,
@@ -153,14 +153,14 @@ fn tried<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     costate: SVector<f64, N>,
     mut nodes: Vec<Node>,
-) -> Option<Tried<N>> {
+) -> Option<LandingTrial<N>> {
     nodes.clear();
     let cost = bvp.sweep_into(&costate, &mut nodes).ok()?.cost;
     let (flown, _) = aim.flown(&held(bvp, &nodes))?;
     let blocks = aim.miss(&flown, bvp.dynamics.units.time);
     let first = if N == 12 { 0 } else { 2 };
     let miss = SVector::from_fn(|row, _| blocks[first + row / 3][row % 3]);
-    Some(Tried { costate, nodes, cost, miss, size: largest(&blocks) })
+    Some(LandingTrial { costate, nodes, cost, miss, size: largest(&blocks) })
 }
 
 /// What the inputs of an extremal give over each step, SI units, in the axes of their sets.
@@ -190,7 +190,7 @@ fn state_of<const N: usize>(problem: &Problem, bvp: &BoundaryValueProblem<N>, po
     let units = &dynamics.units;
     let length = if moves { units.length } else { 0.0 };
     let rate: Vector3 = problem.body.inertia.j_inverse() * point.momentum.value;
-    let attitude: Matrix3 = attitude_of(&point.attitude.value);
+    let attitude = lie::project_to_rotation(&point.attitude.value);
     State {
         position: point.position.value * length,
         velocity: point.linear_momentum.value * (length / units.time),

@@ -73,7 +73,7 @@ impl Ties {
         let free: Vec<usize> = (0..self.unknowns).filter(|unknown| self.row(*unknown).is_none()).collect();
         DMatrix::from_fn(self.unknowns, free.len(), |unknown, column| match self.row(unknown) {
             Some(row) => -row[free[column]],
-            None => f64::from(u8::from(free[column] == unknown)),
+            None => f64::from(free[column] == unknown),
         })
     }
 

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 
 /// The conditions at one point, and how they answer.
 #[derive(Clone, Debug)]
-pub(crate) struct Kkt {
+pub(crate) struct KktSystem {
     /// The number of `c`, and of `λ`.
     pub conditions: usize,
     /// `r`.
@@ -27,7 +27,7 @@ pub(crate) struct Kkt {
 
 /// Which steps Newton takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Steps {
+pub(crate) enum NewtonSteps {
     /// To the only solution.
     Determined,
     /// The shortest to a solution, where multipliers or unknowns are open.
@@ -43,7 +43,7 @@ pub(crate) fn untied(g: &DMatrix<f64>, step: &DVector<f64>) -> DVector<f64> {
     DVector::from_iterator(conditions + x.len(), step.rows(0, conditions).iter().chain(&x).copied())
 }
 
-impl Kkt {
+impl KktSystem {
     /// Returns the conditions in `y`, for unknowns that go with these as `x = x₀ + G y`.
     pub fn tied(&self, g: &DMatrix<f64>) -> Self {
         let m = self.conditions;
@@ -98,17 +98,17 @@ impl Kkt {
     }
 
     /// Returns how far the conditions are from being met; of steps that meet `c = 0` alone this alone.
-    pub fn merit(&self, steps: Steps) -> f64 {
-        if steps == Steps::Feasible { self.constraints().norm() } else { self.residual.norm() }
+    pub fn merit(&self, steps: NewtonSteps) -> f64 {
+        if steps == NewtonSteps::Feasible { self.constraints().norm() } else { self.residual.norm() }
     }
 
     /// Returns a step of Newton in `λ` and `x`. Singular values below the part `none` of the largest count as zero.
-    pub fn newton_step(&self, steps: Steps, none: f64) -> Option<DVector<f64>> {
+    pub fn newton_step(&self, steps: NewtonSteps, none: f64) -> Option<DVector<f64>> {
         let right = -&self.carried;
         match steps {
-            Steps::Determined => self.jacobian.clone().lu().solve(&right),
-            Steps::Shortest => shortest(&self.jacobian, &right, none),
-            Steps::Feasible => {
+            NewtonSteps::Determined => self.jacobian.clone().lu().solve(&right),
+            NewtonSteps::Shortest => shortest(&self.jacobian, &right, none),
+            NewtonSteps::Feasible => {
                 let (m, n) = (self.conditions, self.unknowns());
                 let x = shortest(&self.by_unknowns().into_owned(), &right.rows(0, m).into_owned(), none)?;
                 let left = right.rows(m, n) - self.hessian() * &x;

@@ -13,21 +13,12 @@ use crate::optimize::convex::cone::{Cone, ConeSettings, ConeSolver, Program};
 use crate::optimize::convex::sparse::{Sparse, SparseParts};
 use nalgebra::{DMatrix, DVector};
 
-/// How a program is solved.
-#[derive(Clone, Debug)]
-pub(crate) struct QuadraticSettings {
-    /// Most exchanges of bounds before the cone solver is asked. Default 12: what takes more goes round in circles as a rule.
-    pub exchanges: usize,
-    /// Residual of the equations at the bounds that act, by which others may be violated too, relative. Default 1e-11: smaller, round-off
-    /// exchanges bounds; larger, times stand beside their bounds.
-    pub exact: f64,
-}
+/// Most exchanges of bounds before the cone solver is used: what takes more goes round in circles as a rule.
+const EXCHANGES: usize = 12;
 
-impl Default for QuadraticSettings {
-    fn default() -> Self {
-        Self { exchanges: 12, exact: 1e-11 }
-    }
-}
+/// Residual of the equations at the bounds that act, by which others may be violated too, relative: smaller, round-off exchanges bounds;
+/// larger, times stand beside their bounds.
+const EXACT: f64 = 1e-11;
 
 /// A program.
 pub(crate) struct Quadratic<'a> {
@@ -38,12 +29,11 @@ pub(crate) struct Quadratic<'a> {
     /// `J`, of full rank, and `c`.
     pub equations: Option<(&'a DMatrix<f64>, &'a DVector<f64>)>,
     pub bounds: &'a [Bound],
-    pub settings: QuadraticSettings,
 }
 
 /// Its solution.
 #[derive(Clone, Debug)]
-pub(crate) struct Optimum {
+pub(crate) struct QuadraticOptimum {
     pub p: DVector<f64>,
     /// `Jᵀ` times the multipliers of the equations: `Hp + g` without what bounds press.
     pub pull: DVector<f64>,
@@ -54,7 +44,7 @@ pub(crate) struct Optimum {
 impl Quadratic<'_> {
     /// Begun from a guess of the bounds that act, as of the program before it. `None` where the bounds and the equations leave nothing, or a
     /// number is not finite.
-    pub fn solve(&self, guess: &[bool]) -> Option<Optimum> {
+    pub fn solve(&self, guess: &[bool]) -> Option<QuadraticOptimum> {
         self.exchanged(guess).or_else(|| {
             let mut solver = ConeSolver::new(self.program(), &ConeSettings::default()).ok()?;
             let answer = solver.solve();
@@ -70,28 +60,27 @@ impl Quadratic<'_> {
                 for (bound, multiplier) in self.bounds.iter().zip(multipliers) {
                     bound.write(-multiplier, |unknown, part| pull[unknown] += part);
                 }
-                Some(Optimum { p, pull, acting })
+                Some(QuadraticOptimum { p, pull, acting })
             })
         })
     }
 
     /// Bounds are exchanged, those that pull for those that are violated, until none are; `None` where that does not come to an end.
-    fn exchanged(&self, guess: &[bool]) -> Option<Optimum> {
+    fn exchanged(&self, guess: &[bool]) -> Option<QuadraticOptimum> {
         let mut acting = guess.to_vec();
-        let exact = self.settings.exact;
-        for _ in 0..self.settings.exchanges {
+        for _ in 0..EXCHANGES {
             let (p, pull, multipliers) = self.at_bounds(&acting)?;
-            let pulled = exact * (1.0 + multipliers.iter().fold(0.0_f64, |most, one| most.max(one.abs())));
+            let pulled = EXACT * (1.0 + multipliers.iter().fold(0.0_f64, |most, one| most.max(one.abs())));
             let each = self.bounds.iter().zip(&multipliers).zip(&acting);
             let next: Vec<bool> = each
                 .map(
                     |((bound, multiplier), acts)| {
-                        if *acts { *multiplier >= -pulled } else { bound.slack(&p) < -exact }
+                        if *acts { *multiplier >= -pulled } else { bound.slack(&p) < -EXACT }
                     },
                 )
                 .collect();
             if next == acting {
-                return Some(Optimum { p, pull, acting });
+                return Some(QuadraticOptimum { p, pull, acting });
             }
             acting = next;
         }
@@ -150,7 +139,7 @@ impl Quadratic<'_> {
         let solved = matrix.clone().lu().solve(&right)?;
         let size = 1.0 + right.amax();
         let finite = solved.iter().all(|value| value.is_finite());
-        let exact = finite && (&matrix * &solved - &right).amax() < self.settings.exact * size;
+        let exact = finite && (&matrix * &solved - &right).amax() < EXACT * size;
         let pull = -matrix.view((0, n), (n, equal)) * solved.rows(n, equal);
         let mut multipliers = vec![0.0; acting.len()];
         for (row, index) in met.iter().enumerate() {

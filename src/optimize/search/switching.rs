@@ -6,31 +6,34 @@ mod record;
 
 use super::context::Context;
 use super::way::Follower;
-use crate::lie;
 use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
 use crate::maneuver::settings::Method;
 use crate::maneuver::shortfall::Shortfall;
-use crate::maneuver::solution::{Landing, Optimality, Outcome, Rival, Rung, Sense, Solution};
+use crate::maneuver::solution::{Landing, Outcome, Rival, Rung, Sense, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::numerics::figures::rounded_up;
 use crate::optimize::landing::{Aim, Next};
 use crate::optimize::methods::driver::Report;
 use crate::optimize::methods::switching::arcs::Arcs;
-use crate::optimize::methods::switching::branches::Ask;
+use crate::optimize::methods::switching::branches::SearchRequest;
 use crate::optimize::methods::switching::discretize::{arcs_on_grid, smooth_on_grid};
 use crate::optimize::methods::switching::eigenaxis;
-use crate::optimize::methods::switching::extremal::{Extremal, Law};
-use crate::optimize::methods::switching::limit::{Found, Limit};
+use crate::optimize::methods::switching::extremal::{Extremal, TorqueLimit};
+use crate::optimize::methods::switching::flow::Node;
+use crate::optimize::methods::switching::grid_step::Torque;
+use crate::optimize::methods::switching::limit::{BranchEnd, BranchEnds};
 use crate::optimize::methods::switching::on_grid::OnGrid;
-use crate::optimize::methods::switching::pulses::on_grid::{again, arcs_placed};
-use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, scaled};
+use crate::optimize::methods::switching::pulses::on_grid::arcs_placed;
+use crate::optimize::methods::switching::scaled::{input_of, inputs, scaled};
 use crate::optimize::methods::switching::search::search;
+use crate::optimize::methods::switching::sequence::Step;
 use crate::optimize::methods::switching::smooth::Smoothed;
 use crate::optimize::methods::switching::tuning::grid::LEAST_STEPS;
-use crate::optimize::methods::switching::work::Halt;
-use record::{Planned, at_rest, record};
+use crate::optimize::methods::switching::work::{StopRequest, Work};
+use crate::{Vector3, lie};
+use record::{Planned, Scaled, untold};
 
 /// Attitudes this near, and rates in the unit of time, are the same.
 const SAME: f64 = 1e-14;
@@ -67,7 +70,12 @@ pub(super) fn solve_smoothed(problem: &Problem, context: &Context) -> Solution {
 
 /// With arcs at the limits, or without.
 fn solve_by(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> Solution {
-    let once = |problem: &Problem| solve_once(problem, context, arcs, lands);
+    let once = |problem: &Problem| {
+        let found = Extremals::of(problem, context, arcs)
+            .map_or_else(|ended| *ended, |extremals| extremals.cheapest(lands));
+        context.ladder.take();
+        found
+    };
     match problem.duration.at_most() {
         Some(longest) => up_to(longest, problem, context, &once),
         None => once(problem),
@@ -98,14 +106,6 @@ pub(super) fn up_to(
     let cheaper = is_plan(&sought) && within && !(is_plan(&all) && all.cost <= sought.cost);
     let chosen = if cheaper || stopped && !is_plan(&all) { sought } else { all };
     Solution { solve_time: context.began.elapsed().as_secs_f64(), ..chosen }
-}
-
-/// In a given duration, or in the best one of all.
-fn solve_once(problem: &Problem, context: &Context, arcs: bool, lands: bool) -> Solution {
-    let found = Extremals::of(problem, context, arcs)
-        .map_or_else(|ended| *ended, |extremals| extremals.cheapest(lands));
-    context.ladder.take();
-    found
 }
 
 /// What a maneuver without its constraints comes to.
@@ -143,11 +143,9 @@ pub(super) fn is_dear(plan: &Solution) -> bool {
 
 /// The extremals of a maneuver, on their way to its grid.
 struct Extremals<'a, 'c> {
-    problem: &'a Problem,
+    of: Scaled<'a>,
     context: &'a Context<'c>,
-    extremal: Extremal,
-    units: Units,
-    found: Found,
+    found: BranchEnds,
     unsolved: Solution,
 }
 
@@ -156,13 +154,11 @@ impl<'a, 'c> Extremals<'a, 'c> {
     fn of(problem: &'a Problem, context: &'a Context<'c>, arcs: bool) -> Result<Self, Box<Solution>> {
         let tolerance = context.settings.tolerance;
         let mut unsolved = Solution { method: Method::Shooting, ..Solution::unsolved(problem, tolerance) };
-        let Some((extremal, units)) = scaled(problem).map(|(extremal, units)| {
-            let halt = context.within(|budget| Halt::of(&budget.watch));
-            (Extremal { halt, ..extremal }, units)
-        }) else {
+        let Some(of) = Scaled::of(problem, context) else {
             unsolved.outcome = Outcome::NotFinite;
             return Err(unsolved.into());
         };
+        let extremal = &of.extremal;
         let apart =
             lie::log(&extremal.end_attitude).norm() + (extremal.end_rate - extremal.start_rate).norm();
         let stays = match problem.path {
@@ -171,73 +167,64 @@ impl<'a, 'c> Extremals<'a, 'c> {
             Path::Best | Path::Shortest => true,
         };
         if apart < SAME && stays {
-            let resting = problem.start.angular_velocity.norm() * units.time < SAME;
-            match extremal.given_duration {
-                None => return Err(at_rest(problem, unsolved, 0).into()),
-                Some(_) if resting => return Err(at_rest(problem, unsolved, problem.steps).into()),
-                Some(_) => {}
+            let stays = extremal.given_duration.is_none() || extremal.start_rate.norm() < SAME;
+            if let Some(plan) = stays.then(|| of.at_rest()).flatten() {
+                return Err(finished(plan, Vec::new(), context).into());
             }
         }
-        let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs };
         context.enter(Rung::Smoothed, "best", 0);
-        let found = search(&extremal, &ask, &|| context.interrupt().is_some());
-        let report = |outcome, iterations| Report { outcome, iterations, residuals: Vec::new() };
-        let smoothed = if found.branches == 0 { Outcome::Stalled } else { Outcome::Converged };
-        context.note(Rung::Smoothed, "all", 0, report(smoothed, found.sweeps));
+        let (found, sweeps, newtons) = of.searched(context, arcs);
+        let note = |rung, any: bool, iterations| {
+            let outcome = if any { Outcome::Converged } else { Outcome::Stalled };
+            context.note(rung, "all", 0, Report { outcome, iterations, residuals: Vec::new() });
+        };
+        note(Rung::Smoothed, found.branches > 0, sweeps);
         if found.branches > 0 {
-            let polished = if found.limits.is_empty() { Outcome::Stalled } else { Outcome::Converged };
-            context.note(Rung::Switches, "all", 0, report(polished, found.newtons));
+            note(Rung::Switches, !found.limits.is_empty(), newtons);
         }
         match context.interrupt() {
             Some(outcome) => Err(ended(unsolved, outcome, context).into()),
-            None => Ok(Self { problem, context, extremal, units, found, unsolved }),
+            None => Ok(Self { of, context, found, unsolved }),
         }
     }
 
     /// Those that last no longer than they may, the cheapest first. What is given has no bound.
-    fn allowed(&self) -> impl Iterator<Item = &Limit> {
-        let longest = self.problem.duration.at_most().filter(|_| self.extremal.given_duration.is_none());
-        let lasts = |limit: &Limit| limit.duration() * self.units.time;
+    fn allowed(&self) -> impl Iterator<Item = &BranchEnd> {
+        let Scaled { problem, extremal, units } = &self.of;
+        let longest = problem.duration.at_most().filter(|_| extremal.given_duration.is_none());
+        let lasts = |limit: &BranchEnd| limit.duration() * units.time;
         self.found.limits.iter().filter(move |limit| longest.is_none_or(|longest| lasts(limit) <= longest))
     }
 
     /// The plan of one of them on the grid, where it goes the way that is asked for.
-    fn planned(&self, limit: &Limit) -> Option<Planned> {
-        let Self { problem, context, .. } = self;
-        context.enter(Rung::Aligned, limit.name(), problem.steps);
-        let plan = cheapest(problem, &self.extremal, &self.units, limit);
-        let grid = plan.as_ref().map(|plan| (plan.iterations, plan.residual));
-        noted(context, limit.name(), problem.steps, grid);
-        plan.filter(|plan| follows(problem, plan))
+    fn planned(&self, limit: &BranchEnd) -> Option<Planned> {
+        let Self { of, context, .. } = self;
+        context.enter(Rung::Aligned, limit.name(), of.problem.steps);
+        let plan = of.cheapest(limit);
+        noted(context, limit.name(), of.problem.steps, plan.as_ref().map(|plan| &plan.grid));
+        plan.filter(|plan| of.follows(plan))
     }
 
     /// The cheapest plan.
     fn cheapest(self, lands: bool) -> Solution {
-        let Self { problem, context, extremal, units, found, .. } = &self;
-        if let Some(shortest) = problem.shortest_pulse() {
-            return pulses::solve(
-                problem,
-                (extremal, units),
-                found,
-                shortest,
-                context,
-                self.unsolved.clone(),
-                lands,
-            );
+        let context = self.context;
+        if let Some(shortest) = self.of.problem.shortest_pulse() {
+            return self.pulsed(shortest, lands);
         }
-        let mut chosen: Option<(Planned, &Limit)> = None;
-        let arrives = |plan: &Planned| plan.terminal.largest() <= context.settings.tolerance;
+        let mut chosen: Option<(Planned, &BranchEnd)> = None;
+        let arrives = |plan: &Planned| plan.error() <= context.settings.tolerance;
         for limit in self.allowed() {
             // Extremals come cheapest first: the next is of use where the plan of the last is dearer than its grid accounts for, or
             // misses the end.
-            let beats = |(plan, _): &(Planned, &Limit)| {
-                !arrives(plan) || limit.cost(extremal) * units.cost() < plan.cost * (1.0 - OF_THE_GRID)
+            let beats = |(plan, _): &(Planned, &BranchEnd)| {
+                !arrives(plan) || self.named(limit).1 < plan.solution.cost * (1.0 - OF_THE_GRID)
             };
             if !chosen.as_ref().is_none_or(beats) || context.interrupt().is_some() {
                 break;
             }
             let better = |plan: &Planned, best: &Planned| {
-                arrives(plan) && !arrives(best) || arrives(plan) == arrives(best) && plan.cost < best.cost
+                let cheaper = plan.solution.cost < best.solution.cost;
+                arrives(plan) && !arrives(best) || arrives(plan) == arrives(best) && cheaper
             };
             if let Some(plan) = self.planned(limit)
                 && chosen.as_ref().is_none_or(|(best, _)| better(&plan, best))
@@ -254,7 +241,7 @@ impl<'a, 'c> Extremals<'a, 'c> {
     /// The cheapest plan that is kept, with those for rivals that are kept as well.
     fn cheapest_kept(&self, lands: bool, kept: &dyn Fn(&Solution) -> bool) -> Option<Solution> {
         let stops = || self.context.interrupt().is_some();
-        let plan = |limit: &Limit, lands: bool| {
+        let plan = |limit: &BranchEnd, lands: bool| {
             Some(self.told(self.planned(limit)?, limit, lands)).filter(|plan| kept(plan))
         };
         let mut limits = self.allowed().take_while(|_| !stops());
@@ -265,133 +252,246 @@ impl<'a, 'c> Extremals<'a, 'c> {
     }
 
     /// The name of an extremal, and what it costs.
-    fn named(&self, limit: &Limit) -> (&'static str, f64) {
-        (limit.name(), limit.cost(&self.extremal) * self.units.cost())
+    fn named(&self, limit: &BranchEnd) -> (&'static str, f64) {
+        (limit.name(), limit.cost(&self.of.extremal) * self.of.units.cost())
     }
 
     /// The solution that a plan is.
-    fn told(&self, mut plan: Planned, limit: &Limit, lands: bool) -> Solution {
-        let Self { problem, context, extremal, units, found, .. } = self;
-        if let Some(aim) = Aim::asked(problem, context.settings).filter(|_| lands) {
-            let afresh = |aimed: &Extremal| cheapest(problem, aimed, units, limit);
-            plan = landed(aim, extremal, units, plan, &afresh, &|| context.interrupt().is_some());
+    fn told(&self, mut plan: Planned, limit: &BranchEnd, lands: bool) -> Solution {
+        let Self { of, context, found, .. } = self;
+        if lands {
+            plan = of.landed(plan, &|aimed| aimed.cheapest(limit), context);
         }
-        if problem.objective.is_duration() {
-            let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(extremal));
-            plan.switching.eigenaxis_s = eigenaxis.map(|duration| duration * units.time);
+        if of.problem.objective.is_duration() {
+            let eigenaxis = found.eigenaxis.or_else(|| eigenaxis::duration(&of.extremal));
+            plan.switching.eigenaxis_s = eigenaxis.map(|duration| duration * of.units.time);
         }
         let all = found.limits.iter().map(|limit| self.named(limit));
-        let rivals = rivals(all, plan.switching.continuous_cost, plan.sense);
-        finished(Solution { rivals, ..self.unsolved.clone() }, plan, context)
+        let rivals = rivals(all, plan.switching.continuous_cost, plan.solution.sense);
+        finished(plan, rivals, context)
     }
 
     /// What there is to say where none has a plan.
     fn without_plan(self) -> Solution {
-        let Self { problem, context, extremal, found, mut unsolved, .. } = self;
+        let Self { of: Scaled { problem, extremal, .. }, context, found, mut unsolved } = self;
         if extremal.halt.is_raised() {
             let outcome = context.interrupt().unwrap_or(Outcome::Interrupted);
             return ended(unsolved, outcome, context);
         }
         let arcs = found.limits.iter().find_map(|limit| limit.arcs.as_ref());
-        let arcs = arcs.map(|(arcs, _)| arcs.switches.len() + 1);
-        if !shortest_told(problem, &found, context, &mut unsolved) {
-            unsolved.shortfall = Some(match arcs {
-                Some(arcs) if arcs * LEAST_STEPS > problem.steps => {
-                    Shortfall::FewSteps { arcs, steps: arcs * LEAST_STEPS }
-                }
-                _ if found.branches == 0 => Shortfall::NoSmoothedExtremal,
-                _ => Shortfall::NoDiscreteOptimum { steps: problem.steps },
-            });
-        }
+        let arcs = arcs.map(|found| found.arcs.switches.len() + 1);
+        unsolved.shortfall = Some(match (too_short(problem, &found, context), arcs) {
+            (Some((shortest, longer)), _) => {
+                (unsolved.shortest, unsolved.longer) = (Some(shortest), longer);
+                Shortfall::TooShort { asked: problem.seconds(), shortest }
+            }
+            (None, Some(arcs)) if arcs * LEAST_STEPS > problem.steps => {
+                Shortfall::FewSteps { arcs, steps: arcs * LEAST_STEPS }
+            }
+            _ if found.branches == 0 => Shortfall::NoSmoothedExtremal,
+            _ => Shortfall::NoDiscreteOptimum { steps: problem.steps },
+        });
         ended(unsolved, Outcome::Stalled, context)
     }
 }
 
-/// A plan whose true motion meets the end as nearly as corrections bring it: solved again, warm or else `afresh`, for the extremal
-/// that ends where the discrete motion has to. What comes after somebody asks to stop is not corrected.
-fn landed(
-    mut aim: Aim,
-    extremal: &Extremal,
-    units: &Units,
-    first: Planned,
-    afresh: &dyn Fn(&Extremal) -> Option<Planned>,
-    stops: &dyn Fn() -> bool,
-) -> Planned {
-    let problem = aim.problem();
-    let cost_before = first.cost;
-    let (mut plan, mut target, mut best) = (first, problem.end, None);
-    loop {
-        let next = aim.correct(&plan.trajectory);
-        if next == Next::GiveUp && best.is_some() {
-            break;
-        }
-        plan.trajectory.target = Some(target);
-        plan.landing = Some(Landing { cost_before, ..aim.told() });
-        if next != Next::Correct || stops() {
-            return plan;
-        }
-        target = aim.target;
-        let aimed = Extremal {
-            end_attitude: problem.start.attitude.tr_mul(&target.attitude),
-            end_rate: units.time * target.angular_velocity,
-            ..extremal.clone()
-        };
-        let warm = again(&plan.grid, &aimed).and_then(|grid| {
-            let mut warm = record(problem, &aimed, units, &grid)?;
-            let Switching { beside_optimum, .. } = warm.switching;
-            warm.switching = Switching { beside_optimum, ..plan.switching.clone() };
-            let kept = pulses::told_again(problem, &mut warm);
-            warm.start.clone_from(&plan.start);
-            kept.then_some(warm)
-        });
-        let Some(solved) = warm.or_else(|| afresh(&aimed)) else {
-            return plan;
-        };
-        best = Some(std::mem::replace(&mut plan, solved));
+impl<'a> Scaled<'a> {
+    /// `None` where the torques do not span the space or a number is out of range.
+    fn of(problem: &'a Problem, context: &Context) -> Option<Self> {
+        let (extremal, units) = scaled(problem)?;
+        let halt = context.within(|budget| StopRequest::of(&budget.watch));
+        Some(Self { problem, extremal: Extremal { halt, ..extremal }, units })
     }
-    best.unwrap_or(plan)
+
+    /// The best extremals, how many sweeps of smoothed problems they took, and how many Newtons on switching times.
+    fn searched(&self, context: &Context, arcs: bool) -> (BranchEnds, usize, usize) {
+        let ask = SearchRequest { path: self.problem.path, thoroughness: context.settings.search, arcs };
+        context.within(|budget| {
+            let work = Work::of(budget.watch);
+            (search(&self.extremal, &ask, &work), work.sweeps.get(), work.newtons.get())
+        })
+    }
+
+    /// The plan of a body that is where it should be: no time and no steps, or as many of a given duration without any input.
+    fn at_rest(&self) -> Option<Planned> {
+        let (none, first) = (Vector3::zeros(), Node::at_start(&self.extremal, Vector3::zeros()));
+        let given = self.extremal.given_duration;
+        let (count, duration) = given.map_or((0, 0.0), |given| (self.problem.steps, given));
+        let torque = Torque::Arc(Extremal::holding(&none, 0.0));
+        let steps = vec![Step { arc: 0, part: 1.0 / count as f64, torque }; count];
+        let off = vec![vec![-1.0; self.extremal.switching_count()]];
+        let still = OnGrid::new(none, vec![duration], steps, off, vec![first; count + 1]);
+        let still = OnGrid { torques: vec![none; count], residual: 0.0, ..still };
+        let mut plan = self.record(&still)?;
+        plan.solution.start = "rest".into();
+        let continuous_duration_s = duration * self.units.time;
+        plan.switching =
+            Switching { continuous_duration_s, continuous_cost: 0.0, gap: 0.0, ..untold(Structure::Rest) };
+        Some(plan)
+    }
+
+    /// A plan whose true motion meets the end as nearly as corrections bring it, where that is asked for: solved again, warm or else
+    /// `afresh`, for the extremal that ends where the discrete motion has to. What comes after somebody asks to stop is not corrected.
+    fn landed(
+        &self,
+        first: Planned,
+        afresh: &dyn Fn(&Self) -> Option<Planned>,
+        context: &Context,
+    ) -> Planned {
+        let Self { problem, extremal, units } = self;
+        let Some(mut aim) = Aim::asked(problem, context.settings) else { return first };
+        let cost_before = first.solution.cost;
+        let (mut plan, mut target, mut best) = (first, problem.end, None);
+        loop {
+            let next = aim.correct(&plan.solution.trajectory);
+            if next == Next::GiveUp && best.is_some() {
+                break;
+            }
+            plan.solution.trajectory.target = Some(target);
+            plan.solution.landing = Some(Landing { cost_before, ..aim.told() });
+            if next != Next::Correct || context.interrupt().is_some() {
+                return plan;
+            }
+            target = aim.target;
+            let aimed = Extremal {
+                end_attitude: problem.start.attitude.tr_mul(&target.attitude),
+                end_rate: units.time * target.angular_velocity,
+                ..extremal.clone()
+            };
+            let aimed = Self { extremal: aimed, ..*self };
+            let warm = plan.grid.again(&aimed.extremal).and_then(|grid| {
+                let mut warm = aimed.record(&grid)?;
+                let Switching { beside_optimum, .. } = warm.switching;
+                warm.switching = Switching { beside_optimum, ..plan.switching.clone() };
+                let kept = pulses::told_again(problem, &mut warm);
+                warm.solution.start.clone_from(&plan.solution.start);
+                kept.then_some(warm)
+            });
+            let Some(solved) = warm.or_else(|| afresh(&aimed)) else {
+                return plan;
+            };
+            best = Some(std::mem::replace(&mut plan, solved));
+        }
+        best.unwrap_or(plan)
+    }
+
+    /// The discrete optimum of the best arcs where they have room on the grid, or the nearest to it; otherwise that of the next looser
+    /// ones, or of the smoothed law if it is cheaper.
+    fn cheapest(&self, limit: &BranchEnd) -> Option<Planned> {
+        let Self { problem, extremal, .. } = self;
+        let goes_on = || (!extremal.halt.is_raised()).then_some(());
+        let aligned = |limit: &BranchEnd| {
+            let arcs = &limit.arcs.as_ref()?.arcs;
+            goes_on()?;
+            // The discrete optimum may lack a pulse of the continuous one, or have its pulses in another order.
+            let grid = arcs_on_grid(extremal, arcs, problem.steps)
+                .or_else(|| arcs_placed(extremal, arcs, problem.steps))?;
+            self.planned(limit, &grid, None)
+        };
+        if let Some(plan) = aligned(limit) {
+            return Some(plan);
+        }
+        let looser = limit.loosened().find_map(|limit| aligned(&limit));
+        let smooth = || {
+            goes_on()?;
+            let least = limit.smooth.epsilon;
+            let from = |smooth: &Smoothed| smooth_on_grid(extremal, smooth, least, problem.steps);
+            let (grid, epsilon) = from(&limit.smooth).or_else(|| from(&limit.branch))?;
+            // Of the arcs that it takes the place of it is none.
+            self.planned(&BranchEnd { arcs: None, ..limit.clone() }, &grid, Some(epsilon))
+        };
+        let cheaper = |a: &Planned, b: &Planned| a.solution.cost.total_cmp(&b.solution.cost);
+        looser.into_iter().chain(smooth()).min_by(cheaper)
+    }
+
+    /// What a limit is on its grid; with ε where the inputs are smoothed there.
+    fn planned(&self, limit: &BranchEnd, grid: &OnGrid, smoothing: Option<f64>) -> Option<Planned> {
+        let Self { problem, extremal, units } = self;
+        let mut recorded = self.record(grid)?;
+        recorded.solution.start = limit.name().into();
+        let switching = &mut recorded.switching;
+        switching.smoothing = smoothing;
+        switching.continuous_duration_s = limit.duration() * units.time;
+        switching.continuous_cost = limit.cost(extremal) * units.cost();
+        if let Some(found) = &limit.arcs {
+            let exact = found.is_exact(extremal);
+            switching.structure = match (exact, problem.objective.fuel()) {
+                (true, None) => Structure::BangBang,
+                (true, Some(_)) => Structure::BangOffBang,
+                (false, _) => Structure::TruncatedChattering,
+            };
+            switching.gap = found.gap * units.cost();
+            switching.switches = found.arcs.switches.len();
+            if !exact && !extremal.axes().is_empty() {
+                let inputs = found.singular().into_iter().map(|level| input_of(problem, level));
+                switching.singular_inputs = inputs.collect();
+                switching.singular_inputs.dedup();
+            }
+            switching.arcs = self.told(&found.arcs);
+        } else {
+            // A sum of terms that are not negative but for round-off.
+            let gap = limit.smooth.gap(extremal) * units.cost();
+            switching.gap = if gap < 0.0 { 0.0 } else { gap };
+            let norm = matches!(extremal.law, TorqueLimit::Norm(_)) && !extremal.counts_fuel();
+            switching.structure = if norm { Structure::Norm } else { Structure::Singular };
+        }
+        Some(recorded)
+    }
+
+    /// Arcs with the inputs of the maneuver, in seconds. Inputs that switch together do so at one time: what round-off leaves
+    /// between them is no arc.
+    fn told(&self, arcs: &Arcs) -> Vec<SwitchingArc> {
+        let Self { problem, extremal, units } = self;
+        let least = NO_ARC * arcs.duration * units.time;
+        let arc = |(_, start, end, signs): (_, f64, f64, Vec<f64>)| {
+            let input = match (extremal.axes(), extremal.on_arc(&signs).held()) {
+                (_, None) => Vec::new(),
+                ([], Some(_)) => vec![0.0; problem.actuation.count()],
+                (_, Some(_)) => inputs(problem, &signs),
+            };
+            let (start_s, end_s) = (start * units.time, end * units.time);
+            let (holds, change, touches) = (Vec::new(), Vec::new(), Vec::new());
+            SwitchingArc { start_s, end_s, input, holds, change, touches }
+        };
+        let mut told: Vec<SwitchingArc> = arcs.arcs().into_iter().map(arc).collect();
+        told.retain(|arc| arc.end_s - arc.start_s > least);
+        for index in 1..told.len() {
+            told[index].start_s = told[index - 1].end_s;
+        }
+        told
+    }
+
+    /// Whether a plan goes the way that is asked for.
+    fn follows(&self, plan: &Planned) -> bool {
+        match self.problem.path {
+            Path::Best => true,
+            Path::Shortest => plan.solution.sense == Sense::Short,
+            Path::Long => plan.solution.sense == Sense::Long,
+            Path::AsGiven(vector) => {
+                let begun = Follower::begun(&self.problem.start.attitude);
+                begun.turned_by(&vector).is_on_the_sheet_of(&plan.path)
+            }
+        }
+    }
 }
 
 /// The solution that a plan on its grid is.
-fn finished(mut solution: Solution, plan: Planned, context: &Context) -> Solution {
-    solution.steps = plan.trajectory.time.len() - 1;
-    solution.step = plan.duration / solution.steps as f64;
-    solution.cost = plan.cost;
-    solution.iterations = plan.iterations;
-    solution.terminal = plan.terminal;
-    solution.optimality =
-        Optimality { tested: true, stationarity: plan.residual, rank: 6, ..Optimality::UNTESTED };
-    solution.sense = plan.sense;
-    solution.turned_deg = plan.turned_deg;
-    solution.start = plan.start;
-    solution.trajectory = plan.trajectory;
-    solution.landing = plan.landing;
-    solution.switching = Some(plan.switching);
-    let outcome =
-        if solution.terminal.largest() <= solution.tolerance { Outcome::Converged } else { Outcome::Stalled };
-    ended(solution, outcome, context)
-}
-
-/// Tells the shortest duration, where that of a maneuver of fuel is too short.
-fn shortest_told(problem: &Problem, found: &Found, context: &Context, solution: &mut Solution) -> bool {
-    let quickest = problem.objective.fuel().and_then(|_| too_short(problem, found, context));
-    let Some((shortest, longer)) = quickest else { return false };
-    (solution.shortest, solution.longer) = (Some(shortest), longer);
-    solution.shortfall = Some(Shortfall::TooShort { asked: problem.seconds(), shortest });
-    true
+fn finished(plan: Planned, rivals: Vec<Rival>, context: &Context) -> Solution {
+    let tolerance = context.settings.tolerance;
+    let outcome = if plan.error() <= tolerance { Outcome::Converged } else { Outcome::Stalled };
+    let (method, switching) = (Method::Shooting, Some(plan.switching));
+    ended(Solution { method, tolerance, rivals, switching, ..plan.solution }, outcome, context)
 }
 
 /// The shortest duration of a maneuver of given duration that no extremal of fuel was found for, where that is longer,
 /// and a duration for which one was found.
-fn too_short(problem: &Problem, found: &Found, context: &Context) -> Option<(f64, Option<f64>)> {
-    if found.branches > 0 || problem.seeks_duration() {
+fn too_short(problem: &Problem, found: &BranchEnds, context: &Context) -> Option<(f64, Option<f64>)> {
+    if found.branches > 0 || problem.seeks_duration() || problem.objective.fuel().is_none() {
         return None;
     }
-    let ask = Ask { path: problem.path, thoroughness: context.settings.search, arcs: true };
     let search = |problem: &Problem| {
-        let (extremal, units) = scaled(problem)?;
-        let found = search(&extremal, &ask, &|| context.interrupt().is_some());
-        found.limits.first().map(|limit| limit.duration() * units.time)
+        let of = Scaled::of(problem, context)?;
+        of.searched(context, true).0.limits.first().map(|limit| limit.duration() * of.units.time)
     };
     let shortest =
         search(&Problem { objective: Objective::Time, duration: Duration::SOUGHT, ..problem.clone() })?;
@@ -417,122 +517,14 @@ fn rivals<'a>(dearer: impl Iterator<Item = (&'a str, f64)>, cost: f64, sense: Se
 }
 
 /// Notes whether something has a place on the grid of a plan, as it was announced.
-fn noted(context: &Context, name: &str, steps: usize, grid: Option<(usize, f64)>) {
+fn noted(context: &Context, name: &str, steps: usize, grid: Option<&OnGrid>) {
     let outcome = if grid.is_some() { Outcome::Converged } else { Outcome::Stalled };
-    let (iterations, residuals) = (grid.map_or(0, |grid| grid.0), grid.iter().map(|grid| grid.1).collect());
+    let iterations = grid.map_or(0, |grid| grid.iterations);
+    let residuals = grid.iter().map(|grid| grid.residual).collect();
     context.note(Rung::Aligned, name, steps, Report { outcome, iterations, residuals });
 }
 
 fn ended(solution: Solution, outcome: Outcome, context: &Context) -> Solution {
     let (ladder, solve_time) = (context.ladder.borrow().clone(), context.began.elapsed().as_secs_f64());
     Solution { outcome, ladder, solve_time, ..solution }
-}
-
-/// The discrete optimum of the best arcs where they have room on the grid, or the nearest to it; otherwise that of the next looser
-/// ones, or of the smoothed law if it is cheaper.
-fn cheapest(problem: &Problem, extremal: &Extremal, units: &Units, limit: &Limit) -> Option<Planned> {
-    let goes_on = || (!extremal.halt.is_raised()).then_some(());
-    let aligned = |limit: &Limit| {
-        let (arcs, _) = limit.arcs.as_ref()?;
-        goes_on()?;
-        // The discrete optimum may lack a pulse of the continuous one, or have its pulses in another order.
-        let grid = arcs_on_grid(extremal, arcs, problem.steps)
-            .or_else(|| arcs_placed(extremal, arcs, problem.steps))?;
-        planned(problem, extremal, units, limit, grid, None)
-    };
-    if let Some(plan) = aligned(limit) {
-        return Some(plan);
-    }
-    let looser = limit.loosened().find_map(|limit| aligned(&limit));
-    let smooth = || {
-        goes_on()?;
-        let least = limit.smooth.epsilon;
-        let from = |smooth: &Smoothed| smooth_on_grid(extremal, smooth, least, problem.steps);
-        let (grid, epsilon) = from(&limit.smooth).or_else(|| from(&limit.branch))?;
-        // Of the arcs that it takes the place of it is none.
-        let limit = Limit { arcs: None, ..limit.clone() };
-        planned(problem, extremal, units, &limit, grid, Some(epsilon))
-    };
-    let cheaper = |a: &Planned, b: &Planned| a.cost.total_cmp(&b.cost);
-    looser.into_iter().chain(smooth()).min_by(cheaper)
-}
-
-/// What a limit is on its grid; with ε where the inputs are smoothed there.
-fn planned(
-    problem: &Problem,
-    extremal: &Extremal,
-    units: &Units,
-    limit: &Limit,
-    grid: OnGrid,
-    smoothing: Option<f64>,
-) -> Option<Planned> {
-    let arcs = limit.arcs.as_ref();
-    let mut recorded = record(problem, extremal, units, &grid)?;
-    recorded.switching.smoothing = smoothing;
-    recorded.switching.continuous_duration_s = limit.duration() * units.time;
-    recorded.switching.continuous_cost = limit.cost(extremal) * units.cost();
-    recorded.start = limit.name().into();
-    let switching = &mut recorded.switching;
-    if let Some((arcs, certificate)) = arcs {
-        let exact = limit.is_exact(extremal);
-        switching.structure = match (exact, problem.objective.fuel()) {
-            (true, None) => Structure::BangBang,
-            (true, Some(_)) => Structure::BangOffBang,
-            (false, _) => Structure::TruncatedChattering,
-        };
-        switching.gap = certificate.gap * units.cost();
-        switching.switches = arcs.switches.len();
-        if !exact && !extremal.axes().is_empty() {
-            let inputs = certificate.singular().into_iter().map(|level| input_of(problem, level));
-            switching.singular_inputs = inputs.collect();
-            switching.singular_inputs.dedup();
-        }
-        switching.arcs = told(problem, extremal, units, arcs);
-    } else {
-        // A sum of terms that are not negative but for round-off.
-        let gap = limit.smooth.gap(extremal) * units.cost();
-        switching.gap = if gap < 0.0 { 0.0 } else { gap };
-        let norm = matches!(extremal.law, Law::Norm(_)) && !extremal.counts_fuel();
-        switching.structure = if norm { Structure::Norm } else { Structure::Singular };
-    }
-    Some(recorded)
-}
-
-/// Arcs with the inputs of the maneuver, in seconds. Inputs that switch together do so at one time: what round-off leaves
-/// between them is no arc.
-fn told(problem: &Problem, extremal: &Extremal, units: &Units, arcs: &Arcs) -> Vec<SwitchingArc> {
-    let least = NO_ARC * arcs.duration * units.time;
-    let arc = |(_, start, end, signs): (_, f64, f64, Vec<f64>)| {
-        let input = match (extremal.axes(), extremal.on_arc(&signs).held()) {
-            (_, None) => Vec::new(),
-            ([], Some(_)) => vec![0.0; problem.actuation.count()],
-            (_, Some(_)) => inputs(problem, &signs),
-        };
-        SwitchingArc {
-            start_s: start * units.time,
-            end_s: end * units.time,
-            input,
-            holds: Vec::new(),
-            change: Vec::new(),
-            touches: Vec::new(),
-        }
-    };
-    let mut told: Vec<SwitchingArc> = arcs.arcs().into_iter().map(arc).collect();
-    told.retain(|arc| arc.end_s - arc.start_s > least);
-    for index in 1..told.len() {
-        told[index].start_s = told[index - 1].end_s;
-    }
-    told
-}
-
-/// Whether a plan goes the way that is asked for.
-fn follows(problem: &Problem, plan: &Planned) -> bool {
-    match problem.path {
-        Path::Best => true,
-        Path::Shortest => plan.sense == Sense::Short,
-        Path::Long => plan.sense == Sense::Long,
-        Path::AsGiven(vector) => {
-            Follower::begun(&problem.start.attitude).turned_by(&vector).is_on_the_sheet_of(&plan.path)
-        }
-    }
 }

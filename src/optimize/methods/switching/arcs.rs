@@ -9,14 +9,14 @@
 use super::extremal::Extremal;
 use super::flow::{Course, Node};
 use super::grid_step::Torque;
-use super::sequence::{Over, Sequence, Step, Swept};
+use super::sequence::{Sequence, Step, SweptArcs};
 use super::smooth::Path;
 use super::tuning::arcs::*;
 use super::tuning::smooth::{COSTATE_STEP, TIME_STEP};
 use super::tuning::{COARSER, FAR_ITERATIONS, FINE, SAME, UNDETERMINED};
 use crate::Vector3;
-use crate::optimize::nlp::kkt::{Kkt, Steps, untied};
-use nalgebra::{DMatrix, DVector};
+use crate::optimize::nlp::kkt::{KktSystem, NewtonSteps, untied};
+use nalgebra::{DMatrix, DVector, Vector6};
 
 /// One input goes to its other limit.
 #[derive(Clone, Copy, Debug)]
@@ -145,16 +145,26 @@ impl Arcs {
         arcs
     }
 
+    /// The lengths of the arcs.
+    pub fn lengths(&self) -> Vec<f64> {
+        self.arcs().iter().map(|(_, start, end, _)| end - start).collect()
+    }
+
+    /// The costates `(M, e_0)`.
+    pub fn costates(&self) -> Vector6<f64> {
+        Vector6::from_iterator(self.m.iter().chain(self.first.e.iter()).copied())
+    }
+
     /// Sweeps in steps of at most this part of the duration; the conditions are in costates and times.
-    pub(super) fn swept(&self, extremal: &Extremal, longest: f64) -> Option<(Swept, Kkt)> {
+    pub(super) fn swept(&self, extremal: &Extremal, longest: f64) -> Option<(SweptArcs, KktSystem)> {
         let (mut lengths, mut nodes, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         for (arc, (node, start, end, signs)) in self.arcs().into_iter().enumerate() {
             lengths.push(end - start);
             nodes.push(node);
             steps.push(Step { arc, part: 1.0, torque: Torque::Arc(extremal.on_arc(&signs)) });
         }
-        let (beside, over) = (Sequence::AT_THE_NODE, Over::Flow { longest });
-        let sequence = Sequence { m: &self.m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, over };
+        let (m, beside, longest) = (&self.m, Sequence::AT_THE_NODE, Some(longest));
+        let sequence = Sequence { m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, longest };
         let (swept, of_times) = (sequence.swept(extremal)?, self.of_times(extremal));
         let mut kkt = swept.kkt.tied(&of_times);
         // Switching functions vanish with the steps of the Hamiltonian, and Newton comes there from farther away.
@@ -175,7 +185,7 @@ impl Arcs {
         let arcs = self.switches.len() + 1;
         let times = arcs - usize::from(extremal.given_duration.is_some());
         let of = |arc: usize, time: usize| {
-            if arc == time { 1.0 } else { -f64::from(u8::from(arc == time + 1)) }
+            if arc == time { 1.0 } else { -f64::from(arc == time + 1) }
         };
         DMatrix::from_fn(arcs, times, of)
     }
@@ -183,18 +193,24 @@ impl Arcs {
     /// Newton, and again without the pulses that have vanished; `None` where it does not converge or the switches vanish.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
         let mut found = self.solved(extremal)?;
-        while let Some((a, b)) = found.vanished() {
-            found.switches.remove(b);
-            found.switches.remove(a);
+        while found.drop_pulses(SAME * found.duration) {
             found = found.solved(extremal)?;
         }
         Some(found)
     }
 
-    /// Two switches of one input with no time between them.
-    fn vanished(&self) -> Option<(usize, usize)> {
-        let no_time = SAME * self.duration;
-        self.pairs().find(|(a, b)| self.switches[*b].time - self.switches[*a].time < no_time)
+    /// Takes away pulses that are no longer than this; whether there are any.
+    fn drop_pulses(&mut self, longest: f64) -> bool {
+        let count = self.switches.len();
+        let short = |this: &Self| {
+            let length = |(a, b): (usize, usize)| this.switches[b].time - this.switches[a].time;
+            this.pairs().find(|pair| length(*pair) <= longest)
+        };
+        while let Some((a, b)) = short(self) {
+            self.switches.remove(b);
+            self.switches.remove(a);
+        }
+        self.switches.len() < count
     }
 
     fn solved(mut self, extremal: &Extremal) -> Option<Self> {
@@ -218,14 +234,14 @@ impl Arcs {
                 longest = FINE;
                 continue;
             }
-            let steps = if count >= DETERMINED { Steps::Determined } else { Steps::Shortest };
+            let steps = if count >= DETERMINED { NewtonSteps::Determined } else { NewtonSteps::Shortest };
             self.take(&kkt.newton_step(steps, UNDETERMINED)?, &swept, extremal)?;
         }
         None
     }
 
     /// A limited Newton step of costates and times, after which switches stand in order again.
-    fn take(&mut self, step: &DVector<f64>, swept: &Swept, extremal: &Extremal) -> Option<()> {
+    fn take(&mut self, step: &DVector<f64>, swept: &SweptArcs, extremal: &Extremal) -> Option<()> {
         let count = self.switches.len();
         let costate = (self.m.norm_squared() + self.first.e.norm_squared()).sqrt();
         let longest = step.rows(6, step.len() - 6).amax();
@@ -234,8 +250,13 @@ impl Arcs {
         if !factor.is_finite() {
             return None;
         }
+        // Neighbouring switches of one input change places.
+        let crosses = |factor: f64| {
+            let after = |j: usize| self.switches[j].time + factor * step[6 + j];
+            self.pairs().any(|(a, b)| after(a) >= after(b))
+        };
         for _ in 0..2 {
-            if self.crossing(step, factor).is_some() {
+            if crosses(factor) {
                 factor *= 0.5;
             }
         }
@@ -251,12 +272,6 @@ impl Arcs {
         Some(())
     }
 
-    /// Two switches of one input that a step makes change places.
-    fn crossing(&self, step: &DVector<f64>, factor: f64) -> Option<(usize, usize)> {
-        let after = |j: usize| self.switches[j].time + factor * step[6 + j];
-        self.pairs().find(|(a, b)| after(*a) >= after(*b))
-    }
-
     /// Neighbouring switches of the same input.
     fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         (0..self.switches.len()).filter_map(|a| {
@@ -267,12 +282,7 @@ impl Arcs {
 
     /// Takes away pulses that have vanished and switches beyond the ends, and sorts the rest.
     fn order(&mut self) {
-        let crossed =
-            |this: &Self| this.pairs().find(|(a, b)| this.switches[*a].time >= this.switches[*b].time);
-        while let Some((a, b)) = crossed(self) {
-            self.switches.remove(b);
-            self.switches.remove(a);
-        }
+        self.drop_pulses(0.0);
         let duration = self.duration;
         for switch in self.switches.iter().filter(|switch| switch.time <= 0.0) {
             self.signs[switch.input] = -self.signs[switch.input];

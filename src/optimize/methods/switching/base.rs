@@ -22,7 +22,7 @@
 //! (`problems/minimum_fuel_norm_moving.toml`): the smoothed law is followed further down, and arcs are read by crossings
 //! first, because pulses with hardly a gap between them run into one.
 
-use super::extremal::{Bias, Extremal, Law};
+use super::extremal::{Bias, Extremal, TorqueLimit};
 use super::flow::Node;
 use super::smooth::{Path, Smooth, Smoothed, descend};
 use super::tuning::branches::BRANCHING;
@@ -73,11 +73,11 @@ fn cubic(phi: &Vector3, start: &Vector3, end: &Vector3, duration: f64) -> (Vecto
 /// Inputs of least norm for a torque, and the largest; under a limit of the norm the torque over the limit.
 fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
     match &extremal.law {
-        Law::Inputs(axes) => {
+        TorqueLimit::Inputs(axes) => {
             let wanted = inverse * (torque - extremal.middle);
             axes.iter().map(|axis| axis.dot(&wanted).abs()).fold(0.0, f64::max)
         }
-        Law::Norm(limit) => (torque - extremal.middle).norm() / limit,
+        TorqueLimit::Norm(limit) => (torque - extremal.middle).norm() / limit,
     }
 }
 
@@ -85,14 +85,14 @@ fn largest(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3) -> f64 {
 fn costate(extremal: &Extremal, inverse: &Matrix3, torque: &Vector3, epsilon: f64) -> Vector3 {
     let switching = |v: f64| -v / (1.0 - v * v).max(1e-3).sqrt();
     match &extremal.law {
-        Law::Inputs(axes) => {
+        TorqueLimit::Inputs(axes) => {
             let wanted = inverse * (torque - extremal.middle);
             let pairs = axes.iter().zip(&extremal.costs);
             let part =
                 |(axis, cost): (&Vector3, &f64)| (switching(axis.dot(&wanted)) - cost / epsilon) * axis;
             inverse * pairs.map(part).sum::<Vector3>()
         }
-        Law::Norm(_) => {
+        TorqueLimit::Norm(_) => {
             let wanted = torque.norm();
             if wanted == 0.0 {
                 return Vector3::zeros();
@@ -173,9 +173,7 @@ fn levels(extremal: &Extremal) -> &'static [f64] {
 
 /// A smoothed extremal at its own ε, from a path near it.
 pub(super) fn relaxed(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
-    let smooth = Smooth::of(extremal, from.epsilon);
-    let path = smooth.solve(from.path.clone(), RELAXED, FAR_ITERATIONS, work)?;
-    Some(Smoothed { path, ..*from })
+    from.solved(extremal, RELAXED, FAR_ITERATIONS, work)
 }
 
 /// A smoothed extremal of the problem at 0, `from`, to that at 1, by way of those between; `carried` takes a path from one to another.
@@ -245,38 +243,33 @@ fn through_bodies(
     by_way_of(body, at, carried, work)
 }
 
-/// Smoothed extremals of minimum time for a turn by way of all given durations, where the levels lead nowhere:
-/// fast bodies whose gyroscopic torques are of the size of the limits.
-pub(super) fn by_all_durations(extremal: &Extremal, turn: &Turn, work: &Work) -> Vec<Smoothed> {
-    by_durations(extremal, turn, INTERVALS, &DURATIONS, &[false, true], work)
-}
-
-/// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one, with the rates
-/// of the ends all along or scaled up to them.
+/// Smoothed extremals of minimum time for a turn by way of given durations, parts of the usual one, with the rates of the ends all along
+/// or scaled up to them: by a short one or by all of them, where the levels lead nowhere, as for fast bodies whose gyroscopic torques are
+/// of the size of the limits.
 ///
 /// Of a given duration the smoothed extremal is one of nearly the least effort at a large ε, which cubic angles are near; a
 /// longer one leads to other paths. Those of the shortest are beside the cubic paths of a level wherever these are not the quickest:
 /// a body of unequal moments or limits does not turn about a fixed axis.
-fn by_durations(
+pub(super) fn by_durations(
     extremal: &Extremal,
     turn: &Turn,
     intervals: usize,
-    parts: &[f64],
-    scaled: &[bool],
+    all: bool,
     work: &Work,
 ) -> Vec<Smoothed> {
     let usual = extremal.authority().try_inverse();
     let Some(usual) = usual.and_then(|inverse| duration_at(extremal, &inverse, turn, LEVELS[0])) else {
         return Vec::new();
     };
-    let mut found = Vec::new();
-    for (part, rates) in parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled))) {
+    let parts = if all { &DURATIONS[..] } else { &DURATIONS[..1] };
+    let scaled: &[bool] = if all && moves(extremal) { &[false, true] } else { &[false] };
+    let each = parts.iter().flat_map(|part| scaled.iter().map(move |scaled| (part, *scaled)));
+    let found = each.filter_map(|(part, rates)| {
         let given = extremal.lasting(Some(part * usual));
-        let of_given = through_bodies(&given, turn, intervals, 0, rates, work);
-        let sought = of_given.and_then(|path| sought(extremal, path, work));
-        found.extend(sought.and_then(|one| at_branching(extremal, one, work)));
-    }
-    found
+        let of_given = through_bodies(&given, turn, intervals, 0, rates, work)?;
+        at_branching(extremal, sought(extremal, of_given, work)?, work)
+    });
+    found.collect()
 }
 
 /// A smoothed extremal of minimum time from one of a given duration.
@@ -335,9 +328,7 @@ pub(super) fn bases(extremal: &Extremal, turn: &Turn, all: bool, work: &Work) ->
     }
     // Where there is none, all durations are tried in the end.
     if extremal.seeks_time() && !found.is_empty() && (all || turn.whole == Vector3::zeros()) {
-        let parts = if all { &DURATIONS[..] } else { &DURATIONS[..1] };
-        let scaled: &[bool] = if all && moves(extremal) { &[false, true] } else { &[false] };
-        found.extend(by_durations(extremal, turn, intervals, parts, scaled, work));
+        found.extend(by_durations(extremal, turn, intervals, all, work));
     }
     found
 }

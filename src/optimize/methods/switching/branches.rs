@@ -30,24 +30,27 @@
 //! even in the step. Where two inputs switch together the arc between them stays in the equations without length: five
 //! lengths could not meet six conditions.
 
-use super::base::{Turn, bases, by_all_durations, relaxed, unbalanced};
+use super::base::{Turn, bases, by_durations, relaxed, unbalanced};
 use super::eigenaxis::other_way_may_be_shorter;
 use super::extremal::{Bias, Extremal};
 use super::smooth::{Intervals, Smooth, Smoothed, descend, descend_by};
 use super::tuning::FAR_ITERATIONS;
 use super::tuning::branches::*;
-use super::tuning::smooth::STEEP;
+use super::tuning::smooth::{INTERVALS, STEEP};
 use super::work::Work;
 use crate::maneuver::problem::Path as Way;
 use crate::maneuver::settings::Thoroughness;
+use crate::maneuver::solution::Outcome;
 use crate::numerics::parallel;
+use crate::optimize::methods::driver::Interrupt;
+use crate::optimize::methods::method::Watch;
 use crate::{Vector3, lie};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is searched for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ask {
+pub(crate) struct SearchRequest {
     pub path: Way,
     pub thoroughness: Thoroughness,
     /// Whether arcs at the limits are looked for, or smoothed extremals are the answer.
@@ -90,13 +93,8 @@ fn biases(extremal: &Extremal, thoroughness: Thoroughness) -> Vec<Bias> {
     std::iter::once(Bias::default()).chain(sets.iter().flat_map(of_set)).collect()
 }
 
-/// Biases that tip a path off a symmetry late.
-pub(super) fn tips(extremal: &Extremal) -> impl Iterator<Item = Bias> {
-    directions(extremal, &ASKEW)
-}
-
 /// Constant biases along each of three axes, and mixed ones, of a size that tips each input alike whatever its limit.
-fn directions(extremal: &Extremal, askew: &Vector3) -> impl Iterator<Item = Bias> + use<> {
+pub(super) fn directions(extremal: &Extremal, askew: &Vector3) -> impl Iterator<Item = Bias> + use<> {
     let constant = (0..6).map(|k| Bias {
         constant: Vector3::ith(k / 2, if k % 2 == 0 { 2.0 } else { -2.0 }),
         linear: Vector3::zeros(),
@@ -119,7 +117,7 @@ fn is_fast(extremal: &Extremal) -> bool {
 /// Turns to the target: those that are asked for; of the best the short way, and where it may be shorter in time the other, which about
 /// an axis of its own can take a fifth less than about that of the short one. Thrusters may be far stronger about one axis, and to one side
 /// of it, than another: theirs begin about all of them, and so does a thorough search.
-fn ways(extremal: &Extremal, ask: &Ask) -> Vec<Turn> {
+fn ways(extremal: &Extremal, ask: &SearchRequest) -> Vec<Turn> {
     let phi = lie::log(&extremal.end_attitude);
     let angle = phi.norm();
     // No turn at all has no axis: any other way round is about the first.
@@ -174,7 +172,7 @@ fn rounded(extremal: &Extremal, phi: &Vector3, rounds: f64) -> impl Iterator<Ite
 
 /// Distinct extremals at a small ε of the maneuver and, but where a quick answer is asked for, of the same backwards: what a search of
 /// one misses, that of the other finds as a rule. What Newton does not find of these from here is brought to its limit there.
-pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Branches {
+pub(super) fn branches(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Branches {
     if ask.thoroughness == Thoroughness::Quick {
         return Branches { found: branches_forward(extremal, ask, work), one_way: Vec::new() };
     }
@@ -183,106 +181,84 @@ pub(super) fn branches(extremal: &Extremal, ask: &Ask, work: &Work) -> Branches 
         Way::AsGiven(vector) => Way::AsGiven(-vector),
         way => way,
     };
-    let (reversed, back) = (extremal.reversed(), Ask { path: way_back, ..*ask });
+    let (reversed, back) = (extremal.reversed(), SearchRequest { path: way_back, ..*ask });
     // Only this thread may ask whether to stop: once before the other one begins.
     let stopped = AtomicBool::new(work.stopped());
     let asks = || {
         let stops = work.stopped();
         stopped.fetch_or(stops, Ordering::Relaxed);
-        stops
+        stops.then_some(Outcome::Interrupted)
     };
-    let (mut found, (backwards, swept)) = parallel::both(
-        || {
-            let forward = Work::until(&asks);
-            let found = branches_forward(extremal, ask, &forward);
-            work.add(&forward);
-            found
-        },
-        || {
-            let told = || stopped.load(Ordering::Relaxed);
-            let backward = Work::until(&told);
-            let found = branches_forward(&reversed, &back, &backward);
-            (found, backward.sweeps.get())
-        },
+    let searched = |extremal: &Extremal, ask: &SearchRequest, interrupt: Interrupt| {
+        let work = Work::of(Watch { interrupt, ..Watch::NONE });
+        (branches_forward(extremal, ask, &work), work.sweeps.get())
+    };
+    let told = || stopped.load(Ordering::Relaxed).then_some(Outcome::Interrupted);
+    let ((mut found, swept), (backwards, swept_back)) = parallel::both(
+        || searched(extremal, ask, &asks),
+        || searched(&reversed, &back, &told),
         || {
             asks();
         },
     );
-    work.sweeps.set(work.sweeps.get() + swept);
+    work.sweeps.set(work.sweeps.get() + swept + swept_back);
     let mut one_way = Vec::new();
     for one in backwards {
         match unbiased(extremal, &Smoothed { path: one.path.reversed(extremal), ..one.clone() }, work) {
-            Some(one) if found.iter().any(|known| same(extremal, known, &one)) => {}
             Some(one) => found.push(one),
             None => one_way.push(one),
         }
     }
-    found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
-    Branches { found, one_way }
+    Branches { found: cheapest_first(extremal, distinct(extremal, found)), one_way }
 }
 
 /// Distinct extremals at a small ε of the maneuver alone, the best first.
-fn branches_forward(extremal: &Extremal, ask: &Ask, work: &Work) -> Vec<Smoothed> {
-    let mut from: Vec<Smoothed> = Vec::new();
-    let add = |found: Smoothed, from: &mut Vec<Smoothed>| {
-        if !from.iter().any(|known| same(extremal, known, &found)) {
-            from.push(found);
-        }
-    };
+fn branches_forward(extremal: &Extremal, ask: &SearchRequest, work: &Work) -> Vec<Smoothed> {
     // A turn that is asked for may be far, and has many extremals.
     let all = ask.thoroughness == Thoroughness::Thorough
         || extremal.seeks_time() && !matches!(ask.path, Way::Best | Way::Shortest);
-    for turn in ways(extremal, ask).iter().take_while(|_| !work.stopped()) {
-        bases(extremal, turn, all, work).into_iter().for_each(|found| add(found, &mut from));
-    }
+    let ways = ways(extremal, ask);
+    let each = |bases: &dyn Fn(&Turn) -> Vec<Smoothed>| {
+        distinct(extremal, ways.iter().take_while(|_| !work.stopped()).flat_map(bases))
+    };
+    let by_way_of = |other: &Extremal, carried: &dyn Fn(&Smoothed) -> Option<Smoothed>| {
+        each(&|turn| bases(other, turn, false, work).iter().filter_map(carried).collect())
+    };
+    let mut from = each(&|turn| bases(extremal, turn, all, work));
     // In less time than a turn about the axis of a symmetry takes there is no extremal that has the symmetry.
-    for tilt in TILTS.iter().take_while(|_| !work.stopped()) {
-        if !from.is_empty() {
-            break;
-        }
-        let end_attitude = extremal.end_attitude * lie::exp(tilt);
-        let tilted = Extremal { end_attitude, ..extremal.clone() };
-        for turn in ways(extremal, ask) {
-            let near = bases(&tilted, &turn, false, work);
-            let found = near.iter().filter_map(|near| relaxed(extremal, near, work)).collect::<Vec<_>>();
-            found.into_iter().for_each(|found| add(found, &mut from));
+    for tilt in [ASKEW, OTHERWISE, -ASKEW, -OTHERWISE] {
+        if from.is_empty() && !work.stopped() {
+            let end_attitude = extremal.end_attitude * lie::exp(&(TILT * tilt));
+            let tilted = Extremal { end_attitude, ..extremal.clone() };
+            from = by_way_of(&tilted, &|near| relaxed(extremal, near, work));
         }
     }
     // Thrusters that push unequally turn the body the more the longer a first path takes.
     if from.is_empty() && extremal.middle.norm() > 0.0 {
         let balanced = Extremal { middle: Vector3::zeros(), ..extremal.clone() };
-        for turn in ways(extremal, ask) {
-            let near = bases(&balanced, &turn, false, work);
-            let found = near.iter().filter_map(|near| unbalanced(extremal, near, work)).collect::<Vec<_>>();
-            found.into_iter().for_each(|found| add(found, &mut from));
-        }
+        from = by_way_of(&balanced, &|near| unbalanced(extremal, near, work));
     }
-    let least = |found: &[Smoothed]| found.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min);
-    let limit = RIVAL_BASE * least(&from);
-    from.retain(|one| one.cost(extremal) <= limit);
-    let (mut found, mut folded) = descended(extremal, ask, &from, work);
-    if found.is_empty() && !extremal.counts_fuel() && extremal.given_duration.is_none() {
-        let mut more: Vec<Smoothed> = Vec::new();
-        for turn in ways(extremal, ask).iter().take_while(|_| !work.stopped()) {
-            by_all_durations(extremal, turn, work).into_iter().for_each(|found| add(found, &mut more));
-        }
-        let (found_more, folded_more) = descended(extremal, ask, &more, work);
-        found = found_more;
-        folded.extend(folded_more);
-        // Arcs may be near where a smoothed extremal turns back.
-        if found.is_empty() {
-            let unbiased = folded.iter().filter_map(|one| unbiased(extremal, one, work));
-            unbiased.for_each(|one| add(one, &mut found));
-        }
+    let rival = RIVAL_BASE * least(extremal, &from);
+    from.retain(|one| one.cost(extremal) <= rival);
+    let (found, mut folded) = descended(extremal, ask, &from, work);
+    if !found.is_empty() || extremal.counts_fuel() || extremal.given_duration.is_some() {
+        return found;
     }
-    found.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
-    found
+    let more = each(&|turn| by_durations(extremal, turn, INTERVALS, true, work));
+    let (found, folded_more) = descended(extremal, ask, &more, work);
+    if !found.is_empty() {
+        return found;
+    }
+    // Arcs may be near where a smoothed extremal turns back.
+    folded.extend(folded_more);
+    let turning_back = folded.iter().filter_map(|one| unbiased(extremal, one, work));
+    cheapest_first(extremal, distinct(extremal, turning_back))
 }
 
 /// Distinct extremals at a small ε that bases lead to, unbiased and tipped; and where those that do not come so far turn back.
 fn descended(
     extremal: &Extremal,
-    ask: &Ask,
+    ask: &SearchRequest,
     from: &[Smoothed],
     work: &Work,
 ) -> (Vec<Smoothed>, Vec<Smoothed>) {
@@ -290,8 +266,9 @@ fn descended(
     // Switching functions of minimum time grow with the angle; those of fuel are of the size of its price.
     let target =
         if extremal.counts_fuel() { COMPARED_FUEL } else { COMPARED * angle.clamp(SMALLEST_ANGLE, 1.0) };
+    let target = target.min(BRANCHING);
     let (mut found, mut folded) = (Vec::new(), Vec::new());
-    let least = from.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min);
+    let least = least(extremal, from);
     for (index, from) in from.iter().enumerate() {
         // Of many bases the first and the cheapest are tipped: that tells nearly all branches apart, and takes the most time.
         let one_of_few = index == 0 || from.cost(extremal) <= least;
@@ -303,38 +280,48 @@ fn descended(
             // Fast bodies have many branches, and small turns branches that hardly differ: steep descents lose some of them.
             let close = is_fast(extremal) || angle < SMALL;
             let reached = if extremal.counts_fuel() || close || !bias.tips() {
-                descend(extremal, from, target.min(BRANCHING), &bias, work)
+                descend(extremal, from, target, &bias, work)
             } else {
-                descend_by(
-                    STEEP,
-                    Intervals::Following,
-                    extremal,
-                    from,
-                    (PARTED * target).min(BRANCHING),
-                    &bias,
-                    work,
-                )
+                let parted = (PARTED * target).min(BRANCHING);
+                descend_by(STEEP, Intervals::Following, extremal, from, parted, &bias, work)
             };
             match reached {
                 Ok(reached) => {
-                    let one =
-                        unbiased(extremal, &Smoothed { epsilon: target.min(BRANCHING), ..reached }, work);
-                    found.extend(one.filter(|one| !found.iter().any(|known| same(extremal, known, one))));
+                    found.extend(unbiased(extremal, &Smoothed { epsilon: target, ..reached }, work));
                 }
                 Err(last) => folded.push(last),
             }
         }
     }
-    (found, folded)
+    (cheapest_first(extremal, distinct(extremal, found)), folded)
 }
 
 /// An extremal without the bias that led to it.
 fn unbiased(extremal: &Extremal, from: &Smoothed, work: &Work) -> Option<Smoothed> {
-    let smooth = Smooth::of(extremal, from.epsilon);
     // Fuel tells branches apart less sharply than time.
-    let tolerance = if extremal.counts_fuel() { UNBIASED_FUEL } else { smooth.tolerance() };
-    let path = smooth.solve(from.path.clone(), tolerance, FAR_ITERATIONS, work)?;
-    Some(Smoothed { path, epsilon: from.epsilon })
+    let tolerance = Smooth::of(extremal, from.epsilon).tolerance();
+    let tolerance = if extremal.counts_fuel() { UNBIASED_FUEL } else { tolerance };
+    from.solved(extremal, tolerance, FAR_ITERATIONS, work)
+}
+
+/// Each extremal once.
+fn distinct(extremal: &Extremal, all: impl IntoIterator<Item = Smoothed>) -> Vec<Smoothed> {
+    let mut known: Vec<Smoothed> = Vec::new();
+    for one in all {
+        if !known.iter().any(|known| same(extremal, known, &one)) {
+            known.push(one);
+        }
+    }
+    known
+}
+
+fn cheapest_first(extremal: &Extremal, mut all: Vec<Smoothed>) -> Vec<Smoothed> {
+    all.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
+    all
+}
+
+fn least(extremal: &Extremal, all: &[Smoothed]) -> f64 {
+    all.iter().map(|one| one.cost(extremal)).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether two paths are one extremal.

@@ -19,15 +19,18 @@
 use super::arcs::{Arcs, Switch};
 use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Node};
+use super::least_gap::with_less_gap;
 use super::sequence::steps;
 use super::tuning::arcs::{TOGETHER, ZERO};
+use super::tuning::limits::{NO_GAP, SMALL_GAP};
 use super::tuning::{FINE, POINTS};
 use crate::numerics::widest::widest;
 use std::f64::consts::PI;
 
-/// What is found along a maneuver of arcs.
+/// A maneuver of arcs, and what is found along it.
 #[derive(Clone, Debug)]
-pub(crate) struct Certificate {
+pub(crate) struct Certified {
+    pub arcs: Arcs,
     /// Cost still to be gained, to first order.
     pub gap: f64,
     /// Where an input has the wrong sign.
@@ -50,8 +53,9 @@ pub(crate) struct Wrong {
     pub gap: f64,
 }
 
-impl Certificate {
-    pub fn of(extremal: &Extremal, arcs: &Arcs) -> Self {
+impl Certified {
+    /// Tests the signs of the inputs by the costates of the arcs.
+    pub fn of(extremal: &Extremal, arcs: Arcs) -> Self {
         let inputs = extremal.switching_count();
         let mut open: Vec<Option<Wrong>> = vec![None; inputs];
         let mut wrong = Vec::new();
@@ -98,15 +102,36 @@ impl Certificate {
         wrong.extend(open.into_iter().flatten());
         // A sum of nothing would be −0.
         let gap = wrong.iter().fold(0.0, |sum, run| sum + run.gap);
-        Self { gap, wrong, least: None }
+        Self { arcs, gap, wrong, least: None }
+    }
+
+    /// The same, by the costates of the least gap where their own leave more.
+    pub fn by_least_gap(extremal: &Extremal, arcs: Arcs) -> Self {
+        let mut found = Self::of(extremal, arcs);
+        if !found.is_exact(extremal) {
+            for moved in with_less_gap(extremal, &found.arcs) {
+                found.bound_by(extremal, moved);
+            }
+        }
+        found
+    }
+
+    /// Returns whether every input is where the maximum principle wants it.
+    pub fn is_exact(&self, extremal: &Extremal) -> bool {
+        self.gap <= NO_GAP * self.arcs.cost(extremal)
+    }
+
+    /// Returns whether the gap can stay.
+    pub fn is_small(&self, extremal: &Extremal) -> bool {
+        self.gap <= SMALL_GAP * self.arcs.cost(extremal)
     }
 
     /// Takes the gap of the same maneuver with other costates, where that is smaller.
     pub fn bound_by(&mut self, extremal: &Extremal, moved: Arcs) {
-        let least = Self::of(extremal, &moved);
+        let least = Self::of(extremal, moved);
         if least.gap < self.gap {
             self.gap = least.gap;
-            self.least = Some((moved, least.wrong));
+            self.least = Some((least.arcs, least.wrong));
         }
     }
 
@@ -119,34 +144,53 @@ impl Certificate {
         inputs
     }
 
-    /// The arcs with one of the wrong signs put right, the worst at rank 0, on this part of its time about where it is most
-    /// wrong: how long an input should have the other sign is not how long it has the wrong one.
-    pub fn mended(&self, arcs: &Arcs, rank: usize, part: f64) -> Option<Arcs> {
-        Some(put_right(arcs, by_gap(&self.wrong).get(rank..=rank)?, part))
-    }
-
-    /// The same with the worst and all of a fifth of its gap put right: the pulses of a singular arc lack others on all sides.
-    pub fn worst_mended(&self, arcs: &Arcs, part: f64) -> Option<Arcs> {
-        let worst = with_the_worst(&self.wrong);
-        (!worst.is_empty()).then(|| put_right(arcs, &worst, part))
-    }
-
-    /// The same by the costates of the least gap.
-    pub fn least_mended(&self, part: f64) -> Option<Arcs> {
-        let (arcs, wrong) = self.least.as_ref()?;
-        Some(put_right(arcs, &with_the_worst(wrong), part))
-    }
-
-    /// The same by both, each run once.
-    pub fn all_mended(&self, arcs: &Arcs, part: f64) -> Option<Arcs> {
-        let mut worst = with_the_worst(&self.wrong);
-        if let Some((_, wrong)) = &self.least {
-            let meet = |a: &Wrong, b: &Wrong| a.input == b.input && a.from.0 < b.to.0 && b.from.0 < a.to.0;
-            let apart = |run: &&Wrong| !self.wrong.iter().any(|own| meet(own, run));
-            worst.extend(with_the_worst(wrong).into_iter().filter(apart));
+    /// Returns the arcs with some of the wrong signs corrected, each on this part of its time about where it is most wrong: how long an
+    /// input should have the other sign is not how long it has the wrong one. `None` without a wrong sign.
+    pub fn corrected(&self, runs: Runs, part: f64) -> Option<Arcs> {
+        let arcs = &self.arcs;
+        let (arcs, runs) = match (runs, &self.least) {
+            (Runs::Rank(rank), _) => (arcs, by_gap(&self.wrong).get(rank..=rank)?.to_vec()),
+            (Runs::Worst, _) | (Runs::All, None) => (arcs, with_the_worst(&self.wrong)),
+            (Runs::OfLeast, least) => least.as_ref().map(|(arcs, wrong)| (arcs, with_the_worst(wrong)))?,
+            (Runs::All, Some((_, wrong))) => {
+                let meet =
+                    |a: &Wrong, b: &Wrong| a.input == b.input && a.from.0 < b.to.0 && b.from.0 < a.to.0;
+                let apart = |run: &&Wrong| !self.wrong.iter().any(|own| meet(own, run));
+                let others = with_the_worst(wrong).into_iter().filter(apart);
+                (arcs, with_the_worst(&self.wrong).into_iter().chain(others).collect())
+            }
+        };
+        let mut corrected = arcs.clone();
+        for run in &runs {
+            let switch = |(time, node): (f64, Node)| Switch { input: run.input, time, node };
+            let half = 0.5 * part * (run.to.0 - run.from.0);
+            let near = |time: f64, end: (f64, Node)| if part < 1.0 { (time, run.peak.1) } else { end };
+            let (from, to) = (run.peak.0 - half, run.peak.0 + half);
+            if run.at_start && (part >= 1.0 || from <= run.from.0) {
+                corrected.signs[run.input] *= -1.0;
+            } else {
+                corrected.switches.push(switch(near(from.max(run.from.0), run.from)));
+            }
+            if !(run.at_end && (part >= 1.0 || to >= run.to.0)) {
+                corrected.switches.push(switch(near(to.min(run.to.0), run.to)));
+            }
         }
-        (!worst.is_empty()).then(|| put_right(arcs, &worst, part))
+        corrected.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
+        (!runs.is_empty()).then_some(corrected)
     }
+}
+
+/// The runs of wrong signs that are corrected at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Runs {
+    /// One, the worst at 0.
+    Rank(usize),
+    /// The worst, and all of a fifth of its gap: the pulses of a singular arc lack others on all sides.
+    Worst,
+    /// These by the costates of the least gap.
+    OfLeast,
+    /// These by both costates, each run once.
+    All,
 }
 
 /// When an arc of this length is looked at, and half of the time for which each look stands: close together towards its ends, as
@@ -192,25 +236,4 @@ fn with_the_worst(wrong: &[Wrong]) -> Vec<&Wrong> {
     let largest = wrong.first().map_or(0.0, |run| run.gap);
     wrong.retain(|run| run.gap >= TOGETHER * largest);
     wrong
-}
-
-/// Arcs whose inputs have the other sign on a part of the time of each run.
-fn put_right(arcs: &Arcs, runs: &[&Wrong], part: f64) -> Arcs {
-    let mut mended = arcs.clone();
-    for run in runs {
-        let switch = |(time, node): (f64, Node)| Switch { input: run.input, time, node };
-        let half = 0.5 * part * (run.to.0 - run.from.0);
-        let near = |time: f64, end: (f64, Node)| if part < 1.0 { (time, run.peak.1) } else { end };
-        let (from, to) = (run.peak.0 - half, run.peak.0 + half);
-        if run.at_start && (part >= 1.0 || from <= run.from.0) {
-            mended.signs[run.input] *= -1.0;
-        } else {
-            mended.switches.push(switch(near(from.max(run.from.0), run.from)));
-        }
-        if !(run.at_end && (part >= 1.0 || to >= run.to.0)) {
-            mended.switches.push(switch(near(to.min(run.to.0), run.to)));
-        }
-    }
-    mended.switches.sort_by(|a, b| a.time.total_cmp(&b.time));
-    mended
 }

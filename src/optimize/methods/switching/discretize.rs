@@ -1,7 +1,7 @@
 //! From a continuous extremal to the discrete optimum on a grid.
 
 use super::arcs::Arcs;
-use super::extremal::{Bias, Extremal, Law};
+use super::extremal::{Extremal, TorqueLimit};
 use super::flow::{Course, Node};
 use super::grid_step::Torque;
 use super::on_grid::OnGrid;
@@ -75,7 +75,7 @@ pub(super) struct Layout {
 
 impl Layout {
     pub fn of(arcs: &Arcs) -> Self {
-        let lengths: Vec<f64> = arcs.arcs().iter().map(|(_, start, end, _)| end - start).collect();
+        let lengths = arcs.lengths();
         let common = lengths.iter().map(|length| length.abs() < VANISHED * arcs.duration).collect();
         let none = vec![false; lengths.len()];
         Self { lengths, common, exchanged: none.clone(), joined: none }
@@ -145,7 +145,7 @@ pub(crate) fn smooth_on_grid(
 ) -> Option<(OnGrid, f64)> {
     let start = of_smooth(extremal, smooth, steps);
     // The direction of a torque of given norm turns smoothly; inputs jump, and so does a norm that costs.
-    let jumps = matches!(extremal.law, Law::Inputs(_)) || extremal.counts_fuel();
+    let jumps = matches!(extremal.law, TorqueLimit::Inputs(_)) || extremal.counts_fuel();
     let wish = if jumps { smooth.epsilon.max(FOLLOWED / steps as f64) } else { smooth.epsilon };
     let at = |grid: &OnGrid, epsilon: f64, most: usize| {
         let mut grid = grid.clone();
@@ -154,22 +154,16 @@ pub(crate) fn smooth_on_grid(
         }
         grid.newton(1, ON_THE_WAY * epsilon, most, extremal)
     };
-    let (mut epsilon, mut found) = (wish, at(&start, wish, MOST_ITERATIONS));
-    for _ in 0..MOST_LARGER {
-        if found.is_some() {
-            break;
-        }
-        epsilon = (epsilon / SMALLER).max(LEAST_SMOOTHING);
-        found = at(&start, epsilon, MOST_ITERATIONS);
-    }
-    let mut known = vec![(found?, epsilon)];
-    while epsilon > least {
+    let larger = |epsilon: &f64| Some((epsilon / SMALLER).max(LEAST_SMOOTHING));
+    let mut wishes = std::iter::successors(Some(wish), larger).take(1 + MOST_LARGER);
+    let first = wishes.find_map(|epsilon| Some((at(&start, epsilon, MOST_ITERATIONS)?, epsilon)))?;
+    let mut known = vec![first];
+    while let Some((found, epsilon)) = known.last()
+        && *epsilon > least
+    {
         let next = (SMALLER * epsilon).max(least);
-        let Some(better) = known.last().and_then(|(found, _)| at(found, next, NEAR_ITERATIONS)) else {
-            break;
-        };
+        let Some(better) = at(found, next, NEAR_ITERATIONS) else { break };
         known.push((better, next));
-        epsilon = next;
     }
     // To all digits; where the last has none, the one before.
     known.into_iter().rev().find_map(|(found, epsilon)| Some((found.solve(extremal)?, epsilon)))
@@ -180,12 +174,11 @@ pub(crate) fn of_smooth(extremal: &Extremal, smooth: &Smoothed, steps: usize) ->
     let path = &smooth.path;
     let course = Course::of(extremal, &path.m);
     let part = 1.0 / steps as f64;
-    let bias = Bias::default();
     // From the nearest node before, so that nothing is integrated far.
     let node = |k: usize| -> Node {
         let (index, share) = path.interval_at(k as f64 / steps as f64);
         let length = share * (path.parts[index + 1] - path.parts[index]) * path.duration;
-        let law = |_: f64, e: &Vector3| extremal.smooth(e, smooth.epsilon, &bias.constant);
+        let law = |_: f64, e: &Vector3| extremal.smooth(e, smooth.epsilon, &Vector3::zeros());
         course.reached(&path.nodes[index], length, law)
     };
     let nodes = (0..=steps).map(node).collect();

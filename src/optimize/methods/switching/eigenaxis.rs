@@ -3,7 +3,7 @@
 //! On the way `R = exp(θ n)` the torque is `J n θ¨ + θ'² n×Jn`. With `p = θ'²/2` the limits of the inputs bound
 //! `dp/dθ = θ¨`, from above while the body is brought up to speed and from below while it is stopped.
 
-use super::extremal::{Extremal, Law};
+use super::extremal::{Extremal, TorqueLimit};
 use super::tuning::SAME;
 use super::tuning::limits::EIGENAXIS_PARTS;
 use crate::{Matrix3, Vector3, lie};
@@ -21,14 +21,14 @@ pub(crate) fn duration(extremal: &Extremal) -> Option<f64> {
     let (push, turn) = (extremal.j * n, n.cross(&(extremal.j * n)));
     // Least and largest acceleration at p.
     let bounds: Box<dyn Fn(f64) -> Option<(f64, f64)>> = match &extremal.law {
-        Law::Inputs(axes) if axes.len() == 3 => {
+        TorqueLimit::Inputs(axes) if axes.len() == 3 => {
             let inverse = Matrix3::from_columns(&[axes[0], axes[1], axes[2]]).try_inverse()?;
             let (a, b, middle) = (inverse * push, inverse * turn, inverse * extremal.middle);
             let per = a.map(|a| 1.0 / a);
             Box::new(move |p| within(&per, &(2.0 * p * b - middle)))
         }
-        Law::Inputs(_) => return None,
-        Law::Norm(limit) => {
+        TorqueLimit::Inputs(_) => return None,
+        TorqueLimit::Norm(limit) => {
             let (limit, push, turn) = (*limit, push.norm(), turn.norm());
             Box::new(move |p| {
                 let left = limit * limit - (2.0 * p * turn).powi(2);
@@ -68,8 +68,8 @@ pub(super) fn other_way_may_be_shorter(extremal: &Extremal, phi: &Vector3) -> bo
 /// is tried there.
 pub(super) fn accelerations(extremal: &Extremal, axis: &Vector3) -> (f64, f64) {
     let b: Vec<Vector3> = match &extremal.law {
-        Law::Inputs(axes) => axes.iter().map(|a| extremal.j_inverse * a).collect(),
-        Law::Norm(limit) => {
+        TorqueLimit::Inputs(axes) => axes.iter().map(|a| extremal.j_inverse * a).collect(),
+        TorqueLimit::Norm(limit) => {
             let least = extremal.j.symmetric_eigenvalues().min();
             return (limit / (extremal.j * axis).norm(), limit / least);
         }

@@ -25,14 +25,14 @@
 
 use super::tuning::arcs::DETERMINED;
 use super::tuning::branches::ASIDE;
-use super::work::Halt;
+use super::work::StopRequest;
 use crate::numerics::eight::Number;
 use crate::numerics::three::{Matrix, Vector, dot, scaled, splat, sum, written};
 use crate::{Matrix3, Vector3};
 
 /// What limits the torque.
 #[derive(Clone, Debug)]
-pub(crate) enum Law {
+pub(crate) enum TorqueLimit {
     /// Inputs in `[−1, 1]` along these axes.
     Inputs(Vec<Vector3>),
     /// The norm of the torque.
@@ -41,7 +41,7 @@ pub(crate) enum Law {
 
 /// The least Hamiltonian over the torque.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Response<T: Number = f64> {
+pub(crate) struct LawResponse<T: Number = f64> {
     /// The torque that makes it least.
     pub torque: Vector<T>,
     /// `G = −∂τ/∂e`.
@@ -56,7 +56,7 @@ pub(crate) struct Response<T: Number = f64> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ArcLaw {
     /// Held torque and running cost; its `minimum` is not known.
-    held: Response,
+    held: LawResponse,
     /// Limit and price of the norm, where the torque has its full norm and turns with the costate.
     turning: Option<(f64, f64)>,
 }
@@ -64,11 +64,11 @@ pub(crate) struct ArcLaw {
 impl ArcLaw {
     /// At the costate `e`.
     #[inline(always)]
-    pub fn at(&self, e: &Vector3) -> Response {
+    pub fn at(&self, e: &Vector3) -> LawResponse {
         let Some((limit, cost)) = self.turning else { return self.held };
         let size = e.norm();
         let along = e / size;
-        Response {
+        LawResponse {
             torque: -limit * along,
             stiffness: (limit / size) * (Matrix3::identity() - along * along.transpose()),
             minimum: limit * (cost - size),
@@ -77,7 +77,7 @@ impl ArcLaw {
     }
 
     /// Where the torque does not answer to the costate: what it is.
-    pub fn held(&self) -> Option<&Response> {
+    pub fn held(&self) -> Option<&LawResponse> {
         self.turning.is_none().then_some(&self.held)
     }
 
@@ -92,8 +92,8 @@ impl ArcLaw {
 pub(crate) struct Extremal {
     pub j: Matrix3,
     pub j_inverse: Matrix3,
-    pub law: Law,
-    /// `c_j`, one for each axis of [`Law::Inputs`]: 0 where only time counts. Of [`Law::Norm`] the price of the norm,
+    pub law: TorqueLimit,
+    /// `c_j`, one for each axis of [`TorqueLimit::Inputs`]: 0 where only time counts. Of [`TorqueLimit::Norm`] the price of the norm,
     /// where it has one.
     pub costs: Vec<f64>,
     /// What a unit of time costs beside the inputs about the middle of their limits.
@@ -106,7 +106,7 @@ pub(crate) struct Extremal {
     pub end_rate: Vector3,
     pub end_attitude: Matrix3,
     /// Ends the sweeps over fine grids.
-    pub halt: Halt,
+    pub halt: StopRequest,
 }
 
 /// What is added to the switching functions, in units of ε, to tip a path from one branch to another: a constant and a
@@ -162,7 +162,7 @@ impl Extremal {
 
     /// The smoothed law at the costate `e`, moved by `ε` times `bias`.
     #[inline(always)]
-    pub fn smooth<T: Number>(&self, e: &Vector<T>, epsilon: f64, bias: &Vector<T>) -> Response<T> {
+    pub fn smooth<T: Number>(&self, e: &Vector<T>, epsilon: f64, bias: &Vector<T>) -> LawResponse<T> {
         let epsilon = T::of(epsilon);
         let e2 = epsilon * epsilon;
         let (none, one) = (T::of(0.0), T::of(1.0));
@@ -170,7 +170,7 @@ impl Extremal {
         let mut stiffness = written(|_, _| none);
         let (mut minimum, mut running) = (dot(e, &torque), none);
         match &self.law {
-            Law::Inputs(axes) => {
+            TorqueLimit::Inputs(axes) => {
                 for (axis, cost) in axes.iter().zip(&self.costs) {
                     let (axis, cost) = (splat(axis), T::of(*cost));
                     let s = dot(&axis, e) + cost + epsilon * dot(&axis, bias);
@@ -186,7 +186,7 @@ impl Extremal {
                         written(|row, column| stiffness[(row, column)] + weighted[row] * axis[column]);
                 }
             }
-            Law::Norm(limit) => {
+            TorqueLimit::Norm(limit) => {
                 let limit = T::of(*limit);
                 let e = sum(e, &scaled(epsilon, bias));
                 let rho2 = dot(&e, &e) + e2;
@@ -218,13 +218,13 @@ impl Extremal {
                 }
             }
         }
-        Response { torque, stiffness, minimum, running }
+        LawResponse { torque, stiffness, minimum, running }
     }
 
     /// The law on an arc, on which every input keeps its sign.
     pub fn on_arc(&self, signs: &[f64]) -> ArcLaw {
         let turning = match self.law {
-            Law::Norm(limit) if signs.iter().all(|sign| *sign > 0.0) => {
+            TorqueLimit::Norm(limit) if signs.iter().all(|sign| *sign > 0.0) => {
                 Some((limit, self.costs.first().copied().unwrap_or(0.0)))
             }
             _ => None,
@@ -241,7 +241,7 @@ impl Extremal {
 
     /// The law under a torque that is held whatever the costate, and what its inputs cost.
     pub fn holding(torque: &Vector3, running: f64) -> ArcLaw {
-        let held = Response { torque: *torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running };
+        let held = LawResponse { torque: *torque, stiffness: Matrix3::zeros(), minimum: f64::NAN, running };
         ArcLaw { held, turning: None }
     }
 
@@ -268,7 +268,7 @@ impl Extremal {
 
     /// Whether fuel is counted by inputs that are on for some of the time.
     pub fn times_pulses(&self) -> bool {
-        self.counts_fuel() && matches!(self.law, Law::Inputs(_))
+        self.counts_fuel() && matches!(self.law, TorqueLimit::Inputs(_))
     }
 
     /// What a unit of time costs beside the inputs that are on for it.
@@ -283,14 +283,14 @@ impl Extremal {
 
     /// What inputs cost in the middle of their limits; the norm of the torque has no middle.
     fn price_of_idling(&self) -> f64 {
-        if matches!(self.law, Law::Inputs(_)) { self.costs.iter().sum() } else { 0.0 }
+        if matches!(self.law, TorqueLimit::Inputs(_)) { self.costs.iter().sum() } else { 0.0 }
     }
 
     /// About what a unit of impulse costs: the mean over the inputs.
     pub fn price_of_impulse(&self) -> f64 {
         match &self.law {
-            Law::Norm(limit) => self.costs.iter().sum::<f64>() / limit,
-            Law::Inputs(axes) => {
+            TorqueLimit::Norm(limit) => self.costs.iter().sum::<f64>() / limit,
+            TorqueLimit::Inputs(axes) => {
                 let each = axes.iter().zip(&self.costs).map(|(axis, cost)| cost / axis.norm());
                 each.sum::<f64>() / axes.len() as f64
             }
@@ -299,7 +299,7 @@ impl Extremal {
 
     /// Whether the shortest time is sought under a limit of each input.
     pub fn seeks_time(&self) -> bool {
-        !self.counts_fuel() && self.given_duration.is_none() && matches!(self.law, Law::Inputs(_))
+        !self.counts_fuel() && self.given_duration.is_none() && matches!(self.law, TorqueLimit::Inputs(_))
     }
 
     /// Number of switching functions.
@@ -310,16 +310,16 @@ impl Extremal {
     /// The switching function of an input at the costate `e`.
     pub fn switching(&self, input: usize, e: &Vector3) -> f64 {
         match &self.law {
-            Law::Inputs(axes) => axes[input].dot(e) + self.costs[input],
-            Law::Norm(limit) => 0.5 * limit * (self.costs[input] - e.norm()),
+            TorqueLimit::Inputs(axes) => axes[input].dot(e) + self.costs[input],
+            TorqueLimit::Norm(limit) => 0.5 * limit * (self.costs[input] - e.norm()),
         }
     }
 
     /// Its derivative with respect to the costate.
     pub fn switching_slope(&self, input: usize, e: &Vector3) -> Vector3 {
         match &self.law {
-            Law::Inputs(axes) => axes[input],
-            Law::Norm(limit) => -0.5 * limit / e.norm() * e,
+            TorqueLimit::Inputs(axes) => axes[input],
+            TorqueLimit::Norm(limit) => -0.5 * limit / e.norm() * e,
         }
     }
 
@@ -356,24 +356,24 @@ impl Extremal {
     /// `Σ a aᵀ` of the axes: all are alike under a limit of the norm.
     pub fn authority(&self) -> Matrix3 {
         match &self.law {
-            Law::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum(),
-            Law::Norm(_) => Matrix3::identity(),
+            TorqueLimit::Inputs(axes) => axes.iter().map(|axis| axis * axis.transpose()).sum(),
+            TorqueLimit::Norm(_) => Matrix3::identity(),
         }
     }
 
     /// The axes of the inputs; none under a limit of the norm.
     pub fn axes(&self) -> &[Vector3] {
         match &self.law {
-            Law::Inputs(axes) => axes,
-            Law::Norm(_) => &[],
+            TorqueLimit::Inputs(axes) => axes,
+            TorqueLimit::Norm(_) => &[],
         }
     }
 
     /// The least `e·τ + Σ c_j v_j` that the limits allow.
     pub fn least(&self, e: &Vector3) -> f64 {
         let least = match &self.law {
-            Law::Inputs(axes) => (0..axes.len()).map(|input| self.switching(input, e).abs()).sum(),
-            Law::Norm(limit) => limit * (e.norm() - self.costs.first().unwrap_or(&0.0)).max(0.0),
+            TorqueLimit::Inputs(axes) => (0..axes.len()).map(|input| self.switching(input, e).abs()).sum(),
+            TorqueLimit::Norm(limit) => limit * (e.norm() - self.costs.first().unwrap_or(&0.0)).max(0.0),
         };
         e.dot(&self.middle) - least
     }

@@ -21,7 +21,7 @@
     reason = "iterators are calls of their own, and narrow in widened code"
 )]
 
-use super::extremal::{ArcLaw, Extremal, Response};
+use super::extremal::{ArcLaw, Extremal, LawResponse};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::tableau::{EIGHTH, FOURTH, Tableau};
 use crate::numerics::three::{
@@ -85,7 +85,7 @@ impl<const L: usize> Lanes<L> {
 
     /// The same, for lanes that are then read as rows.
     #[inline(always)]
-    pub fn with(&self, lane: usize, rate: &[Vector3; 3], units: &Units<L>) -> Self {
+    pub fn with(&self, lane: usize, rate: &[Vector3; 3], units: &UnitRows<L>) -> Self {
         let mut sum = *self;
         for row in 0..9 {
             for l in 0..L {
@@ -132,9 +132,9 @@ impl Lanes<8> {
 ///
 /// What is added to a single lane is added as a product with such a row: a store to one lane, from which the whole row is then
 /// loaded, costs more. The compiler must not know where the zeros are, or it takes the rows apart.
-pub(crate) struct Units<const L: usize>([[f64; L]; L]);
+pub(crate) struct UnitRows<const L: usize>([[f64; L]; L]);
 
-impl<const L: usize> Units<L> {
+impl<const L: usize> UnitRows<L> {
     pub fn new() -> Self {
         let mut rows = [[0.0; L]; L];
         for (lane, row) in rows.iter_mut().enumerate() {
@@ -198,20 +198,12 @@ impl Node<Eight> {
     /// Eight nodes side by side.
     #[inline(always)]
     pub fn of<'a>(node: impl Fn(usize) -> &'a Node) -> Self {
-        let none = Eight::of(0.0);
-        let mut all =
-            Self { r: written(|_, _| none), pi: splat(&Vector3::zeros()), e: splat(&Vector3::zeros()) };
-        for lane in 0..Eight::LANES {
-            let one = node(lane);
-            for i in 0..3 {
-                for j in 0..3 {
-                    all.r[(i, j)].0[lane] = one.r[(i, j)];
-                }
-                all.pi[i].0[lane] = one.pi[i];
-                all.e[i].0[lane] = one.e[i];
-            }
+        let lanes = |of: &dyn Fn(&Node) -> f64| Eight::from_fn(|lane| of(node(lane)));
+        Self {
+            r: written(|i, j| lanes(&|node| node.r[(i, j)])),
+            pi: Vector::from_fn(|i, _| lanes(&|node| node.pi[i])),
+            e: Vector::from_fn(|i, _| lanes(&|node| node.e[i])),
         }
-        all
     }
 }
 
@@ -226,7 +218,7 @@ struct Linear<T: Number> {
     c: Matrix<T>,
 }
 
-impl<T: Number> Stage<T> {
+impl<T: Number> FlowStage<T> {
     /// Rates of the lanes of one case, which `case` takes out of each number. To the lane `stretched` that of the node is
     /// added, times a factor.
     #[inline(always)]
@@ -234,57 +226,43 @@ impl<T: Number> Stage<T> {
         &self,
         lanes: &Lanes<L>,
         stretched: Option<(usize, f64)>,
-        units: &Units<L>,
+        units: &UnitRows<L>,
         case: impl Fn(&T) -> f64 + Copy,
     ) -> Lanes<L> {
         let (lane, per) = stretched.unwrap_or((0, 0.0));
+        let Linear { x, a, g, y, c } = &self.linear;
         let own = |block: usize, row: usize| (per * case(&self.rate[block][row]), &units.0[lane]);
-        let eta = |row| self.eta(row, lanes, own(0, row), case);
-        let pi = |row| self.pi(row, lanes, own(1, row), case);
-        let e = |row| self.e(row, lanes, own(2, row), units, case);
-        Lanes([eta(0), eta(1), eta(2), pi(0), pi(1), pi(2), e(0), e(1), e(2)])
-    }
-
-    #[inline(always)]
-    fn eta<const L: usize>(
-        &self,
-        row: usize,
-        lanes: &Lanes<L>,
-        own: (f64, &[f64; L]),
-        case: impl Fn(&T) -> f64,
-    ) -> [f64; L] {
-        let x = |column: usize| (case(&self.linear.x[(row, column)]), &lanes.0[3 + column]);
-        combined([x(0), x(1), x(2), own])
-    }
-
-    #[inline(always)]
-    fn pi<const L: usize>(
-        &self,
-        row: usize,
-        lanes: &Lanes<L>,
-        own: (f64, &[f64; L]),
-        case: impl Fn(&T) -> f64,
-    ) -> [f64; L] {
-        let a = |column: usize| (case(&self.linear.a[(row, column)]), &lanes.0[3 + column]);
-        let g = |column: usize| (-case(&self.linear.g[(row, column)]), &lanes.0[6 + column]);
-        combined([a(0), a(1), a(2), g(0), g(1), g(2), own])
-    }
-
-    #[inline(always)]
-    fn e<const L: usize>(
-        &self,
-        row: usize,
-        lanes: &Lanes<L>,
-        own: (f64, &[f64; L]),
-        units: &Units<L>,
-        case: impl Fn(&T) -> f64,
-    ) -> [f64; L] {
-        let y = |column: usize| (case(&self.linear.y[(row, column)]), &lanes.0[column]);
-        let c = |column: usize| (case(&self.linear.c[(row, column)]), &lanes.0[3 + column]);
-        let d = |column: usize| (-case(&self.linear.a[(column, row)]), &lanes.0[6 + column]);
-        // −J⁻¹Rᵀ δM, where x = R J⁻¹.
-        let m = |column: usize| (-case(&self.linear.x[(column, row)]), &units.0[column]);
-        combined([y(0), y(1), y(2), c(0), c(1), c(2), d(0), d(1), d(2), m(0), m(1), m(2), own])
+        let mut rates = Lanes::zero();
+        for row in 0..3 {
+            let by = |factor: f64, of: &Matrix<T>, at: (usize, usize)| factor * case(&of[at]);
+            let of_x = |column: usize| (by(1.0, x, (row, column)), &lanes.0[3 + column]);
+            rates.0[row] = combined([of_x(0), of_x(1), of_x(2), own(0, row)]);
+            let of_pi = |column: usize| (by(1.0, a, (row, column)), &lanes.0[3 + column]);
+            let of_e = |column: usize| (by(-1.0, g, (row, column)), &lanes.0[6 + column]);
+            rates.0[3 + row] =
+                combined([of_pi(0), of_pi(1), of_pi(2), of_e(0), of_e(1), of_e(2), own(1, row)]);
+            let of_eta = |column: usize| (by(1.0, y, (row, column)), &lanes.0[column]);
+            let of_pi = |column: usize| (by(1.0, c, (row, column)), &lanes.0[3 + column]);
+            let of_e = |column: usize| (by(-1.0, a, (column, row)), &lanes.0[6 + column]);
+            // −J⁻¹Rᵀ δM, where x = R J⁻¹.
+            let of_m = |column: usize| (by(-1.0, x, (column, row)), &units.0[column]);
+            rates.0[6 + row] = combined([
+                of_eta(0),
+                of_eta(1),
+                of_eta(2),
+                of_pi(0),
+                of_pi(1),
+                of_pi(2),
+                of_e(0),
+                of_e(1),
+                of_e(2),
+                of_m(0),
+                of_m(1),
+                of_m(2),
+                own(2, row),
+            ]);
+        }
+        rates
     }
 }
 
@@ -387,8 +365,8 @@ impl<T: Number> Course<T> {
         tableau: &Tableau<S>,
         from: &Node<T>,
         length: T,
-        respond: impl Fn(f64, &Vector<T>) -> Response<T>,
-        stages: &mut Stages<T, S>,
+        respond: impl Fn(f64, &Vector<T>) -> LawResponse<T>,
+        stages: &mut FlowStages<T, S>,
     ) -> Node<T> {
         let none = T::of(0.0);
         let mut rates = [[none; 10]; S];
@@ -416,7 +394,7 @@ impl<T: Number> Course<T> {
                     total[row] = total[row] + factor * rates[stage][row];
                 }
             }
-            stages.0[stage] = Stage {
+            stages.0[stage] = FlowStage {
                 linear: self.linear(&node, &w, &response.stiffness),
                 rate: [apply(&node.r, &w), pi, e],
             };
@@ -427,21 +405,21 @@ impl<T: Number> Course<T> {
 
 /// What lanes need of one stage.
 #[derive(Clone, Copy)]
-struct Stage<T: Number> {
+struct FlowStage<T: Number> {
     linear: Linear<T>,
     rate: [Vector<T>; 3],
 }
 
 /// What lanes need of one step.
-pub(crate) struct Stages<T: Number, const S: usize>([Stage<T>; S]);
+pub(crate) struct FlowStages<T: Number, const S: usize>([FlowStage<T>; S]);
 
-impl<T: Number, const S: usize> Stages<T, S> {
+impl<T: Number, const S: usize> FlowStages<T, S> {
     /// To be filled by [`Course::step`].
     #[inline(always)]
     pub fn empty() -> Self {
         let (matrix, vector) = (splat_matrix(&Matrix3::zeros()), splat(&Vector3::zeros()));
         let linear = Linear { x: matrix, a: matrix, g: matrix, y: matrix, c: matrix };
-        Self([Stage { linear, rate: [vector; 3] }; S])
+        Self([FlowStage { linear, rate: [vector; 3] }; S])
     }
 
     /// Carries lanes over the step of the case that `case` takes out of each number. To the lane `stretched` the rate of
@@ -453,7 +431,7 @@ impl<T: Number, const S: usize> Stages<T, S> {
         length: f64,
         lanes: &Lanes<L>,
         stretched: Option<(usize, f64)>,
-        units: &Units<L>,
+        units: &UnitRows<L>,
         case: impl Fn(&T) -> f64 + Copy,
     ) -> Lanes<L> {
         let stretched = stretched.map(|(lane, duration)| (lane, 1.0 / duration));
@@ -475,7 +453,7 @@ impl<T: Number, const S: usize> Stages<T, S> {
     }
 }
 
-impl<T: Number> Stages<T, 4> {
+impl<T: Number> FlowStages<T, 4> {
     /// The same for [`FOURTH`], in which a stage needs the one before alone.
     #[inline(always)]
     pub fn carry_on<const L: usize>(
@@ -483,7 +461,7 @@ impl<T: Number> Stages<T, 4> {
         length: f64,
         lanes: &Lanes<L>,
         stretched: Option<(usize, f64)>,
-        units: &Units<L>,
+        units: &UnitRows<L>,
         case: impl Fn(&T) -> f64 + Copy,
     ) -> Lanes<L> {
         let stretched = stretched.map(|(lane, duration)| (lane, 1.0 / duration));
@@ -512,8 +490,8 @@ pub(crate) fn taken<T: Number>(blocks: &[Vector<T>; 3], case: impl Fn(&T) -> f64
 impl Course {
     /// One step of the flow by the method of order 8.
     #[inline(always)]
-    pub fn reached(&self, from: &Node, length: f64, respond: impl Fn(f64, &Vector3) -> Response) -> Node {
-        self.step(&EIGHTH, from, length, respond, &mut Stages::empty())
+    pub fn reached(&self, from: &Node, length: f64, respond: impl Fn(f64, &Vector3) -> LawResponse) -> Node {
+        self.step(&EIGHTH, from, length, respond, &mut FlowStages::empty())
     }
 
     /// The same with its lanes.
@@ -523,9 +501,9 @@ impl Course {
         from: &Node,
         length: f64,
         lanes: &mut Lanes<L>,
-        respond: impl Fn(f64, &Vector3) -> Response,
+        respond: impl Fn(f64, &Vector3) -> LawResponse,
     ) -> Node {
-        let (mut stages, units) = (Stages::empty(), Units::new());
+        let (mut stages, units) = (FlowStages::empty(), UnitRows::new());
         let end = self.step(&EIGHTH, from, length, respond, &mut stages);
         *lanes = stages.carry(&EIGHTH, length, lanes, None, &units, |number| *number);
         end

@@ -27,73 +27,52 @@
 //! smoothed law, which took that place before, burns per cents more.
 
 use super::arcs::Arcs;
-use super::branches::Ask;
-use super::certificate::Certificate;
+use super::branches::SearchRequest;
+use super::certificate::Certified;
 use super::extremal::{Bias, Extremal};
-use super::limit::{Limit, bounded, is_small, measured, polish, refined, tipped};
-use super::pulses::optimum::best_arcs;
+use super::limit::{BranchEnd, bounded, laid, polish, refined, tipped};
 use super::smooth::{Intervals, Smoothed, descend, descend_by, settle};
 use super::tuning::arcs::MOST_SWITCHES;
 use super::tuning::limits::*;
 use super::tuning::smooth::RATIO;
-use super::work::{Work, count};
+use super::work::Work;
 
 /// A branch to its limit from what Newton on switching times has found of it on the way to a smaller ε.
 pub(super) fn fuel_limit(
     extremal: &Extremal,
     rival: &Smoothed,
     at: Smoothed,
-    best: Option<(Arcs, Certificate)>,
-    ask: &Ask,
+    best: Option<Certified>,
+    ask: &SearchRequest,
     work: &Work,
-) -> Limit {
+) -> BranchEnd {
     if !ask.arcs {
-        let end = descend(extremal, &at, LAST, &Bias::default(), work);
-        let (Ok(smooth) | Err(smooth)) = end;
-        return Limit { branch: rival.clone(), smooth, arcs: None, looser: Vec::new() };
+        let (Ok(smooth) | Err(smooth)) = descend(extremal, &at, LAST, &Bias::default(), work);
+        return BranchEnd::of(rival, smooth, Vec::new(), false);
     }
-    if let Some(best) =
-        best.as_ref().filter(|best| is_small(extremal, best) && bounded(extremal, &best.0, &at))
-    {
-        return Limit::of_arcs(rival, at, best.clone());
+    let small = |best: &Certified| best.is_small(extremal);
+    let near = best.as_ref().filter(|best| bounded(extremal, &best.arcs, &at));
+    let taken = near.is_some_and(small);
+    if taken || work.stopped() {
+        let all = near.cloned().into_iter().collect();
+        return BranchEnd::of(rival, at, all, taken);
     }
-    let of_branch = |arcs: &Arcs| bounded(extremal, arcs, &at);
-    if work.stopped() {
-        let looser = best.into_iter().filter(|(arcs, _)| of_branch(arcs)).collect();
-        return Limit { branch: rival.clone(), smooth: at, arcs: None, looser };
-    }
-    let settled = settled(extremal, rival, work);
-    // Newton may have gone to arcs of a dearer branch, however small their gap.
-    let of_branch = |arcs: &Arcs| of_branch(arcs) || bounded(extremal, arcs, &settled);
-    let best = best.filter(|(arcs, _)| of_branch(arcs));
-    let mut looser = Vec::from_iter(train(extremal, &settled, best, &of_branch, work));
-    if let Some(best) = looser.pop_if(|best| !is_small(extremal, best)) {
-        looser.extend(mended(extremal, best, work));
-    }
-    looser.retain(|(arcs, _)| of_branch(arcs));
-    match looser.pop_if(|best| is_small(extremal, best)) {
-        Some(arcs) => Limit { looser, ..Limit::of_arcs(rival, settled, arcs) },
-        None => Limit { branch: rival.clone(), smooth: settled, arcs: None, looser },
-    }
-}
-
-/// Arcs with a gap that is not small, and what corrections make of them, the best last.
-pub(super) fn mended(
-    extremal: &Extremal,
-    arcs: (Arcs, Certificate),
-    work: &Work,
-) -> Vec<(Arcs, Certificate)> {
-    let more = if extremal.times_pulses() { laid_out } else { refined };
-    more(extremal, arcs, work)
-}
-
-/// The smoothed extremal of a branch at the smallest ε that it is found for, on intervals that follow its inputs.
-fn settled(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Smoothed {
-    let end = match descend_by(RATIO, Intervals::Close, extremal, rival, LAST, &Bias::default(), work) {
+    // At the smallest ε that it is found for, on intervals that follow its inputs.
+    let settled = match descend_by(RATIO, Intervals::Close, extremal, rival, LAST, &Bias::default(), work) {
         Ok(end) => end,
         Err(end) => tipped(extremal, rival, work).unwrap_or(end),
     };
-    settle(extremal, end, SMALLEST, work)
+    let settled = settle(extremal, settled, SMALLEST, work);
+    // Newton may have gone to arcs of a dearer branch, however small their gap.
+    let of_branch =
+        |found: &Certified| [&at, &settled].iter().any(|smooth| bounded(extremal, &found.arcs, smooth));
+    let mut all = Vec::from_iter(train(extremal, &settled, best.filter(of_branch), &of_branch, work));
+    if let Some(best) = all.pop_if(|best| !small(best)) {
+        all.extend(refined(extremal, best, work));
+    }
+    all.retain(of_branch);
+    let taken = all.last().is_some_and(small);
+    BranchEnd::of(rival, settled, all, taken)
 }
 
 /// The arcs of the smallest gap among those known and those with trains of pulses, no more of them than make it small, and none of
@@ -101,10 +80,10 @@ fn settled(extremal: &Extremal, rival: &Smoothed, work: &Work) -> Smoothed {
 fn train(
     extremal: &Extremal,
     settled: &Smoothed,
-    known: Option<(Arcs, Certificate)>,
-    of_branch: &dyn Fn(&Arcs) -> bool,
+    known: Option<Certified>,
+    of_branch: &dyn Fn(&Certified) -> bool,
     work: &Work,
-) -> Option<(Arcs, Certificate)> {
+) -> Option<Certified> {
     let mut best = known;
     for cells in CELLS {
         let arcs = Arcs::of_pulses(extremal, &settled.path, settled.epsilon, cells);
@@ -112,54 +91,13 @@ fn train(
             break;
         }
         let next = polish(extremal, arcs.clone(), work).or_else(|| laid(extremal, &arcs, work));
-        let Some(next) = next.filter(|(arcs, _)| of_branch(arcs)) else { continue };
-        if best.as_ref().is_none_or(|(_, known)| next.1.gap < known.gap) {
+        let Some(next) = next.filter(of_branch) else { continue };
+        if best.as_ref().is_none_or(|known| next.gap < known.gap) {
             best = Some(next);
         }
-        if best.as_ref().is_some_and(|best| is_small(extremal, best)) {
+        if best.as_ref().is_some_and(|best| best.is_small(extremal)) {
             break;
         }
     }
     best
-}
-
-/// Arcs whose times are laid out anew for the least fuel after pulses have been added where they lack, as long as that makes the gap
-/// smaller. All of them, the best last.
-fn laid_out(extremal: &Extremal, first: (Arcs, Certificate), work: &Work) -> Vec<(Arcs, Certificate)> {
-    let mut path = vec![first];
-    for _ in 0..MOST_CORRECTIONS {
-        let Some((arcs, certificate)) =
-            path.last().filter(|last| !is_small(extremal, last) && !work.stopped())
-        else {
-            break;
-        };
-        let corrections: [&dyn Fn() -> Option<Arcs>; 5] = [
-            &|| certificate.all_mended(arcs, PARTS[1]),
-            &|| certificate.least_mended(PARTS[1]),
-            &|| certificate.worst_mended(arcs, PARTS[2]),
-            &|| certificate.mended(arcs, 0, PARTS[1]),
-            &|| certificate.mended(arcs, 0, PARTS[2]),
-        ];
-        let better = corrections.iter().take_while(|_| !work.stopped()).find_map(|correction| {
-            let next = correction().filter(|next| next.switches.len() <= MOST_SWITCHES)?;
-            laid(extremal, &next, work).filter(|(_, next)| next.gap < certificate.gap)
-        });
-        match better {
-            Some(better) => path.push(better),
-            None => break,
-        }
-    }
-    path
-}
-
-/// Arcs with the best times of their pulses, and to the last digits where Newton keeps all of them.
-pub(super) fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<(Arcs, Certificate)> {
-    if !extremal.times_pulses() {
-        return None;
-    }
-    count(&work.newtons);
-    let laid = best_arcs(extremal, arcs)?;
-    let count = laid.switches.len();
-    let solved = laid.clone().solve(extremal).filter(|solved| solved.switches.len() == count);
-    Some(measured(extremal, solved.unwrap_or(laid)))
 }

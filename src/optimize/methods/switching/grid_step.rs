@@ -20,7 +20,7 @@
 //! and what depends on `h` follows from the scales: `F` and `e⁺` stay, and `D` is `s⁻²` times as large, where `h` is `s` times as long,
 //! and `m` and `Π̃` are `s⁻¹` times as large.
 
-use super::extremal::{ArcLaw, Extremal, Response};
+use super::extremal::{ArcLaw, Extremal, LawResponse};
 use super::tuning::grid::{LAST_CHANGE, MOST_ITERATIONS};
 use crate::mechanics::drift_equation;
 use crate::numerics::widest::widest;
@@ -59,7 +59,7 @@ pub(crate) struct StepMap {
 }
 
 /// A drift from a momentum, with the costates.
-struct Lifted {
+struct CostateDrift {
     drift: Drift,
     linear: LinearDrift,
     after: Costate,
@@ -68,7 +68,7 @@ struct Lifted {
 }
 
 /// A step under a held torque.
-struct Held {
+struct HeldStep {
     f: Matrix3,
     pi: Vector3,
     e: Vector3,
@@ -80,7 +80,7 @@ struct Held {
 
 impl Extremal {
     #[inline(always)]
-    fn lifted(&self, m: &Vector3, kicked: &Vector3, e: &Vector3, h: f64) -> Option<Lifted> {
+    fn lifted(&self, m: &Vector3, kicked: &Vector3, e: &Vector3, h: f64) -> Option<CostateDrift> {
         let j_d = Matrix3::from_diagonal_element(0.5 * self.j.trace()) - self.j;
         let c = drift_equation::solve(&self.j, &self.j_inverse, &(h * kicked))?;
         let f = lie::cayley(&c);
@@ -90,14 +90,14 @@ impl Extremal {
         let after = drift.costate::<6>(&matrix, &Costate { x: none, gamma: none, zeta: *m, pi: *e });
         let linear = drift.linear(&j_d, &matrix, &after);
         let e_of_momentum = linear.b * linear.h12 - linear.c_inverse_t * linear.h22;
-        Some(Lifted { drift, linear, after, e_of_momentum })
+        Some(CostateDrift { drift, linear, after, e_of_momentum })
     }
 
     #[inline(always)]
-    fn held(&self, m: &Vector3, pi: &Vector3, e: &Vector3, h: f64, torque: &Vector3) -> Option<Held> {
+    fn held(&self, m: &Vector3, pi: &Vector3, e: &Vector3, h: f64, torque: &Vector3) -> Option<HeldStep> {
         let h = if h.abs() < NO_STEP { NO_STEP } else { h };
         let (half, kicked) = (0.5 * torque, pi + 0.5 * h * torque);
-        let Lifted { drift, linear, after, e_of_momentum } = self.lifted(m, &kicked, e, h)?;
+        let CostateDrift { drift, linear, after, e_of_momentum } = self.lifted(m, &kicked, e, h)?;
         let LinearDrift { b, c, c_inverse_t, .. } = &linear;
         // By the length of the drift.
         let xi = b * kicked / h;
@@ -134,12 +134,12 @@ impl Extremal {
         slope[9] += by_h + by_pi.dot(&half);
         jacobian.row_mut(9).tr_copy_from(&slope);
         let hamiltonian = self.time_price + value + half.dot(&(e + after.pi));
-        Some(Held { f: drift.f, pi: drift.momentum_after + h * half, e: after.pi, hamiltonian, jacobian })
+        Some(HeldStep { f: drift.f, pi: drift.momentum_after + h * half, e: after.pi, hamiltonian, jacobian })
     }
 
     /// A law at a costate.
     #[inline(always)]
-    fn answer(&self, torque: &Torque, e: &Vector3) -> Response {
+    fn answer(&self, torque: &Torque, e: &Vector3) -> LawResponse {
         match torque {
             Torque::Arc(law) => law.at(e),
             Torque::Smooth(epsilon) => self.smooth(e, *epsilon, &Vector3::zeros()),
@@ -157,33 +157,21 @@ impl Extremal {
         h: f64,
         by: &Torque,
     ) -> Option<(Vector3, Matrix3)> {
-        let first = self.answer(by, &(0.5 * (e + expected))).torque;
-        self.torque_from(first, m, pi, e, h, by)
-            .or_else(|| self.torque_from(self.answer(by, e).torque, m, pi, e, h, by))
-    }
-
-    #[inline(always)]
-    fn torque_from(
-        &self,
-        mut torque: Vector3,
-        m: &Vector3,
-        pi: &Vector3,
-        e: &Vector3,
-        h: f64,
-        by: &Torque,
-    ) -> Option<(Vector3, Matrix3)> {
-        for _ in 0..MOST_ITERATIONS {
-            let out = self.lifted(m, &(pi + 0.5 * h * torque), e, h)?;
-            let law = self.answer(by, &(0.5 * (e + out.after.pi)));
-            let answer = 0.25 * h * law.stiffness * out.e_of_momentum;
-            let inverse = drift_equation::inverse3(&(Matrix3::identity() + answer));
-            let change = inverse * (law.torque - torque);
-            torque += change;
-            if change.norm() < LAST_CHANGE * (1.0 + torque.norm()) {
-                return Some((torque, inverse * law.stiffness));
+        [expected, e].into_iter().find_map(|after| {
+            let mut torque = self.answer(by, &(0.5 * (e + after))).torque;
+            for _ in 0..MOST_ITERATIONS {
+                let out = self.lifted(m, &(pi + 0.5 * h * torque), e, h)?;
+                let law = self.answer(by, &(0.5 * (e + out.after.pi)));
+                let answer = 0.25 * h * law.stiffness * out.e_of_momentum;
+                let inverse = drift_equation::inverse3(&(Matrix3::identity() + answer));
+                let change = inverse * (law.torque - torque);
+                torque += change;
+                if change.norm() < LAST_CHANGE * (1.0 + torque.norm()) {
+                    return Some((torque, inverse * law.stiffness));
+                }
             }
-        }
-        None
+            None
+        })
     }
 
     /// One step of length `h`; `None` where it is too long. A law is solved for from the costate that is expected after it.
@@ -197,47 +185,36 @@ impl Extremal {
     ) -> Option<StepMap> {
         widest(
             #[inline(always)]
-            || self.taken(m, pi, [e, expected], h, torque),
+            || {
+                if let Torque::Arc(law) = &torque
+                    && let Some(LawResponse { torque, running, .. }) = law.held()
+                {
+                    let held = self.held(m, pi, e, h, torque)?;
+                    let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0).into_owned();
+                    return Some(held.step(torque, *running, &slopes));
+                }
+                let (value, gain) = self.implicit_torque(m, pi, [e, expected], h, &torque)?;
+                let mut held = self.held(m, pi, e, h, &value)?;
+                let mean = 0.5 * (e + held.e);
+                let law = self.answer(&torque, &mean);
+                // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
+                let running = law.minimum - mean.dot(&law.torque);
+                for axis in 0..3 {
+                    held.jacobian[(9, PARAMETERS + axis)] -= mean[axis];
+                }
+                let mut of_mean = 0.5 * held.jacobian.fixed_view::<3, PARAMETERS>(6, 0);
+                for axis in 0..3 {
+                    of_mean[(axis, 6 + axis)] += 0.5;
+                }
+                let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0)
+                    - held.jacobian.fixed_columns::<3>(PARAMETERS) * (gain * of_mean);
+                Some(held.step(&value, running, &slopes))
+            },
         )
-    }
-
-    /// [`grid_step`](Self::grid_step) in registers of one width.
-    #[inline(always)]
-    fn taken(
-        &self,
-        m: &Vector3,
-        pi: &Vector3,
-        [e, expected]: [&Vector3; 2],
-        h: f64,
-        torque: Torque,
-    ) -> Option<StepMap> {
-        if let Torque::Arc(law) = &torque
-            && let Some(Response { torque, running, .. }) = law.held()
-        {
-            let held = self.held(m, pi, e, h, torque)?;
-            let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0).into_owned();
-            return Some(held.step(torque, *running, &slopes));
-        }
-        let (value, gain) = self.implicit_torque(m, pi, [e, expected], h, &torque)?;
-        let mut held = self.held(m, pi, e, h, &value)?;
-        let mean = 0.5 * (e + held.e);
-        let law = self.answer(&torque, &mean);
-        // ℓ = min(e·τ + ε…) − e·τ, and ∂ℓ = −e·∂τ because the law makes the sum least.
-        let running = law.minimum - mean.dot(&law.torque);
-        for axis in 0..3 {
-            held.jacobian[(9, PARAMETERS + axis)] -= mean[axis];
-        }
-        let mut of_mean = 0.5 * held.jacobian.fixed_view::<3, PARAMETERS>(6, 0);
-        for axis in 0..3 {
-            of_mean[(axis, 6 + axis)] += 0.5;
-        }
-        let slopes = held.jacobian.fixed_columns::<PARAMETERS>(0)
-            - held.jacobian.fixed_columns::<3>(PARAMETERS) * (gain * of_mean);
-        Some(held.step(&value, running, &slopes))
     }
 }
 
-impl Held {
+impl HeldStep {
     /// The step, under the torque `torque`, with what its inputs cost and its derivatives with respect to the parameters.
     fn step(&self, torque: &Vector3, running: f64, slopes: &SMatrix<f64, 10, PARAMETERS>) -> StepMap {
         StepMap {

@@ -7,29 +7,40 @@
 //! added where the certificate lacks them. It is asked too where a smoothed law has led to a spin that burns far more than two impulses.
 
 use super::arcs::Arcs;
-use super::certificate::Certificate;
+use super::certificate::Certified;
 use super::extremal::Extremal;
 use super::flow::Node;
-use super::fuel::{laid, mended};
-use super::limit::Limit;
+use super::limit::{BranchEnd, laid, refined};
 use super::pulses::motion::Motion;
-use super::pulses::schedule::{Ask, Pulse, Schedule};
-use super::pulses::search::cheapest;
+use super::pulses::schedule::{Pulse, PulseRequest, Schedule};
 use super::smooth::{Path, Smoothed};
 use super::tuning::impulses::*;
 use super::tuning::limits::LAST;
 use super::tuning::paths::LONG;
+use super::tuning::pulses::{COARSE, MOST_COMBINED};
 use super::tuning::{COARSER, FAR_ITERATIONS, FINE, GAINED, SAME};
 use super::work::{Work, count};
 use crate::numerics::random::Stream;
 use crate::{Matrix3, Vector3, lie};
+use nalgebra::Vector6;
 use std::f64::consts::{PI, TAU};
 
 /// Two impulses, at the start and at the end: the levels that are on for each, and for how long.
-struct Transfer {
+pub(super) struct Transfer {
     momentum: Vector3,
     burns: [Vec<(usize, f64)>; 2],
     cost: f64,
+}
+
+impl Transfer {
+    /// Its burns.
+    pub fn pulses(&self, duration: f64) -> Vec<Pulse> {
+        let [first, last] = &self.burns;
+        let begin = first.iter().map(|(level, length)| Pulse { level: *level, on: 0.0, off: *length });
+        let end = last.iter();
+        let end = end.map(|(level, length)| Pulse { level: *level, on: duration - length, off: duration });
+        begin.chain(end).collect()
+    }
 }
 
 /// Whether the body moves at an end and has a duration that is long beside the time that a turn takes and what moves takes to stop.
@@ -42,19 +53,18 @@ fn is_long(extremal: &Extremal) -> bool {
 /// Whether impulses may lead to what is cheaper than the best that is known: where the body moves for long, or where two of them cost
 /// less than half of it. About one axis burns of any length cost at most twice as much as impulses in the same duration,
 /// `2 √(J θ u)` in the shortest one.
-pub(super) fn are_of_use(extremal: &Extremal, best: Option<&Limit>, work: &Work) -> bool {
+pub(super) fn are_of_use(extremal: &Extremal, best: Option<&BranchEnd>, work: &Work) -> bool {
     let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else { return false };
     if is_long(extremal) {
         return true;
     }
-    let slow = slow_momenta(extremal, duration).into_iter();
-    let costs = slow.filter_map(|momentum| Some(transfer(extremal, momentum, duration, work)?.cost));
+    let costs = slow_turns(extremal, duration, work).map(|turn| turn.cost);
     let least = costs.fold(f64::INFINITY, f64::min);
     least.is_finite() && best.is_none_or(|best| best.cost(extremal) > 2.0 * least)
 }
 
-/// What two impulses and those that are added to them come to, the cheapest first.
-pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<Limit> {
+/// What two impulses and those that are added to them come to.
+pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<BranchEnd> {
     let Some(duration) = extremal.given_duration.filter(|_| extremal.times_pulses()) else {
         return Vec::new();
     };
@@ -64,30 +74,23 @@ pub(super) fn limits(extremal: &Extremal, work: &Work) -> Vec<Limit> {
         found.filter_map(|momentum| transfer(extremal, momentum, duration, work)).collect();
     transfers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     transfers.dedup_by(|a, b| (a.momentum - b.momentum).norm() <= SAME.sqrt() * b.momentum.norm());
-    let ask = Ask::free(extremal);
+    let ask = PulseRequest::free(extremal);
     let burnt = |transfer: &Transfer| {
-        let [first, last] = &transfer.burns;
-        let begin = first.iter().map(|(level, length)| Pulse { level: *level, on: 0.0, off: *length });
-        let end = last.iter();
-        let end = end.map(|(level, length)| Pulse { level: *level, on: duration - length, off: duration });
-        let schedule = Schedule::kept(begin.chain(end).collect(), duration, &ask)?;
-        laid(extremal, &Motion::of(extremal, &schedule, &[0.0; 6])?.arcs, work)
+        let schedule = Schedule::kept(transfer.pulses(duration), duration, &ask)?;
+        laid(extremal, &Motion::of(extremal, &schedule, &Vector6::zeros(), COARSE)?.arcs, work)
     };
-    let mut burns: Vec<(Arcs, Certificate)> =
+    let mut burns: Vec<Certified> =
         transfers.iter().take(TRIED).take_while(|_| !work.stopped()).filter_map(burnt).collect();
-    burns.sort_by(|(a, _), (b, _)| a.cost(extremal).total_cmp(&b.cost(extremal)));
-    burns.dedup_by(|(a, _), (b, _)| (a.cost(extremal) / b.cost(extremal) - 1.0).abs() < GAINED);
+    let cost = |burns: &Certified| burns.arcs.cost(extremal);
+    burns.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+    burns.dedup_by(|a, b| (cost(a) / cost(b) - 1.0).abs() < GAINED);
     burns.truncate(MENDED);
-    let limit = |burns: (Arcs, Certificate)| {
-        let mut looser = mended(extremal, burns, work);
-        let best = looser.pop()?;
-        let smooth = Smoothed { path: path_of(extremal, &best.0)?, epsilon: LAST };
-        Some(Limit { looser, ..Limit::of_arcs(&smooth, smooth.clone(), best) })
+    let limit = |burns: Certified| {
+        let all = refined(extremal, burns, work);
+        let smooth = Smoothed { path: path_of(extremal, &all.last()?.arcs)?, epsilon: LAST };
+        Some(BranchEnd::of(&smooth, smooth.clone(), all, true))
     };
-    let mut limits: Vec<Limit> =
-        burns.into_iter().take_while(|_| !work.stopped()).filter_map(limit).collect();
-    limits.sort_by(|a, b| a.cost(extremal).total_cmp(&b.cost(extremal)));
-    limits
+    burns.into_iter().take_while(|_| !work.stopped()).filter_map(limit).collect()
 }
 
 /// The momenta of a slow turn to the end, either way round.
@@ -95,6 +98,12 @@ fn slow_momenta(extremal: &Extremal, duration: f64) -> [Vector3; 2] {
     let phi = lie::log(&extremal.end_attitude);
     let back = phi - TAU * phi.try_normalize(SAME).unwrap_or_else(Vector3::x);
     [phi, back].map(|turn| extremal.j * turn / duration)
+}
+
+/// Two impulses that turn the body slowly to the end, either way round.
+pub(super) fn slow_turns(extremal: &Extremal, duration: f64, work: &Work) -> impl Iterator<Item = Transfer> {
+    let slow = slow_momenta(extremal, duration).into_iter();
+    slow.filter_map(move |momentum| transfer(extremal, momentum, duration, work))
 }
 
 /// Momenta to begin with: of a slow turn either way round, of the motion at the start and, at random, about it and about none.
@@ -138,6 +147,33 @@ fn transfer(extremal: &Extremal, mut momentum: Vector3, duration: f64, work: &Wo
     None
 }
 
+/// The levels that together push along `push`, at least cost, and for how long each is on a unit of time.
+fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
+    let axes = extremal.axes();
+    let count = axes.len().min(MOST_COMBINED);
+    let mut best: Option<(f64, Vec<(usize, f64)>)> = None;
+    for a in 0..count {
+        for b in 0..a {
+            for c in 0..b {
+                let matrix = 2.0 * Matrix3::from_columns(&[axes[a], axes[b], axes[c]]);
+                let Some(shares) = matrix.lu().solve(push) else { continue };
+                if !shares.iter().all(|share| *share > -1e-9 * shares.amax() && share.is_finite()) {
+                    continue;
+                }
+                let levels = [a, b, c];
+                let cost: f64 =
+                    levels.iter().zip(&shares).map(|(level, share)| extremal.costs[*level] * share).sum();
+                if best.as_ref().is_none_or(|(known, _)| cost < *known) {
+                    let used = levels.into_iter().zip(shares.iter().copied());
+                    let used = used.filter(|(_, share)| *share > 1e-6 * shares.amax()).collect();
+                    best = Some((cost, used));
+                }
+            }
+        }
+    }
+    best.map(|(_, used)| used)
+}
+
 /// The nodes of arcs for a path.
 fn path_of(extremal: &Extremal, arcs: &Arcs) -> Option<Path> {
     let (swept, _) = arcs.swept(extremal, FINE)?;
@@ -147,65 +183,4 @@ fn path_of(extremal: &Extremal, arcs: &Arcs) -> Option<Path> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::extremal::Law;
-    use super::super::flow::Course;
-    use super::super::work::Halt;
-    use super::*;
-    use crate::testing::full_inertia;
-
-    fn moving() -> Extremal {
-        let units = [Vector3::x(), Vector3::y(), Vector3::z()];
-        let inertia = full_inertia();
-        Extremal {
-            j: *inertia.j(),
-            j_inverse: *inertia.j_inverse(),
-            law: Law::Inputs(units.into_iter().flat_map(|axis| [0.5 * axis, -0.5 * axis]).collect()),
-            costs: vec![1.0; 6],
-            time_price: 6.0,
-            given_duration: Some(60.0),
-            middle: Vector3::zeros(),
-            start_rate: Vector3::new(0.2, -0.1, 0.15),
-            end_rate: Vector3::new(-0.05, 0.1, 0.02),
-            end_attitude: lie::exp(&Vector3::new(0.9, -0.5, 0.7)),
-            halt: Halt::default(),
-        }
-    }
-
-    #[test]
-    fn two_impulses_turn_a_free_body_to_the_end_with_the_momentum_that_it_should_have() {
-        let given = moving();
-        let work = Work::until(&|| false);
-        let momenta = first_momenta(&given, 60.0);
-        let all: Vec<Transfer> =
-            momenta.into_iter().filter_map(|momentum| transfer(&given, momentum, 60.0, &work)).collect();
-        assert!(all.len() > 10, "{}", all.len());
-        let (none, still) = (Vector3::zeros(), Extremal::holding(&Vector3::zeros(), 0.0));
-        for Transfer { momentum, burns, cost } in all {
-            let course = Course::of(&given, &none);
-            let mut node = Node { r: Matrix3::identity(), pi: momentum, e: none };
-            for _ in 0..4000 {
-                node = course.reached(&node, 60.0 / 4000.0, |_, e| still.at(e));
-            }
-            assert!(lie::log(&given.end_attitude.tr_mul(&node.r)).norm() < 2.0 * NEAR);
-            let pushed = burns.map(|burn| {
-                burn.iter().fold(none, |sum, (level, length)| sum + 2.0 * *length * given.axes()[*level])
-            });
-            let start = momentum - given.j * given.start_rate;
-            let stop = given.j * given.end_rate - node.pi;
-            assert!((pushed[0] - start).norm() < 1e-9 && (pushed[1] - stop).norm() < 1e-6);
-            // Each axis costs two for a unit of impulse.
-            assert!((cost - 2.0 * (start.lp_norm(1) + stop.lp_norm(1))).abs() < 1e-5, "{cost}");
-        }
-    }
-
-    #[test]
-    fn impulses_are_of_use_between_rates_for_long_alone() {
-        let work = Work::until(&|| false);
-        let long = moving();
-        let short = long.lasting(Some(4.0));
-        let rests = Extremal { start_rate: Vector3::zeros(), end_rate: Vector3::zeros(), ..moving() };
-        assert!([&long, &short, &rests].map(is_long) == [true, false, false]);
-        assert!(are_of_use(&long, None, &work) && !are_of_use(&long.lasting(None), None, &work));
-    }
-}
+mod tests;

@@ -24,7 +24,7 @@ use super::tuning::{FAR_ITERATIONS, GAINED};
 use nalgebra::{SMatrix, SVector};
 
 /// A change of `M` and of the costate at the start.
-type Change = SVector<f64, 6>;
+type CostateChange = SVector<f64, 6>;
 
 /// A switching function on a short piece of its arc.
 struct Piece {
@@ -32,7 +32,7 @@ struct Piece {
     /// Sign of the input, the function, and how it answers to the costates at the start.
     sign: f64,
     value: f64,
-    slope: Change,
+    slope: CostateChange,
 }
 
 /// The same maneuver with the costates of the least gap and, in a given duration, with those that are smaller by what an input lacks of
@@ -46,9 +46,8 @@ pub(crate) fn with_less_gap(extremal: &Extremal, arcs: &Arcs) -> Vec<Arcs> {
     let at_start = || extremal.hamiltonian_at_start(&arcs.m, &arcs.first, &law);
     let given = extremal.given_duration.is_some();
     let change = least(&pieces, (!given).then(at_start));
-    let own = Change::from_iterator(arcs.m.iter().chain(arcs.first.e.iter()).copied());
-    let changes = if given { vec![change, without_excess(&pieces, &own, &change)] } else { vec![change] };
-    let moved = |change: Change| {
+    let slower = given.then(|| without_excess(&pieces, &arcs.costates(), &change));
+    let moved = |change: CostateChange| {
         let mut moved = arcs.clone();
         moved.m += change.fixed_rows::<3>(0);
         moved.first.e += change.fixed_rows::<3>(3);
@@ -57,7 +56,7 @@ pub(crate) fn with_less_gap(extremal: &Extremal, arcs: &Arcs) -> Vec<Arcs> {
         }
         moved
     };
-    changes.into_iter().map(moved).collect()
+    [change].into_iter().chain(slower).map(moved).collect()
 }
 
 /// All switching functions along the way, and how the nodes answer at the end of each arc.
@@ -76,7 +75,7 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
                     length: 2.0 * half,
                     sign: *sign,
                     value: extremal.switching(input, &node.e),
-                    slope: Change::from_fn(|lane, _| along.dot(&lanes.block(2, lane))),
+                    slope: CostateChange::from_fn(|lane, _| along.dot(&lanes.block(2, lane))),
                 });
             }
         }
@@ -87,13 +86,13 @@ fn pieces(extremal: &Extremal, arcs: &Arcs) -> (Vec<Piece>, Vec<Lanes<8>>) {
 }
 
 /// The change of the costates that makes the gap least, where a number that is linear in it, given by its value and slope, vanishes.
-fn least(pieces: &[Piece], vanishing: Option<(f64, Change)>) -> Change {
+fn least(pieces: &[Piece], vanishing: Option<(f64, CostateChange)>) -> CostateChange {
     let total: f64 = pieces.iter().map(|piece| piece.length).sum();
     let along = vanishing.map(|(_, slope)| slope);
     // The smallest change with which it does; none where it does not depend on the change.
-    let nearest = |(value, slope): (f64, Change)| -value / slope.norm_squared() * slope;
+    let nearest = |(value, slope): (f64, CostateChange)| -value / slope.norm_squared() * slope;
     let dependent = vanishing.filter(|(_, slope)| slope.norm_squared() > 0.0);
-    let first = dependent.map_or_else(Change::zeros, nearest);
+    let first = dependent.map_or_else(CostateChange::zeros, nearest);
     let (mut best, mut least) = (first, gap(pieces, &first, 0.0));
     let (mut change, mut mu) = (best, FIRST);
     while mu > f64::EPSILON && mu * total > ADDED * least {
@@ -112,7 +111,7 @@ fn least(pieces: &[Piece], vanishing: Option<(f64, Change)>) -> Change {
 ///
 /// In a long duration nearly all is coast, and an input that should be on for all of it, by however little, is worth more than the
 /// plan costs. What smaller costates add along the burns is as little of their cost.
-fn without_excess(pieces: &[Piece], own: &Change, change: &Change) -> Change {
+fn without_excess(pieces: &[Piece], own: &CostateChange, change: &CostateChange) -> CostateChange {
     let excess = |piece: &Piece| {
         let price = piece.value - piece.slope.dot(own);
         let lacks = -(piece.value + piece.slope.dot(change));
@@ -123,7 +122,7 @@ fn without_excess(pieces: &[Piece], own: &Change, change: &Change) -> Change {
 }
 
 /// The gap, with the absolute values smoothed.
-fn gap(pieces: &[Piece], change: &Change, mu: f64) -> f64 {
+fn gap(pieces: &[Piece], change: &CostateChange, mu: f64) -> f64 {
     let of = |piece: &Piece| {
         let s = piece.value + piece.slope.dot(change);
         piece.length * ((s * s + mu * mu).sqrt() + s * piece.sign)
@@ -132,11 +131,11 @@ fn gap(pieces: &[Piece], change: &Change, mu: f64) -> f64 {
 }
 
 /// Newton on the smoothed gap, from a change of the costates and across a direction.
-fn newton(pieces: &[Piece], from: Change, across: Option<&Change>, mu: f64) -> Change {
+fn newton(pieces: &[Piece], from: CostateChange, across: Option<&CostateChange>, mu: f64) -> CostateChange {
     let mut change = from;
     let mut last = gap(pieces, &change, mu);
     for _ in 0..FAR_ITERATIONS {
-        let (mut gradient, mut hessian) = (Change::zeros(), SMatrix::<f64, 6, 6>::zeros());
+        let (mut gradient, mut hessian) = (CostateChange::zeros(), SMatrix::<f64, 6, 6>::zeros());
         for piece in pieces {
             let s = piece.value + piece.slope.dot(&change);
             let root = (s * s + mu * mu).sqrt();

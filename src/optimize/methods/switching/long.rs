@@ -9,7 +9,7 @@
 
 use super::arcs::Arcs;
 use super::extremal::Extremal;
-use super::limit::{Limit, polish};
+use super::limit::{BranchEnd, polish};
 use super::smooth::Smoothed;
 use super::tuning::paths::{LONG, QUICKER, STRETCH, STRETCHING};
 use super::work::Work;
@@ -44,11 +44,11 @@ pub(super) fn quicker(extremal: &Extremal) -> impl Iterator<Item = (Extremal, f6
 }
 
 /// What a limit of the shorter maneuver becomes in the duration of `extremal`; `None` where it cannot be followed so far.
-pub(super) fn followed(extremal: &Extremal, limit: &Limit, work: &Work) -> Option<Limit> {
+pub(super) fn followed(extremal: &Extremal, limit: &BranchEnd, work: &Work) -> Option<BranchEnd> {
     let first = limit.arcs.clone()?;
     // By what factor the duration grows, or the square root of the price of time falls.
     let (least, total) = match extremal.given_duration {
-        Some(given) => (f64::NAN, given / first.0.duration),
+        Some(given) => (f64::NAN, given / first.arcs.duration),
         None => {
             let least = extremal.price_of_time();
             (least, (shorter(extremal)?.price_of_time() / least).sqrt())
@@ -59,25 +59,20 @@ pub(super) fn followed(extremal: &Extremal, limit: &Limit, work: &Work) -> Optio
         None => extremal.priced(least * (total / factor).powi(2)),
     };
     let arrived = |(_, factor): &(_, f64)| *factor >= total;
-    let reached = follow(&STRETCHING, (first, 1.0), arrived, |((at, _), factor), length| {
+    let reached = follow(&STRETCHING, (first, 1.0), arrived, |(at, factor), length| {
         if work.stopped() {
             return Step::Stopped;
         }
         let next_factor = (factor * STRETCH.powf(length)).min(total);
         let (here, there) = (at_factor(*factor), at_factor(next_factor));
-        let next = polish(&there, stretched(at, extremal, next_factor / factor), work);
-        let cheaper = next.filter(|(next, _)| next.cost(&there) <= at.cost(&here));
+        let next = polish(&there, stretched(&at.arcs, extremal, next_factor / factor), work);
+        let cheaper = next.filter(|next| next.arcs.cost(&there) <= at.arcs.cost(&here));
         cheaper.map(|next| (next, next_factor)).into()
     });
     let (arcs, _) = reached.ok()?;
-    let whole = arcs.0.duration / limit.branch.path.duration;
+    let whole = arcs.arcs.duration / limit.branch.path.duration;
     let slower = |smoothed: &Smoothed| Smoothed { path: smoothed.path.slower(whole), ..*smoothed };
-    Some(Limit {
-        branch: slower(&limit.branch),
-        smooth: slower(&limit.smooth),
-        arcs: Some(arcs),
-        looser: Vec::new(),
-    })
+    Some(BranchEnd::of(&slower(&limit.branch), slower(&limit.smooth), vec![arcs], true))
 }
 
 /// Arcs at rates that are smaller by a factor: burns are shorter by it, and coasts take what that leaves.

@@ -38,7 +38,7 @@ pub(crate) mod on_grid;
 pub(crate) mod pulses;
 pub(crate) mod scaled;
 pub(crate) mod search;
-mod sequence;
+pub(crate) mod sequence;
 pub(crate) mod smooth;
 #[cfg(test)]
 mod tests;

@@ -23,13 +23,14 @@
 //! (Agrachev, Stefani and Zezza 2002; Maurer and Osmolovskii 2004).
 
 use super::arcs::Arcs;
-use super::extremal::Extremal;
+use super::extremal::{Extremal, TorqueLimit};
 use super::flow::Node;
 use super::grid_step::Torque;
-use super::sequence::{Over, Sequence, Step, Swept, free_lengths};
+use super::sequence::{Sequence, Step, free_lengths};
 use super::tuning::{FINE, UNDETERMINED, VANISHED};
 use crate::Vector3;
-use nalgebra::{DMatrix, DVector, Vector6};
+use crate::numerics::least_squares::shortest;
+use nalgebra::{DMatrix, DVector};
 
 /// An arc under a torque that is held, scaled.
 #[derive(Clone, Copy, Debug)]
@@ -40,34 +41,25 @@ pub(crate) struct HeldArc {
     pub price: f64,
 }
 
-/// The arcs one after the other over the flow, from a start beside their own, with the costates `(M, e_0)`.
-fn swept(
-    extremal: &Extremal,
-    arcs: &[HeldArc],
-    costates: &Vector6<f64>,
-    beside: [Vector3; 3],
-) -> Option<Swept> {
-    let [m, e] = [0, 3].map(|row| costates.fixed_rows::<3>(row).into_owned());
+/// `δd = K z`, a row for each arc, `z = [ζ; δΠ]` scaled; `None` where the arcs do not determine it.
+pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: bool) -> Option<DMatrix<f64>> {
+    let free = free_lengths(arcs.len(), given);
     let lengths: Vec<f64> = arcs.iter().map(|arc| arc.length).collect();
     let step = |(arc, held): (usize, &HeldArc)| {
         let law = Extremal::holding(&held.torque, held.price - extremal.time_price);
         Step { arc, part: 1.0, torque: Torque::Arc(law) }
     };
     let steps: Vec<Step> = arcs.iter().enumerate().map(step).collect();
-    let (nodes, over) = ([Node::at_start(extremal, e)], Over::Flow { longest: FINE });
-    Sequence { m: &m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, over }.swept(extremal)
-}
-
-/// `δd = K z`, a row for each arc, `z = [ζ; δΠ]` scaled; `None` where the arcs do not determine it.
-pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: bool) -> Option<DMatrix<f64>> {
-    let free = free_lengths(arcs.len(), given);
-    let at = |costates: &Vector6<f64>, beside: [Vector3; 3]| {
-        Some(swept(extremal, arcs, costates, beside)?.kkt.tied(&free))
+    let at = |costates: &DVector<f64>, beside: [Vector3; 3]| {
+        let [m, e] = [0, 3].map(|row| costates.fixed_rows::<3>(row).into_owned());
+        let (nodes, longest) = ([Node::at_start(extremal, e)], Some(FINE));
+        let sequence = Sequence { m: &m, lengths: &lengths, steps: &steps, nodes: &nodes, beside, longest };
+        Some(sequence.swept(extremal)?.kkt.tied(&free))
     };
     // Linear in the costates: what they are none of is a price.
-    let none = at(&Vector6::zeros(), Sequence::AT_THE_NODE)?;
-    let costates = solved(&none.by_multipliers().into_owned(), &-none.slope())?;
-    let costates = Vector6::from_iterator(costates.iter().copied());
+    let none = at(&DVector::zeros(6), Sequence::AT_THE_NODE)?;
+    // Where they are not determined, the matrix is singular too.
+    let costates = shortest(&none.by_multipliers().into_owned(), &-none.slope(), UNDETERMINED)?;
     let kkt = at(&costates, Sequence::AT_THE_NODE)?;
     let mut right = DMatrix::zeros(kkt.residual.len(), 6);
     for (column, mut right) in right.column_iter_mut().enumerate() {
@@ -76,58 +68,38 @@ pub(crate) fn lengths_by_start(extremal: &Extremal, arcs: &[HeldArc], given: boo
         let moved = at(&costates, beside)?;
         right.copy_from(&(moved.residual - moved.carried));
     }
-    let moved = solved_for(kkt.jacobian, &right)?;
+    let moved = solved(kkt.jacobian, &right)?;
     Some(free * moved.rows_range(6..))
 }
 
 /// Whether the cost falls from an extremal along some lengths of its arcs that lead to the same end: then it is no minimum. Not told of
 /// arcs whose torque turns with the costate.
 pub(crate) fn is_saddle(extremal: &Extremal, arcs: &Arcs) -> bool {
-    let held = |(_, start, end, signs): &(Node, f64, f64, Vec<f64>)| {
-        let law = extremal.on_arc(signs);
-        let torque = law.held()?.torque;
-        Some(HeldArc { length: end - start, torque, price: extremal.time_price + law.running() })
-    };
-    let Some(held) = arcs.arcs().iter().map(held).collect::<Option<Vec<_>>>() else { return false };
-    let given = extremal.given_duration.is_some();
+    let lengths = arcs.lengths();
     // Of inputs that switch together the arc between them can grow alone, which its certificate tells of.
     let free: Vec<usize> =
-        (0..held.len()).filter(|arc| held[*arc].length > VANISHED * arcs.duration).collect();
-    if free.len() <= 6 + usize::from(given) {
+        (0..lengths.len()).filter(|arc| lengths[*arc] > VANISHED * arcs.duration).collect();
+    let given = extremal.given_duration.is_some();
+    if free.len() <= 6 + usize::from(given) || !matches!(extremal.law, TorqueLimit::Inputs(_)) {
         return false;
     }
-    let of_free =
-        DMatrix::from_fn(held.len(), free.len(), |arc, column| if arc == free[column] { 1.0 } else { 0.0 });
-    let costates = Vector6::from_iterator(arcs.m.iter().chain(arcs.first.e.iter()).copied());
-    let Some(swept) = swept(extremal, &held, &costates, Sequence::AT_THE_NODE) else { return false };
-    swept.kkt.tied(&(of_free * free_lengths(free.len(), given))).falls(UNDETERMINED)
+    let of_free = DMatrix::from_fn(lengths.len(), free.len(), |arc, column| f64::from(arc == free[column]));
+    let of_free = of_free * free_lengths(free.len(), given);
+    arcs.swept(extremal, FINE).is_some_and(|(swept, _)| swept.kkt.tied(&of_free).falls(UNDETERMINED))
 }
 
-/// The least-squares solution; `None` where it is not the only one.
-fn solved(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    if matrix.nrows() < matrix.ncols() {
-        return None;
-    }
-    let svd = matrix.clone().svd(true, true);
-    let (least, largest) = (svd.singular_values.min(), svd.singular_values.max());
-    (least > UNDETERMINED * largest).then(|| svd.solve(right, 0.0).ok())?
-}
-
-/// The solution of as many equations as unknowns, where there is one.
-fn solved_for(mut matrix: DMatrix<f64>, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+/// The solution of as many equations as unknowns, each of its own size, where there is one.
+fn solved(mut matrix: DMatrix<f64>, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let mut right = right.clone();
-    for row in 0..matrix.nrows() {
-        let size = matrix.row(row).amax();
-        if !(size > 0.0 && size.is_finite()) {
-            return None;
-        }
-        matrix.row_mut(row).scale_mut(1.0 / size);
-        right.row_mut(row).scale_mut(1.0 / size);
+    for (mut row, mut right) in matrix.row_iter_mut().zip(right.row_iter_mut()) {
+        let size = row.amax();
+        row /= size;
+        right /= size;
+    }
+    if !matrix.iter().all(|value| value.is_finite()) {
+        return None;
     }
     let values = matrix.singular_values();
-    if values.min() <= UNDETERMINED * values.max() {
-        return None;
-    }
-    let found = matrix.lu().solve(&right)?;
+    let found = (values.min() > UNDETERMINED * values.max()).then(|| matrix.lu().solve(&right))??;
     found.iter().all(|value| value.is_finite()).then_some(found)
 }

@@ -8,13 +8,14 @@
 
 use super::extremal::Extremal;
 use super::flow::Node;
-use super::sequence::{Over, Sequence, Step, Swept, free_lengths};
+use super::sequence::{Sequence, Step, SweptArcs, free_lengths};
 use super::tuning::UNDETERMINED;
 use super::tuning::arcs::DETERMINED;
 use super::tuning::grid::*;
+use super::tuning::pulses::NEARBY_ON_GRID;
 use super::tuning::smooth::{DECREASE, MOST_TRIALS, SHORTENED};
 use crate::Vector3;
-use crate::optimize::nlp::kkt::{Kkt, Steps, untied};
+use crate::optimize::nlp::kkt::{KktSystem, NewtonSteps, untied};
 use nalgebra::{DMatrix, DVector, Vector6};
 
 /// A maneuver on a grid of arcs.
@@ -24,7 +25,6 @@ pub(crate) struct OnGrid {
     /// Duration of every arc.
     pub lengths: Vec<f64>,
     pub steps: Vec<Step>,
-    pub(super) over: Over,
     /// Signs of the inputs of every arc; none under a smoothed law.
     pub signs: Vec<Vec<f64>>,
     /// One more than steps.
@@ -53,7 +53,6 @@ impl OnGrid {
             m,
             lengths,
             steps,
-            over: Over::Grid,
             signs,
             nodes,
             torques: Vec::new(),
@@ -80,29 +79,44 @@ impl OnGrid {
     }
 
     /// One sweep, and its conditions in costates and free lengths.
-    fn swept(&self, extremal: &Extremal) -> Option<(Swept, Kkt)> {
-        let Self { m, lengths, steps, nodes, over, .. } = self;
-        let sequence = Sequence { m, lengths, steps, nodes, beside: Sequence::AT_THE_NODE, over: *over };
+    fn swept(&self, extremal: &Extremal) -> Option<(SweptArcs, KktSystem)> {
+        let Self { m, lengths, steps, nodes, .. } = self;
+        let beside = Sequence::AT_THE_NODE;
+        let sequence = Sequence { m, lengths, steps, nodes, beside, longest: None };
         let swept = sequence.swept(extremal)?;
         let kkt = swept.kkt.tied(&self.free(extremal));
         Some((swept, kkt))
     }
 
     /// How Newton steps: a smoothed law determines all costates, and so do enough switches.
-    fn steps_of_newton(&self) -> Steps {
+    fn steps_of_newton(&self) -> NewtonSteps {
         match &self.of_free_times {
-            Some(_) if self.beside_optimum => Steps::Feasible,
-            None if self.signs.is_empty() || self.lengths.len() > DETERMINED => Steps::Determined,
-            _ => Steps::Shortest,
+            Some(_) if self.beside_optimum => NewtonSteps::Feasible,
+            None if self.signs.is_empty() || self.lengths.len() > DETERMINED => NewtonSteps::Determined,
+            _ => NewtonSteps::Shortest,
         }
     }
 
     /// Newton to round-off; `None` where it does not get there. An arc may come out with no length, or a negative one.
     ///
-    /// Whole steps are quickest, and go over what shortened ones stay behind; where they lead nowhere, shortened ones may not.
+    /// Whole steps are quickest, and go over what shortened ones stay behind; where they lead nowhere, shortened ones may not. Of pulses
+    /// whose times are at bounds the solution has to be near.
     pub fn solve(self, extremal: &Extremal) -> Option<Self> {
         let whole = self.clone().newton(1, 0.0, MOST_ITERATIONS, extremal);
+        if self.of_free_times.is_some() {
+            let near = |found: &Self| {
+                let mut pairs = found.lengths.iter().zip(&self.lengths);
+                pairs.all(|(length, first)| (length - first).abs() < NEARBY_ON_GRID * found.duration())
+            };
+            return whole.filter(near);
+        }
         whole.or_else(|| self.newton(MOST_TRIALS, 0.0, MOST_ITERATIONS, extremal))
+    }
+
+    /// The same grid for a maneuver that ends a little elsewhere, warm; `None` where Newton does not get there, or an arc would have
+    /// less than no length.
+    pub fn again(&self, extremal: &Extremal) -> Option<Self> {
+        self.clone().solve(extremal).filter(|found| found.shorter_than_nothing().is_none())
     }
 
     /// Newton until the residual is below `enough`, or to round-off, in `most` steps: whole ones or, where there are several trials of each,
@@ -119,7 +133,7 @@ impl OnGrid {
             self.lengths.iter_mut().for_each(|length| *length *= factor);
         }
         let steps = self.steps_of_newton();
-        let merit = |(swept, kkt): &(Swept, Kkt)| kkt.merit(steps).hypot(swept.gaps.sqrt());
+        let merit = |(swept, kkt): &(SweptArcs, KktSystem)| kkt.merit(steps).hypot(swept.gaps.sqrt());
         let mut at = self.swept(extremal)?;
         let mut last = f64::INFINITY;
         for iteration in 0..most {
@@ -165,12 +179,12 @@ impl OnGrid {
         kkt.carried.rows_mut(0, 6).copy_from(miss);
         let step = kkt.newton_step(self.steps_of_newton(), UNDETERMINED)?;
         let moved = self.moved(&step, &swept, 1.0, extremal);
-        let (Swept { torques, gaps, .. }, kkt) = moved.swept(extremal)?;
+        let (SweptArcs { torques, gaps, .. }, kkt) = moved.swept(extremal)?;
         Some(Self { torques, residual: kkt.residual.norm().hypot(gaps.sqrt()), ..moved })
     }
 
     /// After a part of a step of costates and free lengths, and the nodes with it.
-    fn moved(&self, step: &DVector<f64>, swept: &Swept, factor: f64, extremal: &Extremal) -> Self {
+    fn moved(&self, step: &DVector<f64>, swept: &SweptArcs, factor: f64, extremal: &Extremal) -> Self {
         let step = untied(&self.free(extremal), step);
         let lengths = self.lengths.iter().zip(step.iter().skip(6));
         let nodes = self.nodes.iter().zip(swept.disturbances(&step));

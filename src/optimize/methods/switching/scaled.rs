@@ -1,7 +1,7 @@
 //! From a maneuver to an extremal in scaled units, and back.
 
-use super::extremal::{Extremal, Law};
-use super::work::Halt;
+use super::extremal::{Extremal, TorqueLimit};
+use super::work::StopRequest;
 use crate::maneuver::duration::Duration;
 use crate::maneuver::problem::Problem;
 use crate::{Matrix3, Vector3};
@@ -10,14 +10,14 @@ use crate::{Matrix3, Vector3};
 /// square root of the angle; and half of what the dearest input costs at its limit, all of what the norm does, or 1 where
 /// only time counts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Units {
+pub(crate) struct ExtremalUnits {
     pub time: f64,
     pub torque: f64,
     /// Of what a unit of time costs.
     pub rate: f64,
 }
 
-impl Units {
+impl ExtremalUnits {
     /// Unit of momentum [N·m·s].
     pub fn momentum(&self) -> f64 {
         self.torque * self.time
@@ -51,7 +51,7 @@ impl Sides {
 }
 
 /// The scaled maneuver; `None` where the torques do not span the space or a number is out of range.
-pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
+pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, ExtremalUnits)> {
     let j = *problem.body.inertia.j();
     let inertia = j.determinant().cbrt();
     let set = &problem.actuation.torque;
@@ -79,11 +79,11 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
                     half.iter().flat_map(|axis| [*axis, -axis]).collect()
                 }
             };
-            (Law::Inputs(axes), unit)
+            (TorqueLimit::Inputs(axes), unit)
         }
         (None, Some(norm)) => {
             costs.extend(problem.objective.fuel().map(|fuel| fuel.price(0) * norm));
-            (Law::Norm(1.0), norm)
+            (TorqueLimit::Norm(1.0), norm)
         }
         (None, None) => return None,
     };
@@ -93,7 +93,7 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
         *cost /= rate;
     }
     // What inputs cost in the middle of their limits; the norm of the torque has no middle.
-    let idle = if matches!(law, Law::Inputs(_)) { costs.iter().sum() } else { 0.0 };
+    let idle = if matches!(law, TorqueLimit::Inputs(_)) { costs.iter().sum() } else { 0.0 };
     let time = (inertia / torque).sqrt();
     let extremal = Extremal {
         j: j / inertia,
@@ -109,10 +109,10 @@ pub(crate) fn scaled(problem: &Problem) -> Option<(Extremal, Units)> {
         start_rate: time * problem.start.angular_velocity,
         end_rate: time * problem.end.angular_velocity,
         end_attitude: problem.start.attitude.tr_mul(&problem.end.attitude),
-        halt: Halt::default(),
+        halt: StopRequest::default(),
     };
     let usable = torque > 0.0 && time.is_finite() && time > 0.0 && rate.is_finite();
-    usable.then_some((extremal, Units { time, torque, rate }))
+    usable.then_some((extremal, ExtremalUnits { time, torque, rate }))
 }
 
 /// The inputs of a maneuver from those of its extremal.
@@ -133,7 +133,7 @@ pub(crate) fn input_of(problem: &Problem, level: usize) -> usize {
 }
 
 /// The inputs that give a scaled torque with the least effort: those of a limit of the norm.
-pub(crate) fn shared(problem: &Problem, units: &Units, torque: &Vector3) -> Option<Vec<f64>> {
+pub(crate) fn shared(problem: &Problem, units: &ExtremalUnits, torque: &Vector3) -> Option<Vec<f64>> {
     let weighted = problem.objective.weights().torque(&problem.actuation);
     let shared = weighted.authority.try_inverse()? * (units.torque * torque);
     Some((&weighted.gain * shared).iter().copied().collect())

@@ -4,7 +4,7 @@
 //! c(d, λ) = e(d) ,      ∂L/∂d_a = H_a      with the lengths d, the costates λ = (M, e_0) at the start
 //! ```
 //!
-//! are the conditions of least cost ([`Kkt`]): `H_a` is the Hamiltonian on arc a of the flow, or the mean of the discrete Hamiltonians of its
+//! are the conditions of least cost ([`KktSystem`]): `H_a` is the Hamiltonian on arc a of the flow, or the mean of the discrete Hamiltonians of its
 //! steps. It is linear in `λ` where torques are held, and there `∂c/∂λ` vanishes.
 //!
 //! Every step may start from its own stored node. Of a path that Newton goes on from, lanes carry from node to node how the motion answers
@@ -22,7 +22,7 @@ use super::grid_step::{StepMap, Torque};
 use super::tuning::arcs::MOST_STEPS;
 use crate::numerics::three::{apply, apply_transposed, cross, product};
 use crate::numerics::widest::widest;
-use crate::optimize::nlp::kkt::Kkt;
+use crate::optimize::nlp::kkt::KktSystem;
 use crate::{Matrix3, Vector3, lie};
 use nalgebra::{DMatrix, DMatrixView, DVector};
 use std::f64::consts::TAU;
@@ -36,15 +36,6 @@ pub(crate) struct Step {
     pub torque: Torque,
 }
 
-/// What steps lead over.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Over {
-    /// The equations of motion, integrated in steps of at most this part of the duration.
-    Flow { longest: f64 },
-    /// The steps of a grid.
-    Grid,
-}
-
 /// Arcs in order.
 #[derive(Clone, Copy)]
 pub(super) struct Sequence<'a> {
@@ -56,13 +47,14 @@ pub(super) struct Sequence<'a> {
     pub nodes: &'a [Node],
     /// By how much the start is beside the first node.
     pub beside: [Vector3; 3],
-    pub over: Over,
+    /// Over the flow the longest step of its integration, as a part of the duration; none over the steps of a grid.
+    pub longest: Option<f64>,
 }
 
 /// What a sweep over arcs finds.
-pub(super) struct Swept {
+pub(super) struct SweptArcs {
     /// In costates and lengths.
-    pub kkt: Kkt,
+    pub kkt: KktSystem,
     /// Sum of the squares of the gaps.
     pub gaps: f64,
     /// Torques held over the steps.
@@ -89,7 +81,7 @@ impl Sequence<'_> {
 
     /// Sweeps with lanes enough; `None` where a step has no solution or a number is not finite, for more arcs than there are lanes, or
     /// where somebody asks to stop.
-    pub fn swept(&self, extremal: &Extremal) -> Option<Swept> {
+    pub fn swept(&self, extremal: &Extremal) -> Option<SweptArcs> {
         match 7 + self.lengths.len() {
             ..=8 => self.sweep::<8>(extremal),
             9..=16 => self.sweep::<16>(extremal),
@@ -99,7 +91,7 @@ impl Sequence<'_> {
         }
     }
 
-    fn sweep<const L: usize>(&self, extremal: &Extremal) -> Option<Swept> {
+    fn sweep<const L: usize>(&self, extremal: &Extremal) -> Option<SweptArcs> {
         let arcs = self.lengths.len();
         let (gap_lane, duration) = (6 + arcs, self.lengths.iter().sum());
         let (mut residual, mut slopes) = (DVector::zeros(6 + arcs), DMatrix::zeros(6 + arcs, 7 + arcs));
@@ -114,8 +106,8 @@ impl Sequence<'_> {
             }
             let (node, next) = (nodes[k], self.nodes.get(k + 1));
             let (m, length) = (apply_transposed(&node.r, self.m), self.lengths[step.arc] * step.part);
-            let done = match (self.over, step.torque) {
-                (Over::Flow { longest }, Torque::Arc(law)) => {
+            let done = match (self.longest, step.torque) {
+                (Some(longest), Torque::Arc(law)) => {
                     extremal.flow_step(&m, &node, &law, (length, duration), longest)
                 }
                 _ => {
@@ -151,12 +143,12 @@ impl Sequence<'_> {
         }
         let carried = &residual + slopes.column(gap_lane);
         let finite = carried.iter().chain(slopes.iter()).all(|value| value.is_finite());
-        let kkt = Kkt { conditions: 6, residual, carried, jacobian: slopes.remove_column(gap_lane) };
-        finite.then_some(Swept { kkt, gaps, torques, nodes, answers })
+        let kkt = KktSystem { conditions: 6, residual, carried, jacobian: slopes.remove_column(gap_lane) };
+        finite.then_some(SweptArcs { kkt, gaps, torques, nodes, answers })
     }
 }
 
-impl Swept {
+impl SweptArcs {
     /// How the costate `e` at a node answers to costates, lengths, and to 1.
     pub fn costate(&self, node: usize) -> DMatrixView<'_, f64> {
         let answer = &self.answers[node];

@@ -5,8 +5,8 @@
 //! seven parameters and the gaps, so that the whole Newton step is a 7×7 system: nothing grows along the maneuver but
 //! derivatives.
 
-use super::extremal::{Bias, Extremal, Response};
-use super::flow::{Course, Lanes, Node, Stages, Units, taken};
+use super::extremal::{Bias, Extremal, LawResponse};
+use super::flow::{Course, FlowStages, Lanes, Node, UnitRows, taken};
 use super::tuning::smooth::*;
 use super::tuning::{NEAR_ITERATIONS, POINTS, SAME};
 use super::work::{Work, count};
@@ -48,8 +48,8 @@ struct Answers {
 /// What sweeps leave behind, eight intervals at once: what derivatives need of each, and its gap; and the derivatives of the
 /// nodes.
 #[derive(Default)]
-struct Swept {
-    stages: Vec<Stages<Eight, 4>>,
+struct SweptIntervals {
+    stages: Vec<FlowStages<Eight, 4>>,
     gaps: Vec<[Vector<Eight>; 3]>,
     lanes: Vec<Lanes<8>>,
 }
@@ -109,7 +109,7 @@ impl<'a> Smooth<'a> {
 
     /// Every interval from its own node, without derivatives: most paths that are tried are not gone on from. `None` where
     /// the merit is not below `most`, which as a rule the first intervals show.
-    fn sweep(&self, path: &Path, most: f64, swept: &mut Swept) -> Option<Misses> {
+    fn sweep(&self, path: &Path, most: f64, swept: &mut SweptIntervals) -> Option<Misses> {
         let residual = self.residual(path);
         let at_end = residual.norm_squared();
         let gaps = widest(
@@ -133,7 +133,7 @@ impl<'a> Smooth<'a> {
     }
 
     /// The derivatives of the path that was swept last.
-    fn answers(&self, path: &Path, swept: &mut Swept) -> Answers {
+    fn answers(&self, path: &Path, swept: &mut SweptIntervals) -> Answers {
         widest(
             #[inline(always)]
             || self.carry(path, swept),
@@ -141,13 +141,13 @@ impl<'a> Smooth<'a> {
         self.at_the_end(path, &swept.lanes[path.intervals()])
     }
 
-    fn at_end(&self, end: &Node) -> Response {
+    fn at_end(&self, end: &Node) -> LawResponse {
         self.extremal.smooth(&end.e, self.epsilon, &self.bias.at(1.0))
     }
 
     /// The law at a fraction of a stretch, given by the parts of the duration where it begins and ends.
     #[inline(always)]
-    fn law<T: Number>(&self, [from, to]: [T; 2]) -> impl Fn(f64, &Vector<T>) -> Response<T> {
+    fn law<T: Number>(&self, [from, to]: [T; 2]) -> impl Fn(f64, &Vector<T>) -> LawResponse<T> {
         #[inline(always)]
         move |fraction, e| {
             let bias = self.bias.at(from + T::of(fraction) * (to - from));
@@ -157,10 +157,10 @@ impl<'a> Smooth<'a> {
 
     /// The gaps alone by the method of order 4, eight intervals at once, until their sum is no longer below `most`.
     #[inline(always)]
-    fn eight_by_eight(&self, path: &Path, most: f64, swept: &mut Swept) -> f64 {
+    fn eight_by_eight(&self, path: &Path, most: f64, swept: &mut SweptIntervals) -> f64 {
         let n = path.intervals();
         let batches = n.div_ceil(Eight::LANES);
-        swept.stages.resize_with(batches, Stages::empty);
+        swept.stages.resize_with(batches, FlowStages::empty);
         swept.gaps.resize(batches, [splat(&Vector3::zeros()); 3]);
         let course = Course::of(self.extremal, &path.m);
         let duration = Eight::of(path.duration);
@@ -187,9 +187,9 @@ impl<'a> Smooth<'a> {
 
     /// The lanes of all nodes, one interval after the other.
     #[inline(always)]
-    fn carry(&self, path: &Path, swept: &mut Swept) {
+    fn carry(&self, path: &Path, swept: &mut SweptIntervals) {
         let n = path.intervals();
-        let units = Units::new();
+        let units = UnitRows::new();
         swept.lanes.resize(n + 1, Lanes::zero());
         swept.lanes[0] = Lanes::of_costate();
         for k in 0..n {
@@ -216,7 +216,7 @@ impl<'a> Smooth<'a> {
             let (eta, pi, e) = (lanes.block(0, lane), lanes.block(1, lane), lanes.block(2, lane));
             let unit = if lane < 3 { Vector3::ith(lane, 1.0) } else { Vector3::zeros() };
             let h = match extremal.given_duration {
-                Some(_) => f64::from(u8::from(lane == TIME)),
+                Some(_) => f64::from(lane == TIME),
                 None => pi_dot.dot(&e) - e_dot.dot(&pi) + w.dot(&(unit + cross(&path.m, &eta))),
             };
             let eta = apply(&jacobian_of_log, &eta);
@@ -232,7 +232,7 @@ impl<'a> Smooth<'a> {
             return None;
         }
         count(&work.sweeps);
-        let mut swept = Swept::default();
+        let mut swept = SweptIntervals::default();
         let mut misses = self.sweep(&path, f64::INFINITY, &mut swept)?;
         for _ in 0..most {
             if misses.merit <= tolerance {
@@ -245,23 +245,17 @@ impl<'a> Smooth<'a> {
             }
             let costate = (path.m.norm_squared() + path.nodes[0].e.norm_squared()).sqrt();
             let length = step.fixed_rows::<6>(0).norm();
-            let mut factor =
-                (COSTATE_STEP * costate / length).min(TIME_STEP * path.duration / step[TIME].abs());
-            factor = factor.min(1.0);
+            let factor = (COSTATE_STEP * costate / length).min(TIME_STEP * path.duration / step[TIME].abs());
             let changes = changes(&swept.lanes, &step);
-            let mut accepted = false;
-            for _ in 0..MOST_TRIALS {
-                let trial = moved(&path, &changes, &step, factor);
+            let mut factors = std::iter::successors(Some(factor.min(1.0)), |factor| Some(SHORTENED * factor))
+                .take(MOST_TRIALS);
+            (path, misses) = factors.find_map(|factor| {
                 count(&work.sweeps);
-                if let Some(next) = self.sweep(&trial, (1.0 - DECREASE * factor) * misses.merit, &mut swept) {
-                    (path, misses, accepted) = (trial, next, true);
-                    break;
-                }
-                factor *= SHORTENED;
-            }
-            if !accepted {
-                return None;
-            }
+                let trial = moved(&path, &changes, &step, factor);
+                let most = (1.0 - DECREASE * factor) * misses.merit;
+                let next = self.sweep(&trial, most, &mut swept)?;
+                Some((trial, next))
+            })?;
         }
         (misses.merit <= tolerance).then_some(path)
     }
@@ -281,14 +275,15 @@ impl<'a> Smooth<'a> {
         (ON_THE_WAY * self.epsilon).clamp(ON_THE_WAY_WITHIN.0, ON_THE_WAY_WITHIN.1)
     }
 
-    /// Solved again on more intervals of a kind until there are enough. On the way coarse intervals do.
-    fn refined(&self, mut path: Path, intervals: Intervals, work: &Work) -> Option<Path> {
+    /// Newton, and again on more intervals of a kind until there are enough.
+    fn refined(&self, path: Path, intervals: Intervals, tolerance: f64, work: &Work) -> Option<Path> {
+        let mut path = self.solve(path, tolerance, NEAR_ITERATIONS, work)?;
         while let Some(finer) = match intervals {
             _ if path.intervals() >= self.wanted() && intervals != Intervals::Close => None,
             Intervals::Equal => (2 * path.intervals() <= MOST_INTERVALS).then(|| self.doubled(&path)),
             Intervals::Following | Intervals::Close => self.finer(&path),
         } {
-            path = self.solve(finer, self.tolerance(), NEAR_ITERATIONS, work)?;
+            path = self.solve(finer, tolerance, NEAR_ITERATIONS, work)?;
         }
         Some(path)
     }
@@ -328,7 +323,7 @@ impl<'a> Smooth<'a> {
     /// The path with each interval divided in halves as often as `divide` says, of the nodes at its ends and how often it
     /// has been divided.
     fn divided(&self, path: &Path, divide: impl Fn(&Node, &Node, f64, usize) -> bool) -> Path {
-        let (course, mut stages) = (Course::of(self.extremal, &path.m), Stages::empty());
+        let (course, mut stages) = (Course::of(self.extremal, &path.m), FlowStages::empty());
         let (mut nodes, mut parts) = (vec![path.nodes[0]], vec![0.0]);
         for k in 0..path.intervals() {
             // Pieces still to be looked at, the first one last.
@@ -384,10 +379,16 @@ pub(crate) struct Smoothed {
 }
 
 impl Smoothed {
+    /// An extremal at the same ε near this one.
+    pub fn solved(&self, extremal: &Extremal, tolerance: f64, most: usize, work: &Work) -> Option<Self> {
+        let path = Smooth::of(extremal, self.epsilon).solve(self.path.clone(), tolerance, most, work)?;
+        Some(Self { path, ..*self })
+    }
+
     /// `∫ (e·τ + Σ c_j v_j − its least value) dt`: the cost still to be gained, to first order.
     pub fn gap(&self, extremal: &Extremal) -> f64 {
         let of =
-            |node: &Node, law: &Response| node.e.dot(&law.torque) + law.running - extremal.least(&node.e);
+            |node: &Node, law: &LawResponse| node.e.dot(&law.torque) + law.running - extremal.least(&node.e);
         self.integral(extremal, of)
     }
 
@@ -400,7 +401,7 @@ impl Smoothed {
     }
 
     /// Over the duration, along cubics between the nodes: an input may go from one limit to the other between two of them.
-    fn integral(&self, extremal: &Extremal, integrand: impl Fn(&Node, &Response) -> f64) -> f64 {
+    fn integral(&self, extremal: &Extremal, integrand: impl Fn(&Node, &LawResponse) -> f64) -> f64 {
         let (none, path) = (Vector3::zeros(), &self.path);
         let law = |e: &Vector3| extremal.smooth(e, self.epsilon, &none);
         let rate = |node: &Node| extremal.rate(&path.m, node, &law(&node.e).torque)[2];
@@ -426,13 +427,7 @@ pub(crate) fn settle(extremal: &Extremal, from: Smoothed, target: f64, work: &Wo
     let mut epsilon = at.epsilon;
     loop {
         let smooth = Smooth::of(extremal, epsilon);
-        let mut next = smooth.solve(at.path.clone(), SAME, NEAR_ITERATIONS, work);
-        while let Some(path) = &next
-            && let Some(finer) = smooth.finer(path)
-        {
-            next = smooth.solve(finer, SAME, NEAR_ITERATIONS, work);
-        }
-        let Some(path) = next else { return at };
+        let Some(path) = smooth.refined(at.path.clone(), Intervals::Close, SAME, work) else { return at };
         at = Smoothed { path, epsilon };
         if epsilon <= target {
             return at;
@@ -480,8 +475,7 @@ pub(crate) fn descend_by(
     follow(&DESCENT, from.clone(), arrived, |at, length| {
         let epsilon = (ratio.powf(length) * at.epsilon).max(target);
         let smooth = Smooth { bias: *bias, ..Smooth::of(extremal, epsilon) };
-        let path = smooth.solve(at.path.clone(), smooth.tolerance(), NEAR_ITERATIONS, work);
-        let path = path.and_then(|path| smooth.refined(path, intervals, work));
+        let path = smooth.refined(at.path.clone(), intervals, smooth.tolerance(), work);
         path.map(|path| Smoothed { path, epsilon }).into()
     })
 }

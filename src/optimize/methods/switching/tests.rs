@@ -1,12 +1,12 @@
 //! The pieces of minimum time against finite differences, closed forms and another program's optima.
 
 use super::arcs::Arcs;
-use super::branches::{Ask, branches};
-use super::certificate::Certificate;
+use super::branches::{SearchRequest, branches};
+use super::certificate::{Certified, Runs};
 use super::discretize::of_arcs;
 use super::eigenaxis::{accelerations, other_way_may_be_shorter};
-use super::extremal::{Bias, Extremal, Law};
-use super::flow::{Course, Lanes, Node, Stages, Units};
+use super::extremal::{Bias, Extremal, TorqueLimit};
+use super::flow::{Course, FlowStages, Lanes, Node, UnitRows};
 use super::grid_step::Torque;
 use super::least_gap::with_less_gap;
 use super::limit::polish;
@@ -17,13 +17,15 @@ use super::search::search;
 use super::sequence::over_arc;
 use super::smooth::{Path as Smoothly, descend};
 use super::tuning::limits::NO_GAP;
-use super::work::{Halt, Work};
+use super::work::{StopRequest, Work};
 use crate::maneuver::problem::{Path, Problem, State};
 use crate::maneuver::settings::Thoroughness;
+use crate::maneuver::solution::Outcome;
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::mechanics::{Actuation, AxisFrame, Body, Inertia};
 use crate::numerics::eight::{Eight, Number};
 use crate::numerics::tableau::{EIGHTH, FOURTH, Tableau};
+use crate::optimize::methods::method::Watch;
 use crate::{Matrix3, Vector3, lie};
 use std::f64::consts::PI;
 
@@ -31,11 +33,11 @@ fn full_inertia() -> Matrix3 {
     Matrix3::new(1.1, 0.1, -0.05, 0.1, 0.9, 0.08, -0.05, 0.08, 1.3)
 }
 
-fn extremal(j: Matrix3, law: Law, turn: Vector3, rates: [Vector3; 2]) -> Extremal {
+fn extremal(j: Matrix3, law: TorqueLimit, turn: Vector3, rates: [Vector3; 2]) -> Extremal {
     Extremal {
         j,
         j_inverse: j.try_inverse().unwrap(),
-        costs: vec![0.0; if let Law::Inputs(axes) = &law { axes.len() } else { 0 }],
+        costs: vec![0.0; if let TorqueLimit::Inputs(axes) = &law { axes.len() } else { 0 }],
         law,
         time_price: 1.0,
         given_duration: None,
@@ -43,23 +45,23 @@ fn extremal(j: Matrix3, law: Law, turn: Vector3, rates: [Vector3; 2]) -> Extrema
         start_rate: rates[0],
         end_rate: rates[1],
         end_attitude: lie::exp(&turn),
-        halt: Halt::default(),
+        halt: StopRequest::default(),
     }
 }
 
-fn cube() -> Law {
-    Law::Inputs(vec![Vector3::x(), Vector3::y(), Vector3::z()])
+fn cube() -> TorqueLimit {
+    TorqueLimit::Inputs(vec![Vector3::x(), Vector3::y(), Vector3::z()])
 }
 
-fn laws() -> [Law; 3] {
+fn laws() -> [TorqueLimit; 3] {
     let canted = [[0.9, 0.2, 0.1], [-0.1, 1.1, 0.2], [0.3, -0.2, 0.8], [0.5, 0.5, 0.4]];
-    [cube(), Law::Inputs(canted.map(Vector3::from).to_vec()), Law::Norm(0.8)]
+    [cube(), TorqueLimit::Inputs(canted.map(Vector3::from).to_vec()), TorqueLimit::Norm(0.8)]
 }
 
 /// Of each law, and of a norm that costs.
 fn extremals() -> Vec<Extremal> {
-    let still = |law: Law| extremal(full_inertia(), law, Vector3::zeros(), [Vector3::zeros(); 2]);
-    let costs = Extremal { costs: vec![0.5], ..still(Law::Norm(0.8)) };
+    let still = |law: TorqueLimit| extremal(full_inertia(), law, Vector3::zeros(), [Vector3::zeros(); 2]);
+    let costs = Extremal { costs: vec![0.5], ..still(TorqueLimit::Norm(0.8)) };
     laws().map(still).into_iter().chain([costs]).collect()
 }
 
@@ -71,13 +73,17 @@ fn node() -> Node {
     }
 }
 
-fn best() -> Ask {
-    Ask { path: Path::Best, thoroughness: Thoroughness::Default, arcs: true }
+fn best() -> SearchRequest {
+    SearchRequest { path: Path::Best, thoroughness: Thoroughness::Default, arcs: true }
+}
+
+fn unstopped() -> Work<'static> {
+    Work::of(Watch::NONE)
 }
 
 /// The shortest maneuver of arcs that the search finds.
-fn shortest(extremal: &Extremal) -> (Arcs, Certificate) {
-    search(extremal, &best(), &|| false).limits.swap_remove(0).arcs.expect("arcs")
+fn shortest(extremal: &Extremal) -> Certified {
+    search(extremal, &best(), &unstopped()).limits.swap_remove(0).arcs.expect("arcs")
 }
 
 #[test]
@@ -104,12 +110,12 @@ fn the_flow_converges_at_its_orders() {
         given: &Extremal,
         tableau: &Tableau<S>,
         m: &Vector3,
-        held: &super::extremal::Response,
+        held: &super::extremal::LawResponse,
         steps: usize,
     ) -> Node {
         (0..steps).fold(node(), |node, _| {
             let course = Course::of(given, m);
-            course.step(tableau, &node, 2.0 / steps as f64, |_, _| *held, &mut Stages::empty())
+            course.step(tableau, &node, 2.0 / steps as f64, |_, _| *held, &mut FlowStages::empty())
         })
     }
     let exact = end(&given, &EIGHTH, &m, &held, 200);
@@ -128,7 +134,7 @@ fn eight_steps_at_once_are_eight_steps() {
             .map(|k| node().plus(&[Vector3::x(), Vector3::y(), Vector3::z()], 0.1 * f64::from(k)))
             .collect();
         let lengths = Eight::from_fn(|lane| 0.1 + 0.02 * lane as f64);
-        let (mut stages, mut alone, units) = (Stages::empty(), Stages::empty(), Units::<8>::new());
+        let (mut stages, mut alone, units) = (FlowStages::empty(), FlowStages::empty(), UnitRows::<8>::new());
         let bias = Vector3::new(0.3, -0.2, 0.1);
         let wide_bias = nalgebra::Vector3::new(Eight::of(0.3), Eight::of(-0.2), Eight::of(0.1));
         let ends = Course::of(&given, &m).step(
@@ -305,8 +311,8 @@ fn reference_optima_are_met_in_continuous_time_and_by_extrapolation_on_aligned_g
     ];
     for (j, turn, unit, reference) in cases {
         let given = extremal(j, cube(), turn, [Vector3::zeros(); 2]);
-        let (arcs, certificate) = shortest(&given);
-        assert!(certificate.wrong.is_empty());
+        let Certified { arcs, wrong, .. } = shortest(&given);
+        assert!(wrong.is_empty());
         let off = arcs.duration * unit / reference - 1.0;
         assert!(off.abs() < 3e-11, "{off:e}");
         let on_grid = |doublings: usize| {
@@ -327,7 +333,7 @@ fn arcs_of_the_reversed_maneuver_are_extremals_of_it() {
     let rates = [Vector3::new(0.2, -0.1, 0.15), Vector3::new(-0.1, 0.05, 0.2)];
     let there = extremal(full_inertia(), laws()[1].clone(), Vector3::new(0.9, -1.2, 0.6), rates);
     let back = there.reversed();
-    let (arcs, _) = shortest(&there);
+    let Certified { arcs, .. } = shortest(&there);
     let reversed = arcs.reversed(&back);
     let start = Node::at_start(&back, reversed.first.e);
     assert_eq!((reversed.first.r, reversed.first.pi), (start.r, start.pi));
@@ -342,26 +348,26 @@ fn arcs_of_the_reversed_maneuver_are_extremals_of_it() {
             None => assert!(back.miss(&reached).norm() < 1e-9),
         }
     }
-    let (solved, certificate) = polish(&back, reversed, &Work::until(&|| false)).unwrap();
-    assert!((solved.duration - arcs.duration).abs() < 1e-10 && certificate.gap <= NO_GAP * arcs.duration);
+    let solved = polish(&back, reversed, &unstopped()).unwrap();
+    assert!((solved.arcs.duration - arcs.duration).abs() < 1e-10 && solved.gap <= NO_GAP * arcs.duration);
 }
 
 #[test]
 fn a_certificate_finds_what_is_wrong_and_mends_it() {
     let given = extremal(Matrix3::identity(), cube(), Vector3::new(0.0, 0.0, PI), [Vector3::zeros(); 2]);
-    let (arcs, right) = shortest(&given);
-    assert!(right.wrong.is_empty() && right.gap == 0.0);
+    let Certified { arcs, gap, wrong, .. } = shortest(&given);
+    assert!(wrong.is_empty() && gap == 0.0);
     let mut late = arcs.clone();
     late.switches[2].time += 0.06;
-    let found = Certificate::of(&given, &late);
+    let found = Certified::of(&given, late);
     // An input is wrong for 0.06 while its switching function grows from zero.
     let input = arcs.switches[2].input;
     assert!(found.wrong.iter().any(|wrong| wrong.input == input) && found.gap > 1e-6, "{found:?}");
     let mut without = arcs.clone();
     without.signs[0] = -without.signs[0];
-    let found = Certificate::of(&given, &without);
+    let found = Certified::of(&given, without.clone());
     assert!(found.gap > 0.1, "{}", found.gap);
-    assert!(found.mended(&without, 0, 1.0).is_some_and(|mended| mended.switches.len()
+    assert!(found.corrected(Runs::Rank(0), 1.0).is_some_and(|mended| mended.switches.len()
         != without.switches.len()
         || mended.signs != without.signs));
 }
@@ -371,7 +377,7 @@ fn a_full_inertia_and_canted_redundant_inputs_are_taken() {
     let rates = [Vector3::new(0.1, -0.2, 0.05), Vector3::new(-0.05, 0.1, 0.2)];
     for law in laws() {
         let given = extremal(full_inertia(), law, Vector3::new(0.9, -0.5, 0.7), rates);
-        let found = search(&given, &best(), &|| false);
+        let found = search(&given, &best(), &unstopped());
         let limit = found.limits.first().expect("an extremal");
         let smooth = limit.smooth.gap(&given);
         assert!(limit.is_exact(&given) || smooth < 2e-3 * limit.duration(), "{smooth}");
@@ -383,7 +389,7 @@ fn a_full_inertia_and_canted_redundant_inputs_are_taken() {
 /// extremal, of the second those that are found turn back before a small ε.
 #[test]
 fn fast_bodies_are_solved_by_way_of_given_durations() {
-    let along = |limits: [f64; 3]| Law::Inputs((0..3).map(|k| Vector3::ith(k, limits[k])).collect());
+    let along = |limits: [f64; 3]| TorqueLimit::Inputs((0..3).map(|k| Vector3::ith(k, limits[k])).collect());
     let cases = [
         (
             Matrix3::new(0.94, 0.01, 0.1, 0.01, 0.69, 0.04, 0.1, 0.04, 1.55),
@@ -400,9 +406,10 @@ fn fast_bodies_are_solved_by_way_of_given_durations() {
     ];
     for (j, law, turn, rates) in cases {
         let given = extremal(j, law, turn, rates);
-        let found = search(&given, &Ask { thoroughness: Thoroughness::Quick, ..best() }, &|| false);
-        let (arcs, certificate) = found.limits[0].arcs.clone().expect("arcs");
-        assert!(certificate.gap <= 1e-7, "{}", certificate.gap);
+        let found =
+            search(&given, &SearchRequest { thoroughness: Thoroughness::Quick, ..best() }, &unstopped());
+        let Certified { arcs, gap, .. } = found.limits[0].arcs.clone().expect("arcs");
+        assert!(gap <= 1e-7, "{gap}");
         // The torques of the arcs turn a body from its start to its end.
         let mut node = Node { pi: j * rates[0], ..arcs.first };
         for (_, start, end, signs) in arcs.arcs() {
@@ -423,7 +430,7 @@ fn fuel() -> Extremal {
     let axes =
         [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|axis| [0.5 * axis, -0.5 * axis]);
     let turn = Vector3::new(0.9, -0.5, 0.7);
-    let still = extremal(full_inertia(), Law::Inputs(axes.collect()), turn, [Vector3::zeros(); 2]);
+    let still = extremal(full_inertia(), TorqueLimit::Inputs(axes.collect()), turn, [Vector3::zeros(); 2]);
     Extremal { costs: vec![1.0; 6], time_price: 6.0, given_duration: Some(4.0), ..still }
 }
 
@@ -435,8 +442,8 @@ fn costates_of_the_least_gap_are_those_of_the_optimum_whatever_they_were() {
 }
 
 fn costates_of_the_least_gap(given: &Extremal) {
-    let (optimum, certificate) = shortest(given);
-    assert!(certificate.gap <= 1e-7, "{}", certificate.gap);
+    let Certified { arcs: optimum, gap, .. } = shortest(given);
+    assert!(gap <= 1e-7, "{gap}");
     let mut arcs = optimum.clone();
     arcs.m += Vector3::new(0.06, -0.04, 0.05);
     arcs.first.e += Vector3::new(-0.05, 0.07, 0.03);
@@ -446,13 +453,13 @@ fn costates_of_the_least_gap(given: &Extremal) {
         node = over_arc(given, &arcs.m, &node, &law, (end - start, 1.0), 0.01, &mut Lanes::<3>::zero());
         arcs.switches[k].node = node;
     }
-    let own = Certificate::of(given, &arcs).gap;
+    let own = Certified::of(given, arcs.clone()).gap;
     let moved = with_less_gap(given, &arcs).swap_remove(0);
-    let least = Certificate::of(given, &moved).gap;
+    let least = Certified::of(given, moved.clone()).gap;
     assert!(own > 1e-2 && least < 1e-4, "{own:e} {least:e}");
     // What is no less than its own gap is not taken.
     let bound = |moved: &Arcs| {
-        let mut certificate = Certificate::of(given, &arcs);
+        let mut certificate = Certified::of(given, arcs.clone());
         certificate.bound_by(given, moved.clone());
         certificate.gap
     };
@@ -493,7 +500,7 @@ fn turns_that_are_far_from_a_fixed_axis_are_found() {
         let axes = (0..3).map(|input| Vector3::ith(input, limits[input] / torque)).collect();
         let body = Matrix3::from_diagonal(&(Vector3::from(moments) / inertia));
         let phi = degrees.to_radians() * Vector3::from(axis).normalize();
-        (extremal(body, Law::Inputs(axes), phi, [Vector3::zeros(); 2]), (inertia / torque).sqrt())
+        (extremal(body, TorqueLimit::Inputs(axes), phi, [Vector3::zeros(); 2]), (inertia / torque).sqrt())
     };
     let cases = [
         (turn([3.7441, 1.0, 4.1870], [1.2709, 1.1425, 0.4049], [-1.0279, -0.5745, 1.9711], 148.17), 5.5265),
@@ -503,7 +510,7 @@ fn turns_that_are_far_from_a_fixed_axis_are_found() {
         ),
     ];
     for ((case, time), direct) in cases {
-        let found = time * shortest(&case).0.duration;
+        let found = time * shortest(&case).arcs.duration;
         assert!(found < direct * 1.0002, "{found}, {direct} by the direct method");
     }
 }
@@ -512,19 +519,20 @@ fn turns_that_are_far_from_a_fixed_axis_are_found() {
 /// Of a cube about one of its axes the torque is 1/√3 of that about the diagonal; of a sphere under a limit of the norm all are alike.
 #[test]
 fn the_other_way_round_may_be_shorter_from_the_angle_of_its_best_axis_on() {
-    let still =
-        |law: &Law, turn: Vector3| extremal(Matrix3::identity(), law.clone(), turn, [Vector3::zeros(); 2]);
-    let about = |law: Law, axis: Vector3, angle: f64| {
+    let still = |law: &TorqueLimit, turn: Vector3| {
+        extremal(Matrix3::identity(), law.clone(), turn, [Vector3::zeros(); 2])
+    };
+    let about = |law: TorqueLimit, axis: Vector3, angle: f64| {
         let turn = axis.normalize() * angle;
         other_way_may_be_shorter(&still(&law, turn), &turn)
     };
     let from = 2.0 * PI / (1.0 + 3.0_f64.sqrt());
     assert!(!about(cube(), Vector3::x(), from - 1e-9) && about(cube(), Vector3::x(), from + 1e-9));
     assert!(!about(cube(), Vector3::repeat(1.0), PI - 1e-9));
-    assert!(!about(Law::Norm(0.8), Vector3::x(), PI - 1e-9));
+    assert!(!about(TorqueLimit::Norm(0.8), Vector3::x(), PI - 1e-9));
     assert!(!about(cube(), Vector3::x(), 0.0));
     // Two torques give none about the third axis: the other way may be the only one.
-    let two = Law::Inputs(vec![Vector3::x(), Vector3::y()]);
+    let two = TorqueLimit::Inputs(vec![Vector3::x(), Vector3::y()]);
     assert!(about(two, Vector3::z(), 0.1));
 }
 
@@ -587,7 +595,7 @@ fn a_saddle_is_told_from_a_minimum() {
         sides.fold(f64::INFINITY, f64::min) / arcs.cost(extremal)
     };
     let (mut saddles, mut minima) = (0, 0);
-    let work = Work::until(&|| false);
+    let work = unstopped();
     for extremal in [whole.lasting(Some(9.0)), whole] {
         for branch in branches(&extremal, &best(), &work).found {
             let mut at = branch;
@@ -595,9 +603,9 @@ fn a_saddle_is_told_from_a_minimum() {
                 let read = Arcs::of_pulses(&extremal, &at.path, at.epsilon, 1);
                 let polished = polish(&extremal, read, &work);
                 at = descend(&extremal, &at, 0.4 * at.epsilon, &Bias::default(), &work).ok()?;
-                polished.filter(|(arcs, found)| found.gap <= NO_GAP * arcs.cost(&extremal))
+                polished.filter(|found| found.is_exact(&extremal))
             });
-            let Some((arcs, _)) = exact else { continue };
+            let Some(Certified { arcs, .. }) = exact else { continue };
             let (saddle, beside) = (is_saddle(&extremal, &arcs), least_beside(&extremal, &arcs));
             *if saddle { &mut saddles } else { &mut minima } += 1;
             assert!(if saddle { beside < 1.0 - 1e-7 } else { beside > 1.0 - 1e-7 }, "{saddle}: {beside}");
@@ -611,16 +619,18 @@ fn a_saddle_is_told_from_a_minimum() {
 fn first_paths_hear_a_stop() {
     let rates = [Vector3::new(0.1, 0.0, -0.2), Vector3::zeros()];
     let turning = extremal(full_inertia(), cube(), Vector3::new(1.0, -2.0, 0.5), rates);
-    let thorough = Ask { thoroughness: Thoroughness::Thorough, ..best() };
+    let thorough = SearchRequest { thoroughness: Thoroughness::Thorough, ..best() };
     for most in [0, 100] {
         let asked = std::cell::Cell::new(0);
         let stop = || {
             asked.set(asked.get() + 1);
-            asked.get() > most
+            (asked.get() > most).then_some(Outcome::Interrupted)
         };
-        let found = search(&turning, &thorough, &stop);
+        let work = Work::of(Watch { interrupt: &stop, ..Watch::NONE });
+        let found = search(&turning, &thorough, &work);
         assert!(found.limits.is_empty());
         // A Newton that was begun ends; it takes tens of sweeps at most.
-        assert!(found.sweeps <= 60 * most, "{} after {most}", found.sweeps);
+        let sweeps = work.sweeps.get();
+        assert!(sweeps <= 60 * most, "{sweeps} after {most}");
     }
 }

@@ -107,13 +107,8 @@ pub(super) mod branches {
     /// A base that costs more than the best by this is no rival.
     pub const RIVAL_BASE: f64 = 1.15;
 
-    /// How the end is turned for first paths where there are none without \[rad\].
-    pub const TILTS: [Vector3; 4] = [
-        Vector3::new(0.03, 0.02, -0.01),
-        Vector3::new(-0.02, 0.03, 0.02),
-        Vector3::new(-0.03, -0.01, 0.03),
-        Vector3::new(0.01, -0.03, -0.02),
-    ];
+    /// By what part of a radian and more the end is turned for first paths where there are none without.
+    pub const TILT: f64 = 0.03;
 
     /// Rotation vectors from the axes of the body to those that biases lie along: a maneuver with a symmetry has that along axes
     /// of the body as a rule, and what lies along them as well tips nothing.
@@ -169,6 +164,9 @@ pub(super) mod smooth {
     pub const INTERVALS: usize = 32;
     pub const ENOUGH: usize = 128;
     pub const MOST_INTERVALS: usize = 3000;
+
+    /// Intervals on which the law of a limited norm, which is smooth, is followed to round-off.
+    pub const MANY: usize = 512;
 
     /// What an input may change by on one interval, as a part of its range: of equal ones this over ε are enough; and how often one is
     /// halved for it at once.
@@ -291,8 +289,9 @@ pub(crate) mod grid {
 
 /// Pulses of a shortest length (`pulses`): which schedules are tried, and when their times are best.
 pub(super) mod pulses {
-    /// As [`FINE`](super::FINE), with more lanes to carry.
+    /// As [`FINE`](super::FINE), with more lanes to carry; and on the way.
     pub const FINE: f64 = 0.01;
+    pub const COARSE: f64 = super::COARSER * FINE;
 
     /// Weight of the terminal conditions against the size of a step that brings a motion back to them.
     pub const STIFF: f64 = 1e8;

@@ -6,40 +6,34 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Counts, and whoever may ask to stop: every Newton asks, so that whatever is made of Newtons ends soon.
+/// Counts, and who may end the work early: every Newton asks, so that whatever is made of Newtons ends soon.
 pub(crate) struct Work<'a> {
     /// Sweeps of smoothed problems.
     pub sweeps: Cell<usize>,
     /// Newtons on switching times.
     pub newtons: Cell<usize>,
-    stop: &'a dyn Fn() -> bool,
+    watch: Watch<'a>,
 }
 
 impl<'a> Work<'a> {
     /// None done yet.
-    pub fn until(stop: &'a dyn Fn() -> bool) -> Self {
-        Self { sweeps: Cell::new(0), newtons: Cell::new(0), stop }
-    }
-
-    /// With what somebody else has done.
-    pub fn add(&self, other: &Work) {
-        self.sweeps.set(self.sweeps.get() + other.sweeps.get());
-        self.newtons.set(self.newtons.get() + other.newtons.get());
+    pub fn of(watch: Watch<'a>) -> Self {
+        Self { sweeps: Cell::new(0), newtons: Cell::new(0), watch }
     }
 
     pub fn stopped(&self) -> bool {
-        (self.stop)()
+        self.watch.stopped()
     }
 }
 
 /// A request to stop that long loops look at: the flag of the observer, or the end of the time limit.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Halt {
+pub(crate) struct StopRequest {
     flag: Option<Arc<AtomicBool>>,
     deadline: Option<Instant>,
 }
 
-impl Halt {
+impl StopRequest {
     /// Steps of a sweep after which it looks again.
     const POLLED: usize = 4096;
 

@@ -3,12 +3,10 @@
 //! The end changes with its roll, and with the time at which it is come to where the target moves. A whole
 //! search at one end finds all extremals. Newton on the arcs of each leads to ends nearby.
 
-use super::Extremals;
+use super::{Extremals, Scaled};
 use crate::Vector3;
 use crate::maneuver::problem::{Path, Problem};
-use crate::optimize::methods::switching::extremal::Extremal;
-use crate::optimize::methods::switching::limit::Limit;
-use crate::optimize::methods::switching::scaled::{Units, scaled};
+use crate::optimize::methods::switching::limit::BranchEnd;
 use crate::optimize::methods::switching::work::Work;
 use crate::optimize::search::context::Context;
 use crate::optimize::search::halt::Halt;
@@ -17,7 +15,7 @@ use std::iter::once;
 /// An extremal of a maneuver to one end.
 #[derive(Clone)]
 pub(in crate::optimize::search) struct Followed {
-    limit: Limit,
+    limit: BranchEnd,
     /// What it costs in continuous time, in the unit of the objective.
     pub cost: f64,
     /// How long it takes \[s\].
@@ -39,9 +37,9 @@ impl Followed {
             Err(ended) => return Err(Halt::Stopped(ended)),
         };
         context.ladder.take();
-        let goes = |limit: &&Limit| problem.path == Path::Best || extremals.planned(limit).is_some();
+        let goes = |limit: &&BranchEnd| problem.path == Path::Best || extremals.planned(limit).is_some();
         let goes = extremals.allowed().filter(goes);
-        let mut found = goes.map(|limit| Self::of(limit.clone(), &extremals.extremal, &extremals.units));
+        let mut found = goes.map(|limit| Self::of(limit.clone(), &extremals.of));
         let Some(best) = found.next() else { return Ok(Vec::new()) };
         let dearest = best.cost * (1.0 + close);
         Ok(once(best).chain(found.take_while(|next| next.cost <= dearest)).collect())
@@ -49,13 +47,12 @@ impl Followed {
 
     /// Returns the same to another end; `None` where Newton does not lead there.
     pub fn led(&self, problem: &Problem, context: &Context) -> Option<Self> {
-        let (extremal, units) = scaled(problem)?;
-        let stop = || context.interrupt().is_some();
-        let limit = self.limit.led(&extremal, &Work::until(&stop))?;
-        Some(Self::of(limit, &extremal, &units))
+        let of = Scaled::of(problem, context)?;
+        let limit = context.within(|budget| self.limit.led(&of.extremal, &Work::of(budget.watch)))?;
+        Some(Self::of(limit, &of))
     }
 
-    fn of(limit: Limit, extremal: &Extremal, units: &Units) -> Self {
+    fn of(limit: BranchEnd, Scaled { extremal, units, .. }: &Scaled) -> Self {
         let [turn, momentum] = limit.costates_at_end(extremal);
         Self {
             cost: limit.cost(extremal) * units.cost(),

@@ -1,7 +1,7 @@
 //! What is written of a plan on its grid: the motion under the inputs of its steps, in SI units, from the start on.
 
 use crate::maneuver::problem::Problem;
-use crate::maneuver::solution::{Landing, Optimality, Outcome, Sense, Solution, TerminalError, Trajectory};
+use crate::maneuver::solution::{Optimality, Sense, Solution, TerminalError, Trajectory};
 use crate::maneuver::switching::{Structure, Switching};
 use crate::mechanics::drift_equation;
 use crate::numerics::compensated::Sum;
@@ -9,7 +9,7 @@ use crate::optimize::methods::switching::extremal::Extremal;
 use crate::optimize::methods::switching::flow::Node;
 use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::on_grid::OnGrid;
-use crate::optimize::methods::switching::scaled::{Units, input_of, inputs, shared};
+use crate::optimize::methods::switching::scaled::{ExtremalUnits, input_of, inputs, shared};
 use crate::optimize::methods::switching::tuning::grid::NO_LENGTH;
 use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
@@ -22,200 +22,161 @@ const FOR: f64 = 1.0 / 12.0;
 /// Steps of the motion without inputs.
 const COAST_STEPS: usize = 256;
 
-/// The body is where it should be: no time and no steps, or as many of a given duration without any input.
-pub(super) fn at_rest(problem: &Problem, solution: Solution, steps: usize) -> Solution {
-    let (nodes, count) = (steps + 1, problem.actuation.count());
-    let (duration, step) = if steps == 0 { (0.0, 0.0) } else { (problem.seconds(), problem.step()) };
-    let time = |node: usize| if node == steps { duration } else { node as f64 * step };
-    let trajectory = Trajectory {
-        time: (0..nodes).map(time).collect(),
-        quaternion: vec![lie::quaternion_from_rotation(&problem.start.attitude); nodes],
-        angular_velocity: vec![problem.start.angular_velocity; nodes],
-        input_count: count,
-        input: vec![0.0; steps * count],
-        torque: vec![Vector3::zeros(); steps],
-        costates: vec![0.0; 6 * nodes],
-        ..Trajectory::default()
-    };
-    let untold = untold(Structure::Rest);
-    let switching = Switching { continuous_duration_s: duration, continuous_cost: 0.0, gap: 0.0, ..untold };
-    Solution {
-        outcome: Outcome::Converged,
-        steps,
-        step,
-        cost: 0.0,
-        terminal: TerminalError::default(),
-        optimality: Optimality {
-            tested: true,
-            stationarity: 0.0,
-            conjugate_points: None,
-            rank: 6,
-            condition: 1.0,
-        },
-        turned_deg: 0.0,
-        start: "rest".into(),
-        trajectory,
-        switching: Some(switching),
-        ..solution
-    }
-}
-
 /// A plan on its grid.
 pub(super) struct Planned {
-    pub cost: f64,
-    pub duration: f64,
-    pub residual: f64,
-    pub iterations: usize,
-    pub terminal: TerminalError,
+    /// What is written of it, but for its rivals and the course of the search.
+    pub solution: Solution,
+    pub switching: Switching,
     /// Turn and momentum by which the end is missed, scaled.
     pub miss: Vector6<f64>,
-    pub sense: Sense,
-    pub turned_deg: f64,
-    pub start: String,
-    pub trajectory: Trajectory,
-    pub switching: Switching,
     pub path: Follower,
     pub grid: OnGrid,
-    pub landing: Option<Landing>,
+}
+
+impl Planned {
+    /// The largest terminal error.
+    pub fn error(&self) -> f64 {
+        self.solution.terminal.largest()
+    }
 }
 
 /// Terminal errors above this, half of the default tolerance, are taken for those of last digits.
 const OF_ROUND_OFF: f64 = 5e-13;
 
-/// Replays a plan from the start and records every node.
-///
-/// Compensated sums show what the products of ten thousand rotations on the grid round off, and costates and lengths make up for that.
-/// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
-/// recorded that give the impulse of the plan in the time that is recorded, and are below their limits by these digits.
-pub(super) fn record(
-    problem: &Problem,
-    extremal: &Extremal,
-    units: &Units,
-    grid: &OnGrid,
-) -> Option<Planned> {
-    let mut best = replayed(problem, extremal, units, grid, false)?;
-    let is_round_off = |plan: &Planned| plan.terminal.largest() <= OF_ROUND_OFF;
-    let replayed = |grid: &OnGrid, impulses: bool, best: &Planned| {
-        let found = replayed(problem, extremal, units, grid, impulses)?;
-        (found.terminal.largest() < best.terminal.largest()).then_some(found)
-    };
-    if !is_round_off(&best)
-        && let Some(mended) = grid.clone().nearer(extremal, &best.miss)
-        && let Some(nearer) = replayed(&mended, false, &best)
-    {
-        best = nearer;
-    }
-    // Pulses are off or at a limit, to the last bit.
-    if !is_round_off(&best)
-        && problem.shortest_pulse().is_none()
-        && let Some(exact) = replayed(grid, true, &best)
-    {
-        best = exact;
-    }
-    Some(best)
+/// A maneuver, and its extremals in units of their own.
+pub(super) struct Scaled<'a> {
+    pub problem: &'a Problem,
+    pub extremal: Extremal,
+    pub units: ExtremalUnits,
 }
 
-/// The same with the inputs of the plan, or with its impulses.
-fn replayed(
-    problem: &Problem,
-    extremal: &Extremal,
-    units: &Units,
-    grid: &OnGrid,
-    impulses: bool,
-) -> Option<Planned> {
-    let least = NO_LENGTH * grid.duration();
-    let kept: Vec<usize> =
-        (0..grid.steps.len()).filter(|k| grid.step_length(&grid.steps[*k]) > least).collect();
-    let count = problem.actuation.count();
-    let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
-    // What ten thousand additions round off would be some parts in 1e12 of the rates at the end.
-    let (mut r, mut pi) = (Sum::new(Matrix3::identity()), Sum::new(extremal.j * extremal.start_rate));
-    let mut m_e = (grid.m, grid.nodes[0].e);
-    let (mut path, mut clock, mut before) = (Follower::new(), Sum::new(Vector1::zeros()), 0.0);
-    let mut time = 0.0_f64;
-    let (mut within, mut cost) = (vec![0_usize; count], 0.0);
-    let rate = |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&problem.actuation, row));
-    let turning = extremal.axes().is_empty();
-    for index in 0..=kept.len() {
-        let velocity = extremal.j_inverse * pi.value / units.time;
-        path.node(&(problem.start.attitude * r.value), velocity, time - before);
-        before = time;
-        trajectory.time.push(time);
-        trajectory.quaternion.push(path.lifted());
-        trajectory.angular_velocity.push(velocity);
-        let (zeta, e) = m_e;
-        trajectory.costates.extend((zeta * units.cost()).iter());
-        trajectory.costates.extend((e * (units.cost() / units.momentum())).iter());
-        let Some(k) = kept.get(index).copied() else { break };
-        let step = &grid.steps[k];
-        let row = match (grid.signs.get(step.arc), step.torque) {
-            (Some(signs), _) if !turning => inputs(problem, signs),
-            (None, Torque::Smooth(epsilon)) if !turning => {
-                let mean = 0.5 * (grid.nodes[k].e + grid.nodes[k + 1].e);
-                let levels = extremal.inputs(&mean, epsilon);
-                for (level, value) in levels.iter().enumerate() {
-                    within[input_of(problem, level)] += usize::from(value.abs() < WITHIN);
-                }
-                inputs(problem, &levels)
-            }
-            _ => shared(problem, units, &grid.torques[k])?,
-        };
-        let length = grid.step_length(step);
-        // The step as the witnesses will take it: of the length that the recorded times give.
-        clock.add(&Vector1::new(length));
-        let mut reached = clock.value.x * units.time;
-        // No input is beyond its limit for the sake of a last digit.
-        let burns = impulses && row.iter().any(|input| *input != 0.0);
-        while burns && reached - time < length * units.time {
-            reached = reached.next_up();
+impl Scaled<'_> {
+    /// Replays a plan from the start and records every node.
+    ///
+    /// Compensated sums show what the products of ten thousand rotations on the grid round off, and costates and lengths make up for that.
+    /// In a long duration a burn is so short that the last digits of the recorded times are a part of it that matters: then inputs are
+    /// recorded that give the impulse of the plan in the time that is recorded, and are below their limits by these digits.
+    pub(super) fn record(&self, grid: &OnGrid) -> Option<Planned> {
+        let mut best = self.replayed(grid, false)?;
+        for impulses in [false, true] {
+            let next = match impulses {
+                _ if best.error() <= OF_ROUND_OFF => None,
+                false => grid.clone().nearer(&self.extremal, &best.miss),
+                // Pulses are off or at a limit, to the last bit.
+                true => self.problem.shortest_pulse().is_none().then(|| grid.clone()),
+            };
+            let next = next.and_then(|grid| self.replayed(&grid, impulses));
+            best = next.filter(|next| next.error() < best.error()).unwrap_or(best);
         }
-        let h = (reached - time) / units.time;
-        time = reached;
-        let row: Vec<f64> =
-            if impulses { row.iter().map(|input| input * (length / h)).collect() } else { row };
-        cost += if impulses { h } else { length } * units.time * rate(&row);
-        let torque = problem.actuation.torque.output(&row);
-        trajectory.input.extend(&row);
-        trajectory.torque.push(torque);
-        let torque = torque / units.torque;
-        pi.add(&(0.5 * h * torque));
-        let turn = drifted(extremal, &(h * pi.value))?;
-        r.add(&(r.value * turn));
-        pi.add(&turn.tr_mul(&pi.value));
-        pi.add(&(0.5 * h * torque));
-        let node = &grid.nodes[k + 1];
-        m_e = (node.r.tr_mul(&grid.m), node.e);
+        Some(best)
     }
-    let scaled_duration = grid.duration();
-    let momentum = (pi.value - extremal.j * extremal.end_rate).norm() * scaled_duration;
-    let steps = kept.len() as f64;
-    let singular_inputs = (0..count).filter(|input| within[*input] as f64 > FOR * steps).collect();
-    let beside_optimum = grid.beside_optimum;
-    Some(Planned {
-        // The clock of the last node is what the duration is everywhere.
-        cost: if problem.objective.is_duration() { before } else { cost },
-        duration: before,
-        residual: grid.residual,
-        iterations: grid.iterations,
-        miss: extremal.miss(&Node { r: r.value, pi: pi.value, e: m_e.1 }),
-        terminal: TerminalError {
-            attitude_rad: lie::log(&extremal.end_attitude.tr_mul(&r.value)).norm(),
-            momentum_relative: momentum / (extremal.j.trace() / 3.0),
-            ..TerminalError::default()
-        },
-        sense: sense(problem, extremal, scaled_duration, &path),
-        turned_deg: path.turned_deg(),
-        start: String::new(),
-        trajectory,
-        switching: Switching { singular_inputs, beside_optimum, ..untold(Structure::BangBang) },
-        path,
-        grid: grid.clone(),
-        landing: None,
-    })
+
+    /// The same with the inputs of the plan, or with its impulses.
+    fn replayed(&self, grid: &OnGrid, impulses: bool) -> Option<Planned> {
+        let Self { problem, extremal, units } = self;
+        let least = NO_LENGTH * grid.duration();
+        let kept: Vec<usize> =
+            (0..grid.steps.len()).filter(|k| grid.step_length(&grid.steps[*k]) > least).collect();
+        let count = problem.actuation.count();
+        let mut trajectory = Trajectory { input_count: count, ..Trajectory::default() };
+        // What ten thousand additions round off would be some parts in 1e12 of the rates at the end.
+        let (mut r, mut pi) = (Sum::new(Matrix3::identity()), Sum::new(extremal.j * extremal.start_rate));
+        let mut m_e = (grid.m, grid.nodes[0].e);
+        let (mut path, mut clock, mut before) = (Follower::new(), Sum::new(Vector1::zeros()), 0.0);
+        let mut time = 0.0_f64;
+        let (mut within, mut cost) = (vec![0_usize; count], 0.0);
+        let rate =
+            |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&problem.actuation, row));
+        let turning = extremal.axes().is_empty();
+        for index in 0..=kept.len() {
+            let velocity = extremal.j_inverse * pi.value / units.time;
+            path.node(&(problem.start.attitude * r.value), velocity, time - before);
+            before = time;
+            trajectory.time.push(time);
+            trajectory.quaternion.push(path.lifted());
+            trajectory.angular_velocity.push(velocity);
+            let (zeta, e) = m_e;
+            trajectory.costates.extend((zeta * units.cost()).iter());
+            trajectory.costates.extend((e * (units.cost() / units.momentum())).iter());
+            let Some(k) = kept.get(index).copied() else { break };
+            let step = &grid.steps[k];
+            let row = match (grid.signs.get(step.arc), step.torque) {
+                (Some(signs), _) if !turning => inputs(problem, signs),
+                (None, Torque::Smooth(epsilon)) if !turning => {
+                    let mean = 0.5 * (grid.nodes[k].e + grid.nodes[k + 1].e);
+                    let levels = extremal.inputs(&mean, epsilon);
+                    for (level, value) in levels.iter().enumerate() {
+                        within[input_of(problem, level)] += usize::from(value.abs() < WITHIN);
+                    }
+                    inputs(problem, &levels)
+                }
+                _ => shared(problem, units, &grid.torques[k])?,
+            };
+            let length = grid.step_length(step);
+            // The step as the witnesses will take it: of the length that the recorded times give.
+            clock.add(&Vector1::new(length));
+            let mut reached = clock.value.x * units.time;
+            // No input is beyond its limit for the sake of a last digit.
+            let burns = impulses && row.iter().any(|input| *input != 0.0);
+            while burns && reached - time < length * units.time {
+                reached = reached.next_up();
+            }
+            let h = (reached - time) / units.time;
+            time = reached;
+            let row: Vec<f64> =
+                if impulses { row.iter().map(|input| input * (length / h)).collect() } else { row };
+            cost += if impulses { h } else { length } * units.time * rate(&row);
+            let torque = problem.actuation.torque.output(&row);
+            trajectory.input.extend(&row);
+            trajectory.torque.push(torque);
+            let torque = torque / units.torque;
+            pi.add(&(0.5 * h * torque));
+            let turn = drifted(extremal, &(h * pi.value))?;
+            r.add(&(r.value * turn));
+            pi.add(&turn.tr_mul(&pi.value));
+            pi.add(&(0.5 * h * torque));
+            let node = &grid.nodes[k + 1];
+            m_e = (node.r.tr_mul(&grid.m), node.e);
+        }
+        let scaled_duration = grid.duration();
+        let momentum = (pi.value - extremal.j * extremal.end_rate).norm() * scaled_duration;
+        let steps = kept.len() as f64;
+        let singular_inputs = (0..count).filter(|input| within[*input] as f64 > FOR * steps).collect();
+        let beside_optimum = grid.beside_optimum;
+        let solution = Solution {
+            steps: kept.len(),
+            step: before / steps,
+            // The clock of the last node is what the duration is everywhere.
+            cost: if problem.objective.is_duration() { before } else { cost },
+            iterations: grid.iterations,
+            terminal: TerminalError {
+                attitude_rad: lie::log(&extremal.end_attitude.tr_mul(&r.value)).norm(),
+                momentum_relative: momentum / (extremal.j.trace() / 3.0),
+                ..TerminalError::default()
+            },
+            optimality: Optimality {
+                tested: true,
+                stationarity: grid.residual,
+                rank: 6,
+                ..Optimality::UNTESTED
+            },
+            sense: sense(problem, extremal, scaled_duration, &path),
+            turned_deg: path.turned_deg(),
+            trajectory,
+            ..Solution::unsolved(problem, f64::NAN)
+        };
+        Some(Planned {
+            solution,
+            switching: Switching { singular_inputs, beside_optimum, ..untold(Structure::BangBang) },
+            miss: extremal.miss(&Node { r: r.value, pi: pi.value, e: m_e.1 }),
+            path,
+            grid: grid.clone(),
+        })
+    }
 }
 
 /// Of a structure, nothing else being known.
-fn untold(structure: Structure) -> Switching {
+pub(super) fn untold(structure: Structure) -> Switching {
     Switching {
         structure,
         continuous_duration_s: f64::NAN,

@@ -24,7 +24,7 @@
 //! end hang on it as others do on their bounds.
 //!
 //! Schedules to start from are the pulses of the extremals without a shortest pulse, of which short ones are dropped, made
-//! longer or joined in a dozen ways, two burns about the fixed axis for either way round, and some of these with times moved
+//! longer or joined in a dozen ways, two impulses for either way round, and some of these with times moved
 //! at random and pulses added; more of the last where none meets the end. The best are changed by one pulse at a time,
 //! dropped, joined, or added where a switching function has the wrong sign, as long as that burns less. Two opposite pulses
 //! of length d turn by as little as `a d²`, so that nearly always there is a plan; it may be several times as dear where

@@ -9,35 +9,29 @@ use super::super::arcs::{Arcs, Switch};
 use super::super::extremal::Extremal;
 use super::super::flow::Node;
 use super::super::grid_step::Torque;
-use super::super::sequence::{Over, Sequence, Step};
-use super::super::tuning::COARSER;
-use super::super::tuning::pulses::FINE;
+use super::super::sequence::{Sequence, Step};
 use super::schedule::Schedule;
-use crate::Vector3;
-use crate::optimize::nlp::kkt::Kkt;
-use nalgebra::DMatrix;
+use crate::optimize::nlp::kkt::KktSystem;
+use nalgebra::{DMatrix, Vector6};
 
 /// The motion under pulses.
 pub(crate) struct Motion {
     /// Between the times.
     pub arcs: Arcs,
     /// In costates and times: symmetric second derivatives where the end does not move.
-    pub kkt: Kkt,
+    pub kkt: KktSystem,
 }
 
 impl Motion {
-    /// From the start to the end, with the costates `(M, e_0)`; `None` where a number is not finite.
-    pub fn of(extremal: &Extremal, schedule: &Schedule, costates: &[f64; 6]) -> Option<Self> {
-        Self::in_steps(COARSER * FINE, extremal, schedule, costates)
-    }
-
-    /// The same in steps so short that their error is round-off.
-    pub fn fine(extremal: &Extremal, schedule: &Schedule, costates: &[f64; 6]) -> Option<Self> {
-        Self::in_steps(FINE, extremal, schedule, costates)
-    }
-
-    fn in_steps(longest: f64, extremal: &Extremal, schedule: &Schedule, costates: &[f64; 6]) -> Option<Self> {
-        let [m, e] = [&costates[..3], &costates[3..]].map(Vector3::from_column_slice);
+    /// From the start to the end, with the costates `(M, e_0)`, in steps of at most this part of the duration; `None` where a number is
+    /// not finite.
+    pub fn of(
+        extremal: &Extremal,
+        schedule: &Schedule,
+        costates: &Vector6<f64>,
+        longest: f64,
+    ) -> Option<Self> {
+        let [m, e] = [0, 3].map(|row| costates.fixed_rows::<3>(row).into_owned());
         let first = Node::at_start(extremal, e);
         let times = schedule.times();
         let mut order: Vec<usize> = (0..2 * schedule.pulses.len()).collect();
@@ -61,8 +55,8 @@ impl Motion {
                 levels[schedule.pulses[time / 2].level] += if turns_on(time) { 2.0 } else { -2.0 };
             }
         }
-        let (beside, over) = (Sequence::AT_THE_NODE, Over::Flow { longest });
-        let sequence = Sequence { m: &m, lengths: &lengths, steps: &steps, nodes: &[first], beside, over };
+        let (beside, longest) = (Sequence::AT_THE_NODE, Some(longest));
+        let sequence = Sequence { m: &m, lengths: &lengths, steps: &steps, nodes: &[first], beside, longest };
         let swept = sequence.swept(extremal)?;
         let mut signs = vec![-1.0; levels.len()];
         let mut switches = Vec::new();

@@ -7,11 +7,11 @@ use super::super::arcs::Arcs;
 use super::super::discretize::{Layout, of_arcs};
 use super::super::extremal::Extremal;
 use super::super::on_grid::OnGrid;
-use super::super::tuning::grid::{MOST_CHANGES, MOST_ITERATIONS};
-use super::super::tuning::pulses::{KEPT, NEARBY_ON_GRID};
+use super::super::tuning::grid::MOST_CHANGES;
+use super::super::tuning::pulses::{FINE, KEPT};
 use super::motion::Motion;
 use super::optimum::{Settled, acts, settled};
-use super::schedule::{Ask, Best, Schedule};
+use super::schedule::{Best, PulseRequest, Schedule};
 use crate::optimize::nlp::bounds::{Bound, Ties};
 use nalgebra::DMatrix;
 
@@ -33,10 +33,15 @@ pub(crate) enum Unplaced {
 }
 
 /// The discrete optimum on so many steps.
-pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) -> Result<Placed, Unplaced> {
+pub(crate) fn placed(
+    extremal: &Extremal,
+    best: &Best,
+    ask: &PulseRequest,
+    steps: usize,
+) -> Result<Placed, Unplaced> {
     let none = Unplaced::NoOptimum;
     let Settled { schedule, costates, bounds, mut acting } = settled(extremal, best, ask).ok_or(none)?;
-    let continuous = Motion::fine(extremal, &schedule, &costates).ok_or(none)?.arcs;
+    let continuous = Motion::of(extremal, &schedule, &costates, FINE).ok_or(none)?.arcs;
     let mut arcs = continuous.clone();
     let times = schedule.times();
     let inside = |time: &usize| times[*time] > 0.0 && times[*time] < schedule.duration;
@@ -68,7 +73,7 @@ pub(crate) fn placed(extremal: &Extremal, best: &Best, ask: &Ask, steps: usize) 
         let first = OnGrid { of_free_times: Some(of_length), ..of_arcs(extremal, &arcs, &counts) };
         let solved = [false, true]
             .into_iter()
-            .find_map(|beside_optimum| stationary(OnGrid { beside_optimum, ..first.clone() }, extremal));
+            .find_map(|beside_optimum| OnGrid { beside_optimum, ..first.clone() }.solve(extremal));
         let grid = solved.ok_or(none)?;
         if let Some(negative) = grid.shorter_than_nothing() {
             let arc = kept[negative];
@@ -114,26 +119,8 @@ pub(crate) fn arcs_placed(extremal: &Extremal, arcs: &Arcs, steps: usize) -> Opt
     if !extremal.times_pulses() {
         return None;
     }
-    let ask = Ask::free(extremal);
+    let ask = PulseRequest::free(extremal);
     let schedule = Schedule::kept(Schedule::of_arcs(arcs), arcs.duration, &ask)?;
-    let (m, e) = (arcs.m, arcs.first.e);
-    let best = Best { schedule, costates: [m.x, m.y, m.z, e.x, e.y, e.z], cost: arcs.cost(extremal) };
+    let best = Best { schedule, costates: arcs.costates(), cost: arcs.cost(extremal) };
     placed(extremal, &best, &ask, steps).ok().map(|placed| placed.grid)
-}
-
-/// The same grid for a maneuver that ends a little elsewhere, warm; `None` where Newton does not get there, or an arc would have
-/// less than no length.
-pub(crate) fn again(grid: &OnGrid, extremal: &Extremal) -> Option<OnGrid> {
-    let solve = if grid.of_free_times.is_some() { stationary } else { OnGrid::solve };
-    let found = solve(grid.clone(), extremal)?;
-    found.shorter_than_nothing().is_none().then_some(found)
-}
-
-/// Costates and free times near by at which the end is met and the Lagrangian is stationary, or the end alone is met.
-fn stationary(grid: OnGrid, extremal: &Extremal) -> Option<OnGrid> {
-    let first = grid.lengths.clone();
-    let found = grid.newton(1, 0.0, MOST_ITERATIONS, extremal)?;
-    let nearby = NEARBY_ON_GRID * found.duration();
-    let near = found.lengths.iter().zip(&first).all(|(length, first)| (length - first).abs() < nearby);
-    near.then_some(found)
 }

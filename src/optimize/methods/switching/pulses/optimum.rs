@@ -9,12 +9,12 @@ use super::super::extremal::Extremal;
 use super::super::tuning::pulses::*;
 use super::super::tuning::{MET, NEAR_ITERATIONS, UNDETERMINED, VANISHED};
 use super::motion::Motion;
-use super::schedule::{Ask, Best, Schedule};
+use super::schedule::{Best, PulseRequest, Schedule};
 use crate::numerics::least_squares::shortest;
 use crate::optimize::methods::PROMISED;
 use crate::optimize::nlp::bounds::{Bound, Ties};
-use crate::optimize::nlp::kkt::Steps;
-use crate::optimize::nlp::quadratic::{Quadratic, QuadraticSettings};
+use crate::optimize::nlp::kkt::NewtonSteps;
+use crate::optimize::nlp::quadratic::Quadratic;
 use nalgebra::{DMatrix, DMatrixView, DVector, Vector6};
 
 /// The bounds of a step from given times, none longer than `trust`.
@@ -29,11 +29,11 @@ fn bounds_of_step(bounds: &[Bound], times: &DVector<f64>, trust: f64) -> Vec<Bou
 }
 
 /// Brings the motion to the terminal conditions; `None` where it does not get there in so many iterations.
-fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> Option<Schedule> {
+fn met(extremal: &Extremal, first: &Schedule, ask: &PulseRequest, iterations: usize) -> Option<Schedule> {
     let bounds = first.bounds(ask);
     let mut schedule = first.clone();
     let mut trust = TRUST * schedule.duration;
-    let mut miss = Motion::of(extremal, &schedule, &[0.0; 6])?.kkt;
+    let mut miss = Motion::of(extremal, &schedule, &Vector6::zeros(), COARSE)?.kkt;
     let mut acting = vec![false; bounds.len() + 2 * schedule.times().len()];
     let mut slow = 0;
     for _ in 0..iterations {
@@ -56,13 +56,12 @@ fn met(extremal: &Extremal, first: &Schedule, ask: &Ask, iterations: usize) -> O
             gradient: &gradient,
             equations: Some((&rows, &right)),
             bounds: &limits,
-            settings: QuadraticSettings::default(),
         };
         let step = program.solve(&acting)?;
         acting = step.acting;
         let moved = step.p.rows(0, count);
         let next = schedule.at(&(times + moved));
-        let after = Motion::of(extremal, &next, &[0.0; 6]).map(|motion| motion.kkt);
+        let after = Motion::of(extremal, &next, &Vector6::zeros(), COARSE).map(|motion| motion.kkt);
         match after {
             Some(after) if after.constraints().norm() < size => {
                 let left = after.constraints().norm() / size;
@@ -110,18 +109,19 @@ fn convex(hessian: DMatrixView<f64>, rows: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// The best times near those of a schedule; `None` where the terminal conditions are not met near it.
-pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Option<Best> {
+pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &PulseRequest) -> Option<Best> {
     let mut schedule = met(extremal, first, ask, FIRST_ITERATIONS)?;
-    let start = Motion::of(extremal, &schedule, &[0.0; 6])?.kkt;
+    let start = Motion::of(extremal, &schedule, &Vector6::zeros(), COARSE)?.kkt;
     // Without costates what the times cost.
     let gradient = start.slope().into_owned();
-    let mut costates = array(&shortest(&start.by_multipliers().into_owned(), &-&gradient, UNDETERMINED)?);
+    let costates = shortest(&start.by_multipliers().into_owned(), &-&gradient, UNDETERMINED)?;
+    let mut costates = costates.fixed_rows::<6>(0).into_owned();
     let bounds = schedule.bounds(ask);
     let mut trust = TRUST * schedule.duration;
     let mut acting = vec![false; bounds.len() + 2 * schedule.times().len()];
     for _ in 0..MOST_STEPS {
         let cost = schedule.cost(extremal);
-        let kkt = Motion::of(extremal, &schedule, &costates)?.kkt;
+        let kkt = Motion::of(extremal, &schedule, &costates, COARSE)?.kkt;
         let (rows, right) = independent(kkt.by_unknowns(), &-kkt.constraints())?;
         let hessian = convex(kkt.hessian(), &rows);
         let times = schedule.times();
@@ -131,18 +131,15 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
             gradient: &gradient,
             equations: Some((&rows, &right)),
             bounds: &limits,
-            settings: QuadraticSettings::default(),
         };
-        let Some(step) = program.solve(&acting) else {
-            return Some(Best { schedule, costates, cost });
-        };
+        let Some(step) = program.solve(&acting) else { break };
         acting = step.acting;
         if let Some(next) = shortest(&kkt.by_multipliers().into_owned(), &-&step.pull, UNDETERMINED) {
-            costates = array(&next);
+            costates.copy_from(&next);
         }
         let predicted = -(gradient.dot(&step.p) + 0.5 * step.p.dot(&(&hessian * &step.p)));
         if predicted < NO_GAIN * cost {
-            return Some(Best { schedule, costates, cost });
+            break;
         }
         let trial = met(extremal, &schedule.at(&(times + &step.p)), ask, ITERATIONS);
         let gained = trial.as_ref().map_or(f64::NEG_INFINITY, |trial| cost - trial.cost(extremal));
@@ -164,7 +161,7 @@ pub(crate) fn best_times(extremal: &Extremal, first: &Schedule, ask: &Ask) -> Op
 /// Arcs with the best times of their pulses, however short; pulses that have vanished are left out. `None` where the terminal conditions
 /// are not met near them.
 pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
-    let ask = Ask::free(extremal);
+    let ask = PulseRequest::free(extremal);
     let vanished = VANISHED * arcs.duration;
     let first = Schedule::kept(Schedule::of_arcs(arcs), arcs.duration, &ask)?;
     let mut best = best_times(extremal, &first, &ask)?;
@@ -178,14 +175,14 @@ pub(crate) fn best_arcs(extremal: &Extremal, arcs: &Arcs) -> Option<Arcs> {
         Some(settled) => (settled.schedule, settled.costates),
         None => (best.schedule, best.costates),
     };
-    Some(Motion::fine(extremal, &schedule, &costates)?.arcs)
+    Some(Motion::of(extremal, &schedule, &costates, FINE)?.arcs)
 }
 
 /// A schedule whose times stand exactly at the bounds that act, with its bounds and which of them do.
 #[derive(Clone, Debug)]
 pub(super) struct Settled {
     pub schedule: Schedule,
-    pub costates: [f64; 6],
+    pub costates: Vector6<f64>,
     pub bounds: Vec<Bound>,
     pub acting: Vec<bool>,
 }
@@ -197,10 +194,10 @@ pub(super) fn acts<'a>(bounds: &'a [Bound], acting: &'a [bool]) -> impl Iterator
 
 /// Puts the times at the bounds that they are near to, and brings the others to where the end is met and the Lagrangian is stationary;
 /// where Newton finds no such times near by, to where the end is met alone.
-pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &Ask) -> Option<Settled> {
+pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> Option<Settled> {
     let bounds = best.schedule.bounds(ask);
     let times = best.schedule.times();
-    let all = [Steps::Shortest, Steps::Feasible].into_iter();
+    let all = [NewtonSteps::Shortest, NewtonSteps::Feasible].into_iter();
     all.flat_map(|steps| NEAR.map(|near| (steps, near))).find_map(|(steps, near)| {
         let acting: Vec<bool> =
             bounds.iter().map(|bound| bound.slack(&times) < near * best.schedule.duration).collect();
@@ -213,17 +210,22 @@ pub(super) fn settled(extremal: &Extremal, best: &Best, ask: &Ask) -> Option<Set
 }
 
 /// Newton on costates and free times.
-fn newton(extremal: &Extremal, best: &Best, ties: &Ties, steps: Steps) -> Option<(Schedule, [f64; 6])> {
+fn newton(
+    extremal: &Extremal,
+    best: &Best,
+    ties: &Ties,
+    steps: NewtonSteps,
+) -> Option<(Schedule, Vector6<f64>)> {
     let (matrix, first) = (ties.matrix(), ties.snapped(&best.schedule.times()));
-    let (mut times, mut costates) = (first.clone(), Vector6::from(best.costates));
+    let (mut times, mut costates) = (first.clone(), best.costates);
     let mut last = f64::INFINITY;
     for _ in 0..NEAR_ITERATIONS {
         let schedule = best.schedule.at(&times);
-        let kkt = Motion::fine(extremal, &schedule, &costates.into())?.kkt.tied(&matrix);
+        let kkt = Motion::of(extremal, &schedule, &costates, FINE)?.kkt.tied(&matrix);
         let size = kkt.merit(steps);
         if size < SHARP || size < MET && size >= 0.5 * last {
             let moved = (&times - &first).amax();
-            return (moved < NEARBY * schedule.duration).then_some((schedule, costates.into()));
+            return (moved < NEARBY * schedule.duration).then_some((schedule, costates));
         }
         last = size;
         let step = kkt.newton_step(steps, UNDETERMINED)?;
@@ -231,8 +233,4 @@ fn newton(extremal: &Extremal, best: &Best, ties: &Ties, steps: Steps) -> Option
         times += &matrix * step.rows(6, matrix.ncols());
     }
     None
-}
-
-fn array(values: &DVector<f64>) -> [f64; 6] {
-    std::array::from_fn(|index| values[index])
 }

@@ -7,11 +7,11 @@
 use super::super::arcs::Arcs;
 use super::super::extremal::Extremal;
 use crate::optimize::nlp::bounds::Bound;
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector6};
 
 /// What pulses are asked to be.
 #[derive(Clone, Debug)]
-pub(crate) struct Ask {
+pub(crate) struct PulseRequest {
     /// The shortest pulse, scaled.
     pub shortest: f64,
     /// Which input of the maneuver a level of the extremal belongs to.
@@ -22,7 +22,7 @@ pub(crate) struct Ask {
     pub sought: bool,
 }
 
-impl Ask {
+impl PulseRequest {
     /// Pulses of any length, of every level by itself.
     pub fn free(extremal: &Extremal) -> Self {
         let input_of = (0..extremal.switching_count()).collect();
@@ -47,6 +47,13 @@ impl Pulse {
         0.5 * (self.on + self.off)
     }
 
+    /// One pulse of the area and the centroid of two.
+    pub fn merged(&self, other: &Self) -> Self {
+        let length = self.length() + other.length();
+        let middle = (self.length() * self.middle() + other.length() * other.middle()) / length;
+        Self { on: middle, off: middle, ..*self }.with_length(length)
+    }
+
     /// Of another length about the same middle.
     pub fn with_length(self, length: f64) -> Self {
         Self { on: self.middle() - 0.5 * length, off: self.middle() + 0.5 * length, ..self }
@@ -67,14 +74,14 @@ pub(crate) struct Schedule {
 pub(crate) struct Best {
     pub schedule: Schedule,
     /// `M` and `e` at the start.
-    pub costates: [f64; 6],
+    pub costates: Vector6<f64>,
     pub cost: f64,
 }
 
 impl Schedule {
     /// Pulses that keep to what is asked: sorted, joined where they overlap, made as long as they must be, moved apart. `None`
     /// where the pulses of an input need more than all of the time.
-    pub fn kept(mut pulses: Vec<Pulse>, duration: f64, ask: &Ask) -> Option<Self> {
+    pub fn kept(mut pulses: Vec<Pulse>, duration: f64, ask: &PulseRequest) -> Option<Self> {
         pulses.sort_by(|a, b| {
             let key = |pulse: &Pulse| ask.input_of[pulse.level];
             key(a).cmp(&key(b)).then(a.middle().total_cmp(&b.middle()))
@@ -154,7 +161,7 @@ impl Schedule {
     }
 
     /// The bounds of the times: between neighbours, and of the first and last of an input.
-    pub(super) fn bounds(&self, ask: &Ask) -> Vec<Bound> {
+    pub(super) fn bounds(&self, ask: &PulseRequest) -> Vec<Bound> {
         let mut bounds = Vec::with_capacity(4 * self.pulses.len());
         for index in 0..self.pulses.len() {
             let (on, off) = (2 * index, 2 * index + 1);

@@ -1,31 +1,32 @@
 //! Which pulses: schedules to start from, and what is taken away, joined or added to burn less.
 //!
 //! The best times of given pulses are found to a local minimum; which pulses there are is a choice among very many. They come from the
-//! extremals without a shortest pulse, of which short pulses are dropped, made longer or joined; from the turn about the fixed axis,
-//! a burn of the cheapest inputs at either end; and from some of these with times moved at random and pairs of pulses added, more of
+//! extremals without a shortest pulse, of which short pulses are dropped, made longer or joined; from two impulses that turn the body
+//! slowly to the end; and from some of these with times moved at random and pairs of pulses added, more of
 //! them where no schedule meets the end. The best of them are then changed by one pulse at a time, as long as that burns less.
 
 use super::super::arcs::Arcs;
-use super::super::certificate::Certificate;
+use super::super::certificate::Certified;
 use super::super::extremal::Extremal;
-use super::super::limit::Limit;
+use super::super::impulses;
+use super::super::limit::BranchEnd;
 use super::super::tuning::GAINED;
 use super::super::tuning::pulses::*;
+use super::super::work::Work;
 use super::motion::Motion;
 use super::optimum::best_times;
-use super::schedule::{Ask, Best, Pulse, Schedule};
+use super::schedule::{Best, Pulse, PulseRequest, Schedule};
 use crate::numerics::random::Stream;
-use crate::{Matrix3, Vector3, lie};
 
 /// What was found, the best first, and how many schedules were tried.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Found {
+pub(crate) struct PulsesFound {
     pub best: Vec<Best>,
     pub tried: usize,
 }
 
-impl Found {
-    fn try_out(&mut self, extremal: &Extremal, schedule: &Schedule, ask: &Ask) -> Option<Best> {
+impl PulsesFound {
+    fn try_out(&mut self, extremal: &Extremal, schedule: &Schedule, ask: &PulseRequest) -> Option<Best> {
         if schedule.pulses.is_empty() || schedule.pulses.len() > MOST_PULSES {
             return None;
         }
@@ -53,33 +54,35 @@ impl Found {
 }
 
 /// Pulses of least fuel near the extremals of the same maneuver without a shortest pulse.
-pub(crate) fn search(extremal: &Extremal, limits: &[Limit], ask: &Ask, stop: &dyn Fn() -> bool) -> Found {
-    let mut found = Found::default();
-    let starts = starts(extremal, limits, ask);
+pub(crate) fn search(
+    extremal: &Extremal,
+    limits: &[BranchEnd],
+    ask: &PulseRequest,
+    work: &Work,
+) -> PulsesFound {
+    let mut found = PulsesFound::default();
+    let starts = starts(extremal, limits, ask, work);
     let times = if ask.thorough { THOROUGH } else { 1 };
-    for schedule in starts.iter().take(times * MOST_STARTS) {
-        if stop() {
-            return found;
-        }
+    for schedule in starts.iter().take(times * MOST_STARTS).take_while(|_| !work.stopped()) {
         if let Some(best) = found.try_out(extremal, schedule, ask) {
             found.keep(best);
         }
     }
-    at_random(extremal, &starts, ask, stop, &mut found);
-    changed(extremal, ask, stop, &mut found);
+    at_random(extremal, &starts, ask, work, &mut found);
+    changed(extremal, ask, work, &mut found);
     found
 }
 
 /// Schedules to start from, no two alike.
-fn starts(extremal: &Extremal, limits: &[Limit], ask: &Ask) -> Vec<Schedule> {
+fn starts(extremal: &Extremal, limits: &[BranchEnd], ask: &PulseRequest, work: &Work) -> Vec<Schedule> {
     let Some(best) = limits.first() else { return Vec::new() };
     let mut sources: Vec<(Vec<Pulse>, f64)> = Vec::new();
     let of = |arcs: &Arcs| (Schedule::of_arcs(arcs), arcs.duration);
     for limit in limits.iter().take(MOST_EXTREMALS) {
-        sources.extend(limit.arcs.iter().map(|(arcs, _)| of(arcs)));
+        sources.extend(limit.arcs.iter().map(|found| of(&found.arcs)));
     }
     for limit in limits.iter().take(MOST_EXTREMALS).filter(|limit| limit.arcs.is_none()) {
-        sources.extend(limit.looser.last().map(|(arcs, _)| of(arcs)));
+        sources.extend(limit.looser.last().map(|found| of(&found.arcs)));
         sources.push(of(&Arcs::of_pulses(extremal, &limit.smooth.path, limit.smooth.epsilon, 1)));
     }
     let mut starts: Vec<Schedule> = Vec::new();
@@ -90,17 +93,14 @@ fn starts(extremal: &Extremal, limits: &[Limit], ask: &Ask) -> Vec<Schedule> {
             starts.push(schedule);
         }
     };
-    for (index, joined) in JOINED.iter().enumerate() {
+    let mut burns = impulses::slow_turns(extremal, best.duration(), work);
+    for joined in &JOINED {
         for dropped in &DROPPED {
             for (source, duration) in &sources {
                 add(quantised(source, joined * ask.shortest, dropped * ask.shortest), *duration);
             }
         }
-        if index == 0 {
-            for turn in about_the_axis(extremal, best.duration(), ask) {
-                add(turn, best.duration());
-            }
-        }
+        burns.by_ref().for_each(|turn| add(turn.pulses(best.duration()), best.duration()));
     }
     starts
 }
@@ -123,9 +123,7 @@ fn quantised(pulses: &[Pulse], joined: f64, dropped: f64) -> Vec<Pulse> {
     for pulse in pulses {
         match kept.last_mut() {
             Some(last) if last.level == pulse.level && pulse.on - last_off < joined => {
-                let length = last.length() + pulse.length();
-                let moment = last.length() * last.middle() + pulse.length() * pulse.middle();
-                *last = Pulse { on: moment / length, off: moment / length, ..*last }.with_length(length);
+                *last = last.merged(pulse);
             }
             _ => kept.push(*pulse),
         }
@@ -135,85 +133,18 @@ fn quantised(pulses: &[Pulse], joined: f64, dropped: f64) -> Vec<Pulse> {
     kept
 }
 
-/// Burns about the axis of the rotation by the cheapest levels, one to turn and one to stop, for either way round.
-fn about_the_axis(extremal: &Extremal, duration: f64, ask: &Ask) -> Vec<Vec<Pulse>> {
-    let phi = lie::log(&extremal.end_attitude);
-    let angle = phi.norm();
-    let mut turns = Vec::new();
-    if angle < 1e-9 {
-        return turns;
-    }
-    let axis = phi / angle;
-    for (axis, angle) in [(axis, angle), (-axis, std::f64::consts::TAU - angle)] {
-        let push = extremal.j * axis;
-        if let (Some(turn), Some(stop)) = (cheapest(extremal, &push), cheapest(extremal, &-push)) {
-            turns.push(two_burns(&turn, &stop, angle, duration, ask));
-        }
-    }
-    turns
-}
-
-/// The levels that together push along `push`, at least cost, and for how long each is on a unit of time.
-pub(crate) fn cheapest(extremal: &Extremal, push: &Vector3) -> Option<Vec<(usize, f64)>> {
-    let axes = extremal.axes();
-    let count = axes.len().min(MOST_COMBINED);
-    let mut best: Option<(f64, Vec<(usize, f64)>)> = None;
-    for a in 0..count {
-        for b in 0..a {
-            for c in 0..b {
-                let matrix = 2.0 * Matrix3::from_columns(&[axes[a], axes[b], axes[c]]);
-                let Some(shares) = matrix.lu().solve(push) else { continue };
-                if !shares.iter().all(|share| *share > -1e-9 * shares.amax() && share.is_finite()) {
-                    continue;
-                }
-                let levels = [a, b, c];
-                let cost: f64 =
-                    levels.iter().zip(&shares).map(|(level, share)| extremal.costs[*level] * share).sum();
-                if best.as_ref().is_none_or(|(known, _)| cost < *known) {
-                    let used = levels.into_iter().zip(shares.iter().copied());
-                    let used = used.filter(|(_, share)| *share > 1e-6 * shares.amax()).collect();
-                    best = Some((cost, used));
-                }
-            }
-        }
-    }
-    best.map(|(_, used)| used)
-}
-
-/// A burn at the start and one at the end of the maneuver that turn by an angle.
-fn two_burns(
-    turn: &[(usize, f64)],
-    stop: &[(usize, f64)],
-    angle: f64,
-    duration: f64,
-    ask: &Ask,
-) -> Vec<Pulse> {
-    // Each burn gives or takes the rate of the coast between them.
-    let rate = angle / (duration - ask.shortest).max(0.5 * duration);
-    let pulses = |burn: &[(usize, f64)], at: f64| -> Vec<Pulse> {
-        let of = |(level, share): &(usize, f64)| {
-            let length = (share * rate).min(0.5 * duration).max(ask.shortest);
-            Pulse { level: *level, on: at, off: at }.with_length(length)
-        };
-        burn.iter().map(of).collect()
-    };
-    let mut all = pulses(turn, 0.0);
-    all.extend(pulses(stop, duration));
-    all
-}
-
 /// Schedules with times moved at random and pairs of pulses added: a few, and more until one meets the end.
 fn at_random(
     extremal: &Extremal,
     starts: &[Schedule],
-    ask: &Ask,
-    stop: &dyn Fn() -> bool,
-    found: &mut Found,
+    ask: &PulseRequest,
+    work: &Work,
+    found: &mut PulsesFound,
 ) {
     let mut random = Stream::new(0, 0, 0);
     let few = if ask.thorough { MOST_RANDOM } else { RANDOM };
     for index in 0..MOST_RANDOM {
-        if stop() || (index >= few && !found.best.is_empty()) || starts.is_empty() {
+        if work.stopped() || (index >= few && !found.best.is_empty()) || starts.is_empty() {
             return;
         }
         let Schedule { mut pulses, duration, .. } = starts[index % starts.len()].clone();
@@ -238,33 +169,26 @@ fn at_random(
 }
 
 /// Changes the best schedules by one pulse at a time as long as that burns less.
-fn changed(extremal: &Extremal, ask: &Ask, stop: &dyn Fn() -> bool, found: &mut Found) {
+fn changed(extremal: &Extremal, ask: &PulseRequest, work: &Work, found: &mut PulsesFound) {
     let times = if ask.thorough { THOROUGH } else { 1 };
     let first: Vec<Best> = found.best.iter().take(times * CHANGED).cloned().collect();
     let mut changes = 0;
     for start in first {
         let mut best = start;
-        'better: while changes < times * MOST_CHANGES && !stop() {
-            for next in neighbours(extremal, &best, ask) {
-                if changes >= times * MOST_CHANGES || stop() {
-                    break 'better;
-                }
-                changes += 1;
-                if let Some(next) = found.try_out(extremal, &next, ask)
-                    && next.cost < best.cost * (1.0 - GAINED)
-                {
-                    found.keep(next.clone());
-                    best = next;
-                    continue 'better;
-                }
-            }
-            break;
+        while let Some(better) = neighbours(extremal, &best, ask).iter().find_map(|next| {
+            changes += 1;
+            let tried = changes <= times * MOST_CHANGES && !work.stopped();
+            let next = tried.then(|| found.try_out(extremal, next, ask)).flatten()?;
+            (next.cost < best.cost * (1.0 - GAINED)).then_some(next)
+        }) {
+            found.keep(better.clone());
+            best = better;
         }
     }
 }
 
 /// Schedules with one pulse less, two joined, or one more where the maximum principle would have one.
-fn neighbours(extremal: &Extremal, best: &Best, ask: &Ask) -> Vec<Schedule> {
+fn neighbours(extremal: &Extremal, best: &Best, ask: &PulseRequest) -> Vec<Schedule> {
     let Schedule { pulses, duration, .. } = &best.schedule;
     let mut all = Vec::new();
     let shortest = |pulse: &Pulse| pulse.length() < ask.shortest + DISTINCT * duration;
@@ -280,15 +204,13 @@ fn neighbours(extremal: &Extremal, best: &Best, ask: &Ask) -> Vec<Schedule> {
         let (before, after) = (pulses[index - 1], pulses[index]);
         if before.level == after.level {
             let mut fewer = pulses.clone();
-            let length = before.length() + after.length();
-            let middle = (before.length() * before.middle() + after.length() * after.middle()) / length;
-            fewer[index - 1] = Pulse { on: middle, off: middle, ..before }.with_length(length);
+            fewer[index - 1] = before.merged(&after);
             fewer.remove(index);
             all.push(fewer);
         }
     }
-    let motion = Motion::of(extremal, &best.schedule, &best.costates);
-    let mut wrong = motion.map_or_else(Vec::new, |motion| Certificate::of(extremal, &motion.arcs).wrong);
+    let motion = Motion::of(extremal, &best.schedule, &best.costates, COARSE);
+    let mut wrong = motion.map_or_else(Vec::new, |motion| Certified::of(extremal, motion.arcs).wrong);
     wrong.sort_by(|a, b| b.gap.total_cmp(&a.gap));
     for wrong in &wrong {
         let at = wrong.peak.0;

@@ -3,14 +3,15 @@
 use super::motion::Motion;
 use super::on_grid::{Placed, placed};
 use super::optimum::{best_arcs, best_times};
-use super::schedule::{Ask, Pulse, Schedule};
+use super::schedule::{Pulse, PulseRequest, Schedule};
 use crate::numerics::random::Stream;
-use crate::optimize::methods::switching::extremal::{Extremal, Law};
-use crate::optimize::methods::switching::work::Halt;
+use crate::optimize::methods::switching::extremal::{Extremal, TorqueLimit};
+use crate::optimize::methods::switching::tuning::pulses::{COARSE, FINE};
+use crate::optimize::methods::switching::work::StopRequest;
 use crate::optimize::nlp::bounds::{Bound, Ties};
-use crate::optimize::nlp::quadratic::{Quadratic, QuadraticSettings};
+use crate::optimize::nlp::quadratic::Quadratic;
 use crate::{Matrix3, Vector3, lie};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector6};
 
 const DURATION: f64 = 5.0;
 
@@ -25,19 +26,19 @@ fn extremal() -> Extremal {
         j,
         j_inverse: j.try_inverse().unwrap(),
         costs: vec![0.5; axes.len()],
-        law: Law::Inputs(axes),
+        law: TorqueLimit::Inputs(axes),
         time_price: 0.0,
         given_duration: Some(DURATION),
         middle: Vector3::zeros(),
         start_rate: Vector3::new(0.05, -0.1, 0.02),
         end_rate: Vector3::new(-0.02, 0.03, 0.06),
         end_attitude: lie::exp(&Vector3::new(0.9, -0.5, 0.7)),
-        halt: Halt::default(),
+        halt: StopRequest::default(),
     }
 }
 
-fn ask() -> Ask {
-    Ask { shortest: 0.2, input_of: vec![0, 0, 1, 1, 2, 2], thorough: false, sought: false }
+fn ask() -> PulseRequest {
+    PulseRequest { shortest: 0.2, input_of: vec![0, 0, 1, 1, 2, 2], thorough: false, sought: false }
 }
 
 fn schedule() -> Schedule {
@@ -55,11 +56,11 @@ fn schedule() -> Schedule {
 }
 
 /// The same where the duration is sought, at a price.
-fn sought() -> (Extremal, Schedule, Ask) {
+fn sought() -> (Extremal, Schedule, PulseRequest) {
     let extremal = extremal();
     let time_price = 0.3 + extremal.costs.iter().sum::<f64>();
     let extremal = Extremal { given_duration: None, time_price, ..extremal };
-    (extremal, Schedule { sought: true, ..schedule() }, Ask { sought: true, ..ask() })
+    (extremal, Schedule { sought: true, ..schedule() }, PulseRequest { sought: true, ..ask() })
 }
 
 /// Central differences of a vector of the times.
@@ -82,9 +83,9 @@ fn differences(times: &DVector<f64>, of: impl Fn(&DVector<f64>) -> DVector<f64>)
 fn a_pulse_that_is_off_again_at_the_start_is_none() {
     let extremal = extremal();
     let mut schedule = schedule();
-    let without = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
+    let without = Motion::of(&extremal, &schedule, &Vector6::zeros(), FINE).unwrap().arcs;
     schedule.pulses.push(Pulse { level: 1, on: 0.0, off: 0.0 });
-    let with = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
+    let with = Motion::of(&extremal, &schedule, &Vector6::zeros(), FINE).unwrap().arcs;
     assert_eq!(with.signs, without.signs);
     assert_eq!(with.switches.len(), without.switches.len());
 }
@@ -94,9 +95,13 @@ fn the_end_answers_to_the_times_as_finite_differences_say() {
     let (sought, with_duration, _) = sought();
     for (extremal, schedule) in [(extremal(), schedule()), (sought, with_duration)] {
         let end = |times: &DVector<f64>| {
-            Motion::fine(&extremal, &schedule.at(times), &[0.0; 6]).unwrap().kkt.constraints().into_owned()
+            Motion::of(&extremal, &schedule.at(times), &Vector6::zeros(), FINE)
+                .unwrap()
+                .kkt
+                .constraints()
+                .into_owned()
         };
-        let found = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().kkt;
+        let found = Motion::of(&extremal, &schedule, &Vector6::zeros(), FINE).unwrap().kkt;
         let apart = (found.by_unknowns() - differences(&schedule.times(), end)).amax();
         // The error of the differences is a third derivative times 4e-10 / 6.
         assert!(apart < 1e-8, "{apart:e}");
@@ -111,15 +116,15 @@ fn the_lagrangian_answers_to_the_times_as_finite_differences_say() {
 }
 
 fn lagrangian_answers(extremal: &Extremal, schedule: &Schedule) {
-    let costates = [0.3, -0.7, 0.4, -0.9, 0.5, 0.8];
-    let at = |times: &DVector<f64>| Motion::of(extremal, &schedule.at(times), &costates).unwrap().kkt;
+    let costates = Vector6::new(0.3, -0.7, 0.4, -0.9, 0.5, 0.8);
+    let at = |times: &DVector<f64>| Motion::of(extremal, &schedule.at(times), &costates, COARSE).unwrap().kkt;
     let times = schedule.times();
     let kkt = at(&times);
     let apart = (kkt.hessian() - differences(&times, |times| at(times).slope().into_owned())).amax();
     assert!(apart < 1e-8, "{apart:e}");
     // Without costates the slope is that of the cost, and it is linear in them.
     let cost = differences(&times, |times| DVector::from_element(1, schedule.at(times).cost(extremal)));
-    let pull = kkt.by_multipliers() * DVector::from_column_slice(&costates);
+    let pull = kkt.by_multipliers() * costates;
     assert!((kkt.slope() - pull - cost.transpose()).amax() < 1e-8);
     // Along the terminal conditions the costates have no say: both derivatives have one null space.
     let svd = kkt.by_unknowns().into_owned().svd(true, true);
@@ -153,7 +158,6 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
             gradient: &gradient,
             equations: Some((&equations, &right)),
             bounds: &bounds,
-            settings: QuadraticSettings::default(),
         };
         let found = program.solve(&vec![false; bounds.len()]).unwrap_or_else(|| panic!("case {case}"));
         assert!((&equations * &found.p).amax() < 1e-9, "case {case}");
@@ -187,9 +191,8 @@ fn quadratic_programs_meet_the_conditions_of_karush_kuhn_and_tucker() {
 fn a_program_without_room_has_no_solution() {
     let (hessian, gradient) = (DMatrix::identity(2, 2), DVector::zeros(2));
     let bounds = [Bound { a: None, b: Some(0), least: 1.0 }, Bound { a: Some(0), b: None, least: 0.5 }];
-    let settings = QuadraticSettings::default();
     let (equations, bounds) = (None, &bounds);
-    let program = Quadratic { hessian: &hessian, gradient: &gradient, equations, bounds, settings };
+    let program = Quadratic { hessian: &hessian, gradient: &gradient, equations, bounds };
     assert!(program.solve(&[false; 2]).is_none());
 }
 
@@ -220,11 +223,11 @@ fn best_times_meet_the_end_and_their_grid_is_stationary() {
     assert!((placed.grid.duration() / DURATION - 1.0).abs() < 1e-14);
 }
 
-fn placed_well(extremal: &Extremal, ask: &Ask) -> Placed {
+fn placed_well(extremal: &Extremal, ask: &PulseRequest) -> Placed {
     let first = Schedule::kept(schedule().pulses, DURATION, ask).unwrap();
     let best = best_times(extremal, &first, ask).expect("a schedule that meets the end");
     assert!(best.cost < first.cost(extremal) * 2.0);
-    let kkt = Motion::of(extremal, &best.schedule, &best.costates).unwrap().kkt;
+    let kkt = Motion::of(extremal, &best.schedule, &best.costates, COARSE).unwrap().kkt;
     assert!(kkt.constraints().norm() < 1e-9);
     let placed = placed(extremal, &best, ask, 200).expect("a grid");
     assert!(placed.grid.residual < 1e-12, "{}", placed.grid.residual);
@@ -243,7 +246,7 @@ fn a_sought_duration_is_the_best_of_those_that_are_given() {
     // The same pulses in a given duration, a price for it included.
     let given = |duration: f64| {
         let extremal = Extremal { given_duration: Some(duration), ..extremal.clone() };
-        let ask = Ask { sought: false, ..ask.clone() };
+        let ask = PulseRequest { sought: false, ..ask.clone() };
         let first = Schedule::kept(found.schedule.pulses.clone(), duration, &ask).unwrap();
         best_times(&extremal, &first, &ask).unwrap().cost + extremal.price_of_time() * duration
     };
@@ -260,12 +263,12 @@ fn a_sought_duration_is_the_best_of_those_that_are_given() {
 fn arcs_of_the_best_times_meet_the_end_to_round_off() {
     let (sought, with_duration, _) = sought();
     for (extremal, schedule) in [(extremal(), schedule()), (sought, with_duration)] {
-        let arcs = Motion::fine(&extremal, &schedule, &[0.0; 6]).unwrap().arcs;
+        let arcs = Motion::of(&extremal, &schedule, &Vector6::zeros(), FINE).unwrap().arcs;
         let best = best_arcs(&extremal, &arcs).expect("arcs that meet the end");
         assert!(best.signs.iter().any(|sign| *sign > 0.0), "{:?}", best.signs);
         let pulses = Schedule::of_arcs(&best);
         let again = Schedule { pulses, duration: best.duration, ..schedule };
-        let miss = Motion::fine(&extremal, &again, &[0.0; 6]).unwrap().kkt.constraints().norm();
+        let miss = Motion::of(&extremal, &again, &Vector6::zeros(), FINE).unwrap().kkt.constraints().norm();
         assert!(miss < 1e-13, "{miss:e}");
     }
 }
