@@ -28,9 +28,11 @@ def of_plan(plan: Plan, figure: Figure | None) -> Figure:
     rates.set_ylabel("angular velocity, body [deg/s]")
 
     names = [str(number + 1) for number in range(plan.input.shape[1])]
-    if plan.inputs_are_held:
-        # The last row is held until the end.
-        held = np.vstack([plan.input, plan.input[-1:]])
+    objective = (plan.spec or {}).get("maneuver", {}).get("minimize")
+    if plan.inputs_are_held or objective in ("time", "fuel"):
+        # Rows at the nodes of equal steps may alternate about their means, which alone act. The
+        # last row is held until the end.
+        held = np.vstack([plan.held_input, plan.held_input[-1:]])
         inputs.step(plan.time, held, where="post", label=names)
     else:
         inputs.plot(plan.input_time, plan.input, label=names)

@@ -46,6 +46,8 @@ fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> usize {
         .map(|end| end.angular_velocity.norm() + SWING * field_rate(problem, end))
         .into_iter()
         .fold(0.0, f64::max);
+    // In steps that do not resolve the nutation there may be no path that meets its end.
+    let rate = rate + problem.body.inertia.nutation(&problem.actuation.stored_momentum());
     // The fastest moment of a rest-to-rest slew is 1.5 times its mean rate.
     let needed = ((1.5 * angle + rate * problem.seconds()) / rule.angle).ceil().min(problem.steps as f64);
     // Even, so that grids of 3/2 as many steps exist.

@@ -49,6 +49,8 @@ fn plans_cost_what_is_known_from_elsewhere() {
         ("telescope_time", 1134.65, 1e-3),
         // The long way of a given attitude.
         ("spin_up_fuel", 62.843, 1e-4),
+        // The momentum of the spin over the longest arm, 0.5 m.
+        ("free_roll_stop_spinner", 60.0 * 30.0_f64.to_radians() / 0.5, 1e-4),
         // CasADi and IPOPT, 40 intervals, of which torques change more slowly: 11.2318 s.
         ("wheels_with_torque_rate", 11.2318, 4e-3),
     ];
@@ -95,10 +97,51 @@ fn what_is_too_short_is_told_with_a_duration_that_does() {
     assert_eq!(planned("pyramid_too_short", &["maneuver.duration_s=13.095"]).status, Status::Solved);
 }
 
-/// A body with a full pitch wheel nutates; its plan lands on the steps that are chosen.
+/// A body with a full pitch wheel nutates; its plan lands on the steps that are chosen. Coarse grids
+/// resolve the nutation, too: of the others one nutates by 0.47 rad/s, and one by 96 rad in all.
 #[test]
 fn a_biased_body_lands_on_the_steps_that_are_chosen() {
-    assert_eq!(planned("biased_wheel", &[]).status, Status::Solved);
+    for name in ["biased_wheel", "nutating_fast", "nutating_far"] {
+        assert_eq!(planned(name, &[]).status, Status::Solved, "{name}");
+    }
+}
+
+/// Without limits a plan is as quick as one likes, so that no duration is the shortest. On so few
+/// steps there is no plan.
+#[test]
+fn without_limits_no_duration_is_the_shortest() {
+    let found = planned("nutating_fast", &["maneuver.steps=24"]);
+    assert_eq!(found.solution.shortest, None);
+}
+
+/// A pass over a station costs no more with a free roll at its end than with a given one.
+#[test]
+fn a_free_roll_at_the_end_of_a_pass_is_no_dearer_than_a_given_one() {
+    let given = "end.second={axis_body=[0,-1,0],at=\"anti_sun\"}";
+    let [free, given] = [&[][..], &[given]].map(|set| planned("free_roll_tracked_pass", set));
+    assert_eq!([free.status, given.status], [Status::Solved; 2]);
+    assert!(free.solution.cost <= given.solution.cost, "{} {}", free.solution.cost, given.solution.cost);
+}
+
+/// The motion under the means of the rows, which alone act, ends at the target, and these are zero
+/// while a wheel is full.
+#[test]
+fn the_torque_of_a_full_wheel_is_zero() {
+    let loaded = spec::read(&file("full_wheel.toml"), &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let found = plan(&loaded.problem, &loaded.settings, None, &mut Silent).unwrap();
+    assert_eq!(found.status, Status::Solved);
+    let rows = &found.solution.trajectory;
+    let missed = evidence::held::missed(&loaded.problem, rows).unwrap();
+    assert!(missed < 1e-6, "{missed:e}");
+    let (mut full, mut largest) = (0, 0.0_f64);
+    for step in 0..rows.time.len() - 1 {
+        let is_full = |node: usize| rows.wheel_momentum[3 * node + 2].abs() > 0.015 * (1.0 - 1e-6);
+        if is_full(step) && is_full(step + 1) {
+            full += 1;
+            largest = largest.max(0.5 * (rows.inputs(step)[2] + rows.inputs(step + 1)[2]).abs());
+        }
+    }
+    assert!(full > 10 && largest < 1e-6 * 0.002, "{full} {largest:e}");
 }
 
 /// Zeniths by the package `oem`, by `sgp4` and Skyfield, and by Kepler's orbit \[deg\].
@@ -128,7 +171,7 @@ fn what_is_wrong_with_a_file_is_said() {
     let folder = folder();
     let cone = "constraint=[{kind=\"keep_out\",boresight_body=[1,0,0],direction_inertial={ra_deg=0,dec_deg=0},\
         half_angle_deg=9}]";
-    let rows: [(&[&str], i32, &str); 20] = [
+    let rows: [(&[&str], i32, &str); 22] = [
         (&["sky", "hourly.toml"], 3, "rows 3600 s apart do not carry this orbit"),
         (&["plan", "metres.toml"], 3, "are these metres?"),
         (
@@ -164,6 +207,9 @@ fn what_is_wrong_with_a_file_is_said() {
             3,
             "--set end.attitude.angle_deg=3\n",
         ),
+        // The switches of its grid are some steps from those of continuous time.
+        (&["plan", "free_roll_stop_spinner.toml", "-q", "-o", "stop.json"], 0, ""),
+        (&["verify", "stop.json"], 0, "verified"),
         (&["plan", "flight_two_rows.toml", "-q", "-o", "plan.json"], 0, ""),
         (
             &["export", "plan.json", "--format", "flight", "--tick", "20", "-o", "plan.flight"],

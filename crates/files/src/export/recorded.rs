@@ -346,34 +346,44 @@ impl Apart<'_> {
             .sum()
     }
 
-    /// Checks that every arc has the inputs of the plan in its middle: the switches of the plan
-    /// are those of the arcs up to an error of its grid.
+    /// Checks that the plan has the inputs of every arc in its middle, or within a step of it: the
+    /// switches of the plan are those of the arcs up to an error of its grid.
     fn inputs_of(&mut self, told: &Switching) {
         // At the nodes of equal steps the inputs are a discrete optimum of their own, which is at
         // its limits on the arcs.
         let beside = self.problem.is_shaped();
         let times = &self.trajectory.time;
         let whole = times.last().copied().unwrap_or(f64::NAN) / told.continuous_duration_s;
+        let steps = if beside { BESIDE } else { 1.0 };
         for (index, arc) in told.arcs.iter().enumerate() {
-            let middle = 0.5 * (arc.start_s + arc.end_s) * whole;
-            let row = times.windows(2).position(|ends| ends[0] <= middle && middle <= ends[1]);
-            let Some(row) = row else { continue };
-            let held = self.trajectory.inputs(row);
-            let input = arc.input_at(middle / whole);
-            // An input that chatters is within its limits in a plan of equal steps.
-            let chatters = |input: &usize| beside && told.singular_inputs.contains(input);
-            // An arc shorter than a step may contain no middle of a step, and an arc of another
-            // grid is shifted.
-            let steps = if beside { BESIDE } else { 1.0 };
-            let elsewhere = steps * (times[row + 1] - times[row]) / whole;
-            let same = (0..held.len().min(input.len())).all(|index| {
-                let meanwhile = arc.change.get(index).map_or(0.0, |change| change.abs() * elsewhere);
-                chatters(&index)
-                    || near(input[index], held[index])
-                    || (input[index] - held[index]).abs() <= meanwhile
-            });
-            if arc.end_s - arc.start_s > elsewhere && !same && !input.is_empty() {
-                self.tell(&format!("switching.arcs.{index}.input"), &input, &held);
+            let row_at = |time: f64| times.partition_point(|node| *node <= time * whole).max(1) - 1;
+            let middle = 0.5 * (arc.start_s + arc.end_s);
+            let row = row_at(middle);
+            let Some(after) = times.get(row + 1) else { continue };
+            // An arc shorter than a step may contain no step, and an arc of another grid is
+            // shifted.
+            let elsewhere = steps * (after - times[row]) / whole;
+            if arc.end_s - arc.start_s <= elsewhere || arc.input_at(middle).is_empty() {
+                continue;
+            }
+            let same = |row: usize| {
+                let Some(after) = times.get(row + 1) else { return false };
+                let held = self.trajectory.inputs(row);
+                let input = arc.input_at((0.5 * (times[row] + after) / whole).clamp(arc.start_s, arc.end_s));
+                (0..held.len().min(input.len())).all(|index| {
+                    let meanwhile = arc.change.get(index).map_or(0.0, |change| change.abs() * elsewhere);
+                    // An input that chatters is within its limits in a plan of equal steps.
+                    beside && told.singular_inputs.contains(&index)
+                        || near(input[index], held[index])
+                        || (input[index] - held[index]).abs() <= meanwhile
+                })
+            };
+            let mut around = row_at(arc.start_s - elsewhere)..=row_at(arc.end_s + elsewhere);
+            // Beside arcs a plan of equal steps has its inputs at the nodes, whose ramps a row
+            // nearby may have by chance.
+            if !same(row) && (beside || !around.any(same)) {
+                let held = self.trajectory.inputs(row);
+                self.tell(&format!("switching.arcs.{index}.input"), &arc.input_at(middle), &held);
             }
         }
     }

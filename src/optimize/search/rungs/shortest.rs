@@ -1,6 +1,8 @@
 //! The rung of a plan in less time, where none was found in the time that is given.
 
+use crate::maneuver::constraint::{Constraint, Rule};
 use crate::maneuver::objective::Objective;
+use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::Outcome;
 use crate::optimize::chain::model::Goal;
 use crate::optimize::chain::path;
@@ -21,7 +23,7 @@ impl<const N: usize> Climb<N> for Shortest {
     fn applies(&self, search: &Search<N>, found: &Found<N>) -> bool {
         let cut_short = found.missed().is_some_and(|missed| missed.outcome == Outcome::IterationLimit);
         let searched = !found.is_done() && found.answer.is_none() && !cut_short && !search.stopped();
-        searched && search.ask.convex && search.ask.advise && search.problem.is_constrained()
+        searched && search.ask.convex && search.ask.advise && has_a_shortest_duration(search.problem)
     }
 
     fn climb(&self, search: &Search<N>, found: &mut Found<N>) {
@@ -44,4 +46,12 @@ impl<const N: usize> Climb<N> for Shortest {
         let missed = missed.or(found.take_missed());
         found.tell_missed(missed);
     }
+}
+
+/// Whether anything keeps a maneuver from being as quick as one likes: cones do not, nor wheels
+/// without limits.
+fn has_a_shortest_duration(problem: &Problem) -> bool {
+    let slowed = |constraint: &Constraint| !matches!(constraint.rule, Rule::Pointing(_));
+    problem.constraints.iter().any(slowed)
+        || problem.actuation.limits().any(|limit| limit.bounds.iter().any(|bound| bound.is_finite()))
 }
