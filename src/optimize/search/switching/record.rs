@@ -89,6 +89,9 @@ impl Scaled<'_> {
             |row: &[f64]| problem.objective.fuel().map_or(1.0, |fuel| fuel.rate(&problem.actuation, row));
         let turning = extremal.axes().is_empty();
         for index in 0..=kept.len() {
+            if extremal.halt.is_raised_at(index) {
+                return None;
+            }
             let velocity = extremal.j_inverse * pi.value / units.time;
             path.node(&(problem.start.attitude * r.value), velocity, time - before);
             before = time;
@@ -117,9 +120,13 @@ impl Scaled<'_> {
             clock.add(&Vector1::new(length));
             let mut reached = clock.value.x * units.time;
             // No input is beyond its limit for the sake of a last digit.
-            let burns = impulses && row.iter().any(|input| *input != 0.0);
-            while burns && reached - time < length * units.time {
-                reached = reached.next_up();
+            let needed = length * units.time;
+            if impulses && reached - time < needed && row.iter().any(|input| *input != 0.0) {
+                // The burns before are ahead of the clock by a last digit each.
+                reached = reached.max((time + needed).next_down());
+                while reached - time < needed {
+                    reached = reached.next_up();
+                }
             }
             let h = (reached - time) / units.time;
             time = reached;
