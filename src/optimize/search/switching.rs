@@ -26,14 +26,14 @@ use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::limit::{BranchEnd, BranchEnds};
 use crate::optimize::methods::switching::on_grid::OnGrid;
 use crate::optimize::methods::switching::pulses::on_grid::arcs_placed;
-use crate::optimize::methods::switching::scaled::{input_of, inputs, scaled};
+use crate::optimize::methods::switching::scaled::{ExtremalUnits, input_of, inputs, scaled};
 use crate::optimize::methods::switching::search::search;
 use crate::optimize::methods::switching::sequence::Step;
 use crate::optimize::methods::switching::smooth::Smoothed;
 use crate::optimize::methods::switching::tuning::grid::LEAST_STEPS;
 use crate::optimize::methods::switching::work::{StopRequest, Work};
 use crate::{Vector3, lie};
-use record::{Planned, Scaled, untold};
+use record::{Planned, untold};
 
 /// Attitudes this near, and rates in the unit of time, are the same.
 const SAME: f64 = 1e-14;
@@ -293,6 +293,13 @@ impl<'a, 'c> Extremals<'a, 'c> {
         });
         ended(unsolved, Outcome::Stalled, context)
     }
+}
+
+/// A maneuver, and its extremals in units of their own.
+struct Scaled<'a> {
+    problem: &'a Problem,
+    extremal: Extremal,
+    units: ExtremalUnits,
 }
 
 impl<'a> Scaled<'a> {

@@ -369,7 +369,8 @@ impl Apart<'_> {
             let same = |row: usize| {
                 let Some(after) = times.get(row + 1) else { return false };
                 let held = self.trajectory.inputs(row);
-                let input = arc.input_at((0.5 * (times[row] + after) / whole).clamp(arc.start_s, arc.end_s));
+                let input =
+                    arc.input_at((0.5 * (times[row] + after) / whole).max(arc.start_s).min(arc.end_s));
                 (0..held.len().min(input.len())).all(|index| {
                     let meanwhile = arc.change.get(index).map_or(0.0, |change| change.abs() * elsewhere);
                     // An input that chatters is within its limits in a plan of equal steps.
@@ -379,9 +380,11 @@ impl Apart<'_> {
                 })
             };
             let mut around = row_at(arc.start_s - elsewhere)..=row_at(arc.end_s + elsewhere);
-            // Beside arcs a plan of equal steps has its inputs at the nodes, whose ramps a row
-            // nearby may have by chance.
-            if !same(row) && (beside || !around.any(same)) {
+            // The middle of three steps is that of the arc, wherever within a step it switches. Beside
+            // arcs a plan of equal steps has its inputs at the nodes, whose ramps a row nearby may have
+            // by chance.
+            let is_long = arc.end_s - arc.start_s > 3.0 * elsewhere;
+            if !same(row) && (beside || is_long || !around.any(same)) {
                 let held = self.trajectory.inputs(row);
                 self.tell(&format!("switching.arcs.{index}.input"), &arc.input_at(middle), &held);
             }

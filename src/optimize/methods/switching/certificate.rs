@@ -19,7 +19,6 @@
 use super::arcs::{Arcs, Switch};
 use super::extremal::{ArcLaw, Extremal};
 use super::flow::{Course, Node};
-use super::least_gap::with_less_gap;
 use super::sequence::steps;
 use super::tuning::arcs::{TOGETHER, ZERO};
 use super::tuning::limits::{NO_GAP, SMALL_GAP};
@@ -103,17 +102,6 @@ impl Certified {
         // A sum of nothing would be −0.
         let gap = wrong.iter().fold(0.0, |sum, run| sum + run.gap);
         Self { arcs, gap, wrong, least: None }
-    }
-
-    /// The same, by the costates of the least gap where their own leave more.
-    pub fn by_least_gap(extremal: &Extremal, arcs: Arcs) -> Self {
-        let mut found = Self::of(extremal, arcs);
-        if !found.is_exact(extremal) {
-            for moved in with_less_gap(extremal, &found.arcs) {
-                found.bound_by(extremal, moved);
-            }
-        }
-        found
     }
 
     /// Returns whether every input is where the maximum principle wants it.

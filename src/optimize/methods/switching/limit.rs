@@ -15,6 +15,7 @@ use super::arcs::Arcs;
 use super::branches::directions;
 use super::certificate::{Certified, Runs};
 use super::extremal::Extremal;
+use super::least_gap::with_less_gap;
 use super::pulses::optimum::best_arcs;
 use super::smooth::{Smooth, Smoothed, descend};
 use super::tuning::arcs::MOST_SWITCHES;
@@ -162,7 +163,7 @@ fn certified(extremal: &Extremal, arcs: Arcs, work: &Work) -> Option<Certified> 
         return None;
     }
     count(&work.newtons);
-    Some(Certified::by_least_gap(extremal, arcs.solve(extremal)?))
+    Some(by_least_gap(extremal, arcs.solve(extremal)?))
 }
 
 /// Arcs with the best times of their pulses, and to the last digits where Newton keeps all of them.
@@ -174,7 +175,7 @@ pub(super) fn laid(extremal: &Extremal, arcs: &Arcs, work: &Work) -> Option<Cert
     let laid = best_arcs(extremal, arcs)?;
     let count = laid.switches.len();
     let solved = laid.clone().solve(extremal).filter(|solved| solved.switches.len() == count);
-    Some(Certified::by_least_gap(extremal, solved.unwrap_or(laid)))
+    Some(by_least_gap(extremal, solved.unwrap_or(laid)))
 }
 
 /// Arcs corrected further, each time by what makes their gap smaller: the worst of the wrong signs, or the next ones, for all of their
@@ -209,4 +210,15 @@ pub(super) fn refined(extremal: &Extremal, first: Certified, work: &Work) -> Vec
         }
     }
     path
+}
+
+/// Returns arcs with their certificate, by the costates of the least gap where their own leave more.
+fn by_least_gap(extremal: &Extremal, arcs: Arcs) -> Certified {
+    let mut found = Certified::of(extremal, arcs);
+    if !found.is_exact(extremal) {
+        for moved in with_less_gap(extremal, &found.arcs) {
+            found.bound_by(extremal, moved);
+        }
+    }
+    found
 }

@@ -1,5 +1,6 @@
 //! What is written of a plan on its grid: the motion under the inputs of its steps, in SI units, from the start on.
 
+use super::Scaled;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Optimality, Sense, Solution, TerminalError, Trajectory};
 use crate::maneuver::switching::{Structure, Switching};
@@ -9,7 +10,7 @@ use crate::optimize::methods::switching::extremal::Extremal;
 use crate::optimize::methods::switching::flow::Node;
 use crate::optimize::methods::switching::grid_step::Torque;
 use crate::optimize::methods::switching::on_grid::OnGrid;
-use crate::optimize::methods::switching::scaled::{ExtremalUnits, input_of, inputs, shared};
+use crate::optimize::methods::switching::scaled::{input_of, inputs, shared};
 use crate::optimize::methods::switching::tuning::grid::NO_LENGTH;
 use crate::optimize::search::way::Follower;
 use crate::{Matrix3, Vector3, lie};
@@ -42,13 +43,6 @@ impl Planned {
 
 /// Terminal errors above this, half of the default tolerance, are taken for those of last digits.
 const OF_ROUND_OFF: f64 = 5e-13;
-
-/// A maneuver, and its extremals in units of their own.
-pub(super) struct Scaled<'a> {
-    pub problem: &'a Problem,
-    pub extremal: Extremal,
-    pub units: ExtremalUnits,
-}
 
 impl Scaled<'_> {
     /// Replays a plan from the start and records every node.
@@ -152,7 +146,7 @@ impl Scaled<'_> {
         let beside_optimum = grid.beside_optimum;
         let solution = Solution {
             steps: kept.len(),
-            step: before / steps,
+            step: if kept.is_empty() { 0.0 } else { before / steps },
             // The clock of the last node is what the duration is everywhere.
             cost: if problem.objective.is_duration() { before } else { cost },
             iterations: grid.iterations,
