@@ -366,11 +366,11 @@ impl Apart<'_> {
             if arc.end_s - arc.start_s <= elsewhere || arc.input_at(middle).is_empty() {
                 continue;
             }
-            let same = |row: usize| {
+            let same = |row: usize, arc: &SwitchingArc| {
                 let Some(after) = times.get(row + 1) else { return false };
                 let held = self.trajectory.inputs(row);
-                let input =
-                    arc.input_at((0.5 * (times[row] + after) / whole).max(arc.start_s).min(arc.end_s));
+                let middle = (0.5 * (times[row] + after) / whole).max(arc.start_s).min(arc.end_s);
+                let input = arc.input_at(middle);
                 (0..held.len().min(input.len())).all(|index| {
                     let meanwhile = arc.change.get(index).map_or(0.0, |change| change.abs() * elsewhere);
                     // An input that chatters is within its limits in a plan of equal steps.
@@ -379,12 +379,13 @@ impl Apart<'_> {
                         || (input[index] - held[index]).abs() <= meanwhile
                 })
             };
+            // Beside arcs a plan of equal steps has its inputs at the nodes, whose ramps a row nearby
+            // may have by chance.
             let mut around = row_at(arc.start_s - elsewhere)..=row_at(arc.end_s + elsewhere);
-            // The middle of three steps is that of the arc, wherever within a step it switches. Beside
-            // arcs a plan of equal steps has its inputs at the nodes, whose ramps a row nearby may have
-            // by chance.
-            let is_long = arc.end_s - arc.start_s > 3.0 * elsewhere;
-            if !same(row) && (beside || is_long || !around.any(same)) {
+            let neighbours = [index.checked_sub(1), Some(index + 1)].into_iter().flatten();
+            let mut neighbours = neighbours.filter_map(|other| told.arcs.get(other));
+            let mut shifted = || neighbours.any(|other| same(row, other)) && around.any(|row| same(row, arc));
+            if !same(row, arc) && (beside || !shifted()) {
                 let held = self.trajectory.inputs(row);
                 self.tell(&format!("switching.arcs.{index}.input"), &arc.input_at(middle), &held);
             }
