@@ -43,7 +43,7 @@ const NUMBER: f64 = 8.0;
 const OF_UNKNOWN: f64 = 18.0;
 const OF_ROW: f64 = 28.0;
 /// Numbers of a stage, and of each row, that the plan holds, and what it lands from.
-const OF_PLAN: [f64; 2] = [360.0, 8.0];
+const OF_PLAN: [f64; 2] = [360.0, 20.0];
 /// Numbers of a stage that do not go with its size: the attitude, three times, and what a step
 /// allocates.
 const OF_STAGE: f64 = 80.0;
