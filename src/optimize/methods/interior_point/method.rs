@@ -197,7 +197,7 @@ impl InteriorPoint<'_> {
         }
         let (mut point, mut at) = (Point::of(program.shape()), Values::of(program.shape()));
         program.point(start, &mut point);
-        let exists = program.values(&point, &mut at);
+        let exists = program.values(&point, &mut at) && at.are_finite();
         let met = exists
             && at.defects.iter().chain(&at.terminal).all(|lack| *lack == 0.0)
             && program.violations(&at).iter().all(|violation| *violation <= 0.0);
@@ -251,7 +251,7 @@ pub(crate) fn worst_violation(chain: &Chain, path: &Candidate) -> Option<f64> {
     let program = ChainProgram::of(&chain.model, &chain.rows, None, &iterate, &tuning);
     let (mut point, mut at) = (Point::of(program.shape()), Values::of(program.shape()));
     program.point(&iterate, &mut point);
-    let exists = program.values(&point, &mut at);
+    let exists = program.values(&point, &mut at) && at.are_finite();
     exists.then(|| at.rows.iter().copied().fold(f64::NEG_INFINITY, f64::max))
 }
 

@@ -74,8 +74,8 @@ fn attempt(chain: &Chain, program: &ChainProgram, candidate: Candidate, convex: 
     let runs = vec![Run { rung: None, steps: candidate.steps(), report }];
     let (iterate, multipliers) = program.found(&point, &duals, &values.rows);
     let cost = if converged { iterate.cost(&chain.model) } else { f64::NAN };
-    let conditions = Conditions::of(chain, &iterate, &multipliers, &Watch::NONE);
-    let stationarity = conditions.filter(|_| converged).map_or(f64::NAN, |at| at.stationarity());
+    let conditions = || Conditions::of(chain, &iterate, &multipliers, &Watch::NONE);
+    let stationarity = converged.then(conditions).flatten().map_or(f64::NAN, |at| at.stationarity());
     let work = ConvexWork {
         subproblems,
         all_subproblems: subproblems,

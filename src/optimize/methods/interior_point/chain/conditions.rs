@@ -24,6 +24,7 @@
 //! multiplier exceeds its slack. A row that is met without a multiplier may act or not: for a minimum
 //! it must not be needed, and for a decrease it must hold along the direction.
 
+use super::super::iteration::nan_max;
 use super::super::program::{Derivatives, Duals, Point, Program, RowKind, Shape};
 use super::super::riccati::{add, dot};
 use super::super::tuning::Tuning;
@@ -71,7 +72,7 @@ impl<'a> Conditions<'a> {
     pub fn stationarity(&self) -> f64 {
         let shape = self.program.shape();
         let inputs = |stage: usize| gradient(shape, &self.at, &self.duals, stage)[..shape.m].to_vec();
-        let largest = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, |a: f64, b| a.max(b.abs()));
+        let largest = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, |a, b| nan_max(a, b.abs()));
         let slope = largest(&mut (0..shape.stages).flat_map(inputs));
         slope * shape.stages as f64 / largest(&mut self.duals.costates.iter().copied()).max(1.0)
     }

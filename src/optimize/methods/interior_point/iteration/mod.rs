@@ -598,6 +598,6 @@ impl Solver {
 }
 
 /// Returns the larger of two numbers, or NaN where one of them is NaN (`f64::max` would drop it).
-fn nan_max(a: f64, b: f64) -> f64 {
+pub(super) fn nan_max(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
