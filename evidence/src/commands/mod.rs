@@ -36,6 +36,7 @@ mod robustness;
 mod rolls;
 mod same_answers;
 mod signals;
+mod size;
 mod spins;
 mod stretches;
 mod throughput;
@@ -116,6 +117,7 @@ pub const COMMANDS: &[Command] = commands! {
     rolls
     same_answers
     signals
+    size
     spins
     stretches
     throughput

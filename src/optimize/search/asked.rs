@@ -11,8 +11,6 @@
 //! goes round in the other class of rotations than was asked for is not solved: the solution says which way the nearest one
 //! goes. Classes are told on the double cover, against the motion without inputs.
 
-use super::ladder::Search;
-use super::way::{Follower, Way};
 use crate::Vector3;
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method as Road;
@@ -23,6 +21,8 @@ use crate::optimize::chain::model::Model;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::ladder::Search;
+use crate::optimize::search::way::{Follower, Way};
 use std::f64::consts::TAU;
 
 /// An extremal of one grid that ends so near its target on another \[rad\] goes the same way there.

@@ -1,9 +1,9 @@
 //! What a search knows so far: a value that every rung takes and gives.
 
-use super::pool::{Pool, SAME};
-use super::starts::GUESS;
 use crate::maneuver::solution::{ConvexWork, Solution};
 use crate::optimize::methods::method::Attempt;
+use crate::optimize::search::pool::{Pool, SAME};
+use crate::optimize::search::starts::GUESS;
 
 /// Costs of one optimum of a chain differ by less, relative.
 pub(super) const SAME_COST: f64 = 1e-9;

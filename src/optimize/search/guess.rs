@@ -1,6 +1,5 @@
 //! What another plan suggests for this one.
 
-use super::starts::GUESS;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::solution::{Solution, Trajectory};
 use crate::mechanics::environment::Pose;
@@ -8,6 +7,7 @@ use crate::optimize::chain::model::Model;
 use crate::optimize::chain::path;
 use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::step::{Dynamics, Point};
+use crate::optimize::search::starts::GUESS;
 use crate::{Vector3, lie};
 
 /// A neighbour's plan to begin from: its costates for the shooting, its path for the chain.

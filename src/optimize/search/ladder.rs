@@ -3,11 +3,6 @@
 //! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the requested
 //! grid. Cheap rungs that nearly always work come first (`rungs`).
 
-use super::coarse::search_grid;
-use super::context::Context;
-use super::found::Found;
-use super::guess::Guess;
-use super::starts::wanted_turns;
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Settings;
 use crate::maneuver::solution::Trajectory;
@@ -17,6 +12,11 @@ use crate::optimize::discrete::candidate::Candidate;
 use crate::optimize::discrete::sweep::BoundaryValueProblem;
 use crate::optimize::methods::interior_point::chain::family::Family;
 use crate::optimize::methods::scp::ScpOptions;
+use crate::optimize::search::context::Context;
+use crate::optimize::search::found::Found;
+use crate::optimize::search::guess::Guess;
+use crate::optimize::search::starts::coarse::search_grid;
+use crate::optimize::search::starts::wanted_turns;
 
 /// What a search may do, and what it begins from.
 #[derive(Clone)]

@@ -24,7 +24,6 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-use super::context::Context;
 use crate::maneuver::constraint::{Constraint, Rule};
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Formulation, Motion, Problem, Scheme};
@@ -33,6 +32,7 @@ use crate::maneuver::solution::{Outcome, Solution};
 use crate::maneuver::switching::{Structure, Switching, SwitchingArc};
 use crate::mechanics::actuators::{ActuatorSet, LimitKind};
 use crate::optimize::chain::model::Goal;
+use crate::optimize::search::context::Context;
 use events::{Event, Level};
 use grids::{Grids, OnGrid, distance};
 use settings::ON_EVENTS;

@@ -4,8 +4,6 @@ pub(super) mod followed;
 mod pulses;
 mod record;
 
-use super::context::Context;
-use super::way::Follower;
 use crate::maneuver::duration::Duration;
 use crate::maneuver::objective::Objective;
 use crate::maneuver::problem::{Path, Problem};
@@ -32,6 +30,8 @@ use crate::optimize::methods::switching::sequence::Step;
 use crate::optimize::methods::switching::smooth::Smoothed;
 use crate::optimize::methods::switching::tuning::grid::LEAST_STEPS;
 use crate::optimize::methods::switching::work::{StopRequest, Work};
+use crate::optimize::search::context::Context;
+use crate::optimize::search::way::Follower;
 use crate::{Vector3, lie};
 use record::{Planned, untold};
 
