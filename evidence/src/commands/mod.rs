@@ -8,6 +8,7 @@ mod constrained_robustness;
 mod damaged;
 mod dearer;
 mod durations;
+mod dwells;
 mod ends;
 mod everyday;
 mod false_files;
@@ -30,6 +31,7 @@ mod memory;
 mod metamorphic;
 mod minimum_fuel;
 mod minimum_time;
+mod orders;
 mod passes;
 mod replan;
 mod robustness;
@@ -89,6 +91,7 @@ pub const COMMANDS: &[Command] = commands! {
     damaged
     dearer
     durations
+    dwells
     ends
     everyday
     false_files
@@ -111,6 +114,7 @@ pub const COMMANDS: &[Command] = commands! {
     metamorphic
     minimum_fuel
     minimum_time
+    orders
     passes
     replan
     robustness

@@ -51,6 +51,11 @@ impl Guess {
         }
     }
 
+    /// The plan of a neighbour, which is solved from alone.
+    pub(crate) fn near(solution: &Solution, problem: &Problem) -> Self {
+        Self { time: solution.trajectory.time.clone(), alone: true, ..Self::of(solution, problem) }
+    }
+
     /// Returns the guess as one that replaces the search where it leads to a plan: quicker, but the plan may not be the
     /// cheapest.
     pub fn alone(self) -> Self {
