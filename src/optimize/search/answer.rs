@@ -3,6 +3,7 @@
 use super::asked;
 use super::chains::{along, optimised};
 use super::continuous::estimated;
+use super::first_order::gap;
 use super::found::{Found, SAME_COST};
 use super::ladder::Search;
 use super::landed::landed;
@@ -111,6 +112,7 @@ pub(super) fn write<const N: usize>(
     }
     if let Some(work) = &mut solution.interior {
         work.continuous = estimated(search, attempt);
+        work.continuous_gap = gap(search, attempt);
     }
     solution.widen_by_landing();
 }
@@ -190,7 +192,8 @@ pub(super) fn write_aimed<const N: usize>(
                     let ladder = search.context.ladder.borrow();
                     let starts = ladder.iter().filter(|run| run.rung == Rung::InteriorPoint).count();
                     let iterations = provenance.iterations;
-                    solution.interior = Some(InteriorWork { iterations, starts, mu, gap, continuous: None });
+                    solution.interior =
+                        Some(InteriorWork { iterations, starts, mu, gap, ..InteriorWork::default() });
                 }
                 _ => solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..*work }),
             }

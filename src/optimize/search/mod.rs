@@ -16,6 +16,7 @@ mod detour;
 mod effort;
 mod ends;
 mod first_duration;
+mod first_order;
 mod found;
 mod free_end;
 mod given_duration;

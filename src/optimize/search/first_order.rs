@@ -1,0 +1,371 @@
+//! What inputs that may switch between the nodes could save of a plan on equal steps, to first
+//! order.
+//!
+//! A discrete optimum is the best of all inputs with one value at each node. In continuous time
+//! inputs may switch anywhere. Let λ solve the adjoint equations along the motion, and `dμ ≥ 0` be
+//! the multipliers of what limits the state. To first order a neighbouring plan u' then costs
+//!
+//! ```text
+//! J(u') − J(u) ≥ ∫ (H(u') − H(u)) dt ≥ −∫ (H(u) − min_v H(v)) dt ,    H(v) = Σ_j c_j |v_j| + s_j v_j
+//! ```
+//!
+//! with the prices c of fuel, zero for time, and the switching functions s: the gap of Frank and
+//! Wolfe, *An algorithm for quadratic programming*, 1956, of the maneuver linearised at the plan.
+//! The minimum is over the limits of the inputs. Where the rate of an input is limited, the rate
+//! takes the place of the input, and the costate of the input that of s.
+//!
+//! # What of limits that act on the state?
+//!
+//! Their multipliers are a measure: a density along an arc that holds a limit, an atom where one is
+//! touched. A neighbour keeps the limit `g ≤ 0`, so that the measure enters by λ, and by what the
+//! plan leaves of the limit, `∫ |g| dμ`, which is added to the gap. The discrete costates contain
+//! the multipliers of the rows. The row of an arc has a density over its step, and that of a node
+//! half of it over the steps on either side: so the switching functions are linear on a step.
+//! Limits of the rate and wheels are left by the flown motion where an arc along them begins or
+//! ends. What the rows themselves leave is the barrier term, a gap of its own
+//! (`InteriorWork::gap`).
+//!
+//! # What is taken between the nodes?
+//!
+//! Inputs as they are flown: held over a step at the mean of both ends (`flight`); those whose rate
+//! is limited are linear. Switching functions, rates and momenta of wheels are linear between
+//! nodes, which is off by `O(h²)`, as the discrete costates are. Integrals over a step are exact.
+//! An input that switches within a step has a gap of `O(h²)`, so the gap of a plan on arcs falls
+//! with the square of the step.
+//!
+//! # When is an optimum not unique?
+//!
+//! A vertex of the linearised maneuver has as many inputs within their limits as there are
+//! equations at the end and rows that act on the state, one less if the duration is sought. Where
+//! there are more, a family of inputs has the same cost to first order. The inputs are those within
+//! their limits on stretches where fewer rows act.
+
+#[cfg(test)]
+mod tests;
+
+use super::ladder::Search;
+use crate::Vector3;
+use crate::maneuver::problem::{Problem, Scheme};
+use crate::maneuver::settings::Method as Road;
+use crate::maneuver::solution::{ContinuousGap, Undetermined};
+use crate::mechanics::actuators::ActuatorSet;
+use crate::optimize::chain::iterate::Iterate;
+use crate::optimize::chain::model::step;
+use crate::optimize::chain::rows::{LimitRow, What};
+use crate::optimize::chain::{Chain, Multipliers, iterate, multipliers};
+use crate::optimize::methods::interior_point::chain::conditions::Conditions;
+use crate::optimize::methods::method::{Attempt, Watch};
+use nalgebra::{DVector, Matrix3xX};
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// Nodes in a row, at least, at which an input that is within its limits is undetermined: fewer are
+/// those of a switch.
+const STRETCH: usize = 3;
+
+/// Returns the gap of a plan of least time or fuel that the interior point found, before it lands.
+pub(super) fn gap<const N: usize>(search: &Search<N>, plan: &Attempt) -> Option<ContinuousGap> {
+    let goal = search.ask.goal.as_ref().filter(|goal| goal.objective.switches())?;
+    let of_interior_point = plan.candidate.provenance.method == Road::InteriorPoint;
+    // An end of a family is none of the chain's.
+    if !of_interior_point || !plan.converged() || search.ask.family.is_some() {
+        return None;
+    }
+    let chain = Chain::with_goal(search.problem, plan.candidate.steps(), goal);
+    let barrier = plan.barrier.map_or(0.0, |[barrier, ..]| barrier);
+    let (iterate, multipliers) = (iterate(&plan.candidate), multipliers(&plan.candidate));
+    search.context.within(|budget| {
+        let at = Optimum { chain: &chain, problem: search.problem, iterate, multipliers, barrier };
+        at.gap(&budget.watch)
+    })
+}
+
+/// A discrete optimum.
+struct Optimum<'a> {
+    chain: &'a Chain,
+    problem: &'a Problem,
+    iterate: Iterate,
+    multipliers: Multipliers,
+    /// The last barrier term.
+    barrier: f64,
+}
+
+impl Optimum<'_> {
+    fn gap(&self, watch: &Watch) -> Option<ContinuousGap> {
+        let model = &self.chain.model;
+        let conditions = Conditions::of(self.chain, &self.iterate, &self.multipliers, watch)?;
+        let first = model.first_input();
+        let mut slopes: Vec<Vec<f64>> = (first..=model.steps)
+            .map(|node| {
+                let weight = model.kick_weight(node);
+                conditions.by_inputs(node).iter().map(|slope| slope / weight).collect()
+            })
+            .collect();
+        if first > 0 {
+            slopes.insert(0, slopes[0].clone());
+        }
+        let mut gap = 0.0;
+        let sets =
+            [(true, self.problem.actuation.force.as_ref()), (false, Some(&self.problem.actuation.torque))];
+        for (forces, set) in sets {
+            let inputs = self.inputs(forces);
+            let Some(limits) = set.map(ActuatorSet::limits).filter(|_| !inputs.is_empty()) else { continue };
+            gap += match (&limits.rate, limits.norm, &limits.size) {
+                (Some(_), ..) => inputs.map(|input| self.of_rate(input)).sum(),
+                // The minimum over a ball and a box has no closed form.
+                (None, Some(_), Some(_)) => return None,
+                (None, Some(norm), None) => self.of_norm(&slopes, forces, norm),
+                (None, None, _) => self.of_inputs(&slopes, inputs, limits.one_sided),
+            };
+        }
+        let gap = (gap + self.slack()) / model.cost_scale;
+        gap.is_finite().then(|| ContinuousGap::new(gap, self.undetermined()))
+    }
+
+    /// The steps, with their lengths.
+    fn steps(&self) -> impl Iterator<Item = (usize, f64)> {
+        (0..self.chain.model.steps).map(|step| (step, self.chain.model.dynamics.grid.step(step)))
+    }
+
+    /// An input as it is held over a step.
+    fn held(&self, step: usize, input: usize) -> f64 {
+        let [before, after] = [step, step + 1].map(|node| self.iterate.inputs[node][input]);
+        match self.problem.scheme {
+            Scheme::LieVerlet => 0.5 * (before + after),
+            Scheme::LieEuler => after,
+        }
+    }
+
+    /// What a unit of an input costs in a unit of time.
+    fn price(&self, input: usize) -> f64 {
+        let price = self.chain.model.fuel.as_ref().map_or(0.0, |fuel| fuel.inputs[input]);
+        price / self.iterate.stretch()
+    }
+
+    /// Limits of the inputs in the units of the duration found.
+    fn bounds(&self) -> Vec<f64> {
+        let grown = self.iterate.stretch().powi(2);
+        self.chain.model.input_bounds(self.problem).iter().map(|bound| bound * grown).collect()
+    }
+
+    /// The gap of inputs with limits of their own.
+    fn of_inputs(&self, slopes: &[Vec<f64>], inputs: Range<usize>, one_sided: bool) -> f64 {
+        let bounds = self.bounds();
+        let mut gap = 0.0;
+        for input in inputs {
+            let (bound, price) = (bounds[input], self.price(input));
+            for (step, h) in self.steps() {
+                let [a, b] = [step, step + 1].map(|node| slopes[node][input]);
+                let held = self.held(step, input);
+                gap += h * (price * held.abs() + 0.5 * (a + b) * held);
+                gap += times(bound, above_zero([-a - price, -b - price], h));
+                if !one_sided {
+                    gap += times(bound, above_zero([a - price, b - price], h));
+                }
+            }
+        }
+        gap
+    }
+
+    /// The gap of a set within a limit of its norm, from above: the norm of its switching functions
+    /// is convex, and taken as linear on either side of its lowest point.
+    fn of_norm(&self, slopes: &[Vec<f64>], forces: bool, norm: f64) -> f64 {
+        let (model, inputs) = (&self.chain.model, self.inputs(forces));
+        let (axes, _) = model.channel(forces);
+        let axes = Matrix3xX::from_columns(axes);
+        let Ok(inverse) = axes.transpose().pseudo_inverse(f64::EPSILON.sqrt()) else { return f64::NAN };
+        let limit = norm / model.input_unit[inputs.start] * self.iterate.stretch().powi(2);
+        let of_norm = model.fuel.as_ref().is_some_and(|fuel| fuel.is_of_norm(forces));
+        let price = if of_norm { self.price(inputs.start) } else { 0.0 };
+        let slope = |node: usize| -> Vector3 {
+            let own = DVector::from_column_slice(&slopes[node][inputs.clone()]);
+            let q = &inverse * own;
+            Vector3::new(q[0], q[1], q[2])
+        };
+        let mut gap = 0.0;
+        for (step, h) in self.steps() {
+            let [a, b] = [slope(step), slope(step + 1)];
+            let held =
+                DVector::from_iterator(inputs.len(), inputs.clone().map(|input| self.held(step, input)));
+            let held = &axes * held;
+            gap += h * (price * held.norm() + (a + b).dot(&held) * 0.5);
+            let by = b - a;
+            let lowest = (-a.dot(&by) / by.norm_squared()).clamp(0.0, 1.0);
+            let lowest = if lowest.is_nan() { 0.5 } else { lowest };
+            let norms = [a.norm(), (a + by * lowest).norm(), b.norm()].map(|norm| norm - price);
+            gap += times(limit, above_zero([norms[0], norms[1]], h * lowest));
+            gap += times(limit, above_zero([norms[1], norms[2]], h * (1.0 - lowest)));
+        }
+        gap
+    }
+
+    /// The gap of an input whose rate is limited: the multipliers of a step are its costate in the
+    /// middle.
+    fn of_rate(&self, input: usize) -> f64 {
+        let (model, rows) = (&self.chain.model, &self.chain.rows);
+        let grown = self.iterate.stretch().powi(3);
+        let (mut middles, mut costates, mut rates) = (Vec::new(), Vec::new(), Vec::new());
+        let mut begins = 0.0;
+        for (step, h) in self.steps() {
+            let (mut costate, mut most) = (0.0, f64::INFINITY);
+            for row in rows.range(step) {
+                let What::InputRate { input: own, sign, limit } = rows.rows[row].what else { continue };
+                if own == input {
+                    costate -= sign * self.multipliers.rows[row] * grown;
+                    most = limit * grown;
+                }
+            }
+            middles.push(begins + 0.5 * h);
+            begins += h;
+            costates.push(costate / h);
+            let change = self.iterate.inputs[step + 1][input] - self.iterate.inputs[step][input];
+            rates.push(if step < model.first_input() { 0.0 } else { change / most });
+        }
+        let at = |time: f64| {
+            let after = middles.partition_point(|middle| *middle <= time).clamp(1, middles.len() - 1);
+            let [a, b] = [after - 1, after];
+            costates[a] + (costates[b] - costates[a]) * (time - middles[a]) / (middles[b] - middles[a])
+        };
+        let mut gap = 0.0;
+        for (step, h) in self.steps().skip(model.first_input()) {
+            for half in [[-0.5, 0.0], [0.0, 0.5]] {
+                let [from, to] = half.map(|part| middles[step] + part * h);
+                let [a, b] = [at(from), at(to)];
+                gap += 0.25 * h * (a + b) * rates[step];
+                gap += above_zero([a, b], 0.5 * h) + above_zero([-a, -b], 0.5 * h);
+            }
+        }
+        gap
+    }
+
+    /// What the flown motion leaves of the limits of the rate and of wheels, times their multipliers.
+    fn slack(&self) -> f64 {
+        let (model, rows) = (&self.chain.model, &self.chain.rows.rows);
+        let (last, s) = (model.steps, self.iterate.stretch());
+        let physical =
+            |node: usize| step::physical(model, node, &self.iterate.states[node], &self.iterate.inputs[node]);
+        let rate = |node: usize| {
+            let state = physical(node);
+            model.dynamics.j_inverse * (state.momentum - model.wheel_momentum(&state.wheels))
+        };
+        let left = |what: &What, node: usize| match what {
+            What::RateNorm { limit, .. } => 0.5 * (1.0 - (rate(node).norm() / (limit * s)).powi(2)),
+            What::RateAxis { axis, sign, limit, .. } => s - sign * rate(node)[*axis] / limit,
+            What::Wheel { wheel, sign, limit } => s - sign * physical(node).wheels[*wheel] / limit,
+            _ => 0.0,
+        };
+        let acting = rows.iter().zip(&self.multipliers.rows).filter(|(_, multiplier)| **multiplier > 0.0);
+        let of = |(row, multiplier): (&LimitRow, &f64)| {
+            let (what, node) = (&row.what, row.stage);
+            let mean = |step: usize| 0.5 * (left(what, step) + left(what, step + 1));
+            let of_arc = matches!(what, What::RateNorm { arc: true, .. } | What::RateAxis { arc: true, .. });
+            multiplier
+                * match node {
+                    _ if of_arc => mean(node),
+                    0 => mean(0),
+                    node if node == last => mean(last - 1),
+                    _ => 0.5 * (mean(node - 1) + mean(node)),
+                }
+        };
+        acting.map(of).sum()
+    }
+
+    /// The inputs that are not determined to first order, and when.
+    fn undetermined(&self) -> Vec<Undetermined> {
+        let (model, rows) = (&self.chain.model, &self.chain.rows.rows);
+        let (bounds, nodes, off) = (self.bounds(), model.steps + 1, self.barrier.sqrt());
+        let changes: BTreeSet<usize> = rows
+            .iter()
+            .filter_map(|row| if let What::InputRate { input, .. } = row.what { Some(input) } else { None })
+            .collect();
+        let is_off = |node: usize, input: usize| {
+            let small = self.iterate.inputs[node][input].abs() <= off * bounds[input];
+            model.fuel.is_some() && !changes.contains(&input) && small
+        };
+        // Whether an input is within its limits at a node, and does not change at a limit there.
+        let mut within: Vec<Vec<bool>> = (0..nodes)
+            .map(|node| {
+                (0..model.m).map(|input| node >= model.first_input() && !is_off(node, input)).collect()
+            })
+            .collect();
+        let mut still = within.clone();
+        // What limits the state at a node; on the arc behind, it is the same.
+        let mut acting = vec![BTreeSet::new(); nodes];
+        let mut ramps = 0;
+        for (row, multiplier) in rows.iter().zip(&self.multipliers.rows) {
+            let (what, node) = (&row.what, row.stage);
+            if *multiplier <= 0.0 && !what.is_equation() {
+                continue;
+            }
+            let mut end = |input: usize| {
+                within[node][input] = false;
+                still[node][input] = false;
+            };
+            match what {
+                What::InputSize { input, .. } | What::Push { input, .. } => end(*input),
+                What::InputNorm { forces, .. } => self.inputs(*forces).for_each(end),
+                What::InputRate { input, .. } => {
+                    ramps += 1;
+                    still[node][*input] = false;
+                    still[node + 1][*input] = false;
+                }
+                What::RateAxis { axis: index, .. } | What::Wheel { wheel: index, .. } => {
+                    acting[node].insert((row.group, *index));
+                }
+                What::RateNorm { .. } | What::Cone(_) => {
+                    acting[node].insert((row.group, 0));
+                }
+                What::Burn { .. } | What::BurnOfNorm { .. } => {}
+            }
+        }
+        let count = |of: &[bool]| of.iter().filter(|within| **within).count();
+        let unknown = within.iter().map(|node| count(node)).sum::<usize>() + model.duration.map_or(0, |_| 1);
+        let conditions = acting.iter().map(BTreeSet::len).sum::<usize>() + ramps + model.terminal_count();
+        if unknown <= conditions {
+            return Vec::new();
+        }
+        let open = |node: usize, input: usize| {
+            node < nodes && still[node][input] && count(&still[node]) > acting[node].len()
+        };
+        let seconds = self.problem.seconds() * self.iterate.stretch();
+        let time = |node: usize| model.dynamics.grid.time(node) / model.dynamics.grid.duration() * seconds;
+        let mut found = Vec::new();
+        for input in 0..model.m {
+            let mut begin = 0;
+            for node in 0..=nodes {
+                if open(node, input) {
+                    continue;
+                }
+                if node >= begin + STRETCH {
+                    found.push(Undetermined { input, start_s: time(begin), end_s: time(node - 1) });
+                }
+                begin = node + 1;
+            }
+        }
+        found
+    }
+
+    /// The places of the forces, or of the torques, among the inputs.
+    fn inputs(&self, forces: bool) -> Range<usize> {
+        let forces_end = self.chain.model.forces;
+        if forces { 0..forces_end } else { forces_end..self.chain.model.m }
+    }
+}
+
+/// A bound times a size, nothing where the size is nothing.
+fn times(bound: f64, size: f64) -> f64 {
+    if size == 0.0 { 0.0 } else { bound * size }
+}
+
+/// The integral of the positive part of a linear function over a step, from its values at both
+/// ends.
+fn above_zero([a, b]: [f64; 2], h: f64) -> f64 {
+    if a <= 0.0 && b <= 0.0 {
+        return 0.0;
+    }
+    if a >= 0.0 && b >= 0.0 {
+        return 0.5 * h * (a + b);
+    }
+    let (above, below) = if a > b { (a, b) } else { (b, a) };
+    0.5 * h * above * above / (above - below)
+}
