@@ -35,10 +35,11 @@
 //!
 //! # When is an optimum not unique?
 //!
-//! A vertex of the linearised maneuver has as many inputs within their limits as there are
-//! equations at the end and rows that act on the state, one less if the duration is sought. Where
-//! there are more, a family of inputs has the same cost to first order. The inputs are those within
-//! their limits on stretches where fewer rows act.
+//! Where the optimum of the linearised maneuver is unique, no more inputs are within their limits,
+//! at all nodes, than there are equations at the end and rows that act on the state, one less if
+//! the duration is sought. Where there are more, a family of inputs has the same cost to first
+//! order. Its inputs are those within their limits that can change although the rows that act at
+//! their node keep their values. What is of second order may still prefer one of them.
 
 #[cfg(test)]
 mod tests;
@@ -56,12 +57,15 @@ use crate::optimize::chain::{Chain, Multipliers, iterate, multipliers};
 use crate::optimize::methods::interior_point::chain::conditions::Conditions;
 use crate::optimize::methods::method::{Attempt, Watch};
 use nalgebra::{DVector, Matrix3xX};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Nodes in a row, at least, at which an input that is within its limits is undetermined: fewer are
 /// those of a switch.
 const STRETCH: usize = 3;
+
+/// A part below which a slope is round-off.
+const NOTHING: f64 = 1e-8;
 
 /// Returns the gap of a plan of least time or fuel that the interior point found, before it lands.
 pub(super) fn gap<const N: usize>(search: &Search<N>, plan: &Attempt) -> Option<ContinuousGap> {
@@ -111,9 +115,9 @@ impl Optimum<'_> {
             let inputs = self.inputs(forces);
             let Some(limits) = set.map(ActuatorSet::limits).filter(|_| !inputs.is_empty()) else { continue };
             gap += match (&limits.rate, limits.norm, &limits.size) {
-                (Some(_), ..) => inputs.map(|input| self.of_rate(input)).sum(),
+                (Some(_), None, _) => inputs.map(|input| self.of_rate(&slopes, input)).sum(),
                 // The minimum over a ball and a box has no closed form.
-                (None, Some(_), Some(_)) => return None,
+                (Some(_), Some(_), _) | (None, Some(_), Some(_)) => return None,
                 (None, Some(norm), None) => self.of_norm(&slopes, forces, norm),
                 (None, None, _) => self.of_inputs(&slopes, inputs, limits.one_sided),
             };
@@ -200,10 +204,11 @@ impl Optimum<'_> {
     }
 
     /// The gap of an input whose rate is limited: the multipliers of a step are its costate in the
-    /// middle.
-    fn of_rate(&self, input: usize) -> f64 {
+    /// middle. What it leaves of its limit, and what it costs to be held, is added.
+    fn of_rate(&self, slopes: &[Vec<f64>], input: usize) -> f64 {
         let (model, rows) = (&self.chain.model, &self.chain.rows);
-        let grown = self.iterate.stretch().powi(3);
+        let (s, grown) = (self.iterate.stretch(), self.iterate.stretch().powi(3));
+        let value = |node: usize| self.iterate.inputs[node][input];
         let (mut middles, mut costates, mut rates) = (Vec::new(), Vec::new(), Vec::new());
         let mut begins = 0.0;
         for (step, h) in self.steps() {
@@ -218,7 +223,7 @@ impl Optimum<'_> {
             middles.push(begins + 0.5 * h);
             begins += h;
             costates.push(costate / h);
-            let change = self.iterate.inputs[step + 1][input] - self.iterate.inputs[step][input];
+            let change = value(step + 1) - value(step);
             rates.push(if step < model.first_input() { 0.0 } else { change / most });
         }
         let at = |time: f64| {
@@ -233,6 +238,18 @@ impl Optimum<'_> {
                 let [a, b] = [at(from), at(to)];
                 gap += 0.25 * h * (a + b) * rates[step];
                 gap += above_zero([a, b], 0.5 * h) + above_zero([-a, -b], 0.5 * h);
+            }
+            let by = slopes[step + 1][input] - slopes[step][input];
+            gap -= by * (value(step + 1) - value(step)) * h / 12.0;
+        }
+        for node in model.first_input()..=model.steps {
+            let [before, after] = [node.max(model.first_input() + 1) - 1, (node + 1).min(model.steps)];
+            let mean = (value(before) + 6.0 * value(node) + value(after)) / 8.0;
+            for row in rows.range(node) {
+                let What::InputSize { input: own, sign, limit } = rows.rows[row].what else { continue };
+                if own == input {
+                    gap += self.multipliers.rows[row] * (s * s - sign * mean / limit);
+                }
             }
         }
         gap
@@ -282,58 +299,52 @@ impl Optimum<'_> {
             let small = self.iterate.inputs[node][input].abs() <= off * bounds[input];
             model.fuel.is_some() && !changes.contains(&input) && small
         };
-        // Whether an input is within its limits at a node, and does not change at a limit there.
-        let mut within: Vec<Vec<bool>> = (0..nodes)
-            .map(|node| {
-                (0..model.m).map(|input| node >= model.first_input() && !is_off(node, input)).collect()
-            })
-            .collect();
-        let mut still = within.clone();
-        // What limits the state at a node; on the arc behind, it is the same.
-        let mut acting = vec![BTreeSet::new(); nodes];
-        let mut ramps = 0;
+        let free = |node: usize| {
+            (0..model.m).map(|input| node >= model.first_input() && !is_off(node, input)).collect()
+        };
+        // Whether an input is within its limits at a node, and changes by less than it may.
+        let mut within: Vec<Vec<bool>> = (0..nodes).map(free).collect();
+        // Slopes by the inputs of what acts on the state there. A limit that acts at a node and on
+        // the arc behind is one.
+        let mut acting = vec![BTreeMap::new(); nodes];
         for (row, multiplier) in rows.iter().zip(&self.multipliers.rows) {
             let (what, node) = (&row.what, row.stage);
             if *multiplier <= 0.0 && !what.is_equation() {
                 continue;
             }
-            let mut end = |input: usize| {
-                within[node][input] = false;
-                still[node][input] = false;
-            };
-            match what {
-                What::InputSize { input, .. } | What::Push { input, .. } => end(*input),
-                What::InputNorm { forces, .. } => self.inputs(*forces).for_each(end),
+            let index = match what {
+                What::InputSize { input, .. } | What::Push { input, .. } => {
+                    within[node][*input] = false;
+                    continue;
+                }
+                What::InputNorm { forces, .. } => {
+                    within[node][self.inputs(*forces)].fill(false);
+                    continue;
+                }
                 What::InputRate { input, .. } => {
-                    ramps += 1;
-                    still[node][*input] = false;
-                    still[node + 1][*input] = false;
+                    within[node][*input] = false;
+                    within[node + 1][*input] = false;
+                    continue;
                 }
-                What::RateAxis { axis: index, .. } | What::Wheel { wheel: index, .. } => {
-                    acting[node].insert((row.group, *index));
-                }
-                What::RateNorm { .. } | What::Cone(_) => {
-                    acting[node].insert((row.group, 0));
-                }
-                What::Burn { .. } | What::BurnOfNorm { .. } => {}
-            }
+                What::RateAxis { axis: index, .. } | What::Wheel { wheel: index, .. } => *index,
+                _ => 0,
+            };
+            acting[node].insert((row.group, index), self.by_inputs(what, node));
         }
-        let count = |of: &[bool]| of.iter().filter(|within| **within).count();
-        let unknown = within.iter().map(|node| count(node)).sum::<usize>() + model.duration.map_or(0, |_| 1);
-        let conditions = acting.iter().map(BTreeSet::len).sum::<usize>() + ramps + model.terminal_count();
-        if unknown <= conditions {
+        let unknown = within.iter().flatten().filter(|within| **within).count();
+        let conditions = acting.iter().map(BTreeMap::len).sum::<usize>() + model.terminal_count();
+        if unknown + model.duration.map_or(0, |_| 1) <= conditions {
             return Vec::new();
         }
-        let open = |node: usize, input: usize| {
-            node < nodes && still[node][input] && count(&still[node]) > acting[node].len()
-        };
+        let open: Vec<Vec<bool>> =
+            within.iter().zip(&acting).map(|(own, rows)| left_open(own, rows.values())).collect();
         let seconds = self.problem.seconds() * self.iterate.stretch();
         let time = |node: usize| model.dynamics.grid.time(node) / model.dynamics.grid.duration() * seconds;
         let mut found = Vec::new();
         for input in 0..model.m {
             let mut begin = 0;
             for node in 0..=nodes {
-                if open(node, input) {
+                if open.get(node).is_some_and(|open| open[input]) {
                     continue;
                 }
                 if node >= begin + STRETCH {
@@ -345,11 +356,60 @@ impl Optimum<'_> {
         found
     }
 
+    /// By how much the inputs of a node move what a row bounds, but for a factor of the row.
+    fn by_inputs(&self, what: &What, node: usize) -> DVector<f64> {
+        let model = &self.chain.model;
+        let state = step::physical(model, node, &self.iterate.states[node], &self.iterate.inputs[node]);
+        let mut slopes = DVector::zeros(model.m);
+        let direction = match what {
+            What::RateAxis { axis, .. } => Vector3::ith(*axis, 1.0),
+            What::RateNorm { .. } => {
+                let carried = model.wheel_momentum(&state.wheels);
+                model.dynamics.j_inverse * (state.momentum - carried)
+            }
+            What::Cone(cone) => {
+                let met = cone.met(model, node, (&state.attitude, state.stretch), None, true);
+                met.map_or_else(Vector3::zeros, |met| met.by_attitude)
+            }
+            What::Wheel { wheel, .. } => {
+                slopes[model.forces + wheel] = 1.0;
+                return slopes;
+            }
+            _ => return slopes,
+        };
+        let turns = model.turning(false).is_some();
+        let (axes, first) = model.channel(false);
+        for (slope, axis) in slopes.rows_mut(first, axes.len()).iter_mut().zip(axes) {
+            let axis = if turns { state.attitude.tr_mul(axis) } else { *axis };
+            *slope = direction.dot(&(model.dynamics.j_inverse * axis));
+        }
+        slopes
+    }
+
     /// The places of the forces, or of the torques, among the inputs.
     fn inputs(&self, forces: bool) -> Range<usize> {
         let forces_end = self.chain.model.forces;
         if forces { 0..forces_end } else { forces_end..self.chain.model.m }
     }
+}
+
+/// Returns which of the inputs that are within their limits can change although these rows keep
+/// their values to first order.
+fn left_open<'a>(within: &[bool], rows: impl Iterator<Item = &'a DVector<f64>>) -> Vec<bool> {
+    let of_free = |row: &DVector<f64>| {
+        DVector::from_fn(row.len(), |input, _| if within[input] { row[input] } else { 0.0 })
+    };
+    // Directions that the rows take, one perpendicular to the other.
+    let mut taken: Vec<DVector<f64>> = Vec::new();
+    for row in rows {
+        let own = of_free(row);
+        let rest = taken.iter().fold(own.clone(), |rest, taken| &rest - taken * taken.dot(&rest));
+        if rest.norm() > NOTHING * row.norm() {
+            taken.push(rest.normalize());
+        }
+    }
+    let left = |input: usize| 1.0 - taken.iter().map(|taken| taken[input] * taken[input]).sum::<f64>();
+    within.iter().enumerate().map(|(input, within)| *within && left(input) > NOTHING).collect()
 }
 
 /// A bound times a size, nothing where the size is nothing.
