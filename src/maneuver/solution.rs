@@ -304,15 +304,13 @@ pub struct ContinuousGap {
     /// the discrete optimum, linear between nodes. It compares with neighbouring plans to first
     /// order, and is no bound for plans on other paths.
     pub gap: f64,
+    /// What it costs to first order, in the same unit, that a plan which lands draws constraints
+    /// in; the plan may cost as much more.
+    #[serde(default)]
+    pub drawn_in: f64,
     /// Inputs on which the cost does not depend to first order: the optimum need not be unique.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub undetermined: Vec<Undetermined>,
-}
-
-impl ContinuousGap {
-    pub(crate) fn new(gap: f64, undetermined: Vec<Undetermined>) -> Self {
-        Self { gap, undetermined }
-    }
 }
 
 /// A stretch of a plan on which an input is within its limits, and more inputs are so than the

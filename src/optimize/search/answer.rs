@@ -112,7 +112,7 @@ pub(super) fn write<const N: usize>(
     }
     if let Some(work) = &mut solution.interior {
         work.continuous = estimated(search, attempt);
-        work.continuous_gap = gap(search, attempt);
+        work.continuous_gap = gap(search, attempt, solution.landing.as_ref());
     }
     solution.widen_by_landing();
 }

@@ -48,7 +48,7 @@ use super::ladder::Search;
 use crate::Vector3;
 use crate::maneuver::problem::{Problem, Scheme};
 use crate::maneuver::settings::Method as Road;
-use crate::maneuver::solution::{ContinuousGap, Undetermined};
+use crate::maneuver::solution::{ContinuousGap, Landing, Undetermined};
 use crate::mechanics::actuators::ActuatorSet;
 use crate::optimize::chain::iterate::Iterate;
 use crate::optimize::chain::model::step;
@@ -68,7 +68,12 @@ const STRETCH: usize = 3;
 const NOTHING: f64 = 1e-8;
 
 /// Returns the gap of a plan of least time or fuel that the interior point found, before it lands.
-pub(super) fn gap<const N: usize>(search: &Search<N>, plan: &Attempt) -> Option<ContinuousGap> {
+/// `landing` is that of the plan, if it lands.
+pub(super) fn gap<const N: usize>(
+    search: &Search<N>,
+    plan: &Attempt,
+    landing: Option<&Landing>,
+) -> Option<ContinuousGap> {
     let goal = search.ask.goal.as_ref().filter(|goal| goal.objective.switches())?;
     let of_interior_point = plan.candidate.provenance.method == Road::InteriorPoint;
     // An end of a family is none of the chain's.
@@ -80,7 +85,8 @@ pub(super) fn gap<const N: usize>(search: &Search<N>, plan: &Attempt) -> Option<
     let (iterate, multipliers) = (iterate(&plan.candidate), multipliers(&plan.candidate));
     search.context.within(|budget| {
         let at = Optimum { chain: &chain, problem: search.problem, iterate, multipliers, barrier };
-        at.gap(&budget.watch)
+        let drawn_in = landing.map_or(0.0, |landing| at.drawn_in(landing));
+        Some(ContinuousGap { drawn_in, ..at.gap(&budget.watch)? })
     })
 }
 
@@ -123,7 +129,20 @@ impl Optimum<'_> {
             };
         }
         let gap = (gap + self.slack()) / model.cost_scale;
-        gap.is_finite().then(|| ContinuousGap::new(gap, self.undetermined()))
+        let undetermined = || self.undetermined();
+        gap.is_finite().then(|| ContinuousGap { gap, drawn_in: 0.0, undetermined: undetermined() })
+    }
+
+    /// What it costs, to first order, to draw constraints in as a landing does.
+    fn drawn_in(&self, landing: &Landing) -> f64 {
+        let (Chain { model, rows }, s) = (self.chain, self.iterate.stretch());
+        let of = |(row, multiplier): (&LimitRow, &f64)| {
+            let name = &rows.groups[row.group].name;
+            let by: f64 = landing.drawn_in.iter().filter(|(own, _)| own == name).map(|(_, by)| by).sum();
+            let grown = if row.what.is_ball() { 1.0 } else { s.powi(row.what.growth()) };
+            by * grown * multiplier
+        };
+        rows.rows.iter().zip(&self.multipliers.rows).map(of).sum::<f64>() / model.cost_scale
     }
 
     /// The steps, with their lengths.

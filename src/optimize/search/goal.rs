@@ -65,8 +65,9 @@ impl Cheapest {
         let duration = |plan: &Attempt| stated * plan.candidate.grid.duration();
         let before = if of_duration { duration(&plan) } else { chain.price(&plan.candidate) };
         let before = before * plan.share_of_optimum();
-        let (continuous, gap) = (estimated(search, &plan), gap(search, &plan));
-        let landed = landed_with_goal(search, &plan).map(|Landed { attempt, target, landing }| {
+        let (continuous, landed) = (estimated(search, &plan), landed_with_goal(search, &plan));
+        let gap = gap(search, &plan, landed.as_ref().map(|landed| &landed.landing));
+        let landed = landed.map(|Landed { attempt, target, landing }| {
             plan = attempt;
             (target, Landing { cost_before: before, ..landing })
         });
