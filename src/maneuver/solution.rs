@@ -313,8 +313,8 @@ pub struct ContinuousGap {
     pub undetermined: Vec<Undetermined>,
 }
 
-/// A stretch of a plan on which an input is within its limits, and more inputs are so than the
-/// limits that act on the state determine.
+/// A stretch of a plan on which an input is within its limits, and can change to first order while
+/// the active limits of the state keep their values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Undetermined {

@@ -1,45 +1,49 @@
-//! What inputs that may switch between the nodes could save of a plan on equal steps, to first
-//! order.
+//! The gap of first order in continuous time of a plan of least time or fuel on equal steps.
 //!
-//! A discrete optimum is the best of all inputs with one value at each node. In continuous time
-//! inputs may switch anywhere. Let λ solve the adjoint equations along the motion, and `dμ ≥ 0` be
-//! the multipliers of what limits the state. To first order a neighbouring plan u' then costs
+//! A discrete optimum is the best of all inputs with one value at each node, but inputs may switch
+//! between the nodes. Let λ solve the adjoint equations along the motion, and let `dμ ≥ 0` be the
+//! multipliers of the limits `g ≤ 0` of the state. A neighbouring plan u' then costs, to first
+//! order,
 //!
 //! ```text
-//! J(u') − J(u) ≥ ∫ (H(u') − H(u)) dt ≥ −∫ (H(u) − min_v H(v)) dt ,    H(v) = Σ_j c_j |v_j| + s_j v_j
+//! J(u') − J(u) ≥ ∫ (H(u') − H(u)) dt − ∫ |g| dμ ≥ −∫ (H(u) − min_v H(v)) dt − ∫ |g| dμ
+//! H(v) = Σ_j c_j |v_j| + s_j v_j
 //! ```
 //!
-//! with the prices c of fuel, zero for time, and the switching functions s: the gap of Frank and
-//! Wolfe, *An algorithm for quadratic programming*, 1956, of the maneuver linearised at the plan.
-//! The minimum is over the limits of the inputs. Where the rate of an input is limited, the rate
-//! takes the place of the input, and the costate of the input that of s.
+//! with the prices c of fuel, zero for time, and the switching functions s. The right side is the
+//! negative gap: the gap of Frank and Wolfe, *An algorithm for quadratic programming*, 1956, of the
+//! maneuver linearised at the plan. The minimum is over the limits of the inputs. If the rate of an
+//! input is limited, the rate is the control, and the costate of the input is its switching
+//! function.
 //!
-//! # What of limits that act on the state?
+//! # How do limits of the state enter?
 //!
-//! Their multipliers are a measure: a density along an arc that holds a limit, an atom where one is
-//! touched. A neighbour keeps the limit `g ≤ 0`, so that the measure enters by λ, and by what the
-//! plan leaves of the limit, `∫ |g| dμ`, which is added to the gap. The discrete costates contain
-//! the multipliers of the rows. The row of an arc has a density over its step, and that of a node
-//! half of it over the steps on either side: so the switching functions are linear on a step.
-//! Limits of the rate and wheels are left by the flown motion where an arc along them begins or
-//! ends. What the rows themselves leave is the barrier term, a gap of its own
+//! Their multipliers are a measure: a density along an arc that holds a limit, an atom where a limit
+//! is touched. A neighbour keeps the limit, so the measure enters by λ and by the slack `|g|` of
+//! the plan. The discrete costates contain the multipliers of the rows. The multiplier of a row on
+//! an arc has a density over its step. The multiplier of a row at a node has a density over both
+//! steps beside it, half on each. With these densities the switching functions are linear on a
+//! step. The flown motion has slack in limits of the rate and in wheels where an arc along the limit
+//! begins or ends. The slack of the rows themselves is the barrier term, which has a gap of its own
 //! (`InteriorWork::gap`).
 //!
-//! # What is taken between the nodes?
+//! # How do inputs and costates go between the nodes?
 //!
-//! Inputs as they are flown: held over a step at the mean of both ends (`flight`); those whose rate
-//! is limited are linear. Switching functions, rates and momenta of wheels are linear between
-//! nodes, which is off by `O(h²)`, as the discrete costates are. Integrals over a step are exact.
-//! An input that switches within a step has a gap of `O(h²)`, so the gap of a plan on arcs falls
-//! with the square of the step.
+//! Inputs are held over a step at the mean of both ends, as they are flown (`flight`). Inputs with
+//! limited rates are linear, and the first-order cost of holding them is added. Switching functions,
+//! rates and momenta of wheels are linear between nodes, to `O(h²)`, the accuracy of the discrete
+//! costates. The integrals over a step are exact. An input that switches within a step has a gap of
+//! `O(h²)`, so the gap of a plan on arcs falls with the square of the step. The gap of a held plan
+//! about one axis is between once and twice its excess over the continuous optimum.
 //!
 //! # When is an optimum not unique?
 //!
-//! Where the optimum of the linearised maneuver is unique, no more inputs are within their limits,
-//! at all nodes, than there are equations at the end and rows that act on the state, one less if
-//! the duration is sought. Where there are more, a family of inputs has the same cost to first
-//! order. Its inputs are those within their limits that can change although the rows that act at
-//! their node keep their values. What is of second order may still prefer one of them.
+//! Count the inputs that are within their limits, at all nodes, and the duration if it is sought. If
+//! the optimum of the linearised maneuver is unique, this number is at most the number of equations
+//! at the end and of active rows of the state. A larger number means that a family of inputs has the
+//! same cost to first order. Its members differ in the inputs within their limits that can change
+//! while the active rows at their node keep their values. Terms of second order may still prefer one
+//! member.
 
 #[cfg(test)]
 mod tests;
@@ -60,15 +64,15 @@ use nalgebra::{DVector, Matrix3xX};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Nodes in a row, at least, at which an input that is within its limits is undetermined: fewer are
-/// those of a switch.
+/// The least number of consecutive nodes of a stretch on which an input is undetermined. A switch
+/// has one or two such nodes.
 const STRETCH: usize = 3;
 
 /// A part below which a slope is round-off.
 const NOTHING: f64 = 1e-8;
 
 /// Returns the gap of a plan of least time or fuel that the interior point found, before it lands.
-/// `landing` is that of the plan, if it lands.
+/// `landing` describes the corrections of the plan, if it lands.
 pub(super) fn gap<const N: usize>(
     search: &Search<N>,
     plan: &Attempt,
@@ -76,7 +80,7 @@ pub(super) fn gap<const N: usize>(
 ) -> Option<ContinuousGap> {
     let goal = search.ask.goal.as_ref().filter(|goal| goal.objective.switches())?;
     let of_interior_point = plan.candidate.provenance.method == Road::InteriorPoint;
-    // An end of a family is none of the chain's.
+    // The chain does not have the terminal conditions of a family of ends.
     if !of_interior_point || !plan.converged() || search.ask.family.is_some() {
         return None;
     }
@@ -133,7 +137,7 @@ impl Optimum<'_> {
         gap.is_finite().then(|| ContinuousGap { gap, drawn_in: 0.0, undetermined: undetermined() })
     }
 
-    /// What it costs, to first order, to draw constraints in as a landing does.
+    /// Returns the first-order cost of the constraints that a landing draws in.
     fn drawn_in(&self, landing: &Landing) -> f64 {
         let (Chain { model, rows }, s) = (self.chain, self.iterate.stretch());
         let of = |(row, multiplier): (&LimitRow, &f64)| {
@@ -145,12 +149,12 @@ impl Optimum<'_> {
         rows.rows.iter().zip(&self.multipliers.rows).map(of).sum::<f64>() / model.cost_scale
     }
 
-    /// The steps, with their lengths.
+    /// Returns the steps, with their lengths.
     fn steps(&self) -> impl Iterator<Item = (usize, f64)> {
         (0..self.chain.model.steps).map(|step| (step, self.chain.model.dynamics.grid.step(step)))
     }
 
-    /// An input as it is held over a step.
+    /// Returns the value of an input that is held over a step.
     fn held(&self, step: usize, input: usize) -> f64 {
         let [before, after] = [step, step + 1].map(|node| self.iterate.inputs[node][input]);
         match self.problem.scheme {
@@ -159,19 +163,19 @@ impl Optimum<'_> {
         }
     }
 
-    /// What a unit of an input costs in a unit of time.
+    /// Returns the price of a unit of an input in a unit of time.
     fn price(&self, input: usize) -> f64 {
         let price = self.chain.model.fuel.as_ref().map_or(0.0, |fuel| fuel.inputs[input]);
         price / self.iterate.stretch()
     }
 
-    /// Limits of the inputs in the units of the duration found.
+    /// Returns the limits of the inputs in the units of the duration found.
     fn bounds(&self) -> Vec<f64> {
         let grown = self.iterate.stretch().powi(2);
         self.chain.model.input_bounds(self.problem).iter().map(|bound| bound * grown).collect()
     }
 
-    /// The gap of inputs with limits of their own.
+    /// Returns the gap of inputs with limits of their own.
     fn of_inputs(&self, slopes: &[Vec<f64>], inputs: Range<usize>, one_sided: bool) -> f64 {
         let bounds = self.bounds();
         let mut gap = 0.0;
@@ -190,8 +194,8 @@ impl Optimum<'_> {
         gap
     }
 
-    /// The gap of a set within a limit of its norm, from above: the norm of its switching functions
-    /// is convex, and taken as linear on either side of its lowest point.
+    /// Returns an upper bound on the gap of a set with a limit of its norm: the norm of the
+    /// switching functions is convex, and is taken as linear on either side of its lowest point.
     fn of_norm(&self, slopes: &[Vec<f64>], forces: bool, norm: f64) -> f64 {
         let (model, inputs) = (&self.chain.model, self.inputs(forces));
         let (axes, _) = model.channel(forces);
@@ -222,8 +226,9 @@ impl Optimum<'_> {
         gap
     }
 
-    /// The gap of an input whose rate is limited: the multipliers of a step are its costate in the
-    /// middle. What it leaves of its limit, and what it costs to be held, is added.
+    /// Returns the gap of an input with a limited rate. Its costate in the middle of a step is the
+    /// multiplier of the limit of the rate there. The slack in its own limit, and the first-order
+    /// cost of holding it over steps, are added.
     fn of_rate(&self, slopes: &[Vec<f64>], input: usize) -> f64 {
         let (model, rows) = (&self.chain.model, &self.chain.rows);
         let (s, grown) = (self.iterate.stretch(), self.iterate.stretch().powi(3));
@@ -274,7 +279,8 @@ impl Optimum<'_> {
         gap
     }
 
-    /// What the flown motion leaves of the limits of the rate and of wheels, times their multipliers.
+    /// Returns the slack of the flown motion in limits of the rate and in wheels, times the
+    /// multipliers.
     fn slack(&self) -> f64 {
         let (model, rows) = (&self.chain.model, &self.chain.rows.rows);
         let (last, s) = (model.steps, self.iterate.stretch());
@@ -306,7 +312,7 @@ impl Optimum<'_> {
         acting.map(of).sum()
     }
 
-    /// The inputs that are not determined to first order, and when.
+    /// Returns the inputs that are not determined to first order, and when.
     fn undetermined(&self) -> Vec<Undetermined> {
         let (model, rows) = (&self.chain.model, &self.chain.rows.rows);
         let (bounds, nodes, off) = (self.bounds(), model.steps + 1, self.barrier.sqrt());
@@ -375,7 +381,8 @@ impl Optimum<'_> {
         found
     }
 
-    /// By how much the inputs of a node move what a row bounds, but for a factor of the row.
+    /// Returns the slopes, by the inputs of a node, of the quantity that a row bounds, up to a factor
+    /// of the row.
     fn by_inputs(&self, what: &What, node: usize) -> DVector<f64> {
         let model = &self.chain.model;
         let state = step::physical(model, node, &self.iterate.states[node], &self.iterate.inputs[node]);
@@ -405,7 +412,7 @@ impl Optimum<'_> {
         slopes
     }
 
-    /// The places of the forces, or of the torques, among the inputs.
+    /// Returns the places of the forces, or of the torques, among the inputs.
     fn inputs(&self, forces: bool) -> Range<usize> {
         let forces_end = self.chain.model.forces;
         if forces { 0..forces_end } else { forces_end..self.chain.model.m }
@@ -431,13 +438,13 @@ fn left_open<'a>(within: &[bool], rows: impl Iterator<Item = &'a DVector<f64>>) 
     within.iter().enumerate().map(|(input, within)| *within && left(input) > NOTHING).collect()
 }
 
-/// A bound times a size, nothing where the size is nothing.
+/// Returns the product of a bound, which may be infinite, and a size; 0 for the size 0.
 fn times(bound: f64, size: f64) -> f64 {
     if size == 0.0 { 0.0 } else { bound * size }
 }
 
-/// The integral of the positive part of a linear function over a step, from its values at both
-/// ends.
+/// Returns the integral of the positive part of a linear function over a step, from its values at
+/// both ends.
 fn above_zero([a, b]: [f64; 2], h: f64) -> f64 {
     if a <= 0.0 && b <= 0.0 {
         return 0.0;

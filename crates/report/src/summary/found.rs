@@ -93,9 +93,9 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         lines.line("continuous", format!("{cost} within about {error}, estimated from two grids"));
     }
     if let Some(gap) = work.and_then(|work| work.continuous_gap.as_ref()) {
-        let part = error(100.0 * gap.gap / solution.cost);
+        let unit = if problem.objective.fuel().is_some() { "" } else { " s" };
         let saves = "switches between the nodes save at most";
-        lines.line("gap", format!("{saves} {part} % of the cost, to first order"));
+        lines.line("gap", format!("{saves} {}{unit}, to first order", error(gap.gap)));
         if !gap.undetermined.is_empty() {
             lines.line("not unique", undetermined(gap, identity));
         }
@@ -283,7 +283,7 @@ fn switched(
 /// Returns the names of inputs, or their numbers.
 fn inputs_named(inputs: &[usize], identity: &Identity) -> String {
     let named: Vec<String> = inputs.iter().filter_map(|input| identity.input(*input)).map(escape).collect();
-    let numbers: Vec<String> = inputs.iter().map(|input| (input + 1).to_string()).collect();
+    let numbers: Vec<String> = inputs.iter().map(|input| input.saturating_add(1).to_string()).collect();
     match inputs.len() {
         0 => "an input".into(),
         count if named.len() == count => named.join(", "),
