@@ -31,7 +31,7 @@ pub use reserve::Reserve;
 pub use settings::{Method, Settings, SettingsError, Target, Thoroughness};
 pub use shortfall::{Excess, Shortfall, Violation};
 pub use solution::{
-    ActiveConstraint, ChosenSteps, ContinuousCost, ConvexWork, InteriorWork, Landing, Optimality, Outcome,
-    Rival, Rung, RungReport, SecondOrder, Sense, Solution, TerminalError, Trajectory,
+    ActiveConstraint, ChosenSteps, ContinuousCost, ContinuousGap, ConvexWork, InteriorWork, Landing,
+    Optimality, Outcome, Rival, Rung, RungReport, SecondOrder, Sense, Solution, TerminalError, Trajectory,
 };
 pub use switching::{Pulses, Structure, Switching, SwitchingArc};

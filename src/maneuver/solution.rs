@@ -256,7 +256,7 @@ pub struct ConvexWork {
 }
 
 /// The work of the interior point, and how near its plan is to the optimum of its grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InteriorWork {
     /// Iterations of the start that won, on all its grids.
@@ -271,6 +271,10 @@ pub struct InteriorWork {
     /// What the plan costs in continuous time, estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous: Option<ContinuousCost>,
+    /// What inputs that may switch between the nodes could save of a plan of least time or fuel, to
+    /// first order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub continuous_gap: Option<ContinuousGap>,
 }
 
 /// The estimated cost of a plan in continuous time, from its grid and one of half as many steps.
@@ -288,6 +292,38 @@ impl ContinuousCost {
     pub(crate) fn new(cost: f64, error: f64) -> Self {
         Self { cost, error }
     }
+}
+
+/// What inputs that may switch between the nodes could save of a plan of least time or fuel, to
+/// first order, and which inputs are not determined.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ContinuousGap {
+    /// `∫ (H(u) − min H) dt` along the plan before it lands, in the unit of [`Solution::cost`]: the
+    /// inputs u as they are held over a step, the minimum over their limits, and the costates of
+    /// the discrete optimum, linear between nodes. It compares with neighbouring plans to first
+    /// order, and is no bound for plans on other paths.
+    pub gap: f64,
+    /// What it costs to first order, in the same unit, that a plan which lands draws constraints
+    /// in; the plan may cost as much more.
+    #[serde(default)]
+    pub drawn_in: f64,
+    /// Inputs on which the cost does not depend to first order: the optimum need not be unique.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub undetermined: Vec<Undetermined>,
+}
+
+/// A stretch of a plan on which an input is within its limits, and can change to first order while
+/// the active limits of the state keep their values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Undetermined {
+    /// The input, from 0; forces come first.
+    pub input: usize,
+    /// First node of the stretch \[s\].
+    pub start_s: f64,
+    /// Last node of the stretch \[s\].
+    pub end_s: f64,
 }
 
 /// The nodes at which a constraint is active, and its multipliers.

@@ -6,7 +6,7 @@ use super::boresight;
 use super::summary::firings::{Firing, firings, listed};
 use super::summary::inputs::scale;
 use crate::draw::Span;
-use slewkit::maneuver::{Outcome, Path, Proved, SecondOrder, Sense, Structure, Switching};
+use slewkit::maneuver::{ContinuousGap, Outcome, Path, Proved, SecondOrder, Sense, Structure, Switching};
 use slewkit::numerics::figures::{error, significant};
 use slewkit::plan::Status;
 use slewkit::verify::{Margin, Verification};
@@ -44,6 +44,8 @@ pub(super) fn proved(subject: &Subject) -> Vec<String> {
         told.extend(witnessed(found, solution.trajectory.target.is_some()));
     }
     told.extend(solution.switching.as_ref().and_then(extremal));
+    let work = solution.interior.as_ref().filter(|_| solution.switching.is_none());
+    told.extend(work.and_then(|work| work.continuous_gap.as_ref()).map(between_nodes));
     told.push(minimum(subject));
     told
 }
@@ -83,6 +85,19 @@ fn extremal(switching: &Switching) -> Option<String> {
             of the cost is possible, to first order."
         )),
     }
+}
+
+/// Describes the gap of a plan without arcs, and whether its optimum is unique.
+fn between_nodes(found: &ContinuousGap) -> String {
+    let saved = format!(
+        "The costates of the grid, taken between its nodes, show that a neighbouring plan whose inputs \
+        switch at any time costs at most {} less, to first order.",
+        error(found.gap)
+    );
+    if found.undetermined.is_empty() {
+        return saved;
+    }
+    format!("{saved} To first order the cost does not depend on some inputs: the optimum need not be unique.")
 }
 
 /// Returns the lines of the witnesses; the true motion comes first if the plan lands.

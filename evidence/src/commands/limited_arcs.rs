@@ -7,6 +7,11 @@
 //! and `torque-rates` of least time alone; all in turns without one. The law is printed before the
 //! figures.
 //!
+//! Of each plan its gap of first order in continuous time is printed as a part of its cost, with or
+//! without arcs. A plan on 100 steps is also made to land. `excess` is what the landed plan costs
+//! above the cost in continuous time, that of arcs, or else that extrapolated from both grids. It
+//! compares with the gap, and with the price of the constraints that landing draws in.
+//!
 //! `… -- limited_arcs spec NUMBER [KIND]` writes one of the maneuvers as a spec in JSON.
 
 use evidence::words::Words;
@@ -151,10 +156,46 @@ fn with_cone(problem: Problem, index: usize, turn: &Vector3, random: &mut Random
     }
 }
 
-/// Returns the cost of the continuous plan, where the plan has arcs.
-fn arcs(found: &Plan) -> Option<(f64, f64)> {
-    let told = found.solution.switching.as_ref()?;
-    Some((told.continuous_cost, told.gap))
+/// A gap of first order below which a plan without arcs counts, as a part of its cost.
+const SMALL: f64 = 1e-3;
+
+/// Steps of both grids.
+const STEPS: [usize; 2] = [100, 400];
+
+/// The figures of a plan.
+struct Told {
+    solved: bool,
+    cost: f64,
+    /// Cost of the continuous extremal, and its gap, if the plan has arcs.
+    arcs: Option<[f64; 2]>,
+    /// The gap of first order in continuous time, and what landing draws in, as parts of the cost.
+    gap: Option<[f64; 2]>,
+}
+
+impl Told {
+    fn of(found: &Plan) -> Self {
+        let (solved, solution) = (found.status == Status::Solved, &found.solution);
+        let arcs = solution.switching.as_ref().map(|told| [told.continuous_cost, told.gap]);
+        let gap = solution.interior.as_ref().and_then(|work| work.continuous_gap.as_ref());
+        let gap = gap.map(|told| [told.gap, told.drawn_in].map(|gap| gap / solution.cost));
+        Self { solved, cost: solution.cost, arcs: arcs.filter(|_| solved), gap: gap.filter(|_| solved) }
+    }
+
+    /// Whether the plan has arcs, or a small gap.
+    fn is_near(&self) -> bool {
+        self.arcs.is_some() || self.gap.is_some_and(|[gap, _]| gap < SMALL)
+    }
+
+    fn in_words(&self) -> String {
+        let gap = self.gap.map_or("no gap".into(), |[gap, _]| format!("{gap:.1e}"));
+        match (self.solved, &self.arcs) {
+            (true, Some([arcs, own])) => {
+                format!("{:.6} arcs {arcs:.9} gap {own:.1e}, on the grid {gap}", self.cost)
+            }
+            (true, None) => format!("{:.6} no arcs, gap {gap}", self.cost),
+            (false, _) => "not solved".into(),
+        }
+    }
 }
 
 /// Returns the kind of a case, among all of them or of one alone, and whether it is of least fuel.
@@ -180,33 +221,42 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     println!("{LAW}");
     let settings = Settings { target: Target::Discrete, ..Settings::default() };
     let mut tally = BTreeMap::<String, [usize; 6]>::new();
+    let (mut near, mut bounded) = ([0; 2], [0; 2]);
     for seed in first..first + count {
         let (shape, fuel) = kind_of(seed, only.as_deref());
         let kind = format!("{}, {shape}", if fuel { "fuel" } else { "time" });
         let own = tally.entry(kind.clone()).or_default();
         let Some(problem) = case(seed, shape, fuel) else { continue };
-        let mut costs = Vec::new();
-        for steps in [100, 400] {
+        let mut told = Vec::new();
+        for steps in STEPS {
             let problem = problem.clone().with_steps(steps);
-            let found = plan(&problem, &settings, None, &mut Silent)?;
-            let solved = found.status == Status::Solved;
-            costs.push((solved, found.solution.cost, arcs(&found).filter(|_| solved)));
+            told.push(Told::of(&plan(&problem, &settings, None, &mut Silent)?));
         }
+        let [coarse, fine] = [&told[0], &told[1]];
         own[0] += 1;
-        own[1] += usize::from(costs[0].0);
-        own[2] += usize::from(costs[0].2.is_some());
-        own[3] += usize::from(costs[1].2.is_some());
-        let both = costs[0].2.zip(costs[1].2);
-        let apart = both.map(|((a, _), (b, _))| (a / b - 1.0).abs());
+        own[1] += usize::from(coarse.solved);
+        own[2] += usize::from(coarse.arcs.is_some());
+        own[3] += usize::from(fine.arcs.is_some());
+        let both = coarse.arcs.zip(fine.arcs);
+        let apart = both.map(|([a, _], [b, _])| (a / b - 1.0).abs());
         own[4] += usize::from(apart.is_some_and(|apart| apart <= SAME));
-        own[5] += usize::from(costs[0].2.is_some_and(|(cost, gap)| gap <= SAME * cost));
-        let tell = |(solved, cost, arcs): &(bool, f64, Option<(f64, f64)>)| match (solved, arcs) {
-            (true, Some((arcs, gap))) => format!("{cost:.6} arcs {arcs:.9} gap {gap:.1e}"),
-            (true, None) => format!("{cost:.6} none"),
-            (false, _) => "not solved".into(),
-        };
+        own[5] += usize::from(coarse.arcs.is_some_and(|[cost, gap]| gap <= SAME * cost));
+        near.iter_mut().zip(&told).for_each(|(near, told)| *near += usize::from(told.is_near()));
+        let landed = Settings { target: Target::Motion, ..settings.clone() };
+        let landed = Told::of(&plan(&problem.with_steps(STEPS[0]), &landed, None, &mut Silent)?);
+        let ratio = (STEPS[1] / STEPS[0]) as f64;
+        let limit = fine.cost + (fine.cost - coarse.cost) / (ratio * ratio - 1.0);
+        let truth = fine.arcs.or(coarse.arcs).map_or(limit, |[cost, _]| cost);
+        let excess = landed.cost / truth - 1.0;
+        let within = landed.gap.filter(|_| coarse.solved && fine.solved);
+        if let Some([gap, drawn_in]) = within {
+            bounded[0] += 1;
+            bounded[1] += usize::from(excess <= gap + drawn_in);
+        }
+        let within = within.map_or("no gap".into(), |[gap, by]| format!("gap {gap:.1e}, drawn in {by:.1e}"));
         let apart = apart.map_or(String::new(), |apart| format!("{apart:.1e}"));
-        println!("case {seed} {kind}: {} | {} | {apart}", tell(&costs[0]), tell(&costs[1]));
+        let [coarse, fine] = [coarse.in_words(), fine.in_words()];
+        println!("case {seed} {kind}: {coarse} | {fine} | {apart} | landed: excess {excess:.1e}, {within}");
     }
     println!(
         "of each kind: cases, solved on 100 steps, with arcs on 100, on 400, of one cost to {SAME:.0e}, with \
@@ -218,5 +268,13 @@ pub fn run(words: &mut Words) -> Result<(), Box<dyn std::error::Error>> {
     let sum = |column: usize| tally.values().map(|own| own[column]).sum::<usize>();
     let all: Vec<usize> = (0..6).map(sum).collect();
     println!("  {:20} {all:?}", "all");
+    println!(
+        "excess of the landed plan within its gap and what is drawn in: {} of {}",
+        bounded[1], bounded[0]
+    );
+    let [coarse, fine] = near;
+    println!(
+        "arcs, or a gap of first order below {SMALL:.0e}: {coarse} of {count} on 100 steps, {fine} on 400"
+    );
     Ok(())
 }

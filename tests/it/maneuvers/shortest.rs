@@ -189,7 +189,7 @@ fn the_duration_in_continuous_time_is_estimated_from_two_grids() {
         let found =
             plan(&problem.clone().with_steps(steps as usize), &Settings::default(), None, &mut Silent);
         let found = found.expect("a plan").solution;
-        let estimate = found.interior.and_then(|work| work.continuous).expect("an estimate");
+        let estimate = found.interior.as_ref().and_then(|work| work.continuous).expect("an estimate");
         let off = (estimate.cost - truth).abs();
         let second_order = 20.0 / f64::from(steps).powi(2) * truth;
         assert!(off <= estimate.error && estimate.error < second_order, "{steps}: {off:.1e} {estimate:?}");

@@ -206,7 +206,7 @@ impl<'a> PlanFile<'a> {
                 .map(|found| Accuracy::of(found, problem, settings.continuous_limit())),
             ladder: solution.ladder.clone(),
             convex: solution.convex.as_ref().map(Into::into),
-            interior_point: solution.interior,
+            interior_point: solution.interior.clone(),
             active: solution.active.clone(),
             switching: solution.switching.clone(),
             rivals: solution.rivals.clone(),

@@ -39,7 +39,7 @@ impl PlanFile<'_> {
             convex.cone_iterations = work.cone_iterations;
             convex
         });
-        solution.interior = self.interior_point;
+        solution.interior = self.interior_point.clone();
         solution.active = self.active.clone();
         solution.rivals = self.rivals.clone();
         solution.infeasible = self.obstruction.as_ref().map(|reason| {

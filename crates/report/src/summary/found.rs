@@ -3,8 +3,8 @@
 use super::lines::{Lines, line};
 use slewkit::lie;
 use slewkit::maneuver::{
-    ChosenSteps, Landing, Method, Motion, Objective, Outcome, Path, Problem, Pulses, Rung, RungReport,
-    Scheme, Sense, Solution, Structure, Switching, TerminalError,
+    ChosenSteps, ContinuousGap, Landing, Method, Motion, Objective, Outcome, Path, Problem, Pulses, Rung,
+    RungReport, Scheme, Sense, Solution, Structure, Switching, TerminalError,
 };
 use slewkit::numerics::figures::{counted, error, short, significant, time};
 use slewkit_files::identity::Identity;
@@ -87,10 +87,18 @@ pub(super) fn found(problem: &Problem, solution: &Solution, identity: &Identity)
         }
         None => lines.line("cost", format!("{}{unit}", significant(solution.cost, 6))),
     }
-    let work = solution.interior.filter(|_| solution.switching.is_none());
+    let work = solution.interior.as_ref().filter(|_| solution.switching.is_none());
     if let Some(continuous) = work.and_then(|work| work.continuous) {
         let (cost, error) = (significant(continuous.cost, 6), significant(continuous.error, 1));
         lines.line("continuous", format!("{cost} within about {error}, estimated from two grids"));
+    }
+    if let Some(gap) = work.and_then(|work| work.continuous_gap.as_ref()) {
+        let unit = if problem.objective.fuel().is_some() { "" } else { " s" };
+        let saves = "switches between the nodes save at most";
+        lines.line("gap", format!("{saves} {}{unit}, to first order", error(gap.gap)));
+        if !gap.undetermined.is_empty() {
+            lines.line("not unique", undetermined(gap, identity));
+        }
     }
     lines.extend(iterations(solution));
     lines.line("terminal", terminal(&solution.terminal));
@@ -217,15 +225,7 @@ fn switched(
             format!("{}{with_time} on the grid, {} in continuous time", figure(found), figure(continuous));
         lines.line("fuel", told);
     }
-    let inputs = &switching.singular_inputs;
-    let named: Vec<String> = inputs.iter().filter_map(|input| identity.input(*input)).map(escape).collect();
-    let numbers: Vec<String> = inputs.iter().map(|input| (input + 1).to_string()).collect();
-    let which = match inputs.len() {
-        0 => "an input".into(),
-        count if named.len() == count => named.join(", "),
-        1 => format!("input {}", numbers[0]),
-        _ => format!("inputs {}", numbers.join(", ")),
-    };
+    let which = inputs_named(&switching.singular_inputs, identity);
     let arcs = match switching.structure {
         Structure::Norm => "the torque always has its full norm, and turns".into(),
         Structure::Singular if switching.arcs.is_empty() => {
@@ -278,6 +278,31 @@ fn switched(
         lines.line("eigenaxis", format!("{} s, {told}", significant(eigenaxis, 6)));
     }
     lines
+}
+
+/// Returns the names of inputs, or their numbers.
+fn inputs_named(inputs: &[usize], identity: &Identity) -> String {
+    let named: Vec<String> = inputs.iter().filter_map(|input| identity.input(*input)).map(escape).collect();
+    let numbers: Vec<String> = inputs.iter().map(|input| input.saturating_add(1).to_string()).collect();
+    match inputs.len() {
+        0 => "an input".into(),
+        count if named.len() == count => named.join(", "),
+        1 => format!("input {}", numbers[0]),
+        _ => format!("inputs {}", numbers.join(", ")),
+    }
+}
+
+/// Describes where the optimum need not be unique.
+fn undetermined(gap: &ContinuousGap, identity: &Identity) -> String {
+    let mut inputs: Vec<usize> = gap.undetermined.iter().map(|stretch| stretch.input).collect();
+    inputs.dedup();
+    let stretches = |input: &usize| {
+        let own = gap.undetermined.iter().filter(|stretch| stretch.input == *input);
+        let times = own.map(|own| format!("{}–{} s", significant(own.start_s, 4), significant(own.end_s, 4)));
+        format!("{} ({})", inputs_named(&[*input], identity), times.collect::<Vec<_>>().join(", "))
+    };
+    let told: Vec<String> = inputs.iter().map(stretches).collect();
+    format!("to first order the cost does not depend on {}", told.join(", "))
 }
 
 /// Describes the number of pulses, their lengths, and their cost.

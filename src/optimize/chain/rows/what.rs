@@ -94,6 +94,11 @@ impl What {
         }
     }
 
+    /// Whether it bounds the state, and not the inputs alone.
+    pub fn is_of_state(&self) -> bool {
+        matches!(self, Self::RateNorm { .. } | Self::RateAxis { .. } | Self::Cone(_) | Self::Wheel { .. })
+    }
+
     /// Whether it is an equation.
     pub fn is_equation(&self) -> bool {
         matches!(self, Self::Cone(Cone { on: Some(_), .. }))

@@ -19,6 +19,7 @@ use crate::optimize::search::asked;
 use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::Search;
 use crate::optimize::search::record::continuous::estimated;
+use crate::optimize::search::record::first_order::gap;
 use crate::optimize::search::record::landed::landed;
 use crate::optimize::search::record::{self, Recorded};
 use crate::optimize::search::way::Way;
@@ -102,6 +103,7 @@ pub fn write<const N: usize>(
     }
     if let Some(work) = &mut solution.interior {
         work.continuous = estimated(search, attempt);
+        work.continuous_gap = gap(search, attempt, solution.landing.as_ref());
     }
     solution.widen_by_landing();
 }
@@ -181,7 +183,8 @@ pub fn write_aimed<const N: usize>(
                     let ladder = search.context.ladder.borrow();
                     let starts = ladder.iter().filter(|run| run.rung == Rung::InteriorPoint).count();
                     let iterations = provenance.iterations;
-                    solution.interior = Some(InteriorWork { iterations, starts, mu, gap, continuous: None });
+                    solution.interior =
+                        Some(InteriorWork { iterations, starts, mu, gap, ..InteriorWork::default() });
                 }
                 _ => solution.convex = Some(ConvexWork { subproblems: provenance.subproblems, ..*work }),
             }

@@ -1,7 +1,7 @@
 //! The cheapest plan of a goal: time, fuel, or effort in a duration that is sought.
 
 use crate::maneuver::problem::State;
-use crate::maneuver::solution::{ContinuousCost, Landing, Solution};
+use crate::maneuver::solution::{ContinuousCost, ContinuousGap, Landing, Solution};
 use crate::optimize::landing::Landed;
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::asked::held_to_all;
@@ -9,6 +9,7 @@ use crate::optimize::search::found::Found;
 use crate::optimize::search::ladder::Search;
 use crate::optimize::search::record::answer::{rival_of_cost, write_aimed};
 use crate::optimize::search::record::continuous::estimated;
+use crate::optimize::search::record::first_order::gap;
 use crate::optimize::search::record::landed::{can_be_flown, landed_with_goal};
 
 /// Costs that differ by less than this part are those of one plan.
@@ -26,6 +27,8 @@ pub struct Cheapest {
     pub rivals: Vec<(Attempt, f64)>,
     /// What it costs in continuous time, estimated.
     pub continuous: Option<ContinuousCost>,
+    /// What inputs that may switch between the nodes could save, to first order.
+    pub gap: Option<ContinuousGap>,
     /// The target at which it lands, where that was asked for.
     pub landed: Option<(State, Landing)>,
 }
@@ -33,7 +36,7 @@ pub struct Cheapest {
 impl Cheapest {
     /// Writes the plan as a solution.
     pub fn written<const N: usize>(self, search: &Search<N>, found: &Found<N>) -> Solution {
-        let Self { duration, cost, attempt, rivals, continuous, landed } = self;
+        let Self { duration, cost, attempt, rivals, continuous, gap, landed } = self;
         let of_duration = search.ask.goal.as_ref().is_some_and(|goal| goal.objective.is_duration());
         let planned = search.problem.clone().with_duration(duration);
         let written = search.of(&planned, search.ask.clone());
@@ -45,6 +48,7 @@ impl Cheapest {
         }
         if let Some(work) = &mut solution.interior {
             work.continuous = continuous;
+            work.continuous_gap = gap;
         }
         // A duration to the last bit.
         solution.cost = if of_duration { duration } else { cost };
@@ -61,14 +65,15 @@ impl Cheapest {
         let duration = |plan: &Attempt| stated * plan.candidate.grid.duration();
         let before = if of_duration { duration(&plan) } else { chain.price(&plan.candidate) };
         let before = before * plan.share_of_optimum();
-        let continuous = estimated(search, &plan);
-        let landed = landed_with_goal(search, &plan).map(|Landed { attempt, target, landing }| {
+        let (continuous, landed) = (estimated(search, &plan), landed_with_goal(search, &plan));
+        let gap = gap(search, &plan, landed.as_ref().map(|landed| &landed.landing));
+        let landed = landed.map(|Landed { attempt, target, landing }| {
             plan = attempt;
             (target, Landing { cost_before: before, ..landing })
         });
         let (duration, cost) = (duration(&plan), chain.price(&plan.candidate));
         let attempt = chain.of_given_duration(plan, &search.problem.clone().with_duration(duration));
-        Self { duration, cost, attempt, rivals: Vec::new(), continuous, landed }
+        Self { duration, cost, attempt, rivals: Vec::new(), continuous, gap, landed }
     }
 }
 

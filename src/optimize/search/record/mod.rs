@@ -3,6 +3,7 @@
 
 pub mod answer;
 pub mod continuous;
+pub mod first_order;
 pub mod goal;
 pub mod landed;
 

@@ -77,6 +77,29 @@ impl<'a> Conditions<'a> {
         slope * shape.stages as f64 / largest(&mut self.duals.costates.iter().copied()).max(1.0)
     }
 
+    /// Returns the derivatives of the Lagrangian by the inputs of a stage, but for what the inputs
+    /// cost and for their own limits.
+    pub fn by_inputs(&self, stage: usize) -> Vec<f64> {
+        let (program, shape) = (&self.program, self.program.shape());
+        let Shape { n, .. } = *shape;
+        let (columns, next) =
+            (&self.at.steps[stage * n * shape.z()..], &self.duals.costates[(stage + 1) * n..][..n]);
+        let by_lane = |place: usize, factor: f64| {
+            let mut slope = dot(&columns[place * n..][..n], next);
+            for row in shape.rows_of(stage) {
+                if !program.what_of(&program.rows[row]).is_some_and(What::is_of_state) {
+                    continue;
+                }
+                let own = shape.slopes_of(row).filter(|slope| usize::from(shape.unknowns[*slope]) == place);
+                slope += self.duals.rows[row] * own.map(|slope| self.at.slopes[slope]).sum::<f64>();
+            }
+            slope / (factor * program.scale)
+        };
+        let lane = |input: usize| program.lanes.iter().position(|lane| lane.input == input);
+        let of = |input: usize| lane(input).map_or(0.0, |place| by_lane(place, program.lanes[place].factor));
+        (0..program.model.m).map(of).collect()
+    }
+
     /// Returns the number of independent directions in which the cost decreases; 0: a strict local
     /// minimum. Returns `None` where the second derivatives do not decide, there are too many
     /// unknowns, or somebody asks to stop.
