@@ -38,6 +38,7 @@ mod same_answers;
 mod signals;
 mod spins;
 mod stretches;
+mod table;
 mod throughput;
 mod tiny_grids;
 mod unequal_moments;
@@ -118,6 +119,7 @@ pub const COMMANDS: &[Command] = commands! {
     signals
     spins
     stretches
+    table
     throughput
     tiny_grids
     unequal_moments
