@@ -3,14 +3,22 @@
 //! A leg leads from one stop to the next. Legs between attitudes at rest are planned apart. Where a
 //! stop leaves something free that both of its legs depend on (a roll, the rate of a passage, how a
 //! total is split), they are planned together ([`together`]). The order comes from the times of all
-//! pairs ([`order`]).
+//! pairs ([`order`]). Every leg from rest to rest has a proved lower bound ([`leg_bound`]), and all
+//! legs of a spacecraft make a table ([`table`]).
 
 mod joint;
 mod leg;
+pub mod leg_bound;
 pub mod order;
 mod pairs;
 mod rolls;
+pub mod symmetry;
+pub mod table;
 mod together;
+
+pub use leg_bound::LegBound;
+pub use symmetry::Symmetry;
+pub use table::{Making, Quantity, SlewTable, TableError, TableOptions};
 
 use crate::lie;
 use crate::maneuver::aim::{Aim, AimError, AimRate, Ends};

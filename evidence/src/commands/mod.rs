@@ -41,6 +41,7 @@ mod signals;
 mod size;
 mod spins;
 mod stretches;
+mod table;
 mod throughput;
 mod tiny_grids;
 mod unequal_moments;
@@ -124,6 +125,7 @@ pub const COMMANDS: &[Command] = commands! {
     size
     spins
     stretches
+    table
     throughput
     tiny_grids
     unequal_moments
