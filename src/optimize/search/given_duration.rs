@@ -69,8 +69,8 @@ pub(super) fn polished<const N: usize>(search: &Search<N>) -> Solution {
     Solution { ladder: search.context.ladder.take(), ..conclude(search, &mut found) }
 }
 
-/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands for one, or the likely attitude
-/// where any will do.
+/// A maneuver whose end tells more than what is written: the shortest way where a rotation stands
+/// for one, or the likely attitude where any will do.
 fn known_end(problem: &Problem) -> Option<Problem> {
     if problem.ends_in_any_attitude() {
         let mut likely = problem.clone();
@@ -80,11 +80,13 @@ fn known_end(problem: &Problem) -> Option<Problem> {
     turns_the_shortest_way(problem).then(|| problem.clone().with_path(Path::Shortest))
 }
 
-/// Rotations that are nearer to half a turn than this go either way round by their last bits \[rad\].
+/// Rotations that are nearer to half a turn than this go either way round by their last bits
+/// \[rad\].
 const HALF_TURN: f64 = 1e-3;
 
-/// Whether the rotation that is given is that of the shortest way between two states at rest, and cannot be followed as it is
-/// written, since torques about some axis are missing: then all that it tells is the sense.
+/// Whether the rotation that is given is that of the shortest way between two states at rest, and
+/// cannot be followed as it is written, since torques about some axis are missing: then all that it
+/// tells is the sense.
 fn turns_the_shortest_way(problem: &Problem) -> bool {
     let Path::AsGiven(rotation) = problem.path else { return false };
     let still = [&problem.start, &problem.end].map(|state| state.angular_velocity == Vector3::zeros());

@@ -1,7 +1,8 @@
-//! One search for free, limited and constrained maneuvers: what is asked, and what a rung of its ladder is.
+//! One search for free, limited and constrained maneuvers: what is asked, and what a rung of its
+//! ladder is.
 //!
-//! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the requested
-//! grid. Cheap rungs that nearly always work come first (`rungs`).
+//! Every rung improves candidates, most of them on a coarse grid; what it finds is carried to the
+//! requested grid. Cheap rungs that nearly always work come first (`rungs`).
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Settings;
@@ -91,7 +92,8 @@ pub(super) trait Climb<const N: usize>: Sync {
 /// All steps, from the first to the last.
 pub(super) type Ladder<const N: usize> = &'static [&'static dyn Climb<N>];
 
-/// A search: what is asked of which maneuver. Nothing of it changes while the ladder is climbed; what is found is [`Found`].
+/// A search: what is asked of which maneuver. Nothing of it changes while the ladder is climbed;
+/// what is found is [`Found`].
 pub(super) struct Search<'a, 'c, const N: usize> {
     pub problem: &'a Problem,
     pub context: &'a Context<'c>,
@@ -143,7 +145,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         self.ask.shooting && !self.fine.dynamics.is_limited()
     }
 
-    /// The chain of the maneuver on `steps` steps, with the duration that it states or the one that is sought.
+    /// The chain of the maneuver on `steps` steps, with the duration that it states or the one that
+    /// is sought.
     pub fn chain(&self, steps: usize) -> Chain {
         match &self.ask.goal {
             None => Chain::new(self.problem, steps),
@@ -151,7 +154,8 @@ impl<'a, 'c, const N: usize> Search<'a, 'c, N> {
         }
     }
 
-    /// The same chain where the duration is the one that is stated: its rows are those of the chain that seeks it.
+    /// The same chain where the duration is the one that is stated: its rows are those of the chain
+    /// that seeks it.
     pub fn chain_of_given_duration(&self, steps: usize) -> Chain {
         match self.ask.goal.as_ref().and_then(Goal::in_given_duration) {
             None => Chain::new(self.problem, steps),

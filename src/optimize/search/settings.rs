@@ -17,12 +17,12 @@ pub struct SearchTuning {
     /// duration is sought: more of them find quicker plans with fewer turns, and take longer
     /// (`evidence -- ends --only spins`).
     pub durations: [f64; 4],
-    /// Duration of a motion that is nearly a plan, as a multiple of its own, with which a search of the
-    /// duration begins: a larger one leaves more room within the limits, and turns a body that spins
-    /// farther.
+    /// Duration of a motion that is nearly a plan, as a multiple of its own, with which a search of
+    /// the duration begins: a larger one leaves more room within the limits, and turns a body that
+    /// spins farther.
     pub slowed: f64,
-    /// Angle by which a body turns by itself in a maneuver \[rad\] from which turns more and less are paths
-    /// too: a smaller one takes more starts (`evidence -- ends --only "matched rates"`).
+    /// Angle by which a body turns by itself in a maneuver \[rad\] from which turns more and less
+    /// are paths too: a smaller one takes more starts (`evidence -- ends --only "matched rates"`).
     pub carried_on: f64,
     /// How far the coarse costs of two plans may lie apart, relative, for both to be carried to the
     /// requested grid: a larger one takes more solves there (`cargo bench -p benches --bench

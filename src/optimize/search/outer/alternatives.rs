@@ -1,16 +1,16 @@
 //! Sets of cones that hold in turns.
 //!
-//! Which set holds when is a schedule of shifts. With a schedule the sets are constraints that act at
-//! times. Along a plan every step has a set that has the most room, and those sets are the next
-//! schedule: the plan holds it too, so that no next plan need be dearer, and a set that presses is left
-//! as soon as another holds. That ends where no shift changes. A moment at which one set ends to hold
-//! and another begins, between which the path is caught, is moved by itself, to either side, as long as
-//! that costs less.
+//! Which set holds when is a schedule of shifts. With a schedule the sets are constraints that act
+//! at times. Along a plan every step has a set that has the most room, and those sets are the next
+//! schedule: the plan holds it too, so that no next plan need be dearer, and a set that presses is
+//! left as soon as another holds. That ends where no shift changes. A moment at which one set ends
+//! to hold and another begins, between which the path is caught, is moved by itself, to either
+//! side, as long as that costs less.
 //!
-//! Schedules are compared by the interior point, from the plan of the schedule before: on the coarse
-//! grid first, and the cheapest on the requested grid, where moments move by less. The maneuver with
-//! the cheapest schedule is then planned as any other, from that plan too. First schedules are those of
-//! the optima without the sets, and every set all along.
+//! Schedules are compared by the interior point, from the plan of the schedule before: on the
+//! coarse grid first, and the cheapest on the requested grid, where moments move by less. The
+//! maneuver with the cheapest schedule is then planned as any other, from that plan too. First
+//! schedules are those of the optima without the sets, and every set all along.
 
 use crate::maneuver::constraint::{Alternatives, Arc, Rule, Shift, Turns, on_arc};
 use crate::maneuver::grid::Grid;
@@ -37,17 +37,21 @@ use crate::optimize::search::{Guess, Observer, PlanError, check_for_no_guess, ch
 use crate::{Matrix3, lie};
 use std::time::Instant;
 
-/// Plans on the way from one schedule: each holds what the one before held, and costs that fall end sooner.
+/// Plans on the way from one schedule: each holds what the one before held, and costs that fall end
+/// sooner.
 const MOST_ROUNDS: usize = 12;
 /// Part of the cost that is a gain.
 const GAINED: f64 = 1e-7;
 /// Room that is none, as a plan has of a cone that it touches \[rad\].
 const TOUCHING: f64 = 1e-6;
-/// Parts of the duration by which a moment is moved at first, on the coarse grid and on the requested one, and at last.
+/// Parts of the duration by which a moment is moved at first, on the coarse grid and on the
+/// requested one, and at last.
 const MOVED: [f64; 3] = [0.1, 0.01, 5e-4];
-/// Passes over all moments: eight halvings lead from the first to the last of these parts, and most gain nothing.
+/// Passes over all moments: eight halvings lead from the first to the last of these parts, and most
+/// gain nothing.
 const MOST_PASSES: usize = 24;
-/// Most steps of the grid on which moments are moved at last: they depend on it by the square of the step.
+/// Most steps of the grid on which moments are moved at last: they depend on it by the square of
+/// the step.
 const MOST_STEPS: usize = 200;
 /// A shift of a plan whose duration is not known lasts until then \[s\].
 const FOR_GOOD: f64 = f64::MAX;
@@ -118,7 +122,8 @@ fn never(problem: &Problem) -> Schedule {
     problem.alternatives.iter().map(|of| Turns { of: of.clone(), shifts: Vec::new() }).collect()
 }
 
-/// Returns the schedules that have plans on the chain, the cheapest first, each with the path of its plan.
+/// Returns the schedules that have plans on the chain, the cheapest first, each with the path of
+/// its plan.
 fn scheduled<const N: usize>(
     problem: &Problem,
     settings: &Settings,
@@ -194,8 +199,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         best
     }
 
-    /// Returns the plans of the first schedules on the coarse grid, the cheapest first: of that of an optimum
-    /// without the sets alone, where the optimum keeps it.
+    /// Returns the plans of the first schedules on the coarse grid, the cheapest first: of that of
+    /// an optimum without the sets alone, where the optimum keeps it.
     fn first(&self, posed: &Posed, guess: Option<&Guess>) -> Vec<Turned> {
         let Self { problem, search } = self;
         let (steps, one, few) = (posed.steps(), search.context.tuning.one, search.context.tuning.carried);
@@ -223,8 +228,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
             for schedule in all_along(problem, roomiest) {
                 let given = search.problem.in_turns(&schedule);
                 let mut attempts = self.along(&given, search.ask.clone(), &own, followed.seconds());
-                // To a free end a long way round may lead nowhere where to a given one it is a plan, which
-                // begins the way to the free one.
+                // To a free end a long way round may lead nowhere where to a given one it is a
+                // plan, which begins the way to the free one.
                 for faced in posed.faced.iter().filter(|_| !problem.ends_in_any_attitude()) {
                     let given = faced.in_turns(&schedule);
                     if attempts.is_empty() && given.check().is_ok() {
@@ -242,7 +247,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         turned
     }
 
-    /// Returns the plans of a maneuver near the first path that leads to one, past the cones that it violates.
+    /// Returns the plans of a maneuver near the first path that leads to one, past the cones that
+    /// it violates.
     fn along(&self, given: &Problem, ask: Ask, paths: &[Candidate], seconds: f64) -> Vec<Attempt> {
         let search = self.search.of(given, ask);
         let (lasting, mut found) = (given.clone().lasting(seconds), Found::default());
@@ -287,7 +293,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         attempt.converged().then(|| Turned { schedule: schedule.clone(), attempt })
     }
 
-    /// The plan that a schedule leads to, each next one by the sets that have the most room along the one before.
+    /// The plan that a schedule leads to, each next one by the sets that have the most room along
+    /// the one before.
     fn improved(&self, mut best: Turned) -> Turned {
         for _ in 0..MOST_ROUNDS {
             let next = roomiest(self.problem, &self.followed(&best.attempt));
@@ -299,7 +306,8 @@ impl<const N: usize> InTurns<'_, '_, '_, N> {
         best
     }
 
-    /// The plan with each moment between two shifts moved, by a part of the duration at first, as long as that costs less.
+    /// The plan with each moment between two shifts moved, by a part of the duration at first, as
+    /// long as that costs less.
     fn moved(&self, mut best: Turned, first: f64) -> Turned {
         let mut by = first;
         for _ in 0..MOST_PASSES {

@@ -1,24 +1,31 @@
-//! The shortest duration or the least fuel within limits and constraints, and the least fuel of forces and in fields: by the interior
-//! point on the chain, with the duration as an unknown where it is sought ([`crate::optimize::methods::interior_point`]).
+//! The shortest duration or the least fuel within limits and constraints, and the least fuel of
+//! forces and in fields: by the interior point on the chain, with the duration as an unknown where
+//! it is sought ([`crate::optimize::methods::interior_point`]).
 //!
-//! The plan is one of equal steps with its inputs at the nodes, as a plan of least effort in the duration found. Switching times are
-//! those of continuous time, which `search/limited` finds from the plan where it can.
+//! The plan is one of equal steps with its inputs at the nodes, as a plan of least effort in the
+//! duration found. Switching times are those of continuous time, which `search/limited` finds from
+//! the plan where it can.
 //!
-//! A constraint that does not act does not choose the plan. Where the cheapest plan of arcs without constraints, or one of its images,
-//! keeps them all in its true motion, nothing that keeps them is cheaper. It is then the answer, with its arcs and its gap.
+//! A constraint that does not act does not choose the plan. Where the cheapest plan of arcs without
+//! constraints, or one of its images, keeps them all in its true motion, nothing that keeps them is
+//! cheaper. It is then the answer, with its arcs and its gap.
 //!
-//! What is found is a local minimum. How far the cheapest of them is the cheapest of all nobody knows.
+//! What is found is a local minimum. How far the cheapest of them is the cheapest of all nobody
+//! knows.
 //!
 //! # How is the duration an unknown?
 //!
-//! It is a state of the chain that every step leaves as it is (`optimize/chain/model`). All else is in the units that go with the
-//! duration. A step of a free body then does not depend on it; ends, fields and limits do, and grow as `s`, `s²` and `s³`.
+//! It is a state of the chain that every step leaves as it is (`optimize/chain/model`). All else is
+//! in the units that go with the duration. A step of a free body then does not depend on it; ends,
+//! fields and limits do, and grow as `s`, `s²` and `s³`.
 //!
 //! # From which paths?
 //!
-//! From turns about a fixed axis, bent to six sides, and their detours around the cones that they cross (`search/strategies/seeds`). Where a force
-//! or a field acts, also from the extremals of least effort without limits, and of fuel from the plans of least effort within all limits.
-//! A search that is local in the duration too may miss a cheaper plan: least fuel in the duration found is therefore looked for once more.
+//! From turns about a fixed axis, bent to six sides, and their detours around the cones that they
+//! cross (`search/strategies/seeds`). Where a force or a field acts, also from the extremals of
+//! least effort without limits, and of fuel from the plans of least effort within all limits. A
+//! search that is local in the duration too may miss a cheaper plan: least fuel in the duration
+//! found is therefore looked for once more.
 
 use crate::Vector3;
 use crate::flight::{Excess, Flight};
@@ -41,8 +48,8 @@ use crate::optimize::search::strategies::chains::{effort_paths, resampled, unlim
 use crate::optimize::search::strategies::{advice, seeds};
 use crate::optimize::search::switching;
 
-/// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least effort with a duration that is
-/// sought.
+/// Solves a maneuver of minimum time or fuel that more than torque limits shapes, or of least
+/// effort with a duration that is sought.
 pub fn solve(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
     let once = |problem: &Problem| match Formulation::of(problem) {
         Formulation::Extremal => {
@@ -58,7 +65,8 @@ pub fn solve(problem: &Problem, context: &Context, known: &Trajectory) -> Soluti
     }
 }
 
-/// Least effort in the best duration. The search for it is a local one, from that of a turn about a fixed axis without limits.
+/// Least effort in the best duration. The search for it is a local one, from that of a turn about a
+/// fixed axis without limits.
 fn effort_sought(problem: &Problem, context: &Context) -> Solution {
     let longest = problem.duration.at_most().unwrap_or(f64::INFINITY);
     let free = first_duration::of_effort(problem, problem.objective.time_price());
@@ -78,7 +86,8 @@ fn effort_sought(problem: &Problem, context: &Context) -> Solution {
 fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solution {
     let unsolved = Solution::unsolved(problem, context.settings.tolerance);
     let mut bare = bare(problem);
-    // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a field that is a path to begin from.
+    // Only a free body that turns has a plan of inputs that switch; in a frame that turns and in a
+    // field that is a path to begin from.
     let free = problem.is_free_turn();
     let open = problem.ends_in_any_attitude();
     if open {
@@ -87,7 +96,8 @@ fn solve_once(problem: &Problem, context: &Context, known: &Trajectory) -> Solut
     // To any attitude there is none, unless the body has the rate that it should have.
     let arrived = problem.start.angular_velocity == problem.end.angular_velocity;
     let mut within = None;
-    // A plan of arcs is the answer where it keeps all constraints, and where the body is already at the end.
+    // A plan of arcs is the answer where it keeps all constraints, and where the body is already at
+    // the end.
     let unconstrained =
         problem.motion == Motion::Attitude && (!open || arrived) && may_be_unconstrained(problem);
     let there = arrived && !open && problem.start.attitude == problem.end.attitude && free;
@@ -156,7 +166,8 @@ fn may_be_unconstrained(problem: &Problem) -> bool {
     problem.stepping == Stepping::Formulated && problem.clone().planned_on_arcs().switches()
 }
 
-/// Whether a plan of arcs keeps all constraints of a maneuver: the discrete motion at its nodes, and the true motion all along.
+/// Whether a plan of arcs keeps all constraints of a maneuver: the discrete motion at its nodes,
+/// and the true motion all along.
 fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     let planned = plan.on_grid(&problem.clone().planned_on_arcs());
     if plan.outcome != Outcome::Converged {
@@ -177,8 +188,8 @@ fn keeps_all(problem: &Problem, plan: &Solution) -> bool {
     at_nodes.into_iter().all(keeps) && flown.is_some() && excess.worst.iter().all(|worst| *worst <= 0.0)
 }
 
-/// The same maneuver of least fuel once more along what is cheaper in the duration that was found, where anything is: a search that
-/// is local in the duration too misses more.
+/// The same maneuver of least fuel once more along what is cheaper in the duration that was found,
+/// where anything is: a search that is local in the duration too misses more.
 fn by_its_duration(problem: &Problem, context: &Context, found: &Solution) -> Option<Solution> {
     let converged = |solution: &Solution| solution.outcome == Outcome::Converged;
     let fuel = problem.objective.fuel().filter(|_| converged(found))?;
@@ -201,7 +212,8 @@ fn by_its_duration(problem: &Problem, context: &Context, found: &Solution) -> Op
     (converged(&again) && again.cost < dearer).then_some(again)
 }
 
-/// The attitude alone of a body that nothing acts on, at the rates that it has in the reference frame.
+/// The attitude alone of a body that nothing acts on, at the rates that it has in the reference
+/// frame.
 fn without_field(problem: Problem) -> Problem {
     let rate = problem.environment.frame_rate();
     let relative = |state: &State| State {
@@ -212,8 +224,8 @@ fn without_field(problem: Problem) -> Problem {
     Problem { start, end, ..problem }.with_environment(Free)
 }
 
-/// The solution of a maneuver of minimum time or fuel, or of least effort in a duration that is sought, with the duration of `stated` as
-/// the unit of time.
+/// The solution of a maneuver of minimum time or fuel, or of least effort in a duration that is
+/// sought, with the duration of `stated` as the unit of time.
 fn of_stated(stated: &Problem, problem: &Problem, context: &Context, quick: &Trajectory) -> Solution {
     match stated.motion {
         Motion::Attitude => of_dimension::<6>(stated, problem, context, quick),

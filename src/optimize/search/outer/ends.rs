@@ -1,14 +1,16 @@
 //! An end on a target, and when it is come to.
 //!
-//! The interior point finds the best ends (`free_end`): the roll about the boresight is an unknown of its Newton steps, and so is the
-//! time where the duration is sought and the target moves. The maneuver to the end that is found is then solved as any to a given end,
-//! with all its starts and senses.
+//! The interior point finds the best ends (`free_end`): the roll about the boresight is an unknown
+//! of its Newton steps, and so is the time where the duration is sought and the target moves. The
+//! maneuver to the end that is found is then solved as any to a given end, with all its starts and
+//! senses.
 //!
-//! Inputs that switch under limits of their own alone have their plan in continuous time. Its best roll
-//! differs from that of the chain of equal steps by the square of the step, and is found from there by the
-//! slope of the least cost (`rolls`). To a target that moves the arrival T is then the first time at which
-//! the quickest plan to the end *at that time* takes no longer, a root of `T*(T) − T`. Both follow the
-//! extremals of one search by Newton on their arcs (`switching/followed`).
+//! Inputs that switch under limits of their own alone have their plan in continuous time. Its best
+//! roll differs from that of the chain of equal steps by the square of the step, and is found from
+//! there by the slope of the least cost (`rolls`). To a target that moves the arrival T is then the
+//! first time at which the quickest plan to the end *at that time* takes no longer, a root of
+//! `T*(T) − T`. Both follow the extremals of one search by Newton on their arcs
+//! (`switching/followed`).
 
 use crate::maneuver::aim::{Aim, Ends};
 use crate::maneuver::objective::Objective;
@@ -28,7 +30,8 @@ use crate::optimize::search::{Guess, Observer, PlanError};
 use crate::{Matrix3, Vector3, lie};
 use std::time::Instant;
 
-/// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is followed from there.
+/// Times nearer than this, relative, are one: the plan on its grid takes longer by more, and is
+/// followed from there.
 const NEAR: f64 = 1e-9;
 
 /// Relative difference of two times whose plans tell how late a plan is as the time passes.
@@ -40,8 +43,8 @@ const STANDS: f64 = -1.0;
 /// Most times that are looked at.
 const MOST_TIMES: usize = 40;
 
-/// Where the times to look at begin, as a part of the time in which the chain of equal steps comes to the target: that differs from the
-/// time of inputs that switch by less.
+/// Where the times to look at begin, as a part of the time in which the chain of equal steps comes
+/// to the target: that differs from the time of inputs that switch by less.
 const BEFORE: f64 = 0.98;
 
 /// Solves a maneuver that ends on a target.
@@ -97,8 +100,8 @@ impl OnTarget<'_> {
         Settings { time_limit: left, ..self.settings.clone() }
     }
 
-    /// Returns the best ends that the interior point finds on the steps of `problem`, near that of a
-    /// motion that is known, or that of the plan that a search begins from.
+    /// Returns the best ends that the interior point finds on the steps of `problem`, near that of
+    /// a motion that is known, or that of the plan that a search begins from.
     fn free_end(&mut self, problem: &Problem, ends: &Ends, known: Option<&Trajectory>) -> FreeEnd {
         if let Some(reached) = self.begun_from().filter(|_| known.is_none()) {
             return FreeEnd { reached: vec![reached], stopped: None };
@@ -238,7 +241,8 @@ impl OnTarget<'_> {
         Ok(found)
     }
 
-    /// Returns the plan that meets the target, where that is at `time` at first; `slope` is that of how late a plan is.
+    /// Returns the plan that meets the target, where that is at `time` at first; `slope` is that of
+    /// how late a plan is.
     fn meeting(
         &mut self,
         (time, attitude, slope): (f64, &Matrix3, f64),
@@ -248,8 +252,9 @@ impl OnTarget<'_> {
         self.plan(&meeting.map_err(PlanError::from)?, known)
     }
 
-    /// Returns the quickest plan of inputs that switch, from that of the chain of equal steps: the time at its roll, the best roll at
-    /// that time, and the time at that roll, as the time depends on the roll to second order.
+    /// Returns the quickest plan of inputs that switch, from that of the chain of equal steps: the
+    /// time at its roll, the best roll at that time, and the time at that roll, as the time depends
+    /// on the roll to second order.
     fn quickest(&mut self, best: &Reached) -> Result<Solution, Halt> {
         let time = self.arrival(best.time, &best.attitude)?;
         let ends = self.ends_at(time)?;
@@ -269,7 +274,8 @@ impl OnTarget<'_> {
         self.meeting((time, &attitude, if slope < 0.0 { slope } else { STANDS }), None)
     }
 
-    /// Returns the first time from about `time` on at which the quickest plan to the roll of an attitude takes no longer.
+    /// Returns the first time from about `time` on at which the quickest plan to the roll of an
+    /// attitude takes no longer.
     fn arrival(&mut self, time: f64, attitude: &Matrix3) -> Result<f64, Halt> {
         let mut late = |time: f64| self.late(time, attitude);
         for first in [BEFORE * time, 0.0] {
@@ -280,7 +286,8 @@ impl OnTarget<'_> {
         Ok(time)
     }
 
-    /// Returns how late the quickest plan to the roll of an attitude is, where the target is at `time`.
+    /// Returns how late the quickest plan to the roll of an attitude is, where the target is at
+    /// `time`.
     fn late(&mut self, time: f64, attitude: &Matrix3) -> Result<Option<f64>, Halt> {
         let ends = self.ends_at(time)?;
         let given = self.problem.facing(&ends, ends.nearest(attitude));
@@ -313,8 +320,8 @@ fn with_rivals(mut found: Solution, reached: &[Reached]) -> Solution {
 /// A time, and how late a plan is that is to end then \[s\].
 type Late = [f64; 2];
 
-/// The first interval from `time` on at whose start a plan takes longer than there is time and at whose end it does not, with how late
-/// it is at either; none where it is not late at first.
+/// The first interval from `time` on at whose start a plan takes longer than there is time and at
+/// whose end it does not, with how late it is at either; none where it is not late at first.
 fn first_reached(
     mut time: f64,
     late: &mut dyn FnMut(f64) -> Result<Option<f64>, Halt>,

@@ -85,16 +85,16 @@ pub fn found(
 
 /// A maneuver as the interior point optimises it, with what its end leaves free as unknowns.
 pub struct Posed {
-    /// The maneuver to each of the ends to which paths are tried, in a stated duration; effort stands
-    /// for costs that are goals.
+    /// The maneuver to each of the ends to which paths are tried, in a stated duration; effort
+    /// stands for costs that are goals.
     pub faced: Vec<Problem>,
     pub goal: Option<Goal>,
     pub family: Option<Family>,
 }
 
 impl Posed {
-    /// Poses a maneuver to one end, or to those of a family; `None` where the directions do not determine
-    /// these.
+    /// Poses a maneuver to one end, or to those of a family; `None` where the directions do not
+    /// determine these.
     pub fn of(problem: &Problem, on: Option<(&Aim, &Ends)>) -> Option<Self> {
         let Some((aim, ends)) = on else {
             let (stated, goal) = stated(problem);

@@ -1,4 +1,5 @@
-//! Regula falsi between two places where a function has different signs; the weight of an end that stays is halved (Illinois).
+//! Regula falsi between two places where a function has different signs; the weight of an end that
+//! stays is halved (Illinois).
 
 /// The ends of the bracket, by the values there.
 pub struct Illinois {

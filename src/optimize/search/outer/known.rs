@@ -1,5 +1,5 @@
-//! A plan within limits near a motion that is nearly it, as that of a search that is done: on another
-//! grid, or to the end that was found.
+//! A plan within limits near a motion that is nearly it, as that of a search that is done: on
+//! another grid, or to the end that was found.
 
 use crate::maneuver::problem::{Formulation, Motion, Problem, Stepping};
 use crate::maneuver::settings::Method;
@@ -11,11 +11,11 @@ use crate::optimize::search::ladder::Ask;
 use crate::optimize::search::outer::free_end::stated;
 use crate::optimize::search::record::goal::cheapest;
 
-/// Solves a maneuver along a motion alone, by the interior point; `None` where that leads to no plan, or
-/// another method is the one to ask.
+/// Solves a maneuver along a motion alone, by the interior point; `None` where that leads to no
+/// plan, or another method is the one to ask.
 pub fn along(problem: &Problem, context: &Context, motion: &Trajectory) -> Option<Solution> {
-    // Where limits of the torques alone may choose the plan, its arcs or its extremal are better known by
-    // the shooting.
+    // Where limits of the torques alone may choose the plan, its arcs or its extremal are better
+    // known by the shooting.
     let arcs = problem.stepping == Stepping::Formulated && problem.clone().planned_on_arcs().switches();
     let by_chain = match Formulation::of(problem) {
         Formulation::Chain => !arcs && problem.duration.at_most().is_none(),

@@ -1,5 +1,6 @@
-//! Searches that plan many times: over the end of a target, its roll and the arrival there, over schedules of
-//! cones, over the duration, and over the number of steps. Each gets the search that it repeats as a parameter.
+//! Searches that plan many times: over the end of a target, its roll and the arrival there, over
+//! schedules of cones, over the duration, and over the number of steps. Each gets the search that
+//! it repeats as a parameter.
 
 pub mod alternatives;
 pub mod cheapest;

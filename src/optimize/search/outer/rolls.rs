@@ -1,10 +1,10 @@
 //! The least cost over the roll about a boresight of plans whose inputs switch, at one time.
 //!
 //! The least cost `V(ρ)` of a maneuver to the end of roll ρ is planned as any maneuver to a given
-//! end, in continuous time. Its slope is the costate at the end about the boresight. From the roll that
-//! the chain of equal steps leads to, strides downhill and the root of the slope between the last two
-//! lead to the nearest minimum. All extremals of that roll are followed so: V is the least of them, its
-//! kinks are concave, and no minimum is at one.
+//! end, in continuous time. Its slope is the costate at the end about the boresight. From the roll
+//! that the chain of equal steps leads to, strides downhill and the root of the slope between the
+//! last two lead to the nearest minimum. All extremals of that roll are followed so: V is the least
+//! of them, its kinks are concave, and no minimum is at one.
 
 use crate::Vector3;
 use crate::maneuver::aim::Ends;
@@ -17,13 +17,13 @@ use crate::optimize::search::switching;
 use crate::optimize::search::switching::followed::Followed;
 use std::f64::consts::PI;
 
-/// Part of the cost that is none: where extremals are followed, and of pulses, each of which is planned
-/// as a whole.
+/// Part of the cost that is none: where extremals are followed, and of pulses, each of which is
+/// planned as a whole.
 const GAINED: f64 = 1e-10;
 const GAINED_BY_PULSES: f64 = 1e-6;
 
-/// Relative difference of costs up to which two ends, or two extremals of one end, may change places
-/// between equal steps and continuous time, or from one roll to another.
+/// Relative difference of costs up to which two ends, or two extremals of one end, may change
+/// places between equal steps and continuous time, or from one roll to another.
 pub const CLOSE: f64 = 0.02;
 
 /// Most evaluations about one minimum.

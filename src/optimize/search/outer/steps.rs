@@ -2,21 +2,25 @@
 //!
 //! A plan that lands holds its inputs over steps, and two things ask for short ones.
 //!
-//! - **Corrections must converge** (`optimize::landing`): they contract by the relative difference of the discrete and the
-//!   true sensitivities, `O(h²)`. Where they did not, the steps are halved.
-//! - **What it costs must be what it costs at best.** Inputs that are held follow those of the optimum u by their means ū.
-//!   Of a plan that meets the end the first variation vanishes, and what is left costs, to second order,
+//! - **Corrections must converge** (`optimize::landing`): they contract by the relative difference
+//!   of the discrete and the true sensitivities, `O(h²)`. Where they did not, the steps are halved.
+//! - **What it costs must be what it costs at best.** Inputs that are held follow those of the
+//!   optimum u by their means ū. Of a plan that meets the end the first variation vanishes, and
+//!   what is left costs, to second order,
 //!
 //! ```text
 //! ΔJ = ½ ∫ (u − ū)ᵀW (u − ū) dt = (h²/24) ∫ u̇ᵀW u̇ dt = (h/12) Σ_k ½ δ_kᵀW δ_k ,   δ_k = u_{k+1} − u_k
 //! ```
 //!
-//!   What is stated of a Lie–Verlet plan is the trapezoidal sum over its nodes, which is above the effort of the held means by
-//!   `(h/4) Σ_k ½ δ_kᵀW δ_k` more: together `h/3` (a turn from rest to rest about one axis: `ΔJ/J = 4/N²`). Plans whose inputs switch know the cost of the extremal in
-//!   continuous time. Of time and fuel on equal steps, where an input jumps within a step, no such formula holds: the
-//!   difference from the optimum on half of the steps stands for the error, as at first order (`search/record/continuous`).
+//!   What is stated of a Lie–Verlet plan is the trapezoidal sum over its nodes, which is above the
+//!   effort of the held means by `(h/4) Σ_k ½ δ_kᵀW δ_k` more: together `h/3` (a turn from rest to
+//!   rest about one axis: `ΔJ/J = 4/N²`). Plans whose inputs switch know the cost of the extremal
+//!   in continuous time. Of time and fuel on equal steps, where an input jumps within a step, no
+//!   such formula holds: the difference from the optimum on half of the steps stands for the error,
+//!   as at first order (`search/record/continuous`).
 //!
-//! Steps that are given stay as given. A coarser plan that lands is kept where a finer one does not, or costs more.
+//! Steps that are given stay as given. A coarser plan that lands is kept where a finer one does
+//! not, or costs more.
 
 use crate::maneuver::objective::effort;
 use crate::maneuver::problem::Problem;
@@ -28,16 +32,19 @@ use crate::optimize::search::starts::first_duration;
 use crate::optimize::search::{Guess, Observer, PlanError};
 use std::time::{Duration, Instant};
 
-/// What a plan may cost above the optimum in continuous time, relative: below what torques are known to.
+/// What a plan may cost above the optimum in continuous time, relative: below what torques are
+/// known to.
 const COST: f64 = 1e-3;
 
-/// What the estimate of that leaves out: terms of higher order on coarse grids. Multiplies the number of steps.
+/// What the estimate of that leaves out: terms of higher order on coarse grids. Multiplies the
+/// number of steps.
 const RESERVE: f64 = 1.1;
 
 /// Most steps that are chosen: more are taken where they are given. A plan on these takes seconds.
 const MOST: usize = 20_000;
 
-/// The same of plans whose error falls with the step alone: one of a thousandth takes many more steps than one of a hundredth.
+/// The same of plans whose error falls with the step alone: one of a thousandth takes many more
+/// steps than one of a hundredth.
 const MOST_OF_FIRST_ORDER: usize = 1_000;
 
 /// A step that turns a body by more tells little of its motion \[rad\]: where there is no plan,
@@ -99,7 +106,8 @@ pub fn chosen(
             lands,
             cost_error: estimate.as_ref().map(|estimate| estimate.error),
         });
-        // What a plan that lands costs it costs in truth, on any grid: a dearer one of a finer grid is another optimum.
+        // What a plan that lands costs it costs in truth, on any grid: a dearer one of a finer grid
+        // is another optimum.
         let kept = before.filter(|before| {
             let landed = before.chosen.is_some_and(|chosen| chosen.lands);
             landed && (!lands || before.cost < found.cost)
@@ -147,7 +155,8 @@ fn remaining(settings: &Settings, began: Instant) -> Option<Settings> {
     (left > Duration::ZERO).then(|| Settings { time_limit: Some(left), ..settings.clone() })
 }
 
-/// What a plan costs above the optimum in continuous time, relative, and by which power of the step that falls.
+/// What a plan costs above the optimum in continuous time, relative, and by which power of the step
+/// that falls.
 struct Estimate {
     error: f64,
     order: f64,

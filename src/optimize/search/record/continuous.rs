@@ -1,14 +1,16 @@
 //! What a plan on equal steps costs in continuous time: an estimate from two grids.
 //!
-//! Without limits the cost of the discrete optimum converges with the square of the step. Where an input jumps or meets a limit within a
-//! step, the factor of this square depends on where within. The optimum on half as many steps gives both:
+//! Without limits the cost of the discrete optimum converges with the square of the step. Where an
+//! input jumps or meets a limit within a step, the factor of this square depends on where within.
+//! The optimum on half as many steps gives both:
 //!
 //! ```text
 //! C ≈ C(h) + (C(h) − C(2h)) / 3 ,    to about |C(h) − C(2h)|
 //! ```
 //!
-//! Both grids may be off alike. A plan that has landed is a motion in continuous time, so the optimum there costs no more than it:
-//! what landing costs counts as an error too. Arcs in continuous time, where they are found, have the cost itself (`search/limited`).
+//! Both grids may be off alike. A plan that has landed is a motion in continuous time, so the
+//! optimum there costs no more than it: what landing costs counts as an error too. Arcs in
+//! continuous time, where they are found, have the cost itself (`search/limited`).
 
 use crate::maneuver::problem::Problem;
 use crate::maneuver::settings::Method as Road;

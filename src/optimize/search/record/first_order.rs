@@ -18,32 +18,32 @@
 //!
 //! # How do limits of the state enter?
 //!
-//! Their multipliers are a measure: a density along an arc that holds a limit, an atom where a limit
-//! is touched. A neighbour keeps the limit, so the measure enters by λ and by the slack `|g|` of
-//! the plan. The discrete costates contain the multipliers of the rows. The multiplier of a row on
-//! an arc has a density over its step. The multiplier of a row at a node has a density over both
+//! Their multipliers are a measure: a density along an arc that holds a limit, an atom where a
+//! limit is touched. A neighbour keeps the limit, so the measure enters by λ and by the slack `|g|`
+//! of the plan. The discrete costates contain the multipliers of the rows. The multiplier of a row
+//! on an arc has a density over its step. The multiplier of a row at a node has a density over both
 //! steps beside it, half on each. With these densities the switching functions are linear on a
-//! step. The flown motion has slack in limits of the rate and in wheels where an arc along the limit
-//! begins or ends. The slack of the rows themselves is the barrier term, which has a gap of its own
-//! (`InteriorWork::gap`).
+//! step. The flown motion has slack in limits of the rate and in wheels where an arc along the
+//! limit begins or ends. The slack of the rows themselves is the barrier term, which has a gap of
+//! its own (`InteriorWork::gap`).
 //!
 //! # How do inputs and costates go between the nodes?
 //!
 //! Inputs are held over a step at the mean of both ends, as they are flown (`flight`). Inputs with
-//! limited rates are linear, and the first-order cost of holding them is added. Switching functions,
-//! rates and momenta of wheels are linear between nodes, to `O(h²)`, the accuracy of the discrete
-//! costates. The integrals over a step are exact. An input that switches within a step has a gap of
-//! `O(h²)`, so the gap of a plan on arcs falls with the square of the step. The gap of a held plan
-//! about one axis is between once and twice its excess over the continuous optimum.
+//! limited rates are linear, and the first-order cost of holding them is added. Switching
+//! functions, rates and momenta of wheels are linear between nodes, to `O(h²)`, the accuracy of the
+//! discrete costates. The integrals over a step are exact. An input that switches within a step has
+//! a gap of `O(h²)`, so the gap of a plan on arcs falls with the square of the step. The gap of a
+//! held plan about one axis is between once and twice its excess over the continuous optimum.
 //!
 //! # When is an optimum not unique?
 //!
-//! Count the inputs that are within their limits, at all nodes, and the duration if it is sought. If
-//! the optimum of the linearised maneuver is unique, this number is at most the number of equations
-//! at the end and of active rows of the state. A larger number means that a family of inputs has the
-//! same cost to first order. Its members differ in the inputs within their limits that can change
-//! while the active rows at their node keep their values. Terms of second order may still prefer one
-//! member.
+//! Count the inputs that are within their limits, at all nodes, and the duration if it is sought.
+//! If the optimum of the linearised maneuver is unique, this number is at most the number of
+//! equations at the end and of active rows of the state. A larger number means that a family of
+//! inputs has the same cost to first order. Its members differ in the inputs within their limits
+//! that can change while the active rows at their node keep their values. Terms of second order may
+//! still prefer one member.
 
 #[cfg(test)]
 mod tests;
@@ -381,8 +381,8 @@ impl Optimum<'_> {
         found
     }
 
-    /// Returns the slopes, by the inputs of a node, of the quantity that a row bounds, up to a factor
-    /// of the row.
+    /// Returns the slopes, by the inputs of a node, of the quantity that a row bounds, up to a
+    /// factor of the row.
     fn by_inputs(&self, what: &What, node: usize) -> DVector<f64> {
         let model = &self.chain.model;
         let state = step::physical(model, node, &self.iterate.states[node], &self.iterate.inputs[node]);

@@ -66,8 +66,8 @@ fn again<const N: usize>(search: &Search<N>, chain: &Chain, attempt: &Attempt, m
         // The target has moved by little: from close by at first, then from farther away.
         let mut last = Attempt::failed(candidate.clone(), Outcome::Stalled);
         let warm = attempt.warm.as_deref();
-        // Along a valley of nearly equal plans the barrier term alone tells one from another: the same one
-        // leads to the same plan.
+        // Along a valley of nearly equal plans the barrier term alone tells one from another: the
+        // same one leads to the same plan.
         let held = attempt.barrier.map_or(0.0, |[barrier, ..]| barrier * chain.model.steps as f64 / 100.0);
         for (tuning, warm) in
             [(Tuning::beside(miss).down_to(held), warm), (Tuning::near(), None), (Tuning::default(), None)]

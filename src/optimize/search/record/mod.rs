@@ -1,5 +1,5 @@
-//! What is written of a candidate on the requested grid: the trajectory in SI units, cost, terminal error, way
-//! round and active limits, whichever method found it.
+//! What is written of a candidate on the requested grid: the trajectory in SI units, cost, terminal
+//! error, way round and active limits, whichever method found it.
 
 pub mod answer;
 pub mod continuous;
@@ -70,8 +70,8 @@ pub(crate) fn extremal<const N: usize>(
     })
 }
 
-/// Replays the inputs of a candidate of the chain from the start and records every node. With wheels, the
-/// costates are those of attitude and total momentum.
+/// Replays the inputs of a candidate of the chain from the start and records every node. With
+/// wheels, the costates are those of attitude and total momentum.
 pub(crate) fn chain<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,
@@ -248,7 +248,8 @@ impl<'a, const N: usize> Recorder<'a, N> {
     }
 }
 
-/// The terminal error in the terms of a solution: 6 numbers on SO(3), 12 on SE(3), then those of wheels.
+/// The terminal error in the terms of a solution: 6 numbers on SO(3), 12 on SE(3), then those of
+/// wheels.
 fn terminal_error(error: &[f64]) -> TerminalError {
     let norm = |row: usize| Vector3::from_column_slice(&error[row..row + 3]).norm();
     let translation = error.len() == 12;

@@ -20,26 +20,29 @@ struct CoarseRule {
 
 /// For the shooting, of a free body.
 const SHOOTING_FREE: CoarseRule = CoarseRule { fewest: 32, angle: 0.35, worth: 2.0 };
-/// The same from rest to rest on few steps where one way is asked for, and the ballistic start alone is tried at first:
-/// what the search takes is then felt, and the angle is known. On many it is not felt, and what extrapolation from coarser
-/// grids misses would cost a sweep more. With rates so coarse a grid leads to another extremal in one of a hundred.
+/// The same from rest to rest on few steps where one way is asked for, and the ballistic start
+/// alone is tried at first: what the search takes is then felt, and the angle is known. On many it
+/// is not felt, and what extrapolation from coarser grids misses would cost a sweep more. With
+/// rates so coarse a grid leads to another extremal in one of a hundred.
 const SHOOTING_ONE_WAY: CoarseRule = CoarseRule { fewest: 8, ..SHOOTING_FREE };
-/// The same where the best way is sought: descents begin on both ways round, and what they end at is compared on the
-/// requested grid.
+/// The same where the best way is sought: descents begin on both ways round, and what they end at
+/// is compared on the requested grid.
 const SHOOTING_FROM_REST: CoarseRule = CoarseRule { fewest: 12, angle: 0.45, ..SHOOTING_FREE };
 /// Fewest steps of a requested grid beside which that is taken.
 const FEWEST_FROM_REST: usize = 64;
 /// Steps that are few.
 const FEW_STEPS: usize = 400;
-/// Where inputs about an axis are missing or dear a body turns far and fast instead, and takes sharp bends.
+/// Where inputs about an axis are missing or dear a body turns far and fast instead, and takes
+/// sharp bends.
 const SHOOTING_UNEVEN: CoarseRule = CoarseRule { fewest: 64, ..SHOOTING_FREE };
-/// The rate that a field may give a body, in units of that of its oscillations: twice, as a pendulum that falls from above.
+/// The rate that a field may give a body, in units of that of its oscillations: twice, as a
+/// pendulum that falls from above.
 const SWING: f64 = 2.0;
 /// For a chain: enough for the angle per step and for cones between the nodes.
 const CHAIN: CoarseRule = CoarseRule { fewest: 24, angle: 0.3, worth: 1.5 };
 
-/// Steps of the grid to search on, for a way that turns by `angle` \[rad\]: enough for its fastest moment, or the
-/// requested grid where that is hardly finer.
+/// Steps of the grid to search on, for a way that turns by `angle` \[rad\]: enough for its fastest
+/// moment, or the requested grid where that is hardly finer.
 fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> usize {
     let ends = [&problem.start, &problem.end];
     let rate = ends
@@ -55,8 +58,8 @@ fn coarse_steps(problem: &Problem, angle: f64, rule: &CoarseRule) -> usize {
     if rule.worth * coarse as f64 <= problem.steps as f64 { coarse } else { problem.steps }
 }
 
-/// The rate of the oscillations about an attitude that the field holds or repels by its gradient there, about the stiffest
-/// axis \[rad/s\].
+/// The rate of the oscillations about an attitude that the field holds or repels by its gradient
+/// there, about the stiffest axis \[rad/s\].
 fn field_rate(problem: &Problem, at: &State) -> f64 {
     if problem.environment.is_free() {
         return 0.0;
@@ -72,14 +75,16 @@ pub fn chain_steps(problem: &Problem) -> usize {
     coarse_steps(problem, angle, &CHAIN)
 }
 
-/// Steps of the grid that descents with widened authority begin on, where the search goes on on the grid of `coarse`.
+/// Steps of the grid that descents with widened authority begin on, where the search goes on on the
+/// grid of `coarse`.
 pub fn rough_grid<const N: usize>(problem: &Problem, coarse: &BoundaryValueProblem<N>) -> usize {
     let rough = coarse_steps(problem, PI, &SHOOTING_FREE);
     rough.min(coarse.dynamics.grid.steps())
 }
 
-/// Whether the best way from rest may be sought on a grid of very few steps: that of the first-order scheme is too coarse
-/// to tell a rival's cost by, and so it is beside a requested grid on which the search would take place itself.
+/// Whether the best way from rest may be sought on a grid of very few steps: that of the
+/// first-order scheme is too coarse to tell a rival's cost by, and so it is beside a requested grid
+/// on which the search would take place itself.
 fn coarse_from_rest(problem: &Problem) -> bool {
     problem.scheme == Scheme::LieVerlet && problem.steps >= FEWEST_FROM_REST
 }
@@ -94,7 +99,8 @@ pub fn search_grid(problem: &Problem, turns: i32, even: bool) -> usize {
     let angle = (short.norm() + TAU * f64::from(turns)).abs();
     let ends = [&problem.start, &problem.end];
     let rests = ends.iter().all(|end| end.angular_velocity == Vector3::zeros());
-    // A body that only turns, and about all axes alike, turns by hardly more than the angle of its way.
+    // A body that only turns, and about all axes alike, turns by hardly more than the angle of its
+    // way.
     let plain = problem.steps < FEW_STEPS && rests && even && problem.motion == Motion::Attitude;
     let rule = match problem.path {
         _ if !problem.environment.is_free() => SHOOTING_FREE,

@@ -1,4 +1,5 @@
-//! Where descents start, and how many: by what the maneuver is and how thorough the search is to be.
+//! Where descents start, and how many: by what the maneuver is and how thorough the search is to
+//! be.
 
 use crate::Vector3;
 use crate::maneuver::problem::{Motion, Path, Problem};
@@ -14,7 +15,8 @@ const SLOW: f64 = 1e-3;
 const FAST: f64 = 3.0;
 /// A body that turns by more without inputs may be slowed at any phase of its rotation \[rad\].
 const TUMBLING: f64 = 10.0;
-/// The ratio of moments above which a body that moves takes random paths, from both ends (`evidence -- unequal_moments`).
+/// The ratio of moments above which a body that moves takes random paths, from both ends
+/// (`evidence -- unequal_moments`).
 const UNEQUAL: f64 = 4.0;
 /// Turns about the axis of the least moment that paths of such a body have more. They cost little,
 /// and the gyroscopic torques of a spinning rod bend its path.
@@ -34,8 +36,8 @@ const RANDOM_UNEQUAL: usize = 16;
 const RANDOM_FEW_INPUTS: usize = 72;
 const RANDOM_STIFF: usize = 144;
 const RANDOM_THOROUGH: usize = 160;
-/// Hops from minimum to minimum without a new one that counts: where inputs about an axis are missing or dear, and in a
-/// thorough search.
+/// Hops from minimum to minimum without a new one that counts: where inputs about an axis are
+/// missing or dear, and in a thorough search.
 const HOPS: usize = 48;
 const HOPS_THOROUGH: usize = 96;
 
@@ -137,7 +139,8 @@ impl Starts {
         }
     }
 
-    /// The paths: likely ones first, then the others of all families in turn, since a search may end before the last.
+    /// The paths: likely ones first, then the others of all families in turn, since a search may
+    /// end before the last.
     pub fn paths<const N: usize>(&self, bvp: &BoundaryValueProblem<N>) -> Vec<Candidate> {
         let as_given = |rotation: &Vector3| paths::smooth(bvp, "as given".into(), rotation, paths::straight);
         let mut out: Vec<Candidate> = self.given.iter().map(as_given).collect();

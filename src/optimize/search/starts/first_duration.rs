@@ -1,12 +1,12 @@
-//! The duration that a search for the best one begins with: that of a turn about a fixed axis, or of a flight along a line where
-//! that is longer.
+//! The duration that a search for the best one begins with: that of a turn about a fixed axis, or
+//! of a flight along a line where that is longer.
 
 use crate::maneuver::problem::{Motion, Problem};
 use crate::mechanics::actuators::{ActuatorSet, Limits};
 use crate::{Matrix3, Vector3, lie};
 
-/// How long a turn about a fixed axis takes under unit weights: the root of `18 (Jφ)² / T⁴ = w`, for the rates as well; or a
-/// flight along a line, where that is longer. Infinite without a price.
+/// How long a turn about a fixed axis takes under unit weights: the root of `18 (Jφ)² / T⁴ = w`,
+/// for the rates as well; or a flight along a line, where that is longer. Infinite without a price.
 pub fn of_effort(problem: &Problem, price: f64) -> f64 {
     let lasting = |impulse: f64, change: f64, authority: &Matrix3| {
         let authority = authority.norm() / 3.0_f64.sqrt();
@@ -27,7 +27,8 @@ pub fn of_effort(problem: &Problem, price: f64) -> f64 {
     turning.max(flying)
 }
 
-/// About how long a turn about a fixed axis takes, or a flight along a line where that is longer \[s\].
+/// About how long a turn about a fixed axis takes, or a flight along a line where that is longer
+/// \[s\].
 pub fn of_time(problem: &Problem) -> f64 {
     let lasting = |way: &Vector3, least: f64, speeds: &Vector3, inertia: f64, set: &ActuatorSet| {
         let way_there = 2.0 * (way.norm().max(least) * inertia / given(set, way)).sqrt();
@@ -53,8 +54,8 @@ pub fn of_time(problem: &Problem) -> f64 {
     turning.max(flying)
 }
 
-/// About what a set gives along and against a direction: that of its weakest input or, where all that helps is much more, a part
-/// of that.
+/// About what a set gives along and against a direction: that of its weakest input or, where all
+/// that helps is much more, a part of that.
 fn given(set: &ActuatorSet, direction: &Vector3) -> f64 {
     let Limits { size, norm, one_sided, .. } = set.limits();
     let inputs = || set.axes().iter().zip(size.iter().flatten());

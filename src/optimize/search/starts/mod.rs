@@ -1,8 +1,8 @@
-//! Starts of the shooting: rotation senses and windings, counted from the ballistic end point, and given
-//! costates.
+//! Starts of the shooting: rotation senses and windings, counted from the ballistic end point, and
+//! given costates.
 //!
-//! Let `e_b = log(R_dᵀ R_b)` be the attitude error and `e_p` the other errors at the end of the motion
-//! without inputs, and `Ψ₁₂(0)` its sensitivity. The starts are
+//! Let `e_b = log(R_dᵀ R_b)` be the attitude error and `e_p` the other errors at the end of the
+//! motion without inputs, and `Ψ₁₂(0)` its sensitivity. The starts are
 //!
 //! ```text
 //! λ_{−1} = −c Ψ₁₂(0)⁻¹ [e; e_p] ,    e = e_b (1 + 2πm/|e_b|) ,   m = 0 short, −1 long, +1, −2, … turns
@@ -68,11 +68,12 @@ pub fn wanted_turns(problem: &Problem) -> Vec<i32> {
     }
 }
 
-/// How many turns the given rotation is away from the shortest one between the boundary attitudes. It only
-/// names the start; which extremal is the given one is decided by its own rotation.
+/// How many turns the given rotation is away from the shortest one between the boundary attitudes.
+/// It only names the start; which extremal is the given one is decided by its own rotation.
 fn turns_as_given(problem: &Problem, rotation: &Vector3) -> i32 {
     let short = lie::minus(&problem.end.attitude, &problem.start.attitude);
-    // A rotation by 370° is 10° and one turn; one by −350° about the same axis is 10° less one turn.
+    // A rotation by 370° is 10° and one turn; one by −350° about the same axis is 10° less one
+    // turn.
     let axis = if short.norm() > 1e-12 { short / short.norm() } else { Vector3::x() };
     let along = rotation.norm() * rotation.dot(&axis).signum();
     ((along - short.norm()) / TAU).round() as i32
@@ -96,7 +97,8 @@ pub fn ballistic<const N: usize>(
     Ok(turns.iter().map(start).collect())
 }
 
-/// `λ_{−1}` from costates as a solution gives them: SI units, `λ_0` for Lie–Euler, `λ_{−1}` for Lie–Verlet.
+/// `λ_{−1}` from costates as a solution gives them: SI units, `λ_0` for Lie–Euler, `λ_{−1}` for
+/// Lie–Verlet.
 pub(crate) fn given<const N: usize>(
     problem: &Problem,
     bvp: &BoundaryValueProblem<N>,

@@ -1,32 +1,35 @@
-//! Paths that a descent may start from: smooth, coasting, bent and random ones, on the grid of a problem.
+//! Paths that a descent may start from: smooth, coasting, bent and random ones, on the grid of a
+//! problem.
 //!
-//! Every path runs from the boundary attitude to the other; no rate needs to be met, since the inputs at the ends
-//! follow. The families:
+//! Every path runs from the boundary attitude to the other; no rate needs to be met, since the
+//! inputs at the ends follow. The families:
 //!
-//! - *smooth*: a cubic in the rotation vector from the start that meets both rates, with more turns or fewer;
-//! - *coasting*: the motion without inputs from the start, blended into the one that arrives at the target, about the
-//!   axis and the angle between them;
-//! - *slowed*: the same with coasts of a free body that run at the pace `1 − (1−κ)t + 6βt(1−t)`: at κ = 0 that stops
-//!   a rotation with the least torque, and β shifts its phase;
+//! - *smooth*: a cubic in the rotation vector from the start that meets both rates, with more turns
+//!   or fewer;
+//! - *coasting*: the motion without inputs from the start, blended into the one that arrives at the
+//!   target, about the axis and the angle between them;
+//! - *slowed*: the same with coasts of a free body that run at the pace `1 − (1−κ)t + 6βt(1−t)`: at
+//!   κ = 0 that stops a rotation with the least torque, and β shifts its phase;
 //! - *bent*: smooth paths with a hump `± a sin²πt` about an axis;
 //! - *random*: smooth paths with `Σ b_m sin πt sin mπt`, m = 1 … 3, normal `b_m` from a fixed seed;
 //! - *twisted*: any path, of which the body makes more turns about the axis of its least moment.
 //!
 //! # How is the best way found?
 //!
-//! Descents start from families of paths (`optimize/search/starts/paths.rs`): smooth ones by turns, coasts blended into each other,
-//! slowed coasts, bent and random ones. How many is decided by what the maneuver is (`effort.rs`): two for a free body
-//! between states of rest, all of them for a long detumbling, a field, missing inputs or weights of very different size. A
-//! free body that turns by less than ten radians takes few slowed coasts, which all lead to the same two or three minima
-//! there, and more random paths instead: the cheapest minimum may be met by one random path in sixteen and by none of the
-//! others. A rod that moves starts from both ends, and with more turns about its axis, and so do
-//! the lowest minima that are found: such turns cost little, and their gyroscopic torques bend the
-//! path. A search that is half done ends after twenty starts without a lower minimum. A descent
-//! whose Newton step leads to within 3e-3 rad of every node of a minimum found before ends there:
-//! two minima as close would hardly differ in cost. What is found on the coarse grid is merged by
-//! its cost, and everything within 15 % of the cheapest is carried to the requested grid and
-//! compared there, because costs of a coarse grid are wrong by some percent. `search = "quick"` and
-//! `"thorough"` change the number of starts, nothing else.
+//! Descents start from families of paths (`optimize/search/starts/paths.rs`): smooth ones by turns,
+//! coasts blended into each other, slowed coasts, bent and random ones. How many is decided by what
+//! the maneuver is (`effort.rs`): two for a free body between states of rest, all of them for a
+//! long detumbling, a field, missing inputs or weights of very different size. A free body that
+//! turns by less than ten radians takes few slowed coasts, which all lead to the same two or three
+//! minima there, and more random paths instead: the cheapest minimum may be met by one random path
+//! in sixteen and by none of the others. A rod that moves starts from both ends, and with more
+//! turns about its axis, and so do the lowest minima that are found: such turns cost little, and
+//! their gyroscopic torques bend the path. A search that is half done ends after twenty starts
+//! without a lower minimum. A descent whose Newton step leads to within 3e-3 rad of every node of a
+//! minimum found before ends there: two minima as close would hardly differ in cost. What is found
+//! on the coarse grid is merged by its cost, and everything within 15 % of the cheapest is carried
+//! to the requested grid and compared there, because costs of a coarse grid are wrong by some
+//! percent. `search = "quick"` and `"thorough"` change the number of starts, nothing else.
 
 use crate::Vector3;
 use crate::lie;
@@ -97,7 +100,8 @@ fn blend(t: f64) -> f64 {
     t * t * t * (10.0 + t * (6.0 * t - 15.0))
 }
 
-/// The smooth path along `rotation`, the rotation vector from the start, bent by `bend`, which is zero at both ends.
+/// The smooth path along `rotation`, the rotation vector from the start, bent by `bend`, which is
+/// zero at both ends.
 pub(crate) fn smooth<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     name: String,
@@ -212,7 +216,8 @@ pub fn bent_at_random<const N: usize>(
     candidate(bvp, path.provenance.start.clone(), poses)
 }
 
-/// A stream of bends: linear congruential steps, their high bits. Starts need to be spread, not random.
+/// A stream of bends: linear congruential steps, their high bits. Starts need to be spread, not
+/// random.
 pub struct Bends(u64);
 
 /// `Σ b_m sin πt sin mπt`, m = 1 … 3.
@@ -246,7 +251,8 @@ impl Bend {
     }
 }
 
-/// The motion without inputs from the start and, backward, from the target, blended; with the given turns.
+/// The motion without inputs from the start and, backward, from the target, blended; with the given
+/// turns.
 pub fn coasting<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     turns: &[i32],
@@ -343,7 +349,8 @@ pub fn slowed<const N: usize>(bvp: &BoundaryValueProblem<N>, paces: Paces) -> Ve
     out
 }
 
-/// The rotation of the free body from the start of `bvp` at the pace `1 − (1−κ)t + 6βt(1−t)`, by midpoint steps.
+/// The rotation of the free body from the start of `bvp` at the pace `1 − (1−κ)t + 6βt(1−t)`, by
+/// midpoint steps.
 fn free_coast<const N: usize>(bvp: &BoundaryValueProblem<N>, (kappa, beta): (f64, f64)) -> Vec<Pose> {
     let dynamics = &bvp.dynamics;
     let grid = &dynamics.grid;
@@ -361,7 +368,8 @@ fn free_coast<const N: usize>(bvp: &BoundaryValueProblem<N>, (kappa, beta): (f64
     poses
 }
 
-/// `R_f(t) exp(σ(t) ℓ(t))` with `ℓ = log(R_fᵀR_b)`, continued in t from its value at half time, wound by `turns`.
+/// `R_f(t) exp(σ(t) ℓ(t))` with `ℓ = log(R_fᵀR_b)`, continued in t from its value at half time,
+/// wound by `turns`.
 fn blended<const N: usize>(
     bvp: &BoundaryValueProblem<N>,
     name: String,
@@ -437,8 +445,8 @@ mod tests {
     use crate::optimize::discrete::sweep::BoundaryValueProblem;
     use crate::{Matrix3, Vector3};
 
-    /// Where the end is what the motion without inputs comes to, the way is that motion; with a turn
-    /// more it meets the same end.
+    /// Where the end is what the motion without inputs comes to, the way is that motion; with a
+    /// turn more it meets the same end.
     #[test]
     fn a_body_that_needs_no_inputs_goes_as_it_does_by_itself() {
         let body = Body { inertia: Inertia::diagonal(Vector3::new(1.0, 2.0, 2.5)).unwrap(), mass: None };

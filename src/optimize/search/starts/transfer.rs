@@ -43,15 +43,16 @@ pub fn transfer(grids: [&Chain; 2], found: &Candidate) -> Candidate {
     with_iterate(found.clone().on_grid(&fine.dynamics.grid), start, multipliers)
 }
 
-/// Where a node of the second of two grids lies on the first: behind which node, and at which share of the step there.
+/// Where a node of the second of two grids lies on the first: behind which node, and at which share
+/// of the step there.
 fn between([from, to]: [usize; 2], node: usize) -> (usize, f64) {
     let at = (node as f64 * (from as f64 / to as f64)).min(from as f64);
     let low = (at.floor() as usize).min(from - 1);
     (low, at - low as f64)
 }
 
-/// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step, in the
-/// rotation vector from its first node.
+/// A path with continuous rates through the nodes of a coarse one: cubics of Hermite on each step,
+/// in the rotation vector from its first node.
 pub struct Interpolant {
     nodes: Vec<Pose>,
     /// From each node to the next: rotation vector, and distance.
@@ -87,7 +88,8 @@ impl Interpolant {
     }
 }
 
-/// The way within a step, from the ways of all: rates at the nodes are means of the two steps beside them.
+/// The way within a step, from the ways of all: rates at the nodes are means of the two steps
+/// beside them.
 fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
     let way = ways[low];
     let before = if low > 0 { 0.5 * (ways[low - 1] + way) } else { way };
@@ -99,8 +101,8 @@ fn cubic(ways: &[Vector3], low: usize, share: f64) -> Vector3 {
     way * (3.0 * s2 - 2.0 * s3) + before * (s3 - 2.0 * s2 + s) + after * (s3 - s2)
 }
 
-/// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the nearest
-/// stage, in proportion to the step.
+/// Multipliers of the rows on the fine grid from those on the coarse one: of the same row at the
+/// nearest stage, in proportion to the step.
 fn carried([coarse, fine]: [&Chain; 2], multipliers: &[f64]) -> Vec<f64> {
     let slices = |rows: &LimitRows, steps: usize| -> Vec<std::ops::Range<usize>> {
         let first = |stage: usize| rows.rows.partition_point(|row| row.stage < stage);

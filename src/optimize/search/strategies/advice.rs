@@ -12,7 +12,8 @@ use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::detour::detours;
 use crate::optimize::search::strategies::chains::{descend, relaxed, relaxed_paths};
 
-/// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a guess is hard to find.
+/// Durations tried for advice, as multiples of the shortest one found: next to it a plan without a
+/// guess is hard to find.
 const STRETCHES: [f64; 8] = [1.0, 1.01, 1.03, 1.1, 1.25, 1.5, 2.0, 3.0];
 
 /// Adds to an unsolved maneuver the duration for which a plan was found, or else one that suffices
@@ -36,8 +37,9 @@ pub fn advise<const N: usize>(search: &Search<N>, shortest: Option<f64>, solutio
     }
 }
 
-/// A longer duration \[s\], in four digits, for which a plan is found on a coarse grid without a guess: the shortest one
-/// found, or not much longer. That is advice, not proof: the search is local.
+/// A longer duration \[s\], in four digits, for which a plan is found on a coarse grid without a
+/// guess: the shortest one found, or not much longer. That is advice, not proof: the search is
+/// local.
 fn longer<const N: usize>(search: &Search<N>, shortest: Option<f64>) -> Option<f64> {
     let found = |duration: &f64| {
         let problem = search.problem.clone().lasting(*duration);

@@ -2,10 +2,11 @@
 //!
 //! # How is the best way found?
 //!
-//! The lifted Newton is also what carries a minimum of an unstable body, where single shooting amplifies. The coarse grid
-//! resolves how fast a field may swing the body, and not only the turn asked for: on 32 steps the cheapest plan of a stiff
-//! pendulum does not exist. No count of starts makes the lowest cost found the global minimum: how often it is the best known
-//! is counted (`cargo run --release -p evidence -- families`).
+//! The lifted Newton is also what carries a minimum of an unstable body, where single shooting
+//! amplifies. The coarse grid resolves how fast a field may swing the body, and not only the turn
+//! asked for: on 32 steps the cheapest plan of a stiff pendulum does not exist. No count of starts
+//! makes the lowest cost found the global minimum: how often it is the best known is counted
+//! (`cargo run --release -p evidence -- families`).
 
 use crate::Vector3;
 use crate::maneuver::problem::Path;
@@ -31,9 +32,11 @@ use crate::optimize::search::strategies::shots::shoot;
 pub const LIFTED_TOLERANCE: f64 = 1e-10;
 /// What a descent on the coarse grid may leave of the cost, relative.
 const DESCENT_TOLERANCE: f64 = 1e-9;
-/// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the cheapest.
+/// How much dearer than the cheapest on the coarse grid a minimum may be and still turn out the
+/// cheapest.
 pub const MARGIN: f64 = 0.15;
-/// Starts without a lower minimum after which a search that is half done ends, unless it is to be thorough.
+/// Starts without a lower minimum after which a search that is half done ends, unless it is to be
+/// thorough.
 const IDLE: usize = 20;
 /// Costs of a minimum and of its extremal on one grid differ by less, relative.
 pub const SAME_BRANCH: f64 = 1e-4;
@@ -41,7 +44,8 @@ pub const SAME_BRANCH: f64 = 1e-4;
 pub const NARROW: f64 = 0.02;
 /// Most minima that authority is taken away from, counted level by level.
 const MOST_BRANCHES: usize = 100;
-/// So many of the lowest minima are hopped from in turn, by so much \[rad\], and so many times the hops in vain at most.
+/// So many of the lowest minima are hopped from in turn, by so much \[rad\], and so many times the
+/// hops in vain at most.
 const HOP_FROM: usize = 4;
 const HOPS_BY: [f64; 2] = [0.4, 1.0];
 const MOST_HOPS: usize = 10;
@@ -148,8 +152,8 @@ fn twist<const N: usize>(
     }
 }
 
-/// Hops from the lowest minima to others near them: bent at random, and descended again. Where minima are many the
-/// lowest lie side by side, and are met sooner from one another than from afar.
+/// Hops from the lowest minima to others near them: bent at random, and descended again. Where
+/// minima are many the lowest lie side by side, and are met sooner from one another than from afar.
 fn hop<const N: usize>(
     search: &Search<N>,
     coarse: &BoundaryValueProblem<N>,
@@ -201,8 +205,8 @@ pub fn descends_on(dynamics: &Dynamics, level: usize) -> Dynamics {
     }
 }
 
-/// A descent from a path, on dynamics that may have more authority than those of `bvp`; it ends where it runs into
-/// one of the `known` minima of the same dynamics.
+/// A descent from a path, on dynamics that may have more authority than those of `bvp`; it ends
+/// where it runs into one of the `known` minima of the same dynamics.
 pub fn descended<const N: usize>(
     search: &Search<N>,
     bvp: &BoundaryValueProblem<N>,
@@ -217,8 +221,8 @@ pub fn descended<const N: usize>(
     search.context.attempt(Rung::Descent, &descent, start)
 }
 
-/// From a minimum on the coarse grid to its extremal there: by the shooting, which an unstable body may forbid, else
-/// by the lifted Newton.
+/// From a minimum on the coarse grid to its extremal there: by the shooting, which an unstable body
+/// may forbid, else by the lifted Newton.
 fn arrive<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,
@@ -234,9 +238,10 @@ fn arrive<const N: usize>(
     }
 }
 
-/// Follows minima of a widened authority to the true one, always the lowest first: authority that is taken away only
-/// makes a branch dearer, so none that is dearer than what was found needs to be followed. Those of a rougher grid are
-/// carried to the coarse one first. With some authority about every axis `ended` takes what this ends at.
+/// Follows minima of a widened authority to the true one, always the lowest first: authority that
+/// is taken away only makes a branch dearer, so none that is dearer than what was found needs to be
+/// followed. Those of a rougher grid are carried to the coarse one first. With some authority about
+/// every axis `ended` takes what this ends at.
 fn narrow<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,
@@ -297,7 +302,8 @@ fn narrow<const N: usize>(
     }
 }
 
-/// The lifted Newton from states and costates of all nodes, then the shooting. The cost of the extremal.
+/// The lifted Newton from states and costates of all nodes, then the shooting. The cost of the
+/// extremal.
 fn lift_nodes<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,

@@ -1,12 +1,14 @@
 //! The rung of the maneuver without limits: ballistic starts, descents on paths, the lifted Newton.
 //!
-//! All extremals are looked for on a coarse grid. Costs there are wrong by some percent at high rates and then rank
-//! wrongly: every one that may be the cheapest is carried to the requested grid, and compared there.
+//! All extremals are looked for on a coarse grid. Costs there are wrong by some percent at high
+//! rates and then rank wrongly: every one that may be the cheapest is carried to the requested
+//! grid, and compared there.
 //!
 //! # How is the best way found?
 //!
-//! An extremal of the coarse grid whose cost on the requested one differs by more than 15 %, or whose nodes there are a radian
-//! off its path, was lost on the way (costs alone let one extremal pass for another); its path is descended again there.
+//! An extremal of the coarse grid whose cost on the requested one differs by more than 15 %, or
+//! whose nodes there are a radian off its path, was lost on the way (costs alone let one extremal
+//! pass for another); its path is descended again there.
 
 use crate::lie;
 use crate::maneuver::problem::Path;
@@ -26,12 +28,13 @@ use crate::optimize::search::strategies::descents::{MARGIN, descents};
 use crate::optimize::search::strategies::requested::{MOST_STEPS, descend_on_requested_grid};
 use crate::optimize::search::strategies::shots::{finish, shoot};
 
-/// Nodes of one extremal on two grids are nearer than this \[rad\]; on the coarsest they differ by up to 0.4.
+/// Nodes of one extremal on two grids are nearer than this \[rad\]; on the coarsest they differ by
+/// up to 0.4.
 const SAME_PATH: f64 = 1.0;
 
-/// The extremals without limits: those that Newton meets from the ballistic starts, and the minima that descents end at. The
-/// shorter and the longer way of a body that rests at both ends, and can do all, are each what Newton meets, unless the search is
-/// to be thorough.
+/// The extremals without limits: those that Newton meets from the ballistic starts, and the minima
+/// that descents end at. The shorter and the longer way of a body that rests at both ends, and can
+/// do all, are each what Newton meets, unless the search is to be thorough.
 pub struct Extremals;
 
 impl<const N: usize> Climb<N> for Extremals {
@@ -109,7 +112,8 @@ pub fn carry_extremals<const N: usize>(search: &Search<N>, found: &mut Found<N>)
     on_requested_grid(search, found);
 }
 
-/// The paths that were lost on the way to the requested grid, descended there where they may still be the best.
+/// The paths that were lost on the way to the requested grid, descended there where they may still
+/// be the best.
 fn on_requested_grid<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     let lost = found.pool.take_lost();
     if search.problem.steps > MOST_STEPS {
@@ -125,8 +129,9 @@ fn on_requested_grid<const N: usize>(search: &Search<N>, found: &mut Found<N>) {
     }
 }
 
-/// Whether what an extremal of the cost was carried to is the same one: on another grid it costs some percent more or less, and
-/// where the nodes are kept they lie along its path. By its cost alone another one within that could pass for it.
+/// Whether what an extremal of the cost was carried to is the same one: on another grid it costs
+/// some percent more or less, and where the nodes are kept they lie along its path. By its cost
+/// alone another one within that could pass for it.
 fn is_near(found: &Attempt, cost: f64, path: Option<&Candidate>) -> bool {
     let along = |path: &Candidate, nodes: &[Node]| {
         let (few, many) = (path.steps(), nodes.len() - 1);

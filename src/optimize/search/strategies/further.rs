@@ -1,4 +1,5 @@
-//! The rung behind a saddle, the wrong way round, or nothing at all, of the maneuver without limits.
+//! The rung behind a saddle, the wrong way round, or nothing at all, of the maneuver without
+//! limits.
 
 use crate::maneuver::problem::Path;
 use crate::maneuver::settings::Method;
@@ -31,7 +32,8 @@ impl<const N: usize> Climb<N> for Further {
     }
 }
 
-/// What is left to try where the requested grid shows a saddle, the wrong way round or nothing at all.
+/// What is left to try where the requested grid shows a saddle, the wrong way round or nothing at
+/// all.
 fn look_further<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,

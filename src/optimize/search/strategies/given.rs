@@ -6,8 +6,8 @@ use crate::optimize::search::ladder::{Climb, Search};
 use crate::optimize::search::starts::GUESS;
 use crate::optimize::search::strategies::shots::shoot_from;
 
-/// Newton from a costate guess, on the requested grid. The plan of a guess beside the search is put aside: no other rung
-/// knows of it, so that all of them do what they do without a guess.
+/// Newton from a costate guess, on the requested grid. The plan of a guess beside the search is put
+/// aside: no other rung knows of it, so that all of them do what they do without a guess.
 pub struct Given;
 
 impl<const N: usize> Climb<N> for Given {

@@ -1,8 +1,10 @@
-//! The rung of time, of fuel, and of a duration that is sought: the interior point along the paths that are given.
+//! The rung of time, of fuel, and of a duration that is sought: the interior point along the paths
+//! that are given.
 //!
-//! A solve from a path ends in an optimum within all limits or in the least violation near the path. The paths therefore need variety
-//! more than accuracy: about the fixed axis, bent to six sides, past either side of each cone. On few steps each takes milliseconds.
-//! The cheapest coarse plan starts the solve on the requested grid.
+//! A solve from a path ends in an optimum within all limits or in the least violation near the
+//! path. The paths therefore need variety more than accuracy: about the fixed axis, bent to six
+//! sides, past either side of each cone. On few steps each takes milliseconds. The cheapest coarse
+//! plan starts the solve on the requested grid.
 
 use crate::optimize::methods::method::Attempt;
 use crate::optimize::search::found::Found;

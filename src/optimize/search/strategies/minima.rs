@@ -33,8 +33,8 @@ impl Minima {
     }
 }
 
-/// Whether a minimum is to be taken instead of another of the same cost: a lower cost, or where a symmetry gives many
-/// of one cost, less turning.
+/// Whether a minimum is to be taken instead of another of the same cost: a lower cost, or where a
+/// symmetry gives many of one cost, less turning.
 fn is_better(minimum: &Attempt, other: &Attempt) -> bool {
     let difference = (minimum.cost - other.cost) / other.cost.abs().max(f64::MIN_POSITIVE);
     if difference.abs() > EQUAL {

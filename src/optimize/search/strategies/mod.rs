@@ -22,7 +22,8 @@ use crate::optimize::search::ladder::{Climb, Ladder};
 struct Steps<const N: usize>;
 
 impl<const N: usize> Steps<N> {
-    /// A guess, `Saturated` and `Shortest` work on the requested grid, the others on a coarse one first.
+    /// A guess, `Saturated` and `Shortest` work on the requested grid, the others on a coarse one
+    /// first.
     const LADDER: [&'static dyn Climb<N>; 8] = [
         // guess
         &given::Given,

@@ -14,8 +14,8 @@ use crate::optimize::search::starts::coarse::chain_steps;
 use crate::optimize::search::starts::transfer::Interpolant;
 use crate::optimize::search::strategies::chains::{carry, descend, unlimited_paths};
 
-/// Solves from the plan of the shortest duration that is found: a plan that is quicker than the maneuver asks for is on a way
-/// that the seeds have missed.
+/// Solves from the plan of the shortest duration that is found: a plan that is quicker than the
+/// maneuver asks for is on a way that the seeds have missed.
 pub struct Shortest;
 
 impl<const N: usize> Climb<N> for Shortest {

@@ -11,7 +11,8 @@ use crate::optimize::search::ladder::Search;
 use crate::optimize::search::pool::Pool;
 use crate::optimize::search::starts;
 
-/// Newton shooting on the coarse grid from one start. The cost of the extremal that it led to, new or known.
+/// Newton shooting on the coarse grid from one start. The cost of the extremal that it led to, new
+/// or known.
 pub fn shoot<const N: usize>(
     search: &Search<N>,
     pool: &mut Pool<N>,
@@ -39,7 +40,8 @@ pub fn shoot_fine<const N: usize>(
     found.keep(attempt).then_some(cost)
 }
 
-/// Carries a coarse extremal to the requested grid, and keeps what this leads to. Whether that is near it.
+/// Carries a coarse extremal to the requested grid, and keeps what this leads to. Whether that is
+/// near it.
 pub fn finish<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
@@ -53,8 +55,8 @@ pub fn finish<const N: usize>(
     found.keep(attempt) && near
 }
 
-/// Newton on the requested grid from costates as a solution gives them: SI units, `λ_0` for Lie–Euler,
-/// `λ_{−1}` for Lie–Verlet.
+/// Newton on the requested grid from costates as a solution gives them: SI units, `λ_0` for
+/// Lie–Euler, `λ_{−1}` for Lie–Verlet.
 pub fn shoot_from<const N: usize>(
     search: &Search<N>,
     found: &mut Found<N>,
