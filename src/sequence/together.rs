@@ -143,7 +143,7 @@ impl Together<'_> {
         let end = self.joints[leg].state(self.numbers(unknowns, leg));
         let mut problem = Problem { start: self.begun(unknowns, leg), end, ..self.craft.clone() };
         if let Some(duration) = self.lasting(unknowns, leg) {
-            if !(duration > 0.0) {
+            if duration.is_nan() || duration <= 0.0 {
                 return Ok(None);
             }
             problem = problem.with_duration(duration);
@@ -329,7 +329,7 @@ impl Model {
     /// gradients with momentum (Nesterov 1983), begun anew where they climb.
     fn step(&self, from: &DVector<f64>, hold: &dyn Fn(&mut DVector<f64>)) -> DVector<f64> {
         let steepest = self.curvature.symmetric_eigenvalues().max();
-        if !(steepest > 0.0) {
+        if steepest.is_nan() || steepest <= 0.0 {
             return DVector::zeros(from.len());
         }
         let slope = |at: &DVector<f64>| &self.slope + &self.curvature * at;

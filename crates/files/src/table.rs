@@ -115,7 +115,7 @@ pub fn read_npz(input: impl Read) -> Result<SlewTable, TableFileError> {
     }
     let whole = |name: &'static str| -> Result<usize, TableFileError> {
         let value = arrays.fact(name)?;
-        let fits = value >= 0.0 && value <= 1e9 && value.fract().total_cmp(&0.0).is_eq();
+        let fits = (0.0..=1e9).contains(&value) && value.fract().total_cmp(&0.0).is_eq();
         if fits { Ok(value as usize) } else { Err(TableFileError::Array(name)) }
     };
     let flag = |value: f64| value.total_cmp(&1.0).is_eq();

@@ -255,7 +255,7 @@ impl SlewTable {
             .collect();
         let (mut pieces, mut branches) = (Vec::with_capacity(count), Vec::<Vector3>::new());
         for (level, angle) in angles.iter().enumerate() {
-            for node in 0..mesh.count() {
+            for (node, stays) in stays.iter().enumerate() {
                 let index = level * mesh.count() + node;
                 let point = mesh.point(node);
                 let length = point.norm();
@@ -272,7 +272,7 @@ impl SlewTable {
                 // φ = θ p/|p|
                 let along = (slope - axis * outward) * (0.5 * angle / length);
                 let first = branches.len();
-                for map in &stays[node] {
+                for map in stays {
                     let image = *map * along;
                     let differs = |other: &Vector3| (other - image).amax() > 1e-12 * along.amax();
                     if differs(&along) && branches[first..].iter().all(differs) {
