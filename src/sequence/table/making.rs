@@ -22,6 +22,11 @@ use thiserror::Error;
 /// The stack of a thread that plans: as much as the main thread has.
 const STACK: usize = 8 << 20;
 
+/// The numbers of steps that are tried for a turn without a plan, in parts of the requested number.
+/// More of them find more plans: a turn by 40° of `evidence -- table wheels` has none on 50 steps,
+/// but one on 60. A thorough search on 50 steps finds a way of four times the duration.
+const GRIDS: [f64; 4] = [1.0, 1.2, 1.4, 1.7];
+
 /// The options of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableOptions {
@@ -430,12 +435,15 @@ impl Planner<'_> {
         }
     }
 
-    /// Plans one turn; where no plan is found its inverse, which has the same value.
+    /// Plans one turn. If no plan is found, it plans the inverse, which has an equal value, and then
+    /// both on other grids.
     fn leg(&self, turn: &Vector3, over: &AtomicBool) -> Result<Leg, TableError> {
         let mut status = Status::NotConverged;
-        for vector in [*turn, -turn] {
+        let tries = GRIDS.iter().flat_map(|share| [(*share, *turn), (*share, -turn)]);
+        for (share, vector) in tries {
             let mut problem = self.problem.clone();
             problem.end = State::at_rest(lie::exp(&vector));
+            problem.steps = ((problem.steps as f64 * share).ceil() as usize).min(Problem::MAX_STEPS);
             let found = plan(&problem, self.settings, None, &mut Stoppable(over))?;
             if found.status == Status::Solved
                 && let Some(leg) = self.value(&found.solution, &vector)
@@ -450,7 +458,7 @@ impl Planner<'_> {
         }
         let angle = turn.norm();
         let remedy = match self.quantity {
-            Quantity::Time => "try `search = \"thorough\"`, or more steps",
+            Quantity::Time => "give another number of `steps`",
             Quantity::Effort => {
                 "give a longer `duration_s`: it must suffice for half a turn about every axis"
             }
